@@ -151,8 +151,8 @@ _HOMES = {
     "sim.scenario.files": ("load_scenario",),
     "sim.team.libraries": (
         "collect_libraries",
-        "make_team",
         "make_coordinator_body",
+        "make_team",
     ),
     "sim.world": ("World",),
     "storage.library_folder": (

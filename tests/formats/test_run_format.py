@@ -19,8 +19,8 @@ from tests.ui.cli.commands import run, said
 
 from understudy.learning.fit import learn
 from understudy.model.lesson import LearnerOptions
-from understudy.robots.recording.reader import Pressed, read_recording
-from understudy.robots.recording.teach_from_recording import recorded_presses, taught_over
+from understudy.robots.recording.reader import RecordedPress, read_recording
+from understudy.robots.recording.teach_from_recording import list_recorded_presses, teach_from_recording
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.lesson_design import new_lesson
 
@@ -87,7 +87,7 @@ def test_a_real_robots_recording_is_read() -> None:
     assert (found.ticks, found.whole, found.head.ran.behavior) == (4, True, "wander")
     sonar = found.values[:, found.keys.index(("sonar_ahead", None)), 0]
     assert sonar[[0, 3]].tolist() == [2.0, 0.25]
-    assert found.presses == [[Pressed(3, "backward"), Pressed(3, None)]]
+    assert found.presses == [[RecordedPress(3, "backward"), RecordedPress(3, None)]]
     assert found.paths[0] == [("wander", "forward")] * 3 + [("wander", "backward")]
     assert list(found.head.files) == ["rover.toml"]
 
@@ -98,7 +98,7 @@ def test_a_recorded_lesson_is_learned_again() -> None:
         ROBOT, "taught", states=["forward", "left", "right"], features=["range_of(ball)", "load"],
         options=LearnerOptions(reaction_s=0.2),
     )  # fmt: skip
-    again = taught_over(recording, ROBOT, lesson, recorded_presses(recording))
+    again = teach_from_recording(recording, ROBOT, lesson, list_recorded_presses(recording))
     document = (RUNS / "lesson.json").read_bytes()
     assert encode_document(again.taught()) == document
     assert decode_document(document, scripted_kit, path=RUNS / "lesson.json", learn=learn).rebuilt is None

@@ -25,10 +25,10 @@ from tests.robots.rovers import TWIST, sonar
 
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.dds import DDS
-from understudy.robots.ros.messages import dds_name
+from understudy.robots.ros.dds import DdsTransport
+from understudy.robots.ros.messages import convert_to_dds_name
 from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.zenoh import Zenoh
+from understudy.robots.ros.zenoh import ZenohTransport
 from understudy.runtime.body import list_reading_keys
 
 DOMAIN = 48
@@ -57,12 +57,12 @@ def over_dds(folder: pytest.Config) -> Iterator[tuple[Transport, Transport, Send
             assert process.stdout.readline() == "ok\n"
 
         def send(topic: str, data: bytes) -> None:
-            tell(f"rt{topic} {dds_name(TOPICS[topic])} {data.hex()}\n")
+            tell(f"rt{topic} {convert_to_dds_name(TOPICS[topic])} {data.hex()}\n")
 
         for topic in TOPICS:
             send(topic, b"")
-        ours = DDS(DOMAIN)
-        yield ours, DDS(DOMAIN), send
+        ours = DdsTransport(DOMAIN)
+        yield ours, DdsTransport(DOMAIN), send
         process.stdin.close()
         process.wait(10)
 
@@ -70,7 +70,7 @@ def over_dds(folder: pytest.Config) -> Iterator[tuple[Transport, Transport, Send
 @contextmanager
 def over_zenoh() -> Iterator[tuple[Transport, Transport, Send]]:
     with Router() as router:
-        theirs, ours, third = (Zenoh(DOMAIN, router.endpoint) for _ in range(3))
+        theirs, ours, third = (ZenohTransport(DOMAIN, router.endpoint) for _ in range(3))
         publish = {topic: theirs.publisher(topic, type) for topic, type in TOPICS.items()}
         yield ours, third, lambda topic, data: publish[topic](data)
         theirs.close()

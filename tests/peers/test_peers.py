@@ -23,12 +23,12 @@ from tests.peers.building import cyclone, fast_dds, missing
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST
 from tests.ui.cli.commands import run
 
-from understudy.robots.camera.image_decoding import decode
+from understudy.robots.camera.image_decoding import decode_image
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.dds import DDS
-from understudy.robots.ros.messages import decode as message_of
-from understudy.robots.ros.messages import twist
+from understudy.robots.ros.dds import DdsTransport
+from understudy.robots.ros.messages import decode_message as message_of
+from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.transport import Received
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
@@ -49,7 +49,7 @@ SIZES = [(160, 120), (640, 480)]
 """Of images, in pixels: one that fits a datagram of UDP, and one that has to be sent in fragments."""
 
 
-class Tap(DDS):
+class Tap(DdsTransport):
     """DDS that keeps the first message of each topic as it came."""
 
     def __init__(self, domain: int) -> None:
@@ -171,15 +171,15 @@ def test_bytes_are_equal_in_both_directions(peer: tuple[str, ...], start: Start,
             robot.act({"drive": np.array([1.0]), "turn": np.array([-0.5])})
             time.sleep(0.02)
         got = started.got()
-        assert got[-1] == (twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5), 0.4, -0.5)
-        assert all(data == twist(TWIST, speed_m_s=x, turn_rad_s=z) for data, x, z in got)
+        assert got[-1] == (encode_twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5), 0.4, -0.5)
+        assert all(data == encode_twist(TWIST, speed_m_s=x, turn_rad_s=z) for data, x, z in got)
 
 
 def test_each_message_comes_once(start: Start, namespace: str) -> None:
     """A Range fits the definitions of two releases, and is listened for with both."""
     start("fast_dds")
     came: list[bytes] = []
-    tap = DDS(DOMAIN)
+    tap = DdsTransport(DOMAIN)
     try:
         tap.subscribe(f"{namespace}/sonar", RANGE, lambda data, _: came.append(data))
         wait_for(lambda: came)
@@ -195,7 +195,7 @@ def test_images_come_whole(width: int, height: int, start: Start, namespace: str
     """Of Fast DDS, where byte i is i modulo 251."""
     start("fast_dds", "image", str(width), str(height))
     came: list[bytes] = []
-    tap = DDS(DOMAIN)
+    tap = DdsTransport(DOMAIN)
     try:
         tap.subscribe(f"{namespace}/image", IMAGE, lambda data, _: came.append(data))
         wait_for(lambda: came)
@@ -203,7 +203,7 @@ def test_images_come_whole(width: int, height: int, start: Start, namespace: str
         tap.close()
     message = message_of(IMAGE, came[0])
     size = {each: getattr(message, each) for each in ("encoding", "width", "height", "step")}
-    image = decode(message.data, **size)
+    image = decode_image(message.data, **size)
     assert image.shape == (height, width, 3)
     assert np.array_equal(image.reshape(-1), np.arange(3 * width * height) % 251)
 

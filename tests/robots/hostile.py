@@ -10,7 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from understudy.robots.ros.messages import ARRAY, BASE, NAMED, encode, fields, types
+from understudy.robots.ros.messages import (
+    ARRAY,
+    BASE,
+    NAMED,
+    encode_message,
+    list_message_fields,
+    load_typestore,
+)
 
 TOPICS: Mapping[str, str] = {
     "/rover/sonar": "sensor_msgs/msg/Range",
@@ -68,7 +75,7 @@ LENGTHS = (0xFFFFFFFF, 0x7FFFFFFF, 0x80000000, 0x01000000, 0x00010000)
 
 def message(type: str, random: Random) -> bytes:
     """A message of a type whose numbers are anything."""
-    return encode(type, _made(type, random))
+    return encode_message(type, _made(type, random))
 
 
 def mutated(data: bytes, random: Random) -> bytes:
@@ -87,14 +94,14 @@ def anything(type: str, random: Random) -> bytes:
 def _made(type: str, random: Random) -> Any:
     if type == "sensor_msgs/msg/Image" and random.random() < 0.5:
         return _image(random)
-    return types().types[type](
-        **{name: _value(sort, of, random) for name, (sort, of) in fields(type).items()}
+    return load_typestore().types[type](
+        **{name: _value(sort, of, random) for name, (sort, of) in list_message_fields(type).items()}
     )
 
 
 def _image(random: Random) -> Any:
     """One that nearly fits."""
-    made = types().types["sensor_msgs/msg/Image"]
+    made = load_typestore().types["sensor_msgs/msg/Image"]
     width, height = random.randint(1, 4), random.randint(1, 4)
     header = _made("std_msgs/msg/Header", random)
     data = np.frombuffer(random.randbytes(width * height * 3), np.uint8)

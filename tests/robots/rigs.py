@@ -9,7 +9,7 @@ from tests.robots.rovers import ROVER, Wire, odometry, sonar
 
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import decode
+from understudy.robots.ros.messages import decode_message
 
 SONAR, ODOM, CMD = "/rover/sonar", "/rover/odom", "/rover/cmd_vel"
 STOP = (0.0, 0.0)
@@ -49,7 +49,7 @@ class Rig:
     def sent(self) -> tuple[float, float]:
         topic, data = self.wire.sent[-1]
         assert topic == CMD
-        twist = decode(self.robot.file.commands.type, data)
+        twist = decode_message(self.robot.file.commands.type, data)
         twist = getattr(twist, "twist", twist)
         return twist.linear.x, twist.angular.z
 

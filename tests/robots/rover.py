@@ -7,19 +7,19 @@ import time
 
 from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
-from understudy.robots.ros.dds import DDS
-from understudy.robots.ros.messages import twist
+from understudy.robots.ros.dds import DdsTransport
+from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.zenoh import Zenoh
+from understudy.robots.ros.zenoh import ZenohTransport
 
 RATE_HZ = 50
 
 
 def main(domain: str, namespace: str, router: str = "") -> None:
     """Over DDS, or where there is a router, over Zenoh."""
-    wire: Transport = Zenoh(int(domain), router) if router else DDS(int(domain))
+    wire: Transport = ZenohTransport(int(domain), router) if router else DdsTransport(int(domain))
     moving = list[bytes]()
-    stop = twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
+    stop = encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
     wire.subscribe(f"{namespace}/cmd_vel", TWIST, lambda data, _: moving.extend([data][data == stop :]))
     ranges, odometries = (
         wire.publisher(f"{namespace}/sonar", RANGE),

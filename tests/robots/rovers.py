@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from understudy.robots.ros.messages import encode, make
-from understudy.robots.ros.transport import Peer, Publish, Received
+from understudy.robots.ros.messages import encode_message, make_message
+from understudy.robots.ros.transport import Publish, Publisher, Received
 
 RANGE, SCAN, ODOMETRY = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
@@ -50,7 +50,7 @@ turn_rad_s = 1.0
 class Wire:
     """A transport in memory: `deliver` is the robot's side, `sent` what was published."""
 
-    def __init__(self, peers: Sequence[Peer] = ()) -> None:
+    def __init__(self, peers: Sequence[Publisher] = ()) -> None:
         self.sent: list[tuple[str, bytes]] = []
         self.others = list(peers)
         self.closed = False
@@ -66,7 +66,7 @@ class Wire:
         for received in self._received[topic]:
             received(data, at_s)
 
-    def peers(self) -> Sequence[Peer]:
+    def peers(self) -> Sequence[Publisher]:
         return self.others
 
     def close(self) -> None:
@@ -75,12 +75,12 @@ class Wire:
 
 def sonar(range_m: float) -> bytes:
     """A Range of a sonar that reaches from 0.1 to 3 m."""
-    return encode(RANGE, make(RANGE, min_range=0.1, max_range=3.0, range=range_m))
+    return encode_message(RANGE, make_message(RANGE, min_range=0.1, max_range=3.0, range=range_m))
 
 
 def odometry(x: float, *, z: float = 0.0, w: float = 1.0) -> bytes:
     """An Odometry at (x, 0), turned about z as the quaternion says."""
-    message: Any = make(ODOMETRY)
+    message: Any = make_message(ODOMETRY)
     message.pose.pose.position.x = x
     message.pose.pose.orientation.z, message.pose.pose.orientation.w = z, w
-    return encode(ODOMETRY, message)
+    return encode_message(ODOMETRY, message)

@@ -23,7 +23,7 @@ from tests.robots.scenes import (
 )
 
 from understudy.errors import SettingError
-from understudy.robots.camera.blobs import Blob, Camera, Frame
+from understudy.robots.camera.blobs import Blob, BlobDetector, FrameGeometry
 from understudy.robots.camera.color import Color
 
 pytest.importorskip("cv2", reason="needs the extra camera")
@@ -38,8 +38,8 @@ def painted(left: int, top: int, width: int, height: int, *, shape: tuple[int, i
     return image
 
 
-def ball(image: Image, **options: float | Frame | None) -> Blob | None:
-    return Camera({"ball": ORANGES}, **options).blobs(image)["ball"]  # type: ignore[arg-type]
+def ball(image: Image, **options: float | FrameGeometry | None) -> Blob | None:
+    return BlobDetector({"ball": ORANGES}, **options).blobs(image)["ball"]  # type: ignore[arg-type]
 
 
 # x is the middle between the edges, in pixels from the left edge of the frame; size is that of the box.
@@ -96,7 +96,7 @@ def test_frame(
 
 
 def test_absent_together() -> None:
-    readings = Camera({"ball": ORANGES, "boss": REDS}).readings(painted(70, 50, 20, 10))
+    readings = BlobDetector({"ball": ORANGES, "boss": REDS}).readings(painted(70, 50, 20, 10))
     assert readings["blob_x", "ball"] == 80.0
     assert readings["blob_size", "ball"] == 200.0
     assert isnan(readings["blob_x", "boss"])
@@ -116,7 +116,7 @@ def test_of_equals_the_leftmost() -> None:
 def test_red_crosses_the_seam() -> None:
     image = np.zeros((120, 160, 3), np.uint8)
     image[50:60, 70:80], image[50:60, 80:90] = (220, 0, 20), (220, 20, 0)  # hues 355 and 5
-    assert Camera({"boss": REDS}).blobs(image)["boss"] == Blob(80.0, 200.0)
+    assert BlobDetector({"boss": REDS}).blobs(image)["boss"] == Blob(80.0, 200.0)
 
 
 def test_shade_noise_and_distractors() -> None:
@@ -124,7 +124,7 @@ def test_shade_noise_and_distractors() -> None:
         (40, 60, 14, ORANGE), (90, 40, 9, RED), (125, 80, 11, GREEN), (20, 20, 15, BLUE), (140, 20, 15, BROWN),
         (70, 100, 12, WHITE), shade=0.55, noise=6.0,
     )  # fmt: skip
-    found = Camera(COLORS).blobs(image)
+    found = BlobDetector(COLORS).blobs(image)
     for name, (x, radius) in {"ball": (40, 14), "boss": (90, 9), "intruder": (125, 11)}.items():
         blob = found[name]
         assert blob is not None
@@ -133,7 +133,7 @@ def test_shade_noise_and_distractors() -> None:
 
 
 def test_no_blob_in_noise() -> None:
-    found = Camera(COLORS).blobs(rendered(ground=BROWN, noise=25.0))
+    found = BlobDetector(COLORS).blobs(rendered(ground=BROWN, noise=25.0))
     assert found == dict.fromkeys(COLORS)
 
 
@@ -187,9 +187,9 @@ WRONG = [
 @pytest.mark.parametrize(("color", "key"), WRONG)
 def test_color_that_cannot_be(color: Color, key: str) -> None:
     with pytest.raises(SettingError, match=f"color 'ball': {key} is"):
-        Camera({"ball": color})
+        BlobDetector({"ball": color})
 
 
 def test_view_that_cannot_be() -> None:
     with pytest.raises(SettingError, match="view_deg is 180"):
-        Camera({}, view_deg=180.0)
+        BlobDetector({}, view_deg=180.0)

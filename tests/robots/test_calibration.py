@@ -24,10 +24,15 @@ from tests.robots.scenes import (
 )  # fmt: skip
 
 from understudy.errors import FileError, SettingError
-from understudy.robots.camera.blobs import Camera, Mask
-from understudy.robots.camera.calibration import Shown, color_at, color_of, color_shown
-from understudy.robots.camera.color import Color, bounds
-from understudy.robots.camera.image_folder import color_in, found_in, read_folder
+from understudy.robots.camera.blobs import BlobDetector, Mask
+from understudy.robots.camera.calibration import (
+    LabeledImage,
+    calibrate_from_clicks,
+    calibrate_from_images,
+    calibrate_from_pixels,
+)
+from understudy.robots.camera.color import Color, make_hsv_bounds
+from understudy.robots.camera.image_folder import calibrate_from_folder, detect_in_images, read_image_folder
 
 cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
 
@@ -43,9 +48,9 @@ def all_colors(**options: Any) -> tuple[Image, dict[str, tuple[int, int]]]:
 
 def test_clicks_find_each_color_in_another_light() -> None:
     image, places = all_colors(noise=3.0)
-    colors = {name: color_at(image, [place]) for name, place in places.items()}
+    colors = {name: calibrate_from_clicks(image, [place]) for name, place in places.items()}
     darker, _ = all_colors(noise=5.0, shade=0.35, seed=1)
-    found = Camera(colors).blobs(darker)
+    found = BlobDetector(colors).blobs(darker)
     for name, (x, _) in places.items():
         blob = found[name]
         assert blob is not None, name
@@ -59,22 +64,24 @@ def test_what_was_clicked_is_in_its_color(pixel: tuple[int, int, int], noise: in
     spread = np.random.default_rng(seed).integers(-noise, noise + 1, (7, 7, 3))
     image = np.clip(np.array(pixel) + spread, 0, 255).astype(np.uint8)
     try:
-        color = color_at(image, [(3, 3)])
+        color = calibrate_from_clicks(image, [(3, 3)])
     except SettingError:
         return  # dark or dull: noise makes any hue of it
-    assert np.mean(Camera({"it": color}).masks(image)["it"][1:-1, 1:-1] > 0) > 0.7
+    assert np.mean(BlobDetector({"it": color}).masks(image)["it"][1:-1, 1:-1] > 0) > 0.7
 
 
 def test_hue_of_red_crosses_the_seam() -> None:
     pixels = np.array([(200, 0, 20), (200, 20, 0), (200, 5, 5)], np.uint8)  # hues 354, 6 and 0
-    first, last = color_of(pixels).hue_deg
+    first, last = calibrate_from_pixels(pixels).hue_deg
     assert 340.0 < first < 350.0
     assert 10.0 < last < 20.0
 
 
 def test_margins() -> None:
     """By 8 degrees of hue, down to 0.7 of the saturation and 0.4 of the value."""
-    color = color_of(np.array([(200, 50, 50)] * 9, np.uint8))  # hue 0, saturation 191 and value 200 of 255
+    color = calibrate_from_pixels(
+        np.array([(200, 50, 50)] * 9, np.uint8)
+    )  # hue 0, saturation 191 and value 200 of 255
     assert color == Color(hue_deg=(352.0, 8.0), saturation=(0.52, 1.0), value=(0.31, 1.0))
 
 
@@ -83,27 +90,27 @@ def test_several_colors_are_refused() -> None:
     with pytest.raises(
         SettingError, match=r"clicks: pixels are of hues \d+ degrees apart; show one color at a time"
     ):
-        color_at(image, [places["orange"], places["blue"]])
+        calibrate_from_clicks(image, [places["orange"], places["blue"]])
 
 
 def test_click_outside() -> None:
     with pytest.raises(
         SettingError, match=r"a click is \(160, 5\); give a pixel of the image, which is 160 x 120"
     ):
-        color_at(rendered(), [(160, 5)])
+        calibrate_from_clicks(rendered(), [(160, 5)])
 
 
 def test_no_click() -> None:
     with pytest.raises(SettingError, match="pixels are none"):
-        color_at(rendered(), [])
+        calibrate_from_clicks(rendered(), [])
 
 
-def masked(*discs: Disc, **options: Any) -> Shown:
+def masked(*discs: Disc, **options: Any) -> LabeledImage:
     """The scene, in which the last disc is the thing."""
     x, y, radius, _ = discs[-1]
     down, across = np.mgrid[0:120, 0:160] + 0.5
     mask: Mask = (np.hypot(across - x, down - y) <= radius).astype(np.uint8) * 255
-    return Shown(rendered(*discs, **options), mask)
+    return LabeledImage(rendered(*discs, **options), mask)
 
 
 def test_mask_keeps_a_like_color_out() -> None:
@@ -112,16 +119,16 @@ def test_mask_keeps_a_like_color_out() -> None:
         masked((40, 60, 15, amber), (110, 60, 15, ORANGE), noise=3.0, shade=0.3),
         masked((120, 40, 20, amber), (50, 70, 10, ORANGE), noise=3.0, seed=1),
     ]
-    camera = Camera({"it": color_shown(scenes)})
+    camera = BlobDetector({"it": calibrate_from_images(scenes)})
     found = camera.blobs(masked((100, 60, 25, amber), (40, 50, 12, ORANGE), noise=3.0, seed=2).image)["it"]
     assert found is not None
     assert found.x == pytest.approx(40.0, abs=1.5)
-    careless = Camera({"it": color_shown([middle(ORANGE)])})
+    careless = BlobDetector({"it": calibrate_from_images([middle(ORANGE)])})
     assert careless.blobs(rendered((100, 60, 25, amber)))["it"] is not None, "easily told apart"
 
 
-def middle(color: tuple[int, int, int]) -> Shown:
-    return Shown(rendered((80, 60, 20, color), noise=3.0))
+def middle(color: tuple[int, int, int]) -> LabeledImage:
+    return LabeledImage(rendered((80, 60, 20, color), noise=3.0))
 
 
 def saved(folder: Path, name: str, image: Image | Mask) -> None:
@@ -135,8 +142,8 @@ def test_folder(tmp_path: Path) -> None:
     saved(tmp_path, "a.mask.png", np.asarray(shown.mask))
     saved(tmp_path, "b.png", middle(GREEN).image)
     (tmp_path / "notes.txt").write_text("no image")
-    color = color_in(tmp_path)
-    first, second = found_in(read_folder(tmp_path), color)
+    color = calibrate_from_folder(tmp_path)
+    first, second = detect_in_images(read_image_folder(tmp_path), color)
     assert first.name == "a.jpg"
     assert first.blob is not None
     assert first.blob.x == pytest.approx(110.0, abs=1.0)
@@ -152,7 +159,7 @@ def test_mask_as_jpeg(tmp_path: Path) -> None:
     shown = masked((40, 60, 15, RED), (110, 60, 15, GREEN))
     saved(tmp_path, "a.png", shown.image)
     saved(tmp_path, "a.mask.jpg", np.asarray(shown.mask) // 2 + 60)
-    (picture,) = read_folder(tmp_path)
+    (picture,) = read_image_folder(tmp_path)
     np.testing.assert_array_equal(picture.shown.mask, shown.mask)
 
 
@@ -186,12 +193,12 @@ def nothing(folder: Path) -> None:
 def test_folder_that_cannot_be(made: Any, said: str, tmp_path: Path) -> None:
     made(tmp_path)
     with pytest.raises(FileError, match=said):
-        read_folder(tmp_path)
+        read_image_folder(tmp_path)
 
 
 def test_no_folder(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="give a folder of images"):
-        read_folder(tmp_path / "none")
+        read_image_folder(tmp_path / "none")
 
 
 # Hue in 256 steps: 360 degrees are 256, so that 90 degrees are 64.
@@ -208,12 +215,12 @@ BOUNDS = [
 @pytest.mark.parametrize(("hue_deg", "steps"), BOUNDS)
 def test_bounds(hue_deg: tuple[float, float], steps: list[tuple[int, int]]) -> None:
     expected = [((low, 51, 102), (high, 255, 255)) for low, high in steps]
-    assert bounds(Color(hue_deg=hue_deg, saturation=(0.2, 1.0), value=(0.4, 1.0))) == expected
+    assert make_hsv_bounds(Color(hue_deg=hue_deg, saturation=(0.2, 1.0), value=(0.4, 1.0))) == expected
 
 
 @pytest.mark.parametrize("ground", [GRAY, BROWN, BLUE])
 def test_middle_of_images(ground: tuple[int, int, int]) -> None:
-    color = color_shown([middle(ORANGE), middle(ORANGE)])
-    found = Camera({"it": color}).blobs(rendered((30, 30, 10, ORANGE), ground=ground, shade=0.4))["it"]
+    color = calibrate_from_images([middle(ORANGE), middle(ORANGE)])
+    found = BlobDetector({"it": color}).blobs(rendered((30, 30, 10, ORANGE), ground=ground, shade=0.4))["it"]
     assert found is not None
     assert found.x == pytest.approx(30.0, abs=1.0)

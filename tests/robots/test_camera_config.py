@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.robots.camera.color import Color, Share
-from understudy.robots.camera.config import CameraOf, color_line, with_color, write_color
+from understudy.robots.camera.config import CameraSpec, format_color_line, insert_color, write_color
 
 BALL = Color(hue_deg=(15.5, 40.0), saturation=(0.6, 1.0), value=(0.25, 1.0))
 LINE = "ball = { hue_deg = [15.5, 40], saturation = [0.6, 1], value = [0.25, 1] }\n"
@@ -43,8 +43,8 @@ WRITTEN = [
 
 @pytest.mark.parametrize(("what", "before", "after"), WRITTEN, ids=[row[0] for row in WRITTEN])
 def test_written(what: str, before: str, after: str) -> None:
-    assert with_color(before, "ball", BALL) == after
-    assert with_color(after, "ball", BALL) == after
+    assert insert_color(before, "ball", BALL) == after
+    assert insert_color(after, "ball", BALL) == after
 
 
 @pytest.mark.parametrize(
@@ -62,17 +62,17 @@ def test_not_by_lines(content: str) -> None:
     with pytest.raises(
         FileError, match=r"camera\.colors: is written in a way .* put there yourself: ball = {"
     ):
-        with_color(content, "ball", BALL)
+        insert_color(content, "ball", BALL)
 
 
 def test_no_toml() -> None:
     with pytest.raises(FileError, match=r"robot\.toml: is no TOML"):
-        with_color("[camera", "ball", BALL)
+        insert_color("[camera", "ball", BALL)
 
 
 def test_no_name() -> None:
     with pytest.raises(DefinitionError, match="color 'a b': is no name"):
-        with_color("", "a b", BALL)
+        insert_color("", "a b", BALL)
 
 
 SHARES = st.tuples(st.integers(0, 100), st.integers(0, 100)).map(
@@ -84,7 +84,9 @@ HUES = st.tuples(*[st.integers(0, 3600).map(lambda tenths: tenths / 10)] * 2)
 @given(HUES, SHARES, SHARES)
 def test_line_reads_back(hue_deg: Share, saturation: Share, value: Share) -> None:
     color = Color(hue_deg=hue_deg, saturation=saturation, value=value)
-    assert msgspec.convert(tomllib.loads(color_line("ball", color)), dict[str, Color]) == {"ball": color}
+    assert msgspec.convert(tomllib.loads(format_color_line("ball", color)), dict[str, Color]) == {
+        "ball": color
+    }
 
 
 def test_file(tmp_path: Path) -> None:
@@ -93,7 +95,7 @@ def test_file(tmp_path: Path) -> None:
     write_color(file, "ball", BALL)
     document = tomllib.loads(file.read_text())
     assert file.read_text().startswith('name = "rover" # ours\n')
-    assert msgspec.convert(document["camera"], CameraOf) == CameraOf(view_deg=62.0, colors={"ball": BALL})
+    assert msgspec.convert(document["camera"], CameraSpec) == CameraSpec(view_deg=62.0, colors={"ball": BALL})
 
 
 def test_no_file(tmp_path: Path) -> None:
@@ -102,9 +104,9 @@ def test_no_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "part", [CameraOf(least_px=float("nan")), CameraOf(stale_s=0.0), CameraOf(view_deg=200.0)]
+    "part", [CameraSpec(least_px=float("nan")), CameraSpec(stale_s=0.0), CameraSpec(view_deg=200.0)]
 )
-def test_camera_that_cannot_be(part: CameraOf) -> None:
+def test_camera_that_cannot_be(part: CameraSpec) -> None:
     pytest.importorskip("cv2", reason="needs the extra camera")
     with pytest.raises(SettingError, match=r"camera: .* is "):
         part.camera()

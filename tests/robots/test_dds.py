@@ -15,9 +15,17 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import ODOMETRY, RANGE, STAMPED, TWIST, odometry, sonar
 
-from understudy.robots.ros.dds import DDS, struct
-from understudy.robots.ros.messages import dds_name, decode, encode, known, make, ros_name, twist
-from understudy.robots.ros.transport import Peer
+from understudy.robots.ros.dds import DdsTransport, make_dds_type
+from understudy.robots.ros.messages import (
+    convert_to_dds_name,
+    convert_to_ros_name,
+    decode_message,
+    encode_message,
+    encode_twist,
+    is_known_type,
+    make_message,
+)
+from understudy.robots.ros.transport import Publisher
 
 NUMBERS = count()
 NAMES = [
@@ -45,8 +53,8 @@ TYPES = [
 BYTES = [
     (RANGE, sonar(1.5)),
     (ODOMETRY, odometry(2.0, z=0.6, w=0.8)),
-    (TWIST, twist(TWIST, speed_m_s=0.3, turn_rad_s=-0.2)),
-    (STAMPED, twist(STAMPED, speed_m_s=0.3, turn_rad_s=-0.2, frame="base", time_s=1.5)),
+    (TWIST, encode_twist(TWIST, speed_m_s=0.3, turn_rad_s=-0.2)),
+    (STAMPED, encode_twist(STAMPED, speed_m_s=0.3, turn_rad_s=-0.2, frame="base", time_s=1.5)),
 ]
 
 
@@ -65,20 +73,22 @@ def namespace() -> str:
 
 @pytest.mark.parametrize(("ros", "dds"), NAMES)
 def test_types_are_named_as_ros_does(ros: str, dds: str) -> None:
-    assert (dds_name(ros), ros_name(dds)) == (dds, ros)
+    assert (convert_to_dds_name(ros), convert_to_ros_name(dds)) == (dds, ros)
 
 
 @pytest.mark.parametrize("type", TYPES)
 def test_every_type_can_be_described(type: str) -> None:
-    assert known(type)
-    assert struct(type).__idl_typename__.replace(".", "::") == dds_name(type)
-    assert decode(type, encode(type, make(type))) is not None
+    assert is_known_type(type)
+    assert make_dds_type(type).__idl_typename__.replace(".", "::") == convert_to_dds_name(type)
+    assert decode_message(type, encode_message(type, make_message(type))) is not None
 
 
 @pytest.mark.parametrize(("type", "data"), BYTES, ids=[type for type, _ in BYTES])
 def test_bytes_are_those_that_cyclone_writes(type: str, data: bytes) -> None:
     """What rosbags encodes, Cyclone DDS encodes alike from its own description of the type."""
-    assert bytes(struct(type).__idl__.serialize(decode(type, data), use_version_2=False)) == data
+    assert (
+        bytes(make_dds_type(type).__idl__.serialize(decode_message(type, data), use_version_2=False)) == data
+    )
 
 
 def test_a_plain_program_on_cyclone_reads_our_commands(namespace: str) -> None:
@@ -95,13 +105,13 @@ def test_a_plain_program_on_cyclone_reads_our_commands(namespace: str) -> None:
     plain = make_idl_struct(
         "Twist_", "geometry_msgs::msg::dds_::Twist_", {"linear": vector, "angular": vector}
     )
-    participant, ours = DomainParticipant(43), DDS(43)
+    participant, ours = DomainParticipant(43), DdsTransport(43)
     try:
         reader = DataReader(participant, Topic(participant, f"rt{namespace}/cmd_vel", plain))
         publish, came = ours.publisher(f"{namespace}/cmd_vel", TWIST), list[Any]()
 
         def arrived() -> bool:
-            publish(twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5))
+            publish(encode_twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5))
             came.extend(reader.take(N=1))
             return bool(came)
 
@@ -113,10 +123,10 @@ def test_a_plain_program_on_cyclone_reads_our_commands(namespace: str) -> None:
 
 def test_others_are_gone_through_only_when_one_comes_or_goes(monkeypatch: pytest.MonkeyPatch) -> None:
     """There may be hundreds, and they are asked for several times a second."""
-    one, two = DDS(65), DDS(65)
+    one, two = DdsTransport(65), DdsTransport(65)
     try:
         two.publisher("/a", TWIST)
-        wait_for(lambda: one.peers() == [Peer("/a", TWIST)])
+        wait_for(lambda: one.peers() == [Publisher("/a", TWIST)])
         reads, read = list[int](), one._publications.read
 
         def counted(**asked: Any) -> Any:
@@ -124,7 +134,7 @@ def test_others_are_gone_through_only_when_one_comes_or_goes(monkeypatch: pytest
             return read(**asked)
 
         monkeypatch.setattr(one._publications, "read", counted)
-        assert all(one.peers() == [Peer("/a", TWIST)] for _ in range(20))
+        assert all(one.peers() == [Publisher("/a", TWIST)] for _ in range(20))
         assert not reads
         two.publisher("/b", TWIST)
         wait_for(lambda: {peer.topic for peer in one.peers()} == {"/a", "/b"})

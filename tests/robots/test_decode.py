@@ -11,7 +11,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from understudy.robots.camera.blobs import Image
-from understudy.robots.camera.image_decoding import CHANNELS, ImageError, decode, decode_compressed
+from understudy.robots.camera.image_decoding import (
+    CHANNELS,
+    ImageError,
+    decode_compressed_image,
+    decode_image,
+)
 
 cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
 
@@ -35,7 +40,7 @@ def test_encoding(
     encoding: str, sent: tuple[int, ...], first: tuple[int, ...], second: tuple[int, ...], padding: int
 ) -> None:
     row = bytes(sent) + bytes(padding)
-    image = decode(row * 2, encoding=encoding, width=2, height=2, step=len(row))
+    image = decode_image(row * 2, encoding=encoding, width=2, height=2, step=len(row))
     assert image.shape == (2, 2, 3)
     assert image.dtype == np.uint8
     np.testing.assert_allclose(image[0].astype(int), [first, second], atol=1)
@@ -56,17 +61,17 @@ def compressed(ending: str, image: Image | None = None) -> bytes:
 
 @pytest.mark.parametrize(("ending", "off"), [(".png", 0), (".jpg", 12)])
 def test_compressed(ending: str, off: int) -> None:
-    image = decode_compressed(compressed(ending))
+    image = decode_compressed_image(compressed(ending))
     np.testing.assert_allclose(image.astype(int)[[4, 20]], picture().astype(int)[[4, 20]], atol=off)
 
 
 def test_compressed_gray() -> None:
     gray = cv2.imencode(".png", np.full((3, 4), 77, np.uint8))[1].tobytes()
-    np.testing.assert_array_equal(decode_compressed(gray), np.full((3, 4, 3), 77))
+    np.testing.assert_array_equal(decode_compressed_image(gray), np.full((3, 4, 3), 77))
 
 
 def test_zeros_after_jpeg() -> None:
-    assert decode_compressed(compressed(".jpg") + bytes(5)).shape == (24, 40, 3)
+    assert decode_compressed_image(compressed(".jpg") + bytes(5)).shape == (24, 40, 3)
 
 
 def huge_png() -> bytes:
@@ -107,14 +112,14 @@ def no_pixels() -> bytes:
 def test_png_with_words() -> None:
     content = compressed(".png")
     wordy = content[:33] + chunk(b"tEXt", b"Title\0red above, blue below") + content[33:]
-    np.testing.assert_array_equal(decode_compressed(wordy), picture())
+    np.testing.assert_array_equal(decode_compressed_image(wordy), picture())
 
 
 def test_orientation_is_not_looked_at() -> None:
     content = compressed(".jpg")
     tags = b"Exif\0\0MM\0*" + struct.pack(">IHHHIHHI", 8, 1, 0x0112, 3, 1, 6, 0, 0)  # turned by 90 degrees
     turned = content[:2] + b"\xff\xe1" + struct.pack(">H", len(tags) + 2) + tags + content[2:]
-    assert decode_compressed(turned).shape == (24, 40, 3)
+    assert decode_compressed_image(turned).shape == (24, 40, 3)
 
 
 RAW_WRONG = [
@@ -131,7 +136,7 @@ RAW_WRONG = [
 def test_wrong_image(change: dict[str, object], said: str) -> None:
     fields = {"encoding": "rgb8", "width": 2, "height": 2, "step": 6} | change
     with pytest.raises(ImageError, match=said):
-        decode(bytes(12), **fields)  # type: ignore[arg-type]
+        decode_image(bytes(12), **fields)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -155,7 +160,7 @@ def test_wrong_image(change: dict[str, object], said: str) -> None:
 )
 def test_wrong_compressed(content: object, said: str) -> None:
     with pytest.raises(ImageError, match=said):
-        decode_compressed(content() if callable(content) else content)  # type: ignore[arg-type]
+        decode_compressed_image(content() if callable(content) else content)  # type: ignore[arg-type]
 
 
 @given(
@@ -169,7 +174,7 @@ def test_damaged_is_an_image_or_an_error(ending: str, changes: list[tuple[int, i
     for at, value in changes:
         content[at % len(content)] = value
     try:
-        image = decode_compressed(bytes(content))
+        image = decode_compressed_image(bytes(content))
     except ImageError:
         return
     assert image.ndim == 3
@@ -188,7 +193,7 @@ def test_any_fields_are_an_image_or_an_error(
     encoding: str, width: int, height: int, step: int, data: bytes
 ) -> None:
     try:
-        image = decode(data, encoding=encoding, width=width, height=height, step=step)
+        image = decode_image(data, encoding=encoding, width=width, height=height, step=step)
     except ImageError:
         return
     assert image.shape == (height, width, 3)

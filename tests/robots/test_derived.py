@@ -13,8 +13,8 @@ from tests.robots.twins import ARENA, Rig
 
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Continuous
-from understudy.robots.derived_readings import NOWHERE, Derived
-from understudy.robots.inputs import located
+from understudy.robots.derived_readings import NOWHERE, DerivedReadings
+from understudy.robots.inputs import compute_ranges_and_bearings
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Reading
@@ -31,7 +31,7 @@ def kind(*sensors: StallSensor | RandomSensor | ElapsedSensor) -> RobotType:
 
 def stuck(path: list[tuple[float, float]], asked_m_s: list[float]) -> list[float]:
     """What `stuck` reads along a path, a place each tenth of a second, of a robot asked for so much before each."""
-    derived = Derived(kind(StallSensor(after_s=1.0)), [X, Y], [])
+    derived = DerivedReadings(kind(StallSensor(after_s=1.0)), [X, Y], [])
     return [
         derived.at(tick / 10, {("x", None): x, ("y", None): y}, asked)["stuck", None]
         for tick, ((x, y), asked) in enumerate(zip(path, asked_m_s, strict=True))
@@ -61,7 +61,7 @@ def test_who_was_not_asked_to_drive_is_not_stuck() -> None:
 
 
 def test_time_since_a_blob_was_seen() -> None:
-    derived = Derived(kind(ElapsedSensor(name="unseen", of="blob_x")), [BLOB], ["ball", "dog"])
+    derived = DerivedReadings(kind(ElapsedSensor(name="unseen", of="blob_x")), [BLOB], ["ball", "dog"])
     seen: list[ReadingKey] = [("blob_x", "ball")]
     found = [
         derived.at(tick / 2, dict.fromkeys(seen, x), 0.0) for tick, x in enumerate([nan, 80.0, nan, nan])
@@ -74,7 +74,9 @@ def test_time_since_a_blob_was_seen() -> None:
 
 def test_time_since_it_was_stuck() -> None:
     """Simulated worlds have such readings of `stuck`, too."""
-    derived = Derived(kind(ElapsedSensor(name="free", of="stuck"), StallSensor(after_s=0.1)), [X, Y], [])
+    derived = DerivedReadings(
+        kind(ElapsedSensor(name="free", of="stuck"), StallSensor(after_s=0.1)), [X, Y], []
+    )
     here: dict[ReadingKey, float] = {("x", None): 0.0, ("y", None): 0.0}
     found = [derived.at(tick / 10, here, asked) for tick, asked in enumerate([0.3, 0.3, 0.0, 0.0])]
     assert [each["stuck", None] for each in found] == [0.0, 1.0, 0.0, 0.0]
@@ -83,14 +85,14 @@ def test_time_since_it_was_stuck() -> None:
 
 def test_what_a_robot_tells_itself_is_not_worked_out() -> None:
     told = Reading("stuck", BOOLEAN)
-    derived = Derived(kind(StallSensor(), ElapsedSensor(name="free", of="stuck")), [told, X, Y], [])
+    derived = DerivedReadings(kind(StallSensor(), ElapsedSensor(name="free", of="stuck")), [told, X, Y], [])
     assert [each.name for each in derived.readings] == ["free"]
     assert derived.at(0.0, {("stuck", None): 1.0}, 0.0) == {("free", None): 0.0}
 
 
 def test_chance_is_kept_for_its_time_and_another_with_each_robot() -> None:
     def drawn(seed: int) -> list[float]:
-        derived = Derived(kind(RandomSensor(name="chance", every_s=1.0)), [], [], seed=seed)
+        derived = DerivedReadings(kind(RandomSensor(name="chance", every_s=1.0)), [], [], seed=seed)
         return [derived.at(tick / 4, {}, 0.0)["chance", None] for tick in range(8)]
 
     one, other = drawn(1), drawn(2)
@@ -108,8 +110,10 @@ def test_robots_of_a_team_draw_by_themselves() -> None:
 def test_places_beyond_all_numbers_are_absent() -> None:
     target = parse_robot(ARENA.format(name="one", world="arena")).targets
     far: dict[ReadingKey, float] = {("x", None): -1e308, ("y", None): 1.7e308, ("heading", None): 0.0}
-    assert all(isnan(value) for value in located(target, far | {("x", None): -1.7e308}).values())
-    assert inf not in located(target, far).values()
+    assert all(
+        isnan(value) for value in compute_ranges_and_bearings(target, far | {("x", None): -1.7e308}).values()
+    )
+    assert inf not in compute_ranges_and_bearings(target, far).values()
 
 
 def test_a_robot_far_beyond_the_arena_is_sensed_and_drawn() -> None:

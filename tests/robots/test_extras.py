@@ -12,8 +12,8 @@ import pytest
 from tests.robots.rovers import ROVER, Wire
 from tests.ui.cli.commands import ROOT
 
-from understudy.robots.camera.opencv import opencv
-from understudy.robots.inputs import Senses
+from understudy.robots.camera.opencv import import_opencv
+from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.transport import ExtraMissing
 
@@ -67,9 +67,9 @@ def test_the_rest_asks_for_none_of_them() -> None:
 def test_a_camera_without_opencv_is_not_a_mistake_in_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("rosbags", reason="needs the extra ros2")
     monkeypatch.setitem(sys.modules, "cv2", None)
-    opencv.cache_clear()
+    import_opencv.cache_clear()
     seen = '[camera]\ntopic = "image"\ntype = "sensor_msgs/msg/Image"\nview_deg = 60\n'
     color = "[camera.colors]\nball = { hue_deg = [10, 30], saturation = [0.4, 1], value = [0.1, 1] }\n"
     with pytest.raises(ExtraMissing, match=r"^a camera needs what .* 'understudy\[camera\]'$"):
-        Senses(parse_robot(ROVER + seen + color), Wire())
-    opencv.cache_clear()
+        SensorInputs(parse_robot(ROVER + seen + color), Wire())
+    import_opencv.cache_clear()

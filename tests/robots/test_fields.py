@@ -15,9 +15,9 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import ODOMETRY, RANGE, SCAN
 
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
-from understudy.robots.robot_file import ReadingOf
-from understudy.robots.ros.fields import extraction, heading
-from understudy.robots.ros.messages import decode, encode, make
+from understudy.robots.robot_file import ReadingSpec
+from understudy.robots.ros.fields import compute_heading, make_extractor
+from understudy.robots.ros.messages import decode_message, encode_message, make_message
 from understudy.sim.scenario.toml_decode import DecodeProblem
 
 RANGES = [  # what a sonar from 0.1 to 3 m says, how far from the rim 0.2 m before it that is
@@ -64,7 +64,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 
 
 def value(message: Any, **of: Any) -> float:
-    found = extraction(ReadingOf(topic="t", **of))
+    found = make_extractor(ReadingSpec(topic="t", **of))
     assert not isinstance(found, DecodeProblem), found
     return found[2](message)
 
@@ -75,35 +75,35 @@ def same(one: float, other: float) -> bool:
 
 @pytest.mark.parametrize(("said", "is_"), RANGES)
 def test_a_range(said: float, is_: float) -> None:
-    message = make(RANGE, min_range=0.1, max_range=3.0, range=said)
+    message = make_message(RANGE, min_range=0.1, max_range=3.0, range=said)
     assert same(value(message, type=RANGE, offset_m=0.2), is_)
 
 
 @pytest.mark.parametrize(("said", "is_"), [(-inf, 0.0), (inf, 0.4), (nan, nan)])
 def test_a_sensor_that_only_tells_whether_something_is_there(said: float, is_: float) -> None:
     """REP 117: its limits are one, and -inf says that there is."""
-    message = make(RANGE, min_range=0.5, max_range=0.5, range=said)
+    message = make_message(RANGE, min_range=0.5, max_range=0.5, range=said)
     assert same(value(message, type=RANGE, offset_m=0.1), is_)
 
 
 @pytest.mark.parametrize(("theta", "is_"), [(0.5, 0.5), (-0.5, tau - 0.5), (-1e-18, 0.0), (inf, nan)])
 def test_the_direction_of_a_pose_in_the_plane(theta: float, is_: float) -> None:
-    found = extraction(ReadingOf(topic="t", type="geometry_msgs/msg/Pose2D", field="theta"))
+    found = make_extractor(ReadingSpec(topic="t", type="geometry_msgs/msg/Pose2D", field="theta"))
     assert not isinstance(found, DecodeProblem)
     assert found[:2] == (Toroidal(), "rad")
-    assert same(found[2](make("geometry_msgs/msg/Pose2D", theta=theta)), is_)
+    assert same(found[2](make_message("geometry_msgs/msg/Pose2D", theta=theta)), is_)
 
 
 @pytest.mark.parametrize(("x", "is_"), [(1.5, 1.5), (-1e30, -1e30), (1e31, nan), (-1.7e308, nan), (inf, nan)])
 def test_what_nothing_measures_is_absent(x: float, is_: float) -> None:
-    message = make(ODOMETRY)
+    message = make_message(ODOMETRY)
     message.pose.pose.position.x = x
     assert same(value(message, type=ODOMETRY, field="pose.pose.position.x"), is_)
 
 
 def scan(*ranges: float) -> Any:
     """As it comes over the wire: angles are 32-bit floats."""
-    message = make(
+    message = make_message(
         SCAN,
         angle_min=-pi / 2,
         angle_max=3 * pi / 4,
@@ -112,7 +112,7 @@ def scan(*ranges: float) -> Any:
         range_max=4.0,
         ranges=np.array(ranges, np.float32),
     )
-    return decode(SCAN, encode(SCAN, message))
+    return decode_message(SCAN, encode_message(SCAN, message))
 
 
 @pytest.mark.parametrize(("sector", "nearest"), SECTORS)
@@ -147,14 +147,16 @@ def test_a_scan_of_anything_reads_within_its_limits_or_is_absent(
 @given(st.floats(0, tau, exclude_max=True), st.floats(0.8, 1.2))
 def test_a_heading(angle: float, scale: float) -> None:
     """Turned by `angle` about z; the quaternion need not be normal."""
-    quaternion = make("geometry_msgs/msg/Quaternion", z=scale * sin(angle / 2), w=scale * cos(angle / 2))
-    away = abs(heading(quaternion) - angle)
+    quaternion = make_message(
+        "geometry_msgs/msg/Quaternion", z=scale * sin(angle / 2), w=scale * cos(angle / 2)
+    )
+    away = abs(compute_heading(quaternion) - angle)
     assert min(away, tau - away) < 1e-6
-    assert 0 <= heading(quaternion) < tau
+    assert 0 <= compute_heading(quaternion) < tau
 
 
 def test_an_orientation_left_at_zero_is_no_heading() -> None:
-    assert isnan(heading(make("geometry_msgs/msg/Quaternion", w=0.0)))
+    assert isnan(compute_heading(make_message("geometry_msgs/msg/Quaternion", w=0.0)))
 
 
 def test_kinds_and_units_follow_from_the_field() -> None:
@@ -165,13 +167,13 @@ def test_kinds_and_units_follow_from_the_field() -> None:
         ("sensor_msgs/msg/BatteryState", "percentage", Continuous(), ""),
     ]
     for type, field, kind, unit in rows:
-        found = extraction(ReadingOf(topic="t", type=type, field=field))
+        found = make_extractor(ReadingSpec(topic="t", type=type, field=field))
         assert not isinstance(found, DecodeProblem)
         assert found[:2] == (kind, unit)
 
 
 @pytest.mark.parametrize(("of", "key"), WRONG)
 def test_what_no_message_has_is_said(of: dict[str, Any], key: str) -> None:
-    found = extraction(ReadingOf(topic="t", **of))
+    found = make_extractor(ReadingSpec(topic="t", **of))
     assert isinstance(found, DecodeProblem)
     assert found.key == key

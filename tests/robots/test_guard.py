@@ -21,16 +21,16 @@ from tests.robots.rovers import ROVER, TWIST, Wire, odometry, sonar
 from understudy.errors import FileError
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import twist
-from understudy.robots.ros.transport import Peer, Publish
+from understudy.robots.ros.messages import encode_twist
+from understudy.robots.ros.transport import Publish, Publisher
 from understudy.robots.safety.guard import ArmingRefused, Guard
-from understudy.robots.safety.self_monitor import asleep_s
+from understudy.robots.safety.self_monitor import measure_time_asleep
 from understudy.robots.safety.speed_limits import Speeds
 from understudy.robots.safety.watchdog import ANEW, MOVING, RESTING
-from understudy.robots.safety.watchdog_client import Leash
+from understudy.robots.safety.watchdog_client import WatchdogClient
 
 AHEAD = (0.4, 0.0)
-OTHER = Peer(CMD, TWIST)
+OTHER = Publisher(CMD, TWIST)
 
 
 def late(rig: Rig) -> None:
@@ -192,7 +192,7 @@ REFUSED: list[tuple[Callable[[Rig], None], str, str]] = [  # what was before, wh
 ]
 
 
-def heard(rig: Rig, *others: Peer) -> None:
+def heard(rig: Rig, *others: Publisher) -> None:
     rig.hear(SONAR, sonar(2.0))
     rig.hear(ODOM, odometry(0.0))
     rig.wire.others.extend(others)
@@ -208,7 +208,7 @@ def test_arming_is_refused(before: Callable[[Rig], None], by: str, said: str) ->
     assert rig.wire.sent == []
 
 
-class Tame(Leash):
+class Tame(WatchdogClient):
     """A leash with nobody at its end."""
 
     said = ""
@@ -222,7 +222,7 @@ class Tame(Leash):
     def alive(self) -> bool:
         return True
 
-    def start(self, peers: Sequence[Peer]) -> None:
+    def start(self, peers: Sequence[Publisher]) -> None:
         self.found = set(peers)
 
     def tell(self, words: bytes) -> None:
@@ -266,8 +266,8 @@ def leashed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Leashed:
 
 def test_the_watchdog_hears_of_it(leashed: Leashed) -> None:
     """And has to find who publishes what the robot reads, but not others."""
-    sensor = Peer(SONAR, "sensor_msgs/msg/Range")
-    leashed.wire.others.extend([sensor, Peer("/elsewhere", TWIST)])
+    sensor = Publisher(SONAR, "sensor_msgs/msg/Range")
+    leashed.wire.others.extend([sensor, Publisher("/elsewhere", TWIST)])
     leashed.ready()
     assert leashed.leash.found == {sensor}
     leashed.move(1.0)
@@ -338,8 +338,8 @@ def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(leashed: Leashed) -> 
 
 def test_a_computer_that_slept_is_armed_again(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
     leashed.ready().move(1.0)
-    slept = asleep_s() + 60.0
-    monkeypatch.setattr("understudy.robots.safety.self_monitor.asleep_s", lambda: slept)
+    slept = measure_time_asleep() + 60.0
+    monkeypatch.setattr("understudy.robots.safety.self_monitor.measure_time_asleep", lambda: slept)
     leashed.wait(0.02)
     assert (leashed.sent, leashed.robot.stopped) == (STOP, "this computer slept")
     leashed.ready().wait(0.1)
@@ -410,7 +410,7 @@ def test_a_guard_that_fails_stops_it(tmp_path: Path) -> None:
         while len(wire.sent) < sent + 5:
             assert time.monotonic() < until
             time.sleep(0.005)
-        still = twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
+        still = encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
         assert {data for _, data in wire.sent[sent - 1 :]} == {still}
     finally:
         robot.close()
@@ -458,7 +458,7 @@ def test_no_older_command_overtakes_a_stop(tmp_path: Path) -> None:
 
     wire, ended = Slow(), Event()
     robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", leash=Tame())
-    still = twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
+    still = encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
 
     def act() -> None:
         while not ended.is_set():

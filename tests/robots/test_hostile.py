@@ -23,7 +23,13 @@ from tests.robots.rovers import Wire, sonar
 
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import LONGEST, MessageRefused, decode, encode, make
+from understudy.robots.ros.messages import (
+    LONGEST,
+    MessageRefused,
+    decode_message,
+    encode_message,
+    make_message,
+)
 from understudy.runtime.body import list_reading_keys
 
 SEEDS = st.integers(0, 2**32)
@@ -115,7 +121,7 @@ def test_images_that_claim_to_be_giants_take_no_memory(size: tuple[int, int]) ->
     rig, image = Rig(), "sensor_msgs/msg/Image"
     width, height = size
     step = min(3 * width, 2**32 - 1)
-    data = encode(image, make(image, encoding="rgb8", width=width, height=height, step=step))
+    data = encode_message(image, make_message(image, encoding="rgb8", width=width, height=height, step=step))
     rig.hear("/rover/image", data)
     with little_memory():
         rig.hear("/rover/image", data)
@@ -126,8 +132,11 @@ def test_messages_that_are_giants_are_not_looked_at() -> None:
     """Longer than any that a robot has use for: what is made of their numbers takes more than they do."""
     scan = "sensor_msgs/msg/LaserScan"
     ranges = np.ones(LONGEST // 4, np.float32)
-    data = encode(scan, make(scan, angle_increment=1e-6, range_max=10.0, ranges=ranges))
+    data = encode_message(scan, make_message(scan, angle_increment=1e-6, range_max=10.0, ranges=ranges))
     with little_memory(), pytest.raises(MessageRefused, match="bytes long"):
-        decode(scan, data)
+        decode_message(scan, data)
     image = "sensor_msgs/msg/Image"
-    assert decode(image, encode(image, make(image, data=np.zeros(LONGEST, np.uint8)))) is not None
+    assert (
+        decode_message(image, encode_message(image, make_message(image, data=np.zeros(LONGEST, np.uint8))))
+        is not None
+    )

@@ -32,14 +32,19 @@ from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, Wire, odometry, s
 
 from understudy.errors import FileError
 from understudy.robots.recording import writer
-from understudy.robots.recording.header import Ran
-from understudy.robots.recording.message_types import READINGS, Readings, States, states_of
-from understudy.robots.recording.reader import Pressed, read_recording
-from understudy.robots.recording.recorder import Recorder, RecordingFailed, Taped
+from understudy.robots.recording.header import RunInfo
+from understudy.robots.recording.message_types import (
+    READINGS,
+    ReadingsEncoder,
+    StatesEncoder,
+    decode_states,
+)
+from understudy.robots.recording.reader import RecordedPress, read_recording
+from understudy.robots.recording.recorder import RecordingFailed, RecordingTransport, RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import decode
-from understudy.robots.ros.transport import Peer
+from understudy.robots.ros.messages import decode_message
+from understudy.robots.ros.transport import Publisher
 from understudy.runtime.body import list_reading_keys
 
 FORWARD = {"drive": np.array([1.0]), "turn": np.array([0.0])}
@@ -50,35 +55,35 @@ NUMBERS = st.floats(width=64)
 @given(NAMES, st.data())
 def test_readings_are_kept_to_the_last_bit(names: list[str], data: st.DataObject) -> None:
     """Other people's decoder finds the same as ours, tick after tick."""
-    messages, made = Readings(names), b""
+    messages, made = ReadingsEncoder(names), b""
     for _ in range(2):
         time_s = data.draw(NUMBERS)
         values = np.array(data.draw(st.lists(NUMBERS, min_size=len(names), max_size=len(names))))
         made = messages.encode(time_s, values)
-        theirs = decode(READINGS, made)
+        theirs = decode_message(READINGS, made)
         assert [each.name for each in theirs.readings] == names
         found = messages.decode(made)
         assert found is not None
         for one in ([found[0], *found[1]], [theirs.time_s, *(each.value for each in theirs.readings)]):
             assert np.array(one, float).tobytes() == np.array([time_s, *values], float).tobytes()
-    assert Readings([*names, "another"]).decode(made) is None
+    assert ReadingsEncoder([*names, "another"]).decode(made) is None
 
 
 def test_names_of_one_length_are_told_apart() -> None:
-    assert Readings(["x", "y"]).decode(Readings(["x", "z"]).encode(0.0, np.zeros(2))) is None
+    assert ReadingsEncoder(["x", "y"]).decode(ReadingsEncoder(["x", "z"]).encode(0.0, np.zeros(2))) is None
 
 
 def test_states_are_said_each_tick() -> None:
-    states = States()
-    said = [states_of(states.encode(*each)) for each in ((0.1, ("a", "b")), (0.2, ("a", "b")), (0.3, ()))]
+    states = StatesEncoder()
+    said = [decode_states(states.encode(*each)) for each in ((0.1, ("a", "b")), (0.2, ("a", "b")), (0.3, ()))]
     assert said == [(0.1, ("a", "b")), (0.2, ("a", "b")), (0.3, ())]
 
 
-def rover(path: Path) -> tuple[Recorder, Robot, Wire]:
-    recorder, wire = Recorder(path), Wire([Peer("/rover/sonar", RANGE)])
-    robot = Robot(parse_robot(ROVER), Taped(wire, recorder))
+def rover(path: Path) -> tuple[RunRecorder, Robot, Wire]:
+    recorder, wire = RunRecorder(path), Wire([Publisher("/rover/sonar", RANGE)])
+    robot = Robot(parse_robot(ROVER), RecordingTransport(wire, recorder))
     wire.deliver("/rover/sonar", sonar(2.0), time.monotonic())  # robots do not wait until somebody begins
-    recorder.begin(robot, names=["rover"], ran=Ran(behavior="wander"), files={"rover.toml": ROVER})
+    recorder.begin(robot, names=["rover"], ran=RunInfo(behavior="wander"), files={"rover.toml": ROVER})
     return recorder, robot, wire
 
 
@@ -145,14 +150,14 @@ def test_what_is_read_back_is_what_was_said(tmp_path: Path) -> None:
     sonar_ahead = found.values[:, found.keys.index(("sonar_ahead", None)), 0]
     np.testing.assert_array_equal(sonar_ahead[[0, 3]], [2.0, 0.25])
     np.testing.assert_array_equal(found.values[0, 1:, 0], [nan, nan])
-    assert found.presses == [[Pressed(3, "backward"), Pressed(3, None)]]
+    assert found.presses == [[RecordedPress(3, "backward"), RecordedPress(3, None)]]
     assert found.paths[0] == [("wander", "forward")] * 3 + [("wander", "backward")]
     assert (found.head.ran.behavior, found.head.files) == ("wander", {"rover.toml": ROVER})
 
 
 def test_a_topic_that_two_listen_to_is_kept_once(tmp_path: Path) -> None:
-    recorder, wire = Recorder(tmp_path / "two.mcap"), Wire()
-    taped, heard = Taped(wire, recorder), list[bytes]()
+    recorder, wire = RunRecorder(tmp_path / "two.mcap"), Wire()
+    taped, heard = RecordingTransport(wire, recorder), list[bytes]()
     with recorder:
         for _ in range(2):
             taped.subscribe("/sonar", RANGE, lambda data, at_s: heard.append(data))
@@ -164,7 +169,7 @@ def test_a_topic_that_two_listen_to_is_kept_once(tmp_path: Path) -> None:
 
 def slid(path: Path, ticks: int, each: Callable[[int], object] = lambda tick: None) -> None:
     body = Scripted(2)
-    with Recorder(path) as recorder:
+    with RunRecorder(path) as recorder:
         recorder.begin(body)
         for tick in range(ticks):
             keys = list_reading_keys(body)
@@ -269,13 +274,13 @@ def test_a_robot_whose_recording_ends_stops(tmp_path: Path, monkeypatch: pytest.
     with pytest.raises(RecordingFailed):
         drives()
     assert wire.closed
-    last = decode(TWIST, wire.sent[-1][1])
+    last = decode_message(TWIST, wire.sent[-1][1])
     assert (last.linear.x, last.angular.z) == (0.0, 0.0)
 
 
 def test_a_run_that_begins_anew_is_what_counts(tmp_path: Path) -> None:
     body, keys = Scripted(1), [("load", None)]
-    with Recorder(tmp_path / "two.mcap") as recorder:
+    with RunRecorder(tmp_path / "two.mcap") as recorder:
         for begun in range(2):
             recorder.begin(body)
             for tick in range(3):
@@ -327,10 +332,10 @@ def test_what_is_there_is_kept(tmp_path: Path) -> None:
     path = tmp_path / "drive.mcap"
     path.write_bytes(b"mine")
     with pytest.raises(FileError, match="is there already; name another file"):
-        Recorder(path)
+        RunRecorder(path)
     assert path.read_bytes() == b"mine"
     with pytest.raises(FileError, match="cannot be written"):
-        Recorder(tmp_path / "nowhere" / "drive.mcap")
+        RunRecorder(tmp_path / "nowhere" / "drive.mcap")
 
 
 NONE = [
@@ -350,11 +355,11 @@ def test_what_is_no_recording_is_refused(content: bytes | None, problem: str, tm
 
 
 def test_a_recording_without_decisions_is_refused(tmp_path: Path) -> None:
-    with Recorder(tmp_path / "bare.mcap") as recorder:
+    with RunRecorder(tmp_path / "bare.mcap") as recorder:
         recorder.tape("/sonar", RANGE)(sonar(1.0), 0.0)
     with pytest.raises(FileError, match="it does not say what ran"):
         read_recording(tmp_path / "bare.mcap")
-    with Recorder(tmp_path / "begun.mcap") as recorder:
+    with RunRecorder(tmp_path / "begun.mcap") as recorder:
         recorder.begin(Scripted(1))
     with pytest.raises(FileError, match="it holds no tick"):
         read_recording(tmp_path / "begun.mcap")

@@ -16,9 +16,13 @@ from tests.training.lessons import session as scripted
 
 from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.model.lesson import LearnerOptions
-from understudy.robots.recording.reader import Pressed, Recording, read_recording
-from understudy.robots.recording.recorder import Recorder
-from understudy.robots.recording.teach_from_recording import read_presses, recorded_presses, taught_over
+from understudy.robots.recording.reader import RecordedPress, Recording, read_recording
+from understudy.robots.recording.recorder import RunRecorder
+from understudy.robots.recording.teach_from_recording import (
+    list_recorded_presses,
+    read_presses,
+    teach_from_recording,
+)
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 
@@ -29,7 +33,7 @@ Steps = Sequence[tuple[int, str]]
 def recorded(session: Session, path: Path, steps: Steps, ticks: int) -> Recording:
     """A session that goes on for so many ticks, recorded, with its presses."""
     waiting = list(steps)
-    with Recorder(path, clock=lambda: session.body.time_s) as recorder:
+    with RunRecorder(path, clock=lambda: session.body.time_s) as recorder:
         recorder.begin(session.body)
         for tick in range(ticks):
             while waiting and waiting[0][0] == tick:
@@ -40,7 +44,7 @@ def recorded(session: Session, path: Path, steps: Steps, ticks: int) -> Recordin
     return read_recording(path)
 
 
-def do(session: Session, step: str, recorder: Recorder) -> None:
+def do(session: Session, step: str, recorder: RunRecorder) -> None:
     if step in session.automaton.state_names:
         recorder.pressed(step)
         session.direct(step)
@@ -84,7 +88,7 @@ def test_presses_that_were_recorded_give_the_lesson(options: LearnerOptions, tmp
     session = scripted(features=["range_of(ball)", "bearing_of(goal)", "load"], options=options)
     empty = session.lesson
     recording = recorded(session, tmp_path / "s.mcap", PLAIN, 80)
-    again = taught_over(recording, session.library, empty, recorded_presses(recording))
+    again = teach_from_recording(recording, session.library, empty, list_recorded_presses(recording))
     assert len(session.examples) >= 8
     assert again.examples == session.examples
     assert (again.lesson.record.values == session.lesson.record.values).all()
@@ -96,10 +100,10 @@ def test_a_table_of_presses_gives_the_lesson(tmp_path: Path) -> None:
     empty = session.lesson
     recording = recorded(session, tmp_path / "s.mcap", CORRECTED, 80)
     presses = read_presses(table(tmp_path / "p.csv", recording, CORRECTED), recording)
-    again = taught_over(recording, session.library, empty, presses)
+    again = teach_from_recording(recording, session.library, empty, presses)
     assert any(each.correction for each in session.examples)
     assert again.examples == session.examples
-    live = taught_over(recording, session.library, empty, recorded_presses(recording))
+    live = teach_from_recording(recording, session.library, empty, list_recorded_presses(recording))
     assert live.examples == session.examples
 
 
@@ -121,7 +125,7 @@ def test_a_session_in_a_world_is_learned_from_its_recording(tmp_path: Path) -> N
     steps = [(0, "rotate_left"), (9, "forward"), (40, "rotate_right"), (55, "forward"), (90, "done")]
     recording = recorded(session, tmp_path / "s.mcap", steps, 100)
     presses = read_presses(table(tmp_path / "p.csv", recording, steps), recording)
-    again = taught_over(recording, library, lesson, presses)
+    again = teach_from_recording(recording, library, lesson, presses)
     assert len(session.examples) == 9
     assert again.examples == session.examples
     assert again.taught().automaton == session.taught().automaton
@@ -154,16 +158,20 @@ def test_presses_that_cannot_be_are_refused(tmp_path: Path) -> None:
     empty = session.lesson
     recording = recorded(session, tmp_path / "s.mcap", [], 10)
     with pytest.raises(SessionError, match="holds no presses; give --presses"):
-        recorded_presses(recording)
+        list_recorded_presses(recording)
     with pytest.raises(UnderstudyError, match="no state 'backward'"):
-        taught_over(recording, session.library, empty, [Pressed(3, "backward")])
+        teach_from_recording(recording, session.library, empty, [RecordedPress(3, "backward")])
     with pytest.raises(SessionError, match="has a step 'jump'; sessions have press, test, train, restart"):
-        taught_over(recording, session.library, empty, [Pressed(3, None, "jump")])
+        teach_from_recording(recording, session.library, empty, [RecordedPress(3, None, "jump")])
 
 
 def test_a_press_between_ticks_acts_at_the_next(tmp_path: Path) -> None:
     recording = recorded(scripted(), tmp_path / "s.mcap", [], 10)
     presses = tmp_path / "p.csv"
     presses.write_text("time_s,state\n0.31,left\n0.3,right\n0.9,\n", encoding="utf-8")
-    assert read_presses(presses, recording) == [Pressed(4, "left"), Pressed(3, "right"), Pressed(9, None)]
+    assert read_presses(presses, recording) == [
+        RecordedPress(4, "left"),
+        RecordedPress(3, "right"),
+        RecordedPress(9, None),
+    ]
     assert np.allclose(recording.times, np.arange(10) / 10)

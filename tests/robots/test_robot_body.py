@@ -15,8 +15,8 @@ from tests.robots.rigs import CMD, FENCED, ODOM, SONAR, STOP, Rig
 from tests.robots.rovers import ODOMETRY, ROVER, STAMPED, TWIST, Wire, odometry, sonar
 
 from understudy.errors import DefinitionError, FileError, UnknownName
-from understudy.robots.diagnostics import survey
-from understudy.robots.ros.transport import Peer
+from understudy.robots.diagnostics import diagnose_connection
+from understudy.robots.ros.transport import Publisher
 from understudy.runtime.body import list_reading_keys
 from understudy.testing import check_body
 
@@ -188,17 +188,23 @@ def test_what_no_message_has_names_its_key_in_the_file() -> None:
 
 SURVEYS = [  # who else publishes, what came in 2 s, what is said
     ([], {}, ["nobody publishes there"]),
-    ([Peer(SONAR, ODOMETRY)], {}, ["/rover/sonar carries nav_msgs/msg/Odometry, not sensor_msgs/msg/Range"]),
-    ([Peer(SONAR, "sensor_msgs/msg/Range")], {}, ["somebody publishes there"]),
+    (
+        [Publisher(SONAR, ODOMETRY)],
+        {},
+        ["/rover/sonar carries nav_msgs/msg/Odometry, not sensor_msgs/msg/Range"],
+    ),
+    ([Publisher(SONAR, "sensor_msgs/msg/Range")], {}, ["somebody publishes there"]),
     ([], {SONAR: b"\0\1\0\0"}, ["is no sensor_msgs/msg/Range"]),
-    ([Peer(CMD, TWIST)], {SONAR: sonar(1.0), ODOM: odometry(0.0)}, ["two masters"]),
-    ([Peer(ODOM, ODOMETRY)] * 2, {SONAR: sonar(1.0), ODOM: odometry(0.0)}, ["namespace of its own"]),
+    ([Publisher(CMD, TWIST)], {SONAR: sonar(1.0), ODOM: odometry(0.0)}, ["two masters"]),
+    ([Publisher(ODOM, ODOMETRY)] * 2, {SONAR: sonar(1.0), ODOM: odometry(0.0)}, ["namespace of its own"]),
     ([], {SONAR: sonar(1.0), ODOM: odometry(0.0)}, []),
 ]
 
 
 @pytest.mark.parametrize(("peers", "came", "said"), SURVEYS)
-def test_a_survey_says_what_is_missing(peers: list[Peer], came: dict[str, bytes], said: list[str]) -> None:
+def test_a_survey_says_what_is_missing(
+    peers: list[Publisher], came: dict[str, bytes], said: list[str]
+) -> None:
     rig = Rig(wire=Wire(peers))
 
     def wait(seconds: float) -> None:
@@ -207,7 +213,7 @@ def test_a_survey_says_what_is_missing(peers: list[Peer], came: dict[str, bytes]
             for topic, data in came.items():
                 rig.hear(topic, data)
 
-    found = survey(rig.robot, seconds=2.0, sleep=wait)
+    found = diagnose_connection(rig.robot, seconds=2.0, sleep=wait)
     assert len(found.problems) >= len(said)
     assert all(any(words in problem for problem in found.problems) for words in said)
     assert bool(found.problems) == bool(said)
@@ -226,5 +232,5 @@ def test_a_survey_tells_slow_and_silent_sensors() -> None:
             if rig.now < 101.0:
                 rig.hear(ODOM, odometry(0.0))
 
-    problems = survey(rig.robot, seconds=2.0, sleep=wait).problems
+    problems = diagnose_connection(rig.robot, seconds=2.0, sleep=wait).problems
     assert ["2.5 Hz, not 10" in problems[0], "fell silent 1.2 s ago" in problems[1]] == [True, True]

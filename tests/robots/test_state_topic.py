@@ -10,8 +10,8 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import Wire
 
-from understudy.robots.ros.messages import decode
-from understudy.robots.ros.state_topic import Transitions, transition
+from understudy.robots.ros.messages import decode_message
+from understudy.robots.ros.state_topic import StateChangePublisher, detect_state_change
 
 SWITCHES = [  # states before and after, the outermost level that switched
     ((), (), None),
@@ -29,16 +29,16 @@ SWITCHES = [  # states before and after, the outermost level that switched
 def test_transition(
     before: tuple[str, ...], after: tuple[str, ...], expected: tuple[int, str, str] | None
 ) -> None:
-    assert transition(before, after) == expected
+    assert detect_state_change(before, after) == expected
 
 
 def test_each_switch_is_published_once() -> None:
     wire = Wire()
-    told = Transitions(wire, namespace="/rover", robot="rover")
+    told = StateChangePublisher(wire, namespace="/rover", robot="rover")
     for tick, path in enumerate([("a",), ("a",), ("a", "ü"), ("b",)]):
         told.decided(tick / 10, path)
     assert {topic for topic, _ in wire.sent} == {"/rover/understudy/transitions"}
-    assert [json.loads(decode("std_msgs/msg/String", data).data) for _, data in wire.sent] == [
+    assert [json.loads(decode_message("std_msgs/msg/String", data).data) for _, data in wire.sent] == [
         {"time_s": 0.0, "robot": "rover", "level": 0, "before": "", "after": "a", "path": ["a"]},
         {"time_s": 0.2, "robot": "rover", "level": 1, "before": "", "after": "ü", "path": ["a", "ü"]},
         {"time_s": 0.3, "robot": "rover", "level": 0, "before": "a", "after": "b", "path": ["b"]},

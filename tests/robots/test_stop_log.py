@@ -12,7 +12,13 @@ from tests.ui.cli.commands import run, said
 
 from understudy.errors import FileError
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.safety.stop_log import Stop, append, log_path, read_stops, stop_now
+from understudy.robots.safety.stop_log import (
+    StopEvent,
+    append_stop,
+    find_stop_log,
+    make_stop_event,
+    read_stops,
+)
 
 NOON = datetime(2026, 5, 4, 12, tzinfo=UTC)
 LOGGED = ROVER.replace("[commands]", '[safety]\nlog = "logs/stops"\n[commands]')
@@ -22,14 +28,14 @@ LOGGED = ROVER.replace("[commands]", '[safety]\nlog = "logs/stops"\n[commands]')
     ("text", "path"), [(ROVER, "robots/rover.stops.jsonl"), (LOGGED, "robots/logs/stops")]
 )
 def test_where_it_is(text: str, path: str) -> None:
-    assert log_path(parse_robot(text), "robots/rover.toml") == Path(path)
+    assert find_stop_log(parse_robot(text), "robots/rover.toml") == Path(path)
 
 
 def test_a_line_is_a_stop(tmp_path: Path) -> None:
-    log, stop = tmp_path / "log", Stop(time=NOON, robot="rover", cause="a key", by="Ada")
-    append(log)
+    log, stop = tmp_path / "log", StopEvent(time=NOON, robot="rover", cause="a key", by="Ada")
+    append_stop(log)
     assert read_stops(log) == ()
-    append(log, stop)
+    append_stop(log, stop)
     assert log.read_text() == '{"time":"2026-05-04T12:00:00Z","robot":"rover","cause":"a key","by":"Ada"}\n'
     assert read_stops(log) == (stop,)
 
@@ -44,7 +50,7 @@ def test_no_log_yet_and_one_that_is_none(tmp_path: Path) -> None:
 def test_two_who_write_at_once_lose_nothing(tmp_path: Path) -> None:
     def write(who: str) -> None:
         for _ in range(200):
-            append(tmp_path / "log", stop_now("rover", "x" * 500, who))
+            append_stop(tmp_path / "log", make_stop_event("rover", "x" * 500, who))
 
     writers = [Thread(target=write, args=(who,)) for who in ("guard", "watchdog")]
     for each in writers:
@@ -59,8 +65,9 @@ def test_stops_are_shown(tmp_path: Path) -> None:
     file.write_text(ROVER)
     assert "never been stopped" in run("robots", "stops", file).stdout
     for number, robot in enumerate(("rover", "other", "rover")):
-        append(
-            file.with_suffix(".stops.jsonl"), Stop(time=NOON, robot=robot, cause=f"no {number}", by="guard")
+        append_stop(
+            file.with_suffix(".stops.jsonl"),
+            StopEvent(time=NOON, robot=robot, cause=f"no {number}", by="guard"),
         )
     assert [each["cause"] for each in said("robots", "stops", file)] == ["no 0", "no 2"]
     shown = run("robots", "stops", file, "--last", 1).stdout

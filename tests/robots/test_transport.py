@@ -23,12 +23,12 @@ from tests.robots.routers import Router
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, odometry
 from tests.ui.cli.commands import run
 
-from understudy.robots.robot import Robot, connect
+from understudy.robots.robot import Robot, connect_robot_body
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.dds import DDS
-from understudy.robots.ros.messages import twist
-from understudy.robots.ros.transport import Peer, Transport
-from understudy.robots.ros.zenoh import Zenoh
+from understudy.robots.ros.dds import DdsTransport
+from understudy.robots.ros.messages import encode_twist
+from understudy.robots.ros.transport import Publisher, Transport
+from understudy.robots.ros.zenoh import ZenohTransport
 
 ROOT = Path(__file__).parents[2]
 DOMAIN = 43
@@ -55,7 +55,7 @@ def join(kind: str, router: Router) -> Iterator[Join]:
     joined: list[Transport] = []
 
     def begin() -> Transport:
-        joined.append(Zenoh(DOMAIN, router.endpoint) if kind == "zenoh" else DDS(DOMAIN))
+        joined.append(ZenohTransport(DOMAIN, router.endpoint) if kind == "zenoh" else DdsTransport(DOMAIN))
         return joined[-1]
 
     yield begin
@@ -107,7 +107,7 @@ def test_a_robot_reads_and_commands_another_process(
 ) -> None:
     """Ranges and odometry come in, and the Twist there is byte for byte what rosbags writes, of Humble too."""
     robot: Robot
-    with connect(parse_robot(text), path=tmp_path / "rover.toml") as robot:
+    with connect_robot_body(parse_robot(text), path=tmp_path / "rover.toml") as robot:
         wait_for(lambda: all(latest.count > 3 for latest in robot.senses.latest.values()))
         keys = [(reading.name, None) for reading in robot.readings]
         assert [float(column[0]) for column in robot.sense(keys).values()] == [2.0, 1.0, 0.0]
@@ -118,7 +118,7 @@ def test_a_robot_reads_and_commands_another_process(
             time.sleep(0.02)
     assert rover.stdout is not None
     got = bytes.fromhex(rover.stdout.read().strip())
-    assert got == twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5)
+    assert got == encode_twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5)
     store = get_typestore(Stores.ROS2_HUMBLE)
     vector = store.types["geometry_msgs/msg/Vector3"]
     message = store.types[TWIST](linear=vector(0.4, 0.0, 0.0), angular=vector(0.0, 0.0, -0.5))
@@ -178,8 +178,8 @@ def test_messages_arrive_as_they_were_sent_and_who_leaves_is_no_peer(join: Join,
     came: list[bytes] = []
     ours.subscribe(topic, ODOMETRY, lambda data, _: came.append(data))
     publish = theirs.publisher(topic, ODOMETRY)
-    wait_for(lambda: Peer(topic, ODOMETRY) in ours.peers())
-    assert Peer(topic, ODOMETRY) not in theirs.peers()
+    wait_for(lambda: Publisher(topic, ODOMETRY) in ours.peers())
+    assert Publisher(topic, ODOMETRY) not in theirs.peers()
     sent = odometry(1.25)
 
     def arrived() -> bool:
@@ -190,7 +190,7 @@ def test_messages_arrive_as_they_were_sent_and_who_leaves_is_no_peer(join: Join,
     assert came[0] == sent
     theirs.close()
     publish(sent)  # does nothing any more
-    wait_for(lambda: Peer(topic, ODOMETRY) not in ours.peers())
+    wait_for(lambda: Publisher(topic, ODOMETRY) not in ours.peers())
 
 
 def test_who_listens_may_answer_at_once(join: Join, namespace: str) -> None:

@@ -17,12 +17,12 @@ from tests.robots.twins import ARENA, Rig
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.robots.fleet import Fleet
-from understudy.robots.recording.header import Ran
+from understudy.robots.recording.header import RunInfo
 from understudy.robots.recording.reader import read_recording
-from understudy.robots.recording.recorder import Recorder
+from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot, parse_robot
-from understudy.robots.twin import Twin
+from understudy.robots.twin import DigitalTwin
 from understudy.runtime.body import list_reading_keys
 from understudy.testing import check_body
 
@@ -81,7 +81,7 @@ def test_two_robots_of_one_namespace_are_no_fleet() -> None:
 def test_a_robot_without_a_world_has_no_twin() -> None:
     robot = Robot(parse_robot(ARENA.format(name="one", world="arena").replace('world = "arena"', "")), Wire())
     with pytest.raises(SettingError, match="name the scenario"):
-        Twin(Fleet([robot]))
+        DigitalTwin(Fleet([robot]))
 
 
 def test_absent_where_no_odometry_comes() -> None:
@@ -137,14 +137,14 @@ def test_robots_tell_why_their_program_left(error: type[BaseException], cause: s
     assert [robot.stops[-1].cause for robot in rig.robots] == [cause] * 2
 
 
-def recorded(path: Path, rig_of: Callable[[Recorder], Rig]) -> None:
+def recorded(path: Path, rig_of: Callable[[RunRecorder], Rig]) -> None:
     """Two sessions, of two ticks and of one, with a press in each."""
-    with Recorder(path) as recorder:
+    with RunRecorder(path) as recorder:
         rig = rig_of(recorder)
         rig.seen()
         for session, presses in (("one", ["forward", "left"]), ("two", ["right"])):
             rig.twin.follow(lambda: [("forward",), ()])
-            rig.twin.record(Ran(library=session))
+            rig.twin.record(RunInfo(library=session))
             for state in presses:
                 rig.twin.noted(0, state)
                 rig.now += 0.1
@@ -171,7 +171,7 @@ def test_robots_of_one_namespace_in_two_domains_are_recorded_apart(tmp_path: Pat
     """With the files of both, though these have one name, too."""
     path = tmp_path / "two.mcap"
 
-    def rig_of(recorder: Recorder) -> Rig:
+    def rig_of(recorder: RunRecorder) -> Rig:
         rig = Rig(recorder=recorder)
         text = ARENA.format(name="one", world="arena")
         robots = []
@@ -180,7 +180,7 @@ def test_robots_of_one_namespace_in_two_domains_are_recorded_apart(tmp_path: Pat
             place.parent.mkdir()
             place.write_text(f"domain = {domain}\n{text}", encoding="utf-8")
             robots.append(Robot(load_robot(place), wire, path=place, clock=lambda: rig.now))
-        rig.names, rig.twin = ("one", "one"), Twin(Fleet(robots), recorder=recorder)
+        rig.names, rig.twin = ("one", "one"), DigitalTwin(Fleet(robots), recorder=recorder)
         return rig
 
     recorded(path, rig_of)

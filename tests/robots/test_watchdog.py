@@ -17,10 +17,10 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import ROVER
 
 from understudy.robots.robot_file import RobotFile, parse_robot
-from understudy.robots.ros.transport import Peer
+from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety.stop_log import read_stops
-from understudy.robots.safety.watchdog import ANEW, BYE, MOVING, RESTING, STOPPED, WELL, watch
-from understudy.robots.safety.watchdog_client import Leash, WatchdogFailed
+from understudy.robots.safety.watchdog import ANEW, BYE, MOVING, RESTING, STOPPED, WELL, watch_heartbeats
+from understudy.robots.safety.watchdog_client import WatchdogClient, WatchdogFailed
 
 NUMBERS = count()
 DEADLINE_S = 0.12
@@ -49,7 +49,7 @@ class Scene:
         return words
 
     def play(self) -> Scene:
-        watch(
+        watch_heartbeats(
             self.hear,
             self.answers.append,
             lambda: self.stopped.append(round(self.now, 2)),
@@ -114,13 +114,13 @@ def file() -> RobotFile:
 
 
 @pytest.fixture
-def leash(file: RobotFile, tmp_path: Path) -> Iterator[Leash]:
-    made = Leash(file, log=tmp_path / "log")
+def leash(file: RobotFile, tmp_path: Path) -> Iterator[WatchdogClient]:
+    made = WatchdogClient(file, log=tmp_path / "log")
     yield made
     made.leave()
 
 
-def keep_on(leash: Leash, until: Callable[[], object], seconds: float = 10.0) -> None:
+def keep_on(leash: WatchdogClient, until: Callable[[], object], seconds: float = 10.0) -> None:
     end = time.monotonic() + seconds
     while not until():
         assert time.monotonic() < end, "it never came"
@@ -128,7 +128,7 @@ def keep_on(leash: Leash, until: Callable[[], object], seconds: float = 10.0) ->
         time.sleep(0.02)
 
 
-def test_it_starts_answers_and_leaves(leash: Leash, tmp_path: Path) -> None:
+def test_it_starts_answers_and_leaves(leash: WatchdogClient, tmp_path: Path) -> None:
     assert leash.problem() == "there is no watchdog"
     leash.start([])
     pid = leash.pid
@@ -143,7 +143,9 @@ def test_it_starts_answers_and_leaves(leash: Leash, tmp_path: Path) -> None:
     assert read_stops(tmp_path / "log") == ()
 
 
-def test_it_starts_in_any_folder(leash: Leash, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_starts_in_any_folder(
+    leash: WatchdogClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Even in one whose files go by the names of modules, and from which a relative PYTHONPATH leads nowhere."""
     (tmp_path / "select.py").write_text("raise ImportError")
     monkeypatch.syspath_prepend(Path("src").absolute())
@@ -157,7 +159,7 @@ def test_it_starts_in_any_folder(leash: Leash, tmp_path: Path, monkeypatch: pyte
     ("number", "said"),
     [(signal.SIGKILL, "the watchdog died"), (signal.SIGSTOP, "the watchdog does not answer")],
 )
-def test_it_is_missed(leash: Leash, number: int, said: str) -> None:
+def test_it_is_missed(leash: WatchdogClient, number: int, said: str) -> None:
     leash.start([])
     keep_on(leash, lambda: leash.problem() == "")
     os.kill(leash.pid, number)
@@ -172,13 +174,15 @@ def test_it_is_missed(leash: Leash, number: int, said: str) -> None:
     os.kill(leash.pid, signal.SIGKILL)
 
 
-def test_a_program_that_cannot_be_started_is_told(leash: Leash, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_program_that_cannot_be_started_is_told(
+    leash: WatchdogClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("sys.executable", "/nowhere/python")
     with pytest.raises(WatchdogFailed, match="No such file"):
         leash.start([])
 
 
-def test_dropped_it_stops_the_robot(leash: Leash, tmp_path: Path) -> None:
+def test_dropped_it_stops_the_robot(leash: WatchdogClient, tmp_path: Path) -> None:
     leash.start([])
     leash.tell(ANEW)
     leash.drop()
@@ -189,7 +193,7 @@ def test_dropped_it_stops_the_robot(leash: Leash, tmp_path: Path) -> None:
 
 
 def test_dropped_at_the_end_of_a_program_it_stops_the_robot_too(
-    leash: Leash, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    leash: WatchdogClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """When no thread can be started any more."""
 
@@ -205,7 +209,7 @@ def test_dropped_at_the_end_of_a_program_it_stops_the_robot_too(
     assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
 
 
-def test_one_that_is_frozen_is_replaced(leash: Leash, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_that_is_frozen_is_replaced(leash: WatchdogClient, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("understudy.robots.safety.watchdog_client.LEAVING_S", 0.1)
     leash.start([])
     pid = leash.pid
@@ -217,15 +221,15 @@ def test_one_that_is_frozen_is_replaced(leash: Leash, monkeypatch: pytest.Monkey
 
 
 def test_it_is_not_ready_for_a_robot_that_it_does_not_find(
-    leash: Leash, file: RobotFile, monkeypatch: pytest.MonkeyPatch
+    leash: WatchdogClient, file: RobotFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("understudy.robots.safety.watchdog_client.STARTING_S", 1.5)
     with pytest.raises(WatchdogFailed, match="took too long"):
-        leash.start([Peer(file.topic("odom"), "nav_msgs/msg/Odometry")])
+        leash.start([Publisher(file.topic("odom"), "nav_msgs/msg/Odometry")])
     assert not leash.alive
 
 
-def test_what_it_says_of_itself_is_told(leash: Leash, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_it_says_of_itself_is_told(leash: WatchdogClient, monkeypatch: pytest.MonkeyPatch) -> None:
     nowhere = '<Interfaces><NetworkInterface name="nowhere"/></Interfaces>'
     uri = f"<CycloneDDS><Domain><General>{nowhere}</General></Domain></CycloneDDS>"
     monkeypatch.setenv("CYCLONEDDS_URI", uri)

@@ -23,11 +23,17 @@ from tests.robots.rovers import RANGE, ROVER, TWIST, sonar
 from understudy.errors import FileError
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import twist
+from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
-from understudy.robots.ros.transport import Peer, Unreachable
-from understudy.robots.ros.zenoh import Zenoh
-from understudy.robots.ros.zenoh_names import End, Session, attachment, end, keys
+from understudy.robots.ros.transport import Publisher, Unreachable
+from understudy.robots.ros.zenoh import ZenohTransport
+from understudy.robots.ros.zenoh_names import (
+    Endpoint,
+    ZenohSession,
+    make_attachment,
+    make_topic_keys,
+    parse_liveliness_token,
+)
 
 PLAIN = Path(__file__).with_name("plain_zenoh.py")
 NUMBERS = count()
@@ -74,28 +80,30 @@ def wait_for(what: Callable[[], object], seconds: float = 10.0) -> None:
 
 @pytest.mark.parametrize(("domain", "topic", "key"), KEYS)
 def test_keys_are_those_of_the_documentation(domain: int, topic: str, key: str) -> None:
-    assert keys(domain, topic, STRING) == (key, key.replace(HASH, "TypeHashNotSupported"))
+    assert make_topic_keys(domain, topic, STRING) == (key, key.replace(HASH, "TypeHashNotSupported"))
 
 
 def test_tokens_are_those_of_the_documentation() -> None:
-    session = Session(2, "8b20917502ee955ac4476e0266340d5c")
+    session = ZenohSession(2, "8b20917502ee955ac4476e0266340d5c")
     ours = session.token(10, "MP", topic="/chatter", type=STRING, depth=7)
     assert ours == TALKER.replace("talker", "understudy")
     assert session.node() == "@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/0/NN/%/%/understudy"
-    assert end(TALKER) == End("8b20917502ee955ac4476e0266340d5c", "MP", "/chatter", STRING, HASH)
+    assert parse_liveliness_token(TALKER) == Endpoint(
+        "8b20917502ee955ac4476e0266340d5c", "MP", "/chatter", STRING, HASH
+    )
 
 
 @pytest.mark.parametrize("token", NOBODY)
 def test_other_tokens_are_nobodies(token: str) -> None:
-    assert end(token) is None
+    assert parse_liveliness_token(token) is None
 
 
 def test_an_attachment_is_33_bytes() -> None:
     """Two numbers of 8 bytes, the length of the id, and an id of its own for each publisher."""
-    data = attachment(5, 1_000_000_007, TALKER)
+    data = make_attachment(5, 1_000_000_007, TALKER)
     assert struct.unpack("<qqB", data[:17]) == (5, 1_000_000_007, 16)
     assert len(data) == 33
-    assert data[17:] == attachment(6, 8, TALKER)[17:] != attachment(5, 1_000_000_007, "other")[17:]
+    assert data[17:] == make_attachment(6, 8, TALKER)[17:] != make_attachment(5, 1_000_000_007, "other")[17:]
 
 
 @pytest.mark.parametrize("release", ["jazzy", "humble"])
@@ -103,7 +111,7 @@ def test_a_plain_program_is_read_and_obeys(release: str, router: Router, namespa
     """Also one of Humble, whose keys have no hash, and whose ranges have no variance."""
     command = [sys.executable, str(PLAIN), router.endpoint, namespace, release]
     text = ROVER.replace("/rover", namespace).replace("domain = 43", "domain = 3")
-    joined = Zenoh(3, router.endpoint)
+    joined = ZenohTransport(3, router.endpoint)
     with (
         subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process,
         Robot(parse_robot(text), joined) as robot,
@@ -112,14 +120,14 @@ def test_a_plain_program_is_read_and_obeys(release: str, router: Router, namespa
         assert process.stdout.readline() == "ready\n"
         wait_for(lambda: robot.senses.latest["sonar_ahead"].count > 3)
         assert robot.senses.value("sonar_ahead", robot.now_s) == 2.0
-        assert joined.peers() == [Peer(f"{namespace}/sonar", RANGE)]
+        assert joined.peers() == [Publisher(f"{namespace}/sonar", RANGE)]
         robot.arm("a test")
         until = time.monotonic() + 10
         while process.poll() is None and time.monotonic() < until:
             robot.act({"drive": np.array([1.0]), "turn": np.array([-0.5])})
             time.sleep(0.02)
         data, attached = (bytes.fromhex(each) for each in process.stdout.readline().split())
-    assert data == twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5)
+    assert data == encode_twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5)
     number, time_ns, length = struct.unpack("<qqB", attached[:17])
     assert number >= 1
     assert abs(time_ns - time.time_ns()) < 60e9
@@ -128,7 +136,7 @@ def test_a_plain_program_is_read_and_obeys(release: str, router: Router, namespa
 
 def test_who_is_killed_is_no_peer(router: Router, namespace: str) -> None:
     """Nobody is left to take back its tokens."""
-    ours = Zenoh(3, router.endpoint)
+    ours = ZenohTransport(3, router.endpoint)
     command = [sys.executable, str(PLAIN), router.endpoint, namespace]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
@@ -171,7 +179,7 @@ def test_a_program_that_just_ends_stops_its_robot(router: Router, namespace: str
     how = f'transport = "zenoh"\nrouter = "{router.endpoint}"\ntick_s'
     text = ROVER.replace("/rover", namespace).replace("domain = 43", "domain = 3").replace("tick_s", how, 1)
     (tmp_path / "rover.toml").write_text(text)
-    robot, speeds = Zenoh(3, router.endpoint), list[float]()
+    robot, speeds = ZenohTransport(3, router.endpoint), list[float]()
     ahead = struct.Struct("<d")
     robot.subscribe(
         f"{namespace}/cmd_vel", TWIST, lambda data, _: speeds.append(ahead.unpack_from(data, 4)[0])
@@ -194,8 +202,8 @@ def test_a_program_that_just_ends_stops_its_robot(router: Router, namespace: str
 
 def test_without_a_router_one_listens_and_the_other_connects(namespace: str) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    listening, came = Zenoh(3, listen=endpoint), list[bytes]()
-    connected = Zenoh(3, endpoint)
+    listening, came = ZenohTransport(3, listen=endpoint), list[bytes]()
+    connected = ZenohTransport(3, endpoint)
     try:
         connected.subscribe(f"{namespace}/sonar", RANGE, lambda data, _: came.append(data))
         publish = listening.publisher(f"{namespace}/sonar", RANGE)
@@ -206,14 +214,14 @@ def test_without_a_router_one_listens_and_the_other_connects(namespace: str) -> 
 
         wait_for(arrived)
         assert came[0] == sonar(1.5)
-        assert Peer(f"{namespace}/sonar", RANGE) in connected.peers()
+        assert Publisher(f"{namespace}/sonar", RANGE) in connected.peers()
     finally:
         connected.close()
         listening.close()
 
 
 def test_domains_hear_nothing_of_each_other(router: Router, namespace: str) -> None:
-    here, there, same = (Zenoh(domain, router.endpoint) for domain in (3, 4, 3))
+    here, there, same = (ZenohTransport(domain, router.endpoint) for domain in (3, 4, 3))
     try:
         came = list[str]()
         there.subscribe(f"{namespace}/sonar", RANGE, lambda data, _: came.append("there"))

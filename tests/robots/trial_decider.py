@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from understudy.errors import UnderstudyError
-from understudy.robots.robot import Robot, connect
+from understudy.robots.robot import Robot, connect_robot_body
 from understudy.robots.robot_file import load_robot
 
 
@@ -40,7 +40,7 @@ def obey(robot: Robot, line: str) -> str:
 
 def main(path: str) -> None:
     file, keys = load_robot(path), [("sonar_ahead", None)]
-    robot = connect(file, path=Path(path))
+    robot = connect_robot_body(file, path=Path(path))
     with ExitStack() as ending:
         ending.push(robot)
         due = time.monotonic()

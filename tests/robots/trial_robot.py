@@ -15,10 +15,10 @@ from argparse import ArgumentParser
 
 from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
-from understudy.robots.ros.dds import DDS
-from understudy.robots.ros.messages import decode
+from understudy.robots.ros.dds import DdsTransport
+from understudy.robots.ros.messages import decode_message
 from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.zenoh import Zenoh
+from understudy.robots.ros.zenoh import ZenohTransport
 
 PERIOD_S = 0.02
 SLICE_S = 0.005
@@ -35,7 +35,7 @@ class Base:
         self._moving = False
 
     def told(self, data: bytes, at_s: float) -> None:
-        self.speed, self.told_s = decode(TWIST, data).linear.x, at_s
+        self.speed, self.told_s = decode_message(TWIST, data).linear.x, at_s
         self._now("command", time.monotonic())
 
     def go_on(self, elapsed_s: float, now: float) -> None:
@@ -61,7 +61,11 @@ def main() -> None:
     asked = given.parse_args()
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, PRIORITY)
-    wire: Transport = DDS(asked.domain) if asked.listen is None else Zenoh(asked.domain, listen=asked.listen)
+    wire: Transport = (
+        DdsTransport(asked.domain)
+        if asked.listen is None
+        else ZenohTransport(asked.domain, listen=asked.listen)
+    )
     base = Base(asked.deadline)
     if asked.only != "sonar":
         wire.subscribe(f"{asked.namespace}/cmd_vel", TWIST, base.told)

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from tests.robots.rovers import Wire, odometry
 
 from understudy.robots.fleet import Fleet
-from understudy.robots.recording.recorder import Recorder
+from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import decode
-from understudy.robots.twin import Twin
+from understudy.robots.ros.messages import decode_message
+from understudy.robots.twin import DigitalTwin
 
 ARENA = """
 format = "understudy-robot/1"
@@ -47,7 +47,7 @@ class Rig:
     world: str = "arena"
     now: float = 100.0
     wires: list[Wire] = field(default_factory=list)
-    recorder: Recorder | None = None
+    recorder: RunRecorder | None = None
 
     def __post_init__(self) -> None:
         self.wires = [Wire() for _ in self.names]
@@ -55,7 +55,7 @@ class Rig:
             Robot(parse_robot(ARENA.format(name=name, world=self.world)), wire, clock=lambda: self.now)
             for name, wire in zip(self.names, self.wires, strict=True)
         ]
-        self.twin = Twin(Fleet(self.robots), recorder=self.recorder)
+        self.twin = DigitalTwin(Fleet(self.robots), recorder=self.recorder)
 
     def hear(self, agent: int, data: bytes) -> None:
         self.last = data
@@ -66,7 +66,7 @@ class Rig:
         sent = [data for topic, data in self.wires[agent].sent if topic.endswith("/cmd_vel")]
         if not sent:
             return 0.0, 0.0
-        twist = decode("geometry_msgs/msg/Twist", sent[-1])
+        twist = decode_message("geometry_msgs/msg/Twist", sent[-1])
         return twist.linear.x, twist.angular.z
 
     odometry = staticmethod(odometry)

@@ -8,14 +8,14 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
-from understudy.sim_mujoco.optional import NoDrawing, drawing
+from understudy.sim_mujoco.optional import RenderingUnavailable, make_gl_context
 from understudy.sim_mujoco.renderer import MOST_PX
 
 
 def _draws() -> bool:
     try:
-        drawing(*MOST_PX)
-    except NoDrawing:
+        make_gl_context(*MOST_PX)
+    except RenderingUnavailable:
         return False
     return True
 

@@ -7,20 +7,20 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from understudy.sim.scenario.files import load_scenario
-from understudy.sim_mujoco.body import Physics
-from understudy.sim_mujoco.world_image import save, with_eye
+from understudy.sim_mujoco.body import MujocoBody
+from understudy.sim_mujoco.world_image import render_with_camera_inset, save_png
 
 PICTURE = Path(__file__).parents[2] / "docs" / "pictures" / "physics.png"
 SEED, ROBOT = 54, 3
 """Where a robot sees a teammate, home, the boss and an intruder, which are all there from the beginning."""
 
 
-def patrol() -> Physics:
+def patrol() -> MujocoBody:
     """The patrol with everybody there."""
     scenario = load_scenario("patrol")
     objects = tuple(replace(each, presence=None, capture=None) for each in scenario.objects)
-    return Physics(replace(scenario, objects=objects), [SEED])
+    return MujocoBody(replace(scenario, objects=objects), [SEED])
 
 
 if __name__ == "__main__":
-    save(with_eye(patrol(), ROBOT), PICTURE)
+    save_png(render_with_camera_inset(patrol(), ROBOT), PICTURE)

@@ -12,32 +12,32 @@ from tests.sim_mujoco.drawing import draws
 from understudy.errors import SettingError
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import AppearanceSchedule, CaptureRule, Scenario
-from understudy.sim_mujoco.body import Physics
+from understudy.sim_mujoco.body import MujocoBody
 from understudy.testing import check_body, check_world
 
 ALONE = (6.0, 5.0)
 
 
-def rovers(x: float, y: float, heading: float = 0.0) -> Physics:
+def rovers(x: float, y: float, heading: float = 0.0) -> MujocoBody:
     """The arena without obstacles, its robot there."""
-    body = Physics(replace(load_scenario("arena"), obstacles=()), [0])
+    body = MujocoBody(replace(load_scenario("arena"), obstacles=()), [0])
     body.place(0, x, y, heading)
     return body
 
 
-def driven(body: Physics, seconds: float, **commands: float) -> None:
+def driven(body: MujocoBody, seconds: float, **commands: float) -> None:
     for _ in range(round(seconds / body.tick_s)):
         body.act({name: np.full(body.agents, value) for name, value in commands.items()})
 
 
 @pytest.mark.parametrize("name", ["arena", "forage"])
 def test_a_body_without_cameras_keeps_all_laws(name: str) -> None:
-    check_body(Physics(load_scenario(name), [5]), ticks=20)
+    check_body(MujocoBody(load_scenario(name), [5]), ticks=20)
 
 
 @draws
 def test_a_body_with_cameras_keeps_all_laws_and_worlds_are_each_their_own() -> None:
-    check_world(lambda seeds: Physics(load_scenario("patrol"), seeds), seeds=(0, 3), ticks=6)
+    check_world(lambda seeds: MujocoBody(load_scenario("patrol"), seeds), seeds=(0, 3), ticks=6)
 
 
 MOVES = [  # seconds, drive, turn; how far it gets ahead and to its left (m), how far it turns (rad)
@@ -94,7 +94,7 @@ def test_the_goal_is_reached_in_physics() -> None:
 
 
 def test_food_is_loaded_standing_still() -> None:
-    body = Physics(load_scenario("forage"), [2])
+    body = MujocoBody(load_scenario("forage"), [2])
     things = body.view().objects
     (at, *_) = np.flatnonzero(things.food).tolist()
     body.place(0, float(things.x[at]), float(things.y[at]), 0.0)
@@ -115,7 +115,7 @@ def test_what_comes_and_goes_is_seen_and_captured() -> None:
         capture=CaptureRule(range=0.8, after_s=0.5),
     )
     targets = {"intruder": scenario.targets["intruder"]}
-    body = Physics(replace(scenario, objects=(comes,), obstacles=(), squads={}, targets=targets), [1])
+    body = MujocoBody(replace(scenario, objects=(comes,), obstacles=(), squads={}, targets=targets), [1])
     key = ("blob_x", "intruder")
     assert np.isnan(body.sense([key])[key]).all()
     driven(body, 0.3)
@@ -134,7 +134,7 @@ def test_what_comes_and_goes_is_seen_and_captured() -> None:
 def test_boxes_are_refused() -> None:
     scenario: Scenario = load_scenario("boxes")
     with pytest.raises(SettingError, match=r"objects\[1\].pull"):
-        Physics(scenario)
+        MujocoBody(scenario)
 
 
 @pytest.mark.parametrize("agent", [-1, 1])

@@ -11,14 +11,14 @@ from msgspec.structs import replace
 from tests.sim_mujoco.drawing import draws
 from tests.sim_mujoco.pictures import ROBOT, patrol
 
-from understudy.robots.camera.blobs import Camera
+from understudy.robots.camera.blobs import BlobDetector
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Camera as Simulated
 from understudy.sim.scenario.schema import RobotType, Scenario, Sonar
-from understudy.sim_mujoco.body import Physics
-from understudy.sim_mujoco.materials import PAINTS, paint, seen_as
-from understudy.sim_mujoco.robot_files import colors_of
-from understudy.sim_mujoco.world_image import INSET, SIZE_PX, save, with_eye
+from understudy.sim_mujoco.body import MujocoBody
+from understudy.sim_mujoco.materials import PAINTS, choose_material_color, derive_camera_color
+from understudy.sim_mujoco.robot_files import calibrate_camera_colors
+from understudy.sim_mujoco.world_image import INSET, SIZE_PX, render_with_camera_inset, save_png
 
 
 def plain(name: str) -> Scenario:
@@ -47,7 +47,7 @@ def test_sonar_hears_what_the_2d_sonar_hears(name: str) -> None:
     """Rays 2.5 degrees apart miss a corner or a rim by centimeters now and then, never more."""
     apart = []
     for seed in range(12):
-        body = Physics(plain(name), [seed])
+        body = MujocoBody(plain(name), [seed])
         keys = [(each.name, None) for each in body.readings if each.name.startswith("sonar")]
         flat, found = body.world.sense(keys), body.sense(keys)
         apart += [np.abs(flat[key] - found[key]) for key in keys]
@@ -61,7 +61,7 @@ def test_cameras_see_what_the_2d_camera_sees() -> None:
     """Of what is large and not hidden: its middle to a pixel, its size to a tenth, in the median to 3 %."""
     pairs = []
     for seed in range(12):
-        body = Physics(plain("patrol"), [seed])
+        body = MujocoBody(plain("patrol"), [seed])
         for target in ("teammate", "intruder", "boss"):
             keys = [("blob_x", target), ("blob_size", target)]
             flat, found = body.world.sense(keys), body.sense(keys)
@@ -78,7 +78,7 @@ def test_cameras_see_what_the_2d_camera_sees() -> None:
 @draws
 def test_the_ball_is_where_it_is_from_all_sides() -> None:
     """Ahead, 20 degrees to each side, and behind; as large as 2-D has it. A wrong sign anywhere shows here."""
-    body = Physics(plain("soccer"), [0])
+    body = MujocoBody(plain("soccer"), [0])
     ball = body.view().objects
     x, y = float(ball.x[0]), float(ball.y[0])
     away = 1.5 if x < 4.5 else -1.5
@@ -96,7 +96,9 @@ def test_the_ball_is_where_it_is_from_all_sides() -> None:
 def test_no_color_is_taken_for_another() -> None:
     """But for orange and brown, violet and purple, pink, which are one color in other light."""
     image = np.array([[[round(255 * part) for part in PAINTS[name]] for name in KNOWN] * 3] * 9, np.uint8)
-    masks = Camera({name: seen_as(name) for name in KNOWN}).masks(np.repeat(image, 9, axis=1))
+    masks = BlobDetector({name: derive_camera_color(name) for name in KNOWN}).masks(
+        np.repeat(image, 9, axis=1)
+    )
     for number, name in enumerate(KNOWN):
         seen = [each[4, 9 * number + 4] > 0 for each in masks.values()]
         assert [other for other, yes in zip(KNOWN, seen, strict=True) if yes] == [name]
@@ -106,18 +108,18 @@ KNOWN = ["red", "orange", "yellow", "green", "cyan", "blue", "purple", "magenta"
 
 
 def test_colors_no_one_foresaw_are_painted_all_the_same() -> None:
-    assert paint("#336699") == (0.2, 0.4, 0.6)
-    assert paint("mauve") == paint("mauve")
-    assert paint("mauve") in PAINTS.values()
+    assert choose_material_color("#336699") == (0.2, 0.4, 0.6)
+    assert choose_material_color("mauve") == choose_material_color("mauve")
+    assert choose_material_color("mauve") in PAINTS.values()
 
 
 def test_a_film_widens_the_colors_behind_it_towards_its_own() -> None:
     """Green goes to blue, and red to blue on the other side."""
     bare, behind = (
-        colors_of(load_scenario("soccer"), "humanoid")["ball"],
-        colors_of(load_scenario("patrol"), "pioneer"),
+        calibrate_camera_colors(load_scenario("soccer"), "humanoid")["ball"],
+        calibrate_camera_colors(load_scenario("patrol"), "pioneer"),
     )
-    assert bare == seen_as("orange")
+    assert bare == derive_camera_color("orange")
     assert list(behind["intruder"].hue_deg) == pytest.approx([120.0, 168.6], abs=0.1)
     assert list(behind["teammate"].hue_deg) == pytest.approx([328.1, 12.0], abs=0.1)
 
@@ -126,13 +128,13 @@ def test_a_film_widens_the_colors_behind_it_towards_its_own() -> None:
 def test_the_picture_of_the_documents_shows_what_the_robot_sees(tmp_path: Path) -> None:
     """The arena, with four red robots; in the corner the camera's own pixels, three times as large; small on disk."""
     body = patrol()
-    image, seen = with_eye(body, ROBOT), body.image(ROBOT)
+    image, seen = render_with_camera_inset(body, ROBOT), body.image(ROBOT)
     assert seen is not None
     assert image.shape == (SIZE_PX[1], SIZE_PX[0], 3)
     wide = round(INSET * SIZE_PX[0])
     inset = image[: round(wide * 0.75), -wide:]
     assert len(np.unique(inset.reshape(-1, 3), axis=0)) == len(np.unique(seen.reshape(-1, 3), axis=0))
-    reds = Camera({"it": seen_as("red")}).masks(image[:, :600])["it"]
+    reds = BlobDetector({"it": derive_camera_color("red")}).masks(image[:, :600])["it"]
     assert (reds > 0).sum() > 1000
-    save(image, tmp_path / "picture.png")
+    save_png(image, tmp_path / "picture.png")
     assert (tmp_path / "picture.png").stat().st_size < 100_000

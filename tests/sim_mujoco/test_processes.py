@@ -15,15 +15,15 @@ from msgspec.structs import replace
 from tests.robots.rovers import Wire
 from tests.sim_mujoco.drawing import draws
 
-from understudy.robots.ros.messages import encode, make, twist
+from understudy.robots.ros.messages import encode_message, encode_twist, make_message
 from understudy.robots.ros.transport import Publish
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import AppearanceSchedule, Scenario
-from understudy.sim_mujoco.body import Physics
-from understudy.sim_mujoco.processes import OBJECTS, Alone, Referee
+from understudy.sim_mujoco.body import MujocoBody
+from understudy.sim_mujoco.processes import OBJECTS, ObjectServer, RobotProcess
 from understudy.sim_mujoco.robot_files import ODOMETRY, TWIST
-from understudy.sim_mujoco.ros_robots import keep_time, point, served
-from understudy.sim_mujoco.world import Pose
+from understudy.sim_mujoco.ros_robots import drop_derived_readings, make_point_message, tick_in_real_time
+from understudy.sim_mujoco.world import BodyPose
 
 
 class Hub(Wire):
@@ -39,7 +39,7 @@ class Hub(Wire):
 
 def crew() -> Scenario:
     """The patrol, whose intruder comes after 0.2 s, for a second, and cannot be captured."""
-    scenario = served(replace(load_scenario("patrol"), tick_s=0.05))
+    scenario = drop_derived_readings(replace(load_scenario("patrol"), tick_s=0.05))
     comes = AppearanceSchedule(away_s=(60, 60), first_s=(0.2, 0.2), stays_s=(1, 1))
     objects = (
         replace(each, presence=comes, capture=None) if each.name == "intruder" else each
@@ -52,11 +52,11 @@ def crew() -> Scenario:
 def test_all_processes_have_all_robots_where_each_one_is() -> None:
     """The first drives, the second turns; after a second, everybody and the referee know it, to a tick's way."""
     hub, scenario = Hub(), crew()
-    alone = [Alone(Physics(scenario, [3]), number, hub) for number in range(4)]
-    referee = Referee(scenario, 3, hub)
+    alone = [RobotProcess(MujocoBody(scenario, [3]), number, hub) for number in range(4)]
+    referee = ObjectServer(scenario, 3, hub)
     for _ in range(20):
-        hub.deliver("/pioneer_1/cmd_vel", twist(TWIST, speed_m_s=0.4, turn_rad_s=0.0), 0.0)
-        hub.deliver("/pioneer_2/cmd_vel", twist(TWIST, speed_m_s=0.0, turn_rad_s=-1.0), 0.0)
+        hub.deliver("/pioneer_1/cmd_vel", encode_twist(TWIST, speed_m_s=0.4, turn_rad_s=0.0), 0.0)
+        hub.deliver("/pioneer_2/cmd_vel", encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=-1.0), 0.0)
         for each in alone:
             each.tick(0.0)
         referee.tick()
@@ -71,8 +71,8 @@ def test_all_processes_have_all_robots_where_each_one_is() -> None:
 
 
 def test_who_is_followed_is_put_there_at_its_speeds() -> None:
-    body = Physics(crew(), [3])
-    told = Pose(6.0, 2.0, 1.0, 0.3, -0.5)
+    body = MujocoBody(crew(), [3])
+    told = BodyPose(6.0, 2.0, 1.0, 0.3, -0.5)
     drive, turn = body.follow(1, told)
     assert [drive, turn] == pytest.approx([0.75, -0.5])
     assert list(body.arenas[0].pose(1)) == pytest.approx(list(told))
@@ -83,7 +83,7 @@ def test_who_is_followed_is_put_there_at_its_speeds() -> None:
 def test_objects_are_where_the_referee_has_them() -> None:
     """It comes after 0.2 s, for a second: so the referee says, and each robot's process has it then, and then only."""
     hub, scenario = Hub(), crew()
-    robot, referee = Alone(Physics(scenario, [3]), 0, hub), Referee(scenario, 3, hub)
+    robot, referee = RobotProcess(MujocoBody(scenario, [3]), 0, hub), ObjectServer(scenario, 3, hub)
     there = []
     for _ in range(40):
         referee.tick()
@@ -100,7 +100,7 @@ def test_objects_are_where_the_referee_has_them() -> None:
 @pytest.mark.parametrize("data", [b"", b"\x00\x01\x00\x00" + bytes(40)])
 def test_what_makes_no_sense_changes_nothing(data: bytes) -> None:
     hub = Hub()
-    robot = Alone(Physics(crew(), [3]), 0, hub)
+    robot = RobotProcess(MujocoBody(crew(), [3]), 0, hub)
     before = robot.body.view().robots.x.copy()
     for topic in ("/pioneer_2/odom", OBJECTS):
         hub.deliver(topic, data, 0.0)
@@ -110,11 +110,14 @@ def test_what_makes_no_sense_changes_nothing(data: bytes) -> None:
 
 def odometry(x: float, speed: float, turning: float) -> bytes:
     vector = "geometry_msgs/msg/Vector3"
-    turned = make("geometry_msgs/msg/Quaternion", w=1.0)
-    pose = make("geometry_msgs/msg/Pose", position=point(x, 5.0), orientation=turned)
-    moved = make(TWIST, linear=make(vector, x=speed), angular=make(vector, z=turning))
+    turned = make_message("geometry_msgs/msg/Quaternion", w=1.0)
+    pose = make_message("geometry_msgs/msg/Pose", position=make_point_message(x, 5.0), orientation=turned)
+    moved = make_message(TWIST, linear=make_message(vector, x=speed), angular=make_message(vector, z=turning))
     posed, going = (f"geometry_msgs/msg/{name}WithCovariance" for name in ("Pose", "Twist"))
-    return encode(ODOMETRY, make(ODOMETRY, pose=make(posed, pose=pose), twist=make(going, twist=moved)))
+    return encode_message(
+        ODOMETRY,
+        make_message(ODOMETRY, pose=make_message(posed, pose=pose), twist=make_message(going, twist=moved)),
+    )
 
 
 @draws
@@ -132,7 +135,7 @@ def odometry(x: float, speed: float, turning: float) -> bytes:
 def test_odometry_that_cannot_be_moves_nobody(said: tuple[float, float, float], taken: bool) -> None:
     """And does not have physics begin anew, with the robot that listens back at its start."""
     hub = Hub()
-    robot = Alone(Physics(crew(), [3]), 0, hub)
+    robot = RobotProcess(MujocoBody(crew(), [3]), 0, hub)
     robot.body.place(0, 9.0, 9.0, 0.0)
     before = robot.body.arenas[0].pose(1)
     hub.deliver("/pioneer_2/odom", odometry(*said), 0.0)
@@ -154,5 +157,5 @@ def test_time_is_kept_and_late_ticks_are_counted() -> None:
 
         return tick
 
-    late = keep_time(slow_once(3, 0.07), 0.02, seconds=0.3, stopped=lambda: len(ticks) >= 8)
+    late = tick_in_real_time(slow_once(3, 0.07), 0.02, seconds=0.3, stopped=lambda: len(ticks) >= 8)
     assert (len(ticks), late) == (8, 1)

@@ -25,22 +25,22 @@ from tests.sim_mujoco.drawing import draws
 from tests.ui.cli.commands import run
 
 from understudy.errors import SettingError
-from understudy.robots.camera.image_decoding import decode as decode_image
-from understudy.robots.inputs import Senses
+from understudy.robots.camera.image_decoding import decode_image
+from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot_file import load_team, parse_robot
-from understudy.robots.ros.messages import decode, twist
+from understudy.robots.ros.messages import decode_message, encode_twist
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim_mujoco.body import Physics
+from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.robot_files import (
     IMAGE,
     ODOMETRY,
     RANGE,
     TWIST,
     check_ros,
-    names_of_robots,
-    robot_file,
-    team_file,
+    format_robot_file,
+    format_team_file,
+    list_robot_names,
 )
 from understudy.sim_mujoco.ros_robots import Simulation
 from understudy.ui.cli.commands.robots_simulate import _leaving_orderly
@@ -51,23 +51,23 @@ SHIPPED = ["arena", "forage", "patrol", "soccer", "rooms"]
 
 def simulated(name: str, tick_s: float = 0.05) -> tuple[Simulation, Wire]:
     wire = Wire()
-    return Simulation(Physics(replace(load_scenario(name), tick_s=tick_s), [0]), wire), wire
+    return Simulation(MujocoBody(replace(load_scenario(name), tick_s=tick_s), [0]), wire), wire
 
 
 def last(wire: Wire, topic: str, type: str) -> Any:
-    return decode(type, next(data for name, data in reversed(wire.sent) if name == topic))
+    return decode_message(type, next(data for name, data in reversed(wire.sent) if name == topic))
 
 
 def test_robots_are_named_by_type_and_number() -> None:
-    assert names_of_robots(load_scenario("soccer")) == ("humanoid",)
-    assert names_of_robots(load_scenario("patrol")) == tuple(f"pioneer_{k}" for k in (1, 2, 3, 4))
+    assert list_robot_names(load_scenario("soccer")) == ("humanoid",)
+    assert list_robot_names(load_scenario("patrol")) == tuple(f"pioneer_{k}" for k in (1, 2, 3, 4))
 
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_files_are_robots_of_their_world(name: str) -> None:
     scenario = load_scenario(name)
-    for number, robot in enumerate(names_of_robots(scenario)):
-        file = parse_robot(robot_file(scenario, number, world=name, domain=7, rate_hz=20.0))
+    for number, robot in enumerate(list_robot_names(scenario)):
+        file = parse_robot(format_robot_file(scenario, number, world=name, domain=7, rate_hz=20.0))
         assert (file.name, file.namespace, file.world, file.domain) == (robot, f"/{robot}", name, 7)
         kind = scenario.types[file.kind or ""]
         assert (file.commands.drive_m_s, file.limits.speed_m_s) == (kind.speed, kind.speed)
@@ -75,13 +75,13 @@ def test_files_are_robots_of_their_world(name: str) -> None:
 
 def test_with_a_router_they_speak_zenoh() -> None:
     scenario, router = load_scenario("soccer"), "tcp/localhost:7447"
-    file = parse_robot(robot_file(scenario, 0, world="soccer", domain=7, rate_hz=20.0, router=router))
+    file = parse_robot(format_robot_file(scenario, 0, world="soccer", domain=7, rate_hz=20.0, router=router))
     assert (file.transport, file.router) == ("zenoh", router)
 
 
 def test_a_team_is_its_robots(tmp_path: Path) -> None:
     scenario = load_scenario("patrol")
-    (tmp_path / "team.toml").write_text(team_file(scenario))
+    (tmp_path / "team.toml").write_text(format_team_file(scenario))
     team, paths = load_team(tmp_path / "team.toml")
     assert (team.name, [path.name for path in paths]) == (
         "patrol",
@@ -92,7 +92,7 @@ def test_a_team_is_its_robots(tmp_path: Path) -> None:
 def test_a_twist_moves_it_and_it_stops_by_itself() -> None:
     simulation, wire = simulated("arena")
     start = simulation.body.arenas[0].pose(0)
-    wire.deliver("/rover/cmd_vel", twist(TWIST, speed_m_s=0.3, turn_rad_s=0.5), 10.0)
+    wire.deliver("/rover/cmd_vel", encode_twist(TWIST, speed_m_s=0.3, turn_rad_s=0.5), 10.0)
     for tick in range(3):
         simulation.tick(10.0 + 0.05 * tick)  # the last 0.1 s after it: before its deadline
     said = last(wire, "/rover/odom", ODOMETRY)
@@ -104,7 +104,7 @@ def test_a_twist_moves_it_and_it_stops_by_itself() -> None:
     assert last(wire, "/rover/odom", ODOMETRY).twist.twist.linear.x == pytest.approx(0.0, abs=1e-3)
 
 
-BAD = [b"", b"\x00\x01\x00\x00", twist(TWIST, speed_m_s=inf, turn_rad_s=0.0), os.urandom(52)[:20]]
+BAD = [b"", b"\x00\x01\x00\x00", encode_twist(TWIST, speed_m_s=inf, turn_rad_s=0.0), os.urandom(52)[:20]]
 
 
 @pytest.mark.parametrize("data", BAD, ids=range(len(BAD)))
@@ -132,9 +132,9 @@ def test_sonar_is_as_rep_117_has_it() -> None:
 def test_what_is_published_reads_as_the_body_senses_it() -> None:
     """Through messages and a robot's own senses: the same sonar, pose and blobs."""
     simulation, wire = simulated("patrol")
-    file = parse_robot(robot_file(load_scenario("patrol"), 0, world="patrol", domain=0, rate_hz=20.0))
+    file = parse_robot(format_robot_file(load_scenario("patrol"), 0, world="patrol", domain=0, rate_hz=20.0))
     there = Wire()
-    senses = Senses(file, there)
+    senses = SensorInputs(file, there)
     body = simulation.body
     keys = [
         ("sonar_rear", None),
@@ -221,7 +221,7 @@ def test_what_cannot_be_simulated_is_refused_before_files_are_written(tmp_path: 
 
 def test_a_world_may_lie_anywhere() -> None:
     world = 'C:\\my "worlds"\\arena.toml'
-    file = parse_robot(robot_file(load_scenario("arena"), 0, world=world, domain=0, rate_hz=20.0))
+    file = parse_robot(format_robot_file(load_scenario("arena"), 0, world=world, domain=0, rate_hz=20.0))
     assert file.world == world
 
 

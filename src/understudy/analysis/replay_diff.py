@@ -13,7 +13,7 @@ from understudy.analysis.explain_run import CannotRepeat, Reason, Why, asked, la
 from understudy.analysis.rerun import Rerun, runner
 from understudy.analysis.run_trace import BETWEEN
 from understudy.analysis.tracing import Post
-from understudy.robots.ros.state_topic import transition
+from understudy.robots.ros.state_topic import detect_state_change
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ def why_recorded(rerun: Rerun, agent: int, tick: int) -> Why:
 
 def _decision(rerun: Rerun, agent: int, recorded: tuple[str, ...], now: tuple[str, ...]) -> Reason | None:
     """What was decided at the outermost level that differs."""
-    changed, chain = transition(recorded, now), rerun.chains[agent]
+    changed, chain = detect_state_change(recorded, now), rerun.chains[agent]
     level, own = 0 if changed is None else changed.level, chain[-1]
     if own.ordered:  # paths begin with what the one above ordered
         return _decided(rerun, chain[-2], None) if level == 0 else _decided(rerun, own, level - 1)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from understudy.analysis.tracing import Followed, Post, command, followed
 from understudy.model.binding import Binding
 from understudy.robots.recording.reader import RESTART, Recording
-from understudy.robots.recording.replay import Replay
+from understudy.robots.recording.replay import ReplayBody
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
 from understudy.runtime.team.members import AgentLayer
@@ -35,7 +35,7 @@ class Rerun:
         scenario: Scenario | None = None,
     ) -> None:
         self.recording, self.libraries = recording, libraries
-        self._body = Replay(recording)
+        self._body = ReplayBody(recording)
         self._team: Team | None = None
         root = behavior, Binding(binding)
         if scenario is not None and len(assign_team_members(scenario).type_of) == self._body.agents:
@@ -100,7 +100,7 @@ def runner(post: Post) -> Followed:
 
 
 def _team(
-    body: Replay, scenario: Scenario, libraries: Libraries, roots: Mapping[str, tuple[str, Binding]]
+    body: ReplayBody, scenario: Scenario, libraries: Libraries, roots: Mapping[str, tuple[str, Binding]]
 ) -> Team:
     radio = scenario.radio
     return Team(

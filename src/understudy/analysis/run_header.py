@@ -12,7 +12,7 @@ import msgspec
 
 from understudy.analysis.run_trace import PARQUET, TraceRow
 from understudy.errors import FileError, SettingError
-from understudy.robots.recording.header import Ran
+from understudy.robots.recording.header import RunInfo
 from understudy.runtime.program import Child, Instance
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.files import format_scenario
@@ -32,7 +32,7 @@ class Header(msgspec.Struct, frozen=True):
     seed: int
     tick_s: float
     robots: int
-    run: Ran | None = None
+    run: RunInfo | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,14 +40,14 @@ class Recorded:
     """One robot of a recorded run at a moment: `ticks` had passed, and `row` is what the trace says of it then."""
 
     header: Header
-    ran: Ran
+    ran: RunInfo
     scenario: str
     behavior: str
     row: TraceRow
     ticks: int
 
 
-def trace_entry(ran: Ran, scenario: Scenario) -> dict[str, Any]:
+def trace_entry(ran: RunInfo, scenario: Scenario) -> dict[str, Any]:
     """What the header of a trace says of what ran: the seed it has already, the scenario by its fingerprint."""
     entry: dict[str, Any] = msgspec.to_builtins(msgspec.structs.replace(ran, world=world_mark(scenario)))
     del entry["seed"]
@@ -147,7 +147,7 @@ def _header(line: bytes, path: Path) -> Header:
         found: dict[str, Any] = msgspec.json.decode(line)
         if found.get("format") != "understudy trace":
             raise ValueError
-        if found.get("run") and not found["run"].keys() >= set(Ran.__struct_fields__) - {"seed"}:
+        if found.get("run") and not found["run"].keys() >= set(RunInfo.__struct_fields__) - {"seed"}:
             raise ValueError
         return msgspec.convert(found, Header)
     except (ValueError, AttributeError):  # msgspec's own errors are ValueErrors, too

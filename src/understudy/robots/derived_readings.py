@@ -18,7 +18,7 @@ NOWHERE = 0.1
 """Stuck is who gets no further than this share of the way that was asked for, as in simulated worlds."""
 
 
-class Derived:
+class DerivedReadings:
     """The readings of sensors `since`, `random` and `stuck` of a kind of robots; one call of `at` per tick.
 
     What a robot offers itself by such a name is taken from it. Robots of other seeds draw other numbers.

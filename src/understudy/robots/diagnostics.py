@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from math import inf, nan
 
 from understudy.model.features import ReadingKey
-from understudy.robots.inputs import Latest, Source
+from understudy.robots.inputs import LatestSample, TopicInput
 from understudy.robots.robot import Robot
-from understudy.robots.ros.transport import Peer
+from understudy.robots.ros.transport import Publisher
 from understudy.sim.kit import list_type_readings
 
 SLOW = 0.8
@@ -18,7 +18,7 @@ SLOW = 0.8
 
 
 @dataclass(frozen=True, slots=True)
-class Arrival:
+class TopicStats:
     """What arrived of one source: how often, its rate (Hz; NaN of less than two), age (s) and values at the end."""
 
     name: str
@@ -35,19 +35,21 @@ class Arrival:
 
 
 @dataclass(frozen=True, slots=True)
-class Survey:
+class ConnectionReport:
     """What a robot's readings are like, and what else stands against arming it."""
 
     name: str
     seconds: float
-    arrivals: Sequence[Arrival]
+    arrivals: Sequence[TopicStats]
     problems: Sequence[str]
     """All of them, those of readings included."""
     lacks: Sequence[str] = ()
     """Readings of its world that it has not: lessons that ask for them find them absent."""
 
 
-def survey(robot: Robot, *, seconds: float, sleep: Callable[[float], None] = time.sleep) -> Survey:
+def diagnose_connection(
+    robot: Robot, *, seconds: float, sleep: Callable[[float], None] = time.sleep
+) -> ConnectionReport:
     """Listen for so long, sending nothing at all; then say what came and what did not."""
     sleep(seconds)
     peers, now, senses = robot.transport.peers(), robot.now_s, robot.senses
@@ -57,7 +59,7 @@ def survey(robot: Robot, *, seconds: float, sleep: Callable[[float], None] = tim
         age_s = now - latest.at_s if latest.count else inf
         fresh = senses.fresh(name, now)
         arrivals.append(
-            Arrival(
+            TopicStats(
                 name,
                 topic,
                 latest.count,
@@ -71,7 +73,7 @@ def survey(robot: Robot, *, seconds: float, sleep: Callable[[float], None] = tim
         )
     found = [arrival.problem for arrival in arrivals if arrival.problem]
     problems = tuple(dict.fromkeys((*found, *_others(robot, peers))))
-    return Survey(robot.file.name, seconds, arrivals, problems, _lacks(robot))
+    return ConnectionReport(robot.file.name, seconds, arrivals, problems, _lacks(robot))
 
 
 def _label(key: ReadingKey) -> str:
@@ -87,7 +89,9 @@ def _lacks(robot: Robot) -> Sequence[str]:
     return tuple(reading.name for _, reading in list_type_readings(robot.kind) if reading.name not in here)
 
 
-def _problem(name: str, topic: str, of: Source, latest: Latest, age_s: float, peers: Sequence[Peer]) -> str:
+def _problem(
+    name: str, topic: str, of: TopicInput, latest: LatestSample, age_s: float, peers: Sequence[Publisher]
+) -> str:
     """What is wrong with a reading, in one sentence."""
     there = sorted({peer.type for peer in peers if peer.topic == topic})
     if not latest.count and latest.refused:
@@ -112,7 +116,7 @@ def _problem(name: str, topic: str, of: Source, latest: Latest, age_s: float, pe
     return ""
 
 
-def _others(robot: Robot, peers: Sequence[Peer]) -> Iterator[str]:
+def _others(robot: Robot, peers: Sequence[Publisher]) -> Iterator[str]:
     """Who else commands this robot, or goes by its names."""
     commands = robot.file.topic(robot.file.commands.topic)
     if count := sum(peer.topic == commands for peer in peers):

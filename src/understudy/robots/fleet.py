@@ -12,8 +12,8 @@ import numpy as np
 
 from understudy.errors import SettingError, UnknownName
 from understudy.model.features import Percept, ReadingKey
-from understudy.robots.recording.recorder import Recorder
-from understudy.robots.robot import Robot, connect, parting
+from understudy.robots.recording.recorder import RunRecorder
+from understudy.robots.robot import Robot, connect_robot_body, describe_exit_reason
 from understudy.robots.robot_file import load_robot, load_team
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.sim.kit import MOVING
@@ -128,7 +128,7 @@ class Fleet:
         return self
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
-        self.close(parting(error))
+        self.close(describe_exit_reason(error))
 
     def _can(self, agent: int, key: ReadingKey) -> bool:
         name, target = key
@@ -194,9 +194,9 @@ class Fleet:
         return SettingError(where=self.name, setting=setting, problem=problem, remedy=remedy)
 
 
-def connect_robot(path: Path, *, recorder: Recorder | None = None) -> Fleet:
+def connect_robot(path: Path, *, recorder: RunRecorder | None = None) -> Fleet:
     """The robot of a file, as a fleet of one, recorded or not."""
-    robot = connect(load_robot(path), path=path, recorder=recorder)
+    robot = connect_robot_body(load_robot(path), path=path, recorder=recorder)
     with ExitStack() as undone:
         undone.callback(robot.close)
         fleet = Fleet([robot], name=robot.file.name)
@@ -204,13 +204,13 @@ def connect_robot(path: Path, *, recorder: Recorder | None = None) -> Fleet:
     return fleet
 
 
-def connect_team(path: Path, *, recorder: Recorder | None = None) -> Fleet:
+def connect_team(path: Path, *, recorder: RunRecorder | None = None) -> Fleet:
     """The robots of a team's file, all of them or none, recorded or not."""
     team, paths = load_team(path)
     with ExitStack() as undone:
         robots = []
         for each in paths:
-            robots.append(robot := connect(load_robot(each), path=each, recorder=recorder))
+            robots.append(robot := connect_robot_body(load_robot(each), path=each, recorder=recorder))
             undone.callback(robot.close)
         fleet = Fleet(robots, name=team.name)
         undone.pop_all()

@@ -10,11 +10,11 @@ from typing import Any, TypeAlias, TypeVar
 
 from understudy.errors import FileError, UnderstudyError
 from understudy.model.features import ReadingKey
-from understudy.robots.camera.config import CAMERA, CameraOf
-from understudy.robots.camera.live_camera import Eye
-from understudy.robots.robot_file import PlaceOf, RobotFile
-from understudy.robots.ros.fields import Extract, extraction, place
-from understudy.robots.ros.messages import MessageRefused, decode
+from understudy.robots.camera.config import CAMERA, CameraSpec
+from understudy.robots.camera.live_camera import LiveCamera
+from understudy.robots.robot_file import RobotFile, TargetPlaceSpec
+from understudy.robots.ros.fields import Extract, make_extractor, make_position_extractor
+from understudy.robots.ros.messages import MessageRefused, decode_message
 from understudy.robots.ros.transport import ExtraMissing, Transport
 from understudy.runtime.body import Reading
 from understudy.sim.kit import CAMERA as BLOBS
@@ -27,7 +27,7 @@ PLACE = ("x", "y")
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class TopicInput:
     """What of a topic becomes readings. Where `always`, each of its messages that is right holds all of them."""
 
     name: str
@@ -42,9 +42,11 @@ class Source:
     extract: Values
 
 
-def sources(file: RobotFile, eye: Eye | None, targets: Sequence[str]) -> Sequence[Source] | DecodeProblem:
+def make_topic_inputs(
+    file: RobotFile, eye: LiveCamera | None, targets: Sequence[str]
+) -> Sequence[TopicInput] | DecodeProblem:
     """All of a file, in its order, with what its eye sees of these targets; or what in it cannot be."""
-    found: list[Source] = []
+    found: list[TopicInput] = []
     for made in (*_numbers(file), *_places(file)):
         if isinstance(made, DecodeProblem):
             return made
@@ -54,26 +56,26 @@ def sources(file: RobotFile, eye: Eye | None, targets: Sequence[str]) -> Sequenc
     return tuple(found)
 
 
-def eye_of(file: RobotFile) -> Eye | DecodeProblem | None:
+def make_live_camera(file: RobotFile) -> LiveCamera | DecodeProblem | None:
     """What looks at the images of a file's camera, if there is one; or what of it cannot be."""
     if file.camera is None:
         return None
     try:
-        return Eye(file.camera)
+        return LiveCamera(file.camera)
     except ExtraMissing:  # it is not the file that is wrong
         raise
     except UnderstudyError as error:
         return DecodeProblem(CAMERA, f"cannot be: {error}", "correct it there")
 
 
-def _numbers(file: RobotFile) -> Iterator[Source | DecodeProblem]:
+def _numbers(file: RobotFile) -> Iterator[TopicInput | DecodeProblem]:
     for name, reading in file.readings.items():
-        taken = extraction(reading)
+        taken = make_extractor(reading)
         if isinstance(taken, DecodeProblem):
             yield DecodeProblem(f"readings.{name}.{taken.key}", taken.problem, taken.remedy)
             return
         kind, unit, extract = taken
-        yield Source(
+        yield TopicInput(
             name, reading.topic, reading.type, reading.stale_s, reading.rate_hz, reading.required, True,
             ((name, None),), (Reading(name, kind, unit, doc=reading.doc),), _of_number(name, extract),
         )  # fmt: skip
@@ -83,25 +85,25 @@ def _of_number(name: str, extract: Extract) -> Values:
     return lambda message: {(name, None): extract(message)}
 
 
-def _images(of: CameraOf, eye: Eye, targets: Sequence[str]) -> Source:
+def _images(of: CameraSpec, eye: LiveCamera, targets: Sequence[str]) -> TopicInput:
     """What is seen of colors, and of targets that may get one while it runs."""
     keys = tuple((blob.name, name) for name in dict.fromkeys((*of.colors, *targets)) for blob in BLOBS)
-    return Source(
+    return TopicInput(
         CAMERA, of.topic, of.type, of.stale_s, of.rate_hz, of.required, False, keys, BLOBS, eye.see
     )  # fmt: skip
 
 
-def _places(file: RobotFile) -> Iterator[Source | DecodeProblem]:
+def _places(file: RobotFile) -> Iterator[TopicInput | DecodeProblem]:
     """Targets that a topic tells of."""
     for name, target in file.targets.items():
         if target.topic is None:
             continue
-        taken = place(target)
+        taken = make_position_extractor(target)
         if isinstance(taken, DecodeProblem):
             yield DecodeProblem(f"targets.{name}.{taken.key}", taken.problem, taken.remedy)
             return
         keys: Sequence[ReadingKey] = tuple((axis, name) for axis in PLACE)
-        yield Source(
+        yield TopicInput(
             f"targets.{name}", target.topic, target.type, target.stale_s, target.rate_hz, target.required, True,
             keys, (), _of_place(keys, taken),
         )  # fmt: skip
@@ -114,7 +116,9 @@ def _of_place(keys: Sequence[ReadingKey], taken: Callable[[Any], tuple[float, fl
 POSE = ("x", "y", "heading")
 
 
-def located(targets: Mapping[str, PlaceOf], values: Mapping[ReadingKey, float]) -> dict[ReadingKey, float]:
+def compute_ranges_and_bearings(
+    targets: Mapping[str, TargetPlaceSpec], values: Mapping[ReadingKey, float]
+) -> dict[ReadingKey, float]:
     """`range` (m) and `bearing` (rad, in [0, tau)) of each target, from `values`: the robot's pose, places told."""
     found: dict[ReadingKey, float] = {}
     pose = tuple(values.get((name, None), nan) for name in POSE)
@@ -138,7 +142,7 @@ Right = TypeVar("Right")
 
 
 @dataclass(slots=True)
-class Latest:
+class LatestSample:
     """What has arrived of a source: its last values, when (s, `time.monotonic`), how often, how often in vain."""
 
     values: Mapping[ReadingKey, float] = field(default_factory=dict)
@@ -154,7 +158,7 @@ class Latest:
         return (self.count - 1) / (self.at_s - self.first_s) if self.at_s > self.first_s else nan
 
 
-class Senses:
+class SensorInputs:
     """All sources of a robot's file, listening. Message threads write what came last; anybody may read it.
 
     FileError where the file asks for what no message has.
@@ -169,11 +173,11 @@ class Senses:
         targets: Sequence[str] = (),
     ) -> None:
         """`targets` may get a color while it runs."""
-        self.eye = _right(eye_of(file), path)
-        found = _right(sources(file, self.eye, targets), path)
+        self.eye = _right(make_live_camera(file), path)
+        found = _right(make_topic_inputs(file, self.eye, targets), path)
         self._places = file.targets
-        self.sources: Mapping[str, Source] = {source.name: source for source in found}
-        self.latest: Mapping[str, Latest] = {name: Latest() for name in self.sources}
+        self.sources: Mapping[str, TopicInput] = {source.name: source for source in found}
+        self.latest: Mapping[str, LatestSample] = {name: LatestSample() for name in self.sources}
         readings = {each.name: each for source in found for each in source.readings}
         if file.targets:
             readings.update({each.name: each for each in LOCATOR})
@@ -189,7 +193,7 @@ class Senses:
         for name, source in self.sources.items():
             fresh = self.fresh(name, now)
             found.update({key: fresh.get(key, nan) for key in source.keys})
-        found.update(located(self._places, found))
+        found.update(compute_ranges_and_bearings(self._places, found))
         return {
             (each.name, target): found.get((each.name, target), nan)
             for each in self.readings
@@ -236,7 +240,7 @@ class Senses:
 
         def received(data: bytes, at_s: float) -> None:
             try:
-                message: Any = decode(type, data)
+                message: Any = decode_message(type, data)
             except MessageRefused as error:
                 for _, latest in here:
                     latest.refused += 1

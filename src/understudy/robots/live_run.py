@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
-from understudy.robots.twin import Twin
+from understudy.robots.twin import DigitalTwin
 from understudy.runtime.team.team import Team
 from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
@@ -14,7 +14,7 @@ from understudy.sim.team.libraries import Libraries
 Clock: TypeAlias = Callable[[], float]
 
 
-class Live:
+class LiveRun:
     """A team on the robots of a twin, in real time. A late tick is not made up for.
 
     `libraries` has what each sort of agents knows, `roots` what those in no squad run, as for a team in a world.
@@ -22,7 +22,7 @@ class Live:
 
     def __init__(
         self,
-        twin: Twin,
+        twin: DigitalTwin,
         libraries: Libraries,
         roots: Mapping[str, tuple[str, Mapping[str, str]]],
         *,

@@ -14,18 +14,18 @@ import numpy as np
 
 from understudy.errors import FileError, UnderstudyError, UnknownName, join_names
 from understudy.model.features import Percept, ReadingKey
-from understudy.robots.derived_readings import Derived
-from understudy.robots.inputs import Senses
-from understudy.robots.recording.recorder import Recorder, Taped
+from understudy.robots.derived_readings import DerivedReadings
+from understudy.robots.inputs import SensorInputs
+from understudy.robots.recording.recorder import RecordingTransport, RunRecorder
 from understudy.robots.robot_file import RobotFile
-from understudy.robots.ros.messages import twist
+from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Publish, Transport
 from understudy.robots.safety.guard import Guard
-from understudy.robots.safety.self_monitor import Danger
+from understudy.robots.safety.self_monitor import StopReason
 from understudy.robots.safety.speed_limits import Speeds
-from understudy.robots.safety.stop_log import Stop, StopLog, log_path
-from understudy.robots.safety.watchdog_client import Leash
+from understudy.robots.safety.stop_log import StopEvent, StopLog, find_stop_log
+from understudy.robots.safety.watchdog_client import WatchdogClient
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.sim.catalog import find_scenario
 from understudy.sim.command_table import make_command_table
@@ -38,7 +38,7 @@ class Robot:
 
     Message threads write the last values, the deciding thread reads them. A call to `act` sends one command and
     returns; whoever runs the robot keeps its ticks, and a guard stops it when none comes (`robots.safety.guard`).
-    Without a leash nobody does: `connect` gives one. FileError where the file asks for what no message has.
+    Without a leash nobody does: `connect_robot_body` gives one. FileError where the file asks for what no message has.
     """
 
     agents = 1
@@ -51,7 +51,7 @@ class Robot:
         *,
         path: Path | str = "robot.toml",
         clock: Callable[[], float] = time.monotonic,
-        leash: Leash | None = None,
+        leash: WatchdogClient | None = None,
     ) -> None:
         self.file, self.transport, self.path = file, transport, Path(path)
         self._clock = clock
@@ -61,11 +61,11 @@ class Robot:
         self.scenario, self.kind = _world_of(file, path)
         """The scenario whose lessons it runs, and what it is there; None where its file names none."""
         colored = () if self.scenario is None else tuple(self.scenario.targets)
-        self.senses = Senses(file, transport, path=path, targets=colored)
+        self.senses = SensorInputs(file, transport, path=path, targets=colored)
         self.targets: Sequence[str] = self.senses.targets
         _see_fit(file, self.senses.readings, self.kind, path)
         seed = crc32(f"{file.domain} {file.namespace} {file.name}".encode())
-        self._derived = Derived(self.kind, self.senses.readings, self.targets, seed=seed)
+        self._derived = DerivedReadings(self.kind, self.senses.readings, self.targets, seed=seed)
         self.readings: Sequence[Reading] = (*self.senses.readings, *self._derived.readings)
         self._publish: Publish | None = None
         self._owner = os.getpid()
@@ -76,7 +76,7 @@ class Robot:
             peers=transport.peers,
             heard={file.topic(source.topic) for source in self.senses.sources.values()},
             clock=clock,
-            log=StopLog(file.name, None if leash is None else log_path(file, path)),
+            log=StopLog(file.name, None if leash is None else find_stop_log(file, path)),
             leash=leash,
         )
 
@@ -91,7 +91,7 @@ class Robot:
         return self.guard.stopped
 
     @property
-    def stops(self) -> Sequence[Stop]:
+    def stops(self) -> Sequence[StopEvent]:
         """All stops since it was connected, oldest first."""
         return tuple(self.guard.log.stops)
 
@@ -181,20 +181,20 @@ class Robot:
         return self
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
-        self.close(parting(error))
+        self.close(describe_exit_reason(error))
 
     @property
     def _where(self) -> str:
         return f"robot {self.file.name!r}"
 
-    def _danger(self, now: float) -> Danger | None:
+    def _danger(self, now: float) -> StopReason | None:
         """What its readings have against moving now."""
         if (name := self.senses.missing(now)) is not None:
-            return Danger(f"{name} is absent", lost=not self.senses.fresh(name, now))
+            return StopReason(f"{name} is absent", lost=not self.senses.fresh(name, now))
         if (fence := self.file.limits.geofence) is not None:
             x, y = (self.senses.value(name, now) for name in ("x", "y"))
             if not (fence[0] <= x <= fence[2] and fence[1] <= y <= fence[3]):
-                return Danger("outside its geofence")
+                return StopReason("outside its geofence")
         return None
 
     def _send(self, speeds: Speeds) -> None:
@@ -203,7 +203,7 @@ class Robot:
             self._publish = self.transport.publisher(self.file.topic(commands.topic), commands.type)
         speed, turning = speeds
         self._publish(
-            twist(
+            encode_twist(
                 commands.type,
                 speed_m_s=speed,
                 turn_rad_s=turning,
@@ -213,7 +213,7 @@ class Robot:
         )
 
 
-def parting(error: type[BaseException] | None) -> str:
+def describe_exit_reason(error: type[BaseException] | None) -> str:
     """Why a program leaves a robot."""
     if error is None or issubclass(error, SystemExit):
         return "its program left"
@@ -222,13 +222,15 @@ def parting(error: type[BaseException] | None) -> str:
     return f"its program failed: {error.__name__}"
 
 
-def connect(file: RobotFile, *, path: Path | str = "robot.toml", recorder: Recorder | None = None) -> Robot:
+def connect_robot_body(
+    file: RobotFile, *, path: Path | str = "robot.toml", recorder: RunRecorder | None = None
+) -> Robot:
     """The robot of a file, over its transport, recorded or not; ExtraMissing where what that needs is not installed."""
     transport = open_transport(file)
     if recorder is not None:
-        transport = Taped(transport, recorder)
+        transport = RecordingTransport(transport, recorder)
     try:
-        return Robot(file, transport, path=path, leash=Leash(file, log=log_path(file, path)))
+        return Robot(file, transport, path=path, leash=WatchdogClient(file, log=find_stop_log(file, path)))
     except BaseException:
         transport.close()
         raise

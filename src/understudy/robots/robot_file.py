@@ -15,7 +15,7 @@ from typing import Literal
 from msgspec import field
 
 from understudy.errors import FileError
-from understudy.robots.camera.config import CameraOf
+from understudy.robots.camera.config import CameraSpec
 from understudy.sim.kit import CAMERA, LOCATOR
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values
@@ -41,7 +41,7 @@ FASTEST_M_S, FASTEST_RAD_S = 5.0, 10.0
 """Limits above these are taken for a mistake of units."""
 
 
-class Limits(StrictStruct, frozen=True, kw_only=True):
+class MotionLimits(StrictStruct, frozen=True, kw_only=True):
     """What holds after every behavior. `geofence` (x0, y0, x1, y1) is where the readings `x` and `y` must stay."""
 
     speed_m_s: float
@@ -51,7 +51,7 @@ class Limits(StrictStruct, frozen=True, kw_only=True):
     geofence: tuple[float, float, float, float] | None = None
 
 
-class ReadingOf(StrictStruct, frozen=True, kw_only=True):
+class ReadingSpec(StrictStruct, frozen=True, kw_only=True):
     """Where a reading comes from: a `field` of a message, dots between; that of an orientation is its heading.
 
     Of a Range, the field may be left out; of a LaserScan, `sector_deg` is (from, to), counter-clockwise from ahead,
@@ -71,7 +71,7 @@ class ReadingOf(StrictStruct, frozen=True, kw_only=True):
     doc: str = ""
 
 
-class CommandsOf(StrictStruct, frozen=True, kw_only=True):
+class CommandSpec(StrictStruct, frozen=True, kw_only=True):
     """Where commands go, and the speeds that `drive = 1` (m/s) and `turn = 1` (rad/s) ask for."""
 
     topic: str = "cmd_vel"
@@ -81,7 +81,7 @@ class CommandsOf(StrictStruct, frozen=True, kw_only=True):
     frame: str = "base_link"
 
 
-class PlaceOf(StrictStruct, frozen=True, kw_only=True):
+class TargetPlaceSpec(StrictStruct, frozen=True, kw_only=True):
     """Where a target is, for the readings `range` and `bearing`: a fixed place `at` (x, y), or what a topic says.
 
     Both in the frame of the readings `x`, `y` and `heading`; where `relative`, a topic says how far it is ahead of the
@@ -98,7 +98,7 @@ class PlaceOf(StrictStruct, frozen=True, kw_only=True):
     required: bool = False
 
 
-class Safety(StrictStruct, frozen=True, kw_only=True):
+class SafetySpec(StrictStruct, frozen=True, kw_only=True):
     """When it stops by itself. A tick that is later than `deadline_s`, or a program that gives no sign for so long,
     stops it. Where `hold_to_run`, it moves only while a person holds a key. Stops are written to `log`, a path beside
     the file; left out, its name with .stops.jsonl.
@@ -127,12 +127,12 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     domain: int = 0
     namespace: str = ""
     tick_s: float = 0.1
-    limits: Limits
-    safety: Safety = Safety()
-    readings: Mapping[str, ReadingOf] = field(default_factory=dict)
-    camera: CameraOf | None = None
-    targets: Mapping[str, PlaceOf] = field(default_factory=dict)
-    commands: CommandsOf
+    limits: MotionLimits
+    safety: SafetySpec = SafetySpec()
+    readings: Mapping[str, ReadingSpec] = field(default_factory=dict)
+    camera: CameraSpec | None = None
+    targets: Mapping[str, TargetPlaceSpec] = field(default_factory=dict)
+    commands: CommandSpec
 
     def topic(self, name: str) -> str:
         """The full name of a topic: within the namespace, unless it begins with a slash."""
@@ -151,7 +151,7 @@ class TeamFile(StrictStruct, frozen=True, kw_only=True):
     robots: tuple[str, ...]
 
 
-def is_team(path: Path | str) -> bool:
+def is_team_file(path: Path | str) -> bool:
     """Whether a file says that it is a team's; whatever else is wrong with it, loading tells."""
     try:
         return tomllib.loads(_read(path)).get("format") == TEAM
@@ -167,9 +167,9 @@ def load_team(path: Path | str) -> tuple[TeamFile, Sequence[Path]]:
     return team, [Path(path).parent / each for each in team.robots]
 
 
-def robots_in(path: Path | str) -> Sequence[Path]:
+def list_robot_files(path: Path | str) -> Sequence[Path]:
     """The file itself, or those of its robots where it is a team's; FileError where it cannot be read."""
-    return load_team(path)[1] if is_team(path) else [Path(path)]
+    return load_team(path)[1] if is_team_file(path) else [Path(path)]
 
 
 def load_robot(path: Path | str) -> RobotFile:
@@ -249,7 +249,7 @@ def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
         yield from _wrong_times("camera", stale_s=robot.camera.stale_s, rate_hz=robot.camera.rate_hz)
 
 
-def _wrong_reading(key: str, name: str, reading: ReadingOf) -> Iterator[DecodeProblem]:
+def _wrong_reading(key: str, name: str, reading: ReadingSpec) -> Iterator[DecodeProblem]:
     if not READING.fullmatch(name):
         yield DecodeProblem(key, "is no name for a reading", "give letters, digits and _")
     yield from _wrong_topic(f"{key}.topic", reading.topic)
@@ -275,7 +275,7 @@ def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:
                 yield DecodeProblem(f"readings.{name}", f"is what {of} give, too", "give it another name")
 
 
-def _wrong_target(key: str, name: str, target: PlaceOf) -> Iterator[DecodeProblem]:
+def _wrong_target(key: str, name: str, target: TargetPlaceSpec) -> Iterator[DecodeProblem]:
     if not READING.fullmatch(name):
         yield DecodeProblem(key, "is no name for a target", "give letters, digits and _")
     if (target.at is None) == (target.topic is None):

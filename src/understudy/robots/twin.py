@@ -15,10 +15,10 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Kit
 from understudy.robots.fleet import Fleet
 from understudy.robots.inputs import POSE
-from understudy.robots.recording.header import SCENARIO, Ran
-from understudy.robots.recording.recorder import Recorder
-from understudy.robots.robot_file import PlaceOf
-from understudy.robots.ros.state_topic import Transitions
+from understudy.robots.recording.header import SCENARIO, RunInfo
+from understudy.robots.recording.recorder import RunRecorder
+from understudy.robots.robot_file import TargetPlaceSpec
+from understudy.robots.ros.state_topic import StateChangePublisher
 from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys
 from understudy.sim.params import ScenarioNames
 from understudy.sim.scenario.files import format_scenario
@@ -31,7 +31,7 @@ Paths: TypeAlias = Callable[[], Sequence[Sequence[str]]]
 """The states of all levels of each robot, as they were decided last."""
 
 
-class Twin:
+class DigitalTwin:
     """The robots of a fleet in the scenario that their files name: a Body with its readings, targets and channels.
 
     What robots do not sense is absent. Where they are is drawn by their readings `x`, `y` and `heading`, from the
@@ -40,7 +40,7 @@ class Twin:
 
     worlds = 1
 
-    def __init__(self, fleet: Fleet, *, recorder: Recorder | None = None) -> None:
+    def __init__(self, fleet: Fleet, *, recorder: RunRecorder | None = None) -> None:
         if fleet.scenario is None:
             raise SettingError(
                 where=fleet.robots[0].file.name,
@@ -65,7 +65,7 @@ class Twin:
         self._paths: Paths | None = None
         self._recorder, self._recording = recorder, False
         self._sensed: Percept = {}
-        self._told: list[Transitions] = []
+        self._told: list[StateChangePublisher] = []
         self._moving = {channel.name for channel in fleet.channels}
 
     @property
@@ -146,11 +146,11 @@ class Twin:
         """From now on tell the robots' topic of transitions, after each tick, the states of all levels of each."""
         self._paths = paths
         self._told = self._told or [
-            Transitions(robot.transport, namespace=robot.file.namespace, robot=robot.file.name)
+            StateChangePublisher(robot.transport, namespace=robot.file.namespace, robot=robot.file.name)
             for robot in self.fleet
         ]
 
-    def record(self, ran: Ran) -> None:
+    def record(self, ran: RunInfo) -> None:
         """From now on record what is decided, if there is a recorder; its messages are recorded from the beginning.
 
         Said again, as where another session begins, the run that is recorded begins anew.
@@ -238,7 +238,7 @@ class Twin:
         )
         return width * (agent + 1) / (self.agents + 1), height / 2
 
-    def _place(self, agent: int, name: str, target: PlaceOf) -> None:
+    def _place(self, agent: int, name: str, target: TargetPlaceSpec) -> None:
         """Draw the object that is this target, if it is one and its place is known."""
         of = self.scenario.targets.get(name)
         if of is None or of.object is None:
@@ -267,17 +267,17 @@ def _apart(names: Sequence[str]) -> list[str]:
     ]
 
 
-Ground: TypeAlias = World | Twin
+Ground: TypeAlias = World | DigitalTwin
 """What a person looks at while robots are taught: a simulated world, or a real one."""
 
 
-def unnoted(agent: int, state: str | None = None, *, step: str = "press") -> None:
+def skip_note(agent: int, state: str | None = None, *, step: str = "press") -> None:
     """What nobody has to be told, where robots are simulated."""
 
 
-def drawn(ground: Ground) -> World:
+def find_drawn_world(ground: Ground) -> World:
     """The world that is drawn of it."""
-    return ground.drawn if isinstance(ground, Twin) else ground
+    return ground.drawn if isinstance(ground, DigitalTwin) else ground
 
 
 def _cast(fleet: Fleet, scenario: Scenario) -> Scenario:

@@ -27,9 +27,9 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.sim.view import WorldView
 from understudy.sim.world import World
 from understudy.sim_mujoco.model import check_physics
-from understudy.sim_mujoco.robot_model import shares
-from understudy.sim_mujoco.sensors import Senses
-from understudy.sim_mujoco.world import Arena, Pose
+from understudy.sim_mujoco.robot_model import scale_to_commands
+from understudy.sim_mujoco.sensors import MujocoSensors
+from understudy.sim_mujoco.world import BodyPose, MujocoWorld
 
 STUCK = 0.1
 """Who gets less far than this share of the way asked for got nowhere, as in the 2-D world."""
@@ -37,7 +37,7 @@ HEAD = 8
 """Bytes that say how long the part of physics in a snapshot is."""
 
 
-class Physics:
+class MujocoBody:
     """A body of the robots of B worlds of a scenario in physics, one world per seed; ExtraMissing without MuJoCo.
 
     Row w*N + i is robot i of world w. Cameras add no noise to their pixels, and sensors answer in every tick.
@@ -53,7 +53,7 @@ class Physics:
         self.targets: Sequence[str] = self.world.targets
         self.agents, self.worlds, self.robots = self.world.agents, self.world.worlds, self.world.robots
         self.tick_s = self.world.tick_s
-        self._senses = Senses(self.world)
+        self._senses = MujocoSensors(self.world)
         self._begin()
 
     @property
@@ -106,13 +106,13 @@ class Physics:
         self._asked[agent] = 0.0
         self._senses.forget()
 
-    def follow(self, agent: int, pose: Pose) -> tuple[float, float]:
+    def follow(self, agent: int, pose: BodyPose) -> tuple[float, float]:
         """Put a robot that is driven elsewhere where it is said to be, at its speeds; the commands that keep them."""
         self.arenas[agent // self.robots].put(agent % self.robots, pose)
         robot = self.world.state.robots[agent]
         robot["x"], robot["y"], robot["heading"] = pose.x, pose.y, pose.heading
         self._senses.forget()
-        return shares(self._senses.kind(agent), pose.speed, pose.turning)
+        return scale_to_commands(self._senses.kind(agent), pose.speed, pose.turning)
 
     def show(self, things: Sequence[tuple[float, float, bool]]) -> None:
         """Objects as somebody else keeps them: of each slot x, y (m) and whether it is there; none come or go by
@@ -133,7 +133,7 @@ class Physics:
         self._begin()
 
     def _begin(self) -> None:
-        self.arenas = [Arena(self.scenario, self.world.view(index)) for index in range(self.worlds)]
+        self.arenas = [MujocoWorld(self.scenario, self.world.view(index)) for index in range(self.worlds)]
         self._asked = np.zeros((self.agents, 2))  # speeds that the wheels are told, m/s and rad/s
         self._senses.begin(self.arenas)
 

@@ -11,7 +11,7 @@ from zlib import crc32
 from understudy.robots.camera.color import Color
 
 
-class Paint(NamedTuple):
+class Rgb(NamedTuple):
     """Red, green and blue, each from 0 to 1."""
 
     red: float
@@ -19,23 +19,23 @@ class Paint(NamedTuple):
     blue: float
 
 
-PAINTS: Mapping[str, Paint] = MappingProxyType(
+PAINTS: Mapping[str, Rgb] = MappingProxyType(
     {
-        "red": Paint(0.85, 0.12, 0.12),
-        "orange": Paint(0.95, 0.45, 0.05),
-        "brown": Paint(0.45, 0.28, 0.16),
-        "yellow": Paint(0.95, 0.85, 0.08),
-        "green": Paint(0.10, 0.70, 0.22),
-        "cyan": Paint(0.05, 0.75, 0.75),
-        "blue": Paint(0.10, 0.30, 0.90),
-        "purple": Paint(0.50, 0.15, 0.80),
-        "violet": Paint(0.50, 0.15, 0.80),
-        "magenta": Paint(0.85, 0.10, 0.60),
-        "pink": Paint(0.95, 0.45, 0.65),
-        "white": Paint(0.97, 0.97, 0.97),
-        "gray": Paint(0.55, 0.56, 0.58),
-        "grey": Paint(0.55, 0.56, 0.58),
-        "black": Paint(0.06, 0.06, 0.06),
+        "red": Rgb(0.85, 0.12, 0.12),
+        "orange": Rgb(0.95, 0.45, 0.05),
+        "brown": Rgb(0.45, 0.28, 0.16),
+        "yellow": Rgb(0.95, 0.85, 0.08),
+        "green": Rgb(0.10, 0.70, 0.22),
+        "cyan": Rgb(0.05, 0.75, 0.75),
+        "blue": Rgb(0.10, 0.30, 0.90),
+        "purple": Rgb(0.50, 0.15, 0.80),
+        "violet": Rgb(0.50, 0.15, 0.80),
+        "magenta": Rgb(0.85, 0.10, 0.60),
+        "pink": Rgb(0.95, 0.45, 0.65),
+        "white": Rgb(0.97, 0.97, 0.97),
+        "gray": Rgb(0.55, 0.56, 0.58),
+        "grey": Rgb(0.55, 0.56, 0.58),
+        "black": Rgb(0.06, 0.06, 0.06),
     }
 )
 """Purer than they are in figures, so that cameras tell them apart."""
@@ -52,7 +52,7 @@ side of things is."""
 HUELESS = 0.1
 
 
-def paint(name: str | None) -> Paint:
+def choose_material_color(name: str | None) -> Rgb:
     """How a scenario's color is painted; one that nobody foresaw gets one of the others, always the same."""
     if name is None:
         return PAINTS["gray"]
@@ -60,30 +60,30 @@ def paint(name: str | None) -> Paint:
     if named is not None:
         return named
     if len(name) == 7 and name.startswith("#"):
-        return Paint(*(int(name[at : at + 2], 16) / 255.0 for at in (1, 3, 5)))
+        return Rgb(*(int(name[at : at + 2], 16) / 255.0 for at in (1, 3, 5)))
     pure = [each for each in PAINTS.values() if _hsv(each)[1] > SATURATED]
     return pure[crc32(name.encode()) % len(pure)]
 
 
-def film_of(name: str | None) -> Paint:
+def choose_film_color(name: str | None) -> Rgb:
     """How what hangs aloft is painted: deeper, so that things behind it keep their color."""
-    return Paint(*(DEEP * part for part in paint(name)))
+    return Rgb(*(DEEP * part for part in choose_material_color(name)))
 
 
-def seen_as(name: str, *, film: bool = False, films: Iterable[str] = ()) -> Color:
+def derive_camera_color(name: str, *, film: bool = False, films: Iterable[str] = ()) -> Color:
     """The pixels that are taken for a color: of its hue, in light and in shade, bare or behind one of these films.
 
     Where the thing itself is a `film`, it lets through what is behind it, and is paler.
     """
-    own = paint(name)
+    own = choose_material_color(name)
     hue, saturation, value = _hsv(own)
     if saturation < HUELESS:
         return Color(saturation=(0.0, HUELESS), value=(max(0.0, value - 0.15), min(1.0, value + 0.15)))
     behind = [
-        Paint(
+        Rgb(
             *(
                 (1 - FILM) * SHADE * thing + FILM * veil
-                for thing, veil in zip(own, film_of(each), strict=True)
+                for thing, veil in zip(own, choose_film_color(each), strict=True)
             )
         )
         for each in films
@@ -100,5 +100,5 @@ def seen_as(name: str, *, film: bool = False, films: Iterable[str] = ()) -> Colo
     )
 
 
-def _hsv(of: Paint) -> tuple[float, float, float]:
+def _hsv(of: Rgb) -> tuple[float, float, float]:
     return rgb_to_hsv(*of)

@@ -19,9 +19,9 @@ from understudy.errors import SettingError
 from understudy.sim.params import get_most_count
 from understudy.sim.scenario.schema import ObjectClass, Scenario
 from understudy.sim.view import Floats, WorldView
-from understudy.sim_mujoco.materials import FILM, film_of, paint
-from understudy.sim_mujoco.optional import mujoco
-from understudy.sim_mujoco.robot_model import SIDES, add_robot, camera_of
+from understudy.sim_mujoco.materials import FILM, choose_film_color, choose_material_color
+from understudy.sim_mujoco.optional import import_mujoco
+from understudy.sim_mujoco.robot_model import SIDES, add_robot, find_camera
 from understudy.sim_mujoco.shapes import (
     AWAY_M,
     DARK,
@@ -36,11 +36,11 @@ from understudy.sim_mujoco.shapes import (
     UNSEEN,
     WALL,
     WALLS,
-    egg,
-    pole,
-    rgba,
-    shown,
-    turned,
+    add_ellipsoid,
+    add_pole,
+    add_visual_geom,
+    make_rgba,
+    make_yaw_quaternion,
 )  # fmt: skip
 
 TALL_M = 0.95
@@ -52,7 +52,7 @@ WALL_M, EDGE_M, THICK_M = 0.3, 0.1, 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Built:
+class CompiledModel:
     """A compiled model, with where its parts are: of each robot [N] its position and speed in qpos and qvel, its two
     actuators and its camera; of each object slot its body that is moved about, -1 where it has none [K].
     """
@@ -78,13 +78,13 @@ def check_physics(scenario: Scenario) -> None:
                 )
 
 
-def build(scenario: Scenario, view: WorldView, *, fine: bool = False) -> Built:
+def build_model(scenario: Scenario, view: WorldView, *, fine: bool = False) -> CompiledModel:
     """The model of a world as a view shows it, robots where they are. `fine` is for pictures: shadows, smooth edges."""
-    spec = mujoco().MjSpec()
+    spec = import_mujoco().MjSpec()
     spec.option.timestep = STEP_S
-    spec.option.integrator = mujoco().mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.integrator = import_mujoco().mjtIntegrator.mjINT_IMPLICITFAST
     _light(spec, view, fine=fine)
-    sees = any(camera_of(kind) for kind in scenario.types.values())
+    sees = any(find_camera(kind) for kind in scenario.types.values())
     _ground(spec, view, TALL_M if sees else WALL_M)
     _obstacles(spec, view, sees=sees)
     movable = list(_objects(spec, scenario, sees=sees))
@@ -95,7 +95,7 @@ def build(scenario: Scenario, view: WorldView, *, fine: bool = False) -> Built:
     model = spec.compile()
     numbers = range(len(view.robots))
     joints = [model.joint(f"robot{each}").id for each in numbers]
-    return Built(
+    return CompiledModel(
         model,
         np.array([model.jnt_qposadr[each] for each in joints], np.intp),
         np.array([model.jnt_dofadr[each] for each in joints], np.intp),
@@ -108,7 +108,7 @@ def build(scenario: Scenario, view: WorldView, *, fine: bool = False) -> Built:
 
 def _light(spec: Any, view: WorldView, *, fine: bool) -> None:
     """Even light, so that a color is nearly the same on all sides; a sun for some shading."""
-    sight, light = spec.visual, mujoco().mjtLightType.mjLIGHT_DIRECTIONAL
+    sight, light = spec.visual, import_mujoco().mjtLightType.mjLIGHT_DIRECTIONAL
     spec.stat.extent, spec.stat.center = 1.0, [view.width / 2, view.height / 2, 0.0]
     sight.map.znear, sight.map.zfar = 0.02, 60.0
     sight.headlight.ambient, sight.headlight.diffuse = [0.42] * 3, [0.25] * 3
@@ -121,7 +121,7 @@ def _light(spec: Any, view: WorldView, *, fine: bool) -> None:
         type=light, pos=[view.width / 2 + 7.0, view.height / 2 - 9.0, 20.0], dir=[-0.35, 0.45, -1.0],
         diffuse=[0.45] * 3, ambient=[0.0] * 3, specular=[0.05] * 3, castshadow=fine,
     )  # fmt: skip
-    kinds, builtin = mujoco().mjtTexture, mujoco().mjtBuiltin
+    kinds, builtin = import_mujoco().mjtTexture, import_mujoco().mjtBuiltin
     spec.add_texture(
         name="sky", type=kinds.mjTEXTURE_SKYBOX, builtin=builtin.mjBUILTIN_GRADIENT,
         rgb1=list(SKY), rgb2=[0.97, 0.97, 0.97], width=64, height=64 * 6,
@@ -130,10 +130,10 @@ def _light(spec: Any, view: WorldView, *, fine: bool) -> None:
 
 def _ground(spec: Any, view: WorldView, high: float) -> None:
     """The floor, the walls around the arena, and those in it."""
-    shapes, width, height = mujoco().mjtGeom, view.width, view.height
+    shapes, width, height = import_mujoco().mjtGeom, view.width, view.height
     spec.worldbody.add_geom(
         type=shapes.mjGEOM_PLANE, pos=[width / 2, height / 2, 0.0], size=[width / 2, height / 2, 1.0],
-        rgba=rgba(FLOOR), contype=FLOORED, conaffinity=FLOORED, friction=[GRIP, 0.005, 0.0001], group=LOOKS,
+        rgba=make_rgba(FLOOR), contype=FLOORED, conaffinity=FLOORED, friction=[GRIP, 0.005, 0.0001], group=LOOKS,
     )  # fmt: skip
     corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)]
     lines = np.array(list(zip(corners, [*corners[1:], corners[0]], strict=True))).reshape(-1, 4)
@@ -149,19 +149,19 @@ def _wall(spec: Any, line: Floats, *, thick: float, aside: float, high: float) -
     length, angle = hypot(x1 - x0, y1 - y0), atan2(y1 - y0, x1 - x0)
     middle = [(x0 + x1) / 2 - aside * np.sin(angle), (y0 + y1) / 2 + aside * np.cos(angle), high / 2]
     spec.worldbody.add_geom(
-        type=mujoco().mjtGeom.mjGEOM_BOX, pos=middle, size=[length / 2 + abs(aside), thick / 2, high / 2],
-        quat=turned(angle), rgba=rgba(WALL), group=WALLS, **SOLIDLY,
+        type=import_mujoco().mjtGeom.mjGEOM_BOX, pos=middle, size=[length / 2 + abs(aside), thick / 2, high / 2],
+        quat=make_yaw_quaternion(angle), rgba=make_rgba(WALL), group=WALLS, **SOLIDLY,
     )  # fmt: skip
 
 
 def _obstacles(spec: Any, view: WorldView, *, sees: bool) -> None:
     """Round ones as cylinders, polygons as prisms; of those that are not convex, the edges alone."""
-    shapes, discs = mujoco().mjtGeom, view.discs
+    shapes, discs = import_mujoco().mjtGeom, view.discs
     for x, y, radius, color in zip(discs.x, discs.y, discs.radius, discs.color, strict=True):
         high = TALL_M if sees else 2.0 * radius
         spec.worldbody.add_geom(
             type=shapes.mjGEOM_CYLINDER, pos=[x, y, high / 2], size=[radius, high / 2, 0.0],
-            rgba=rgba(paint(view.color(int(color)))), group=OBSTACLES, **SOLIDLY,
+            rgba=make_rgba(choose_material_color(view.color(int(color)))), group=OBSTACLES, **SOLIDLY,
         )  # fmt: skip
     high = TALL_M if sees else WALL_M + 0.2
     for number, corners in enumerate(view.polygons):
@@ -174,7 +174,7 @@ def _obstacles(spec: Any, view: WorldView, *, sees: bool) -> None:
         spec.worldbody.add_geom(
             type=shapes.mjGEOM_MESH,
             meshname=f"prism{number}",
-            rgba=rgba(paint("brown")),
+            rgba=make_rgba(choose_material_color("brown")),
             group=OBSTACLES,
             **SOLIDLY,
         )
@@ -199,7 +199,7 @@ def _objects(spec: Any, scenario: Scenario, *, sees: bool) -> Iterator[str | Non
 
 
 def _object(body: Any, thing: ObjectClass, *, sees: bool) -> None:
-    shapes, radius, color = mujoco().mjtGeom, thing.radius, paint(thing.color)
+    shapes, radius, color = import_mujoco().mjtGeom, thing.radius, choose_material_color(thing.color)
     half = radius if thing.height is None else thing.height / 2
     if thing.solid:
         body.add_geom(
@@ -207,13 +207,13 @@ def _object(body: Any, thing: ObjectClass, *, sees: bool) -> None:
             **SOLIDLY,
         )  # fmt: skip
     if thing.aloft:
-        egg(body, radius, half, film_of(thing.color), opaque=FILM)
+        add_ellipsoid(body, radius, half, choose_film_color(thing.color), opaque=FILM)
     elif sees or thing.solid:
-        shown(body, shapes.mjGEOM_CYLINDER, [0, 0, 0.02], [max(0.1, 0.8 * radius), 0.02, 0.0], DARK)
-        pole(body, EYE_M - half)
-        egg(body, radius, half, color)
+        add_visual_geom(body, shapes.mjGEOM_CYLINDER, [0, 0, 0.02], [max(0.1, 0.8 * radius), 0.02, 0.0], DARK)
+        add_pole(body, EYE_M - half)
+        add_ellipsoid(body, radius, half, color)
     elif thing.home or thing.amount != 0:
-        shown(body, shapes.mjGEOM_CYLINDER, [0, 0, 0.015], [radius, 0.015, 0.0], color)
+        add_visual_geom(body, shapes.mjGEOM_CYLINDER, [0, 0, 0.015], [radius, 0.015, 0.0], color)
     else:
-        pole(body, 0.5)
-        shown(body, shapes.mjGEOM_BOX, [0.13, 0, 0.42], [0.13, 0.006, 0.08], color)
+        add_pole(body, 0.5)
+        add_visual_geom(body, shapes.mjGEOM_BOX, [0.13, 0, 0.42], [0.13, 0.006, 0.08], color)

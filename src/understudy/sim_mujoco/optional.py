@@ -11,7 +11,7 @@ from understudy.errors import UnderstudyError
 from understudy.robots.ros.transport import ExtraMissing
 
 
-class NoDrawing(UnderstudyError, json_type="NoDrawing"):
+class RenderingUnavailable(UnderstudyError, json_type="NoDrawing"):
     """Cameras cannot be rendered on this machine."""
 
     def __init__(self, *, problem: str) -> None:
@@ -27,20 +27,20 @@ WAYS = ("egl", "osmesa", "glfw")
 
 
 @cache
-def mujoco() -> Any:
-    """The module `mujoco`; ExtraMissing where it is not installed."""
+def import_mujoco() -> Any:
+    """The module `import_mujoco`; ExtraMissing where it is not installed."""
     try:
         return import_module("mujoco")
     except ImportError:
         raise ExtraMissing(what="a world in simulated physics", extra="mujoco") from None
     except Exception as error:  # it looks at MUJOCO_GL at once, and fails as that does
-        raise NoDrawing(problem=_said(error)) from error
+        raise RenderingUnavailable(problem=_said(error)) from error
 
 
 @cache
-def drawing(width_px: int, height_px: int) -> Any:
+def make_gl_context(width_px: int, height_px: int) -> Any:
     """What draws pictures up to this size, current in this thread; NoDrawing where there is none."""
-    mujoco()
+    import_mujoco()
     asked = os.environ.get("MUJOCO_GL", "").lower()
     try:
         context = import_module(f"mujoco.{asked if asked in WAYS else WAYS[0]}").GLContext(
@@ -48,7 +48,7 @@ def drawing(width_px: int, height_px: int) -> Any:
         )
         context.make_current()
     except Exception as error:  # what it raises depends on what is missing
-        raise NoDrawing(problem=_said(error)) from error
+        raise RenderingUnavailable(problem=_said(error)) from error
     return context
 
 

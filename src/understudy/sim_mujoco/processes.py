@@ -14,16 +14,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from understudy.robots.ros.fields import heading as heading_of
-from understudy.robots.ros.messages import MessageRefused, decode, encode, make
+from understudy.robots.ros.fields import compute_heading as heading_of
+from understudy.robots.ros.messages import MessageRefused, decode_message, encode_message, make_message
 from understudy.robots.ros.transport import Transport
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
-from understudy.sim_mujoco.body import Physics
-from understudy.sim_mujoco.robot_files import ODOMETRY, names_of_robots
-from understudy.sim_mujoco.ros_robots import DEADLINE_S, Serving, header_of, keep_time, point
+from understudy.sim_mujoco.body import MujocoBody
+from understudy.sim_mujoco.robot_files import ODOMETRY, list_robot_names
+from understudy.sim_mujoco.ros_robots import (
+    DEADLINE_S,
+    RosRobot,
+    make_message_header,
+    make_point_message,
+    tick_in_real_time,
+)
 from understudy.sim_mujoco.shapes import AWAY_M
-from understudy.sim_mujoco.world import Pose
+from understudy.sim_mujoco.world import BodyPose
 
 REFEREE = "referee"
 OBJECTS, POSES = f"/{REFEREE}/objects", "geometry_msgs/msg/PoseArray"
@@ -33,21 +39,21 @@ FAR_M, FAST = 1000.0, 20.0
 """Nothing is as far from the arena's corner, and no robot as fast, m/s and rad/s."""
 
 
-class Followed:
+class PoseFollower:
     """The last pose that a robot's odometry told; None until it told one."""
 
     def __init__(self, name: str, transport: Transport) -> None:
-        self.pose: Pose | None = None
+        self.pose: BodyPose | None = None
         transport.subscribe(f"/{name}/odom", ODOMETRY, self._heard)
 
     def _heard(self, data: bytes, _: float) -> None:
         try:
-            message = decode(ODOMETRY, data)
+            message = decode_message(ODOMETRY, data)
         except MessageRefused:
             return
         place, moved = message.pose.pose, message.twist.twist
         heading = heading_of(place.orientation)
-        pose = Pose(place.position.x, place.position.y, heading % tau, moved.linear.x, moved.angular.z)
+        pose = BodyPose(place.position.x, place.position.y, heading % tau, moved.linear.x, moved.angular.z)
         # What cannot be, physics would answer by beginning anew, this robot's own place and all.
         if (
             abs(pose.x) < FAR_M
@@ -58,7 +64,7 @@ class Followed:
             self.pose = pose
 
 
-class Thing(NamedTuple):
+class ObjectPose(NamedTuple):
     """Where an object is, m; whether it is there."""
 
     x: float
@@ -66,26 +72,26 @@ class Thing(NamedTuple):
     there: bool
 
 
-class Alone:
+class RobotProcess:
     """One robot of a scenario behind its topics, the others followed; a tick is one of the body."""
 
     def __init__(
-        self, body: Physics, number: int, transport: Transport, *, deadline_s: float = DEADLINE_S
+        self, body: MujocoBody, number: int, transport: Transport, *, deadline_s: float = DEADLINE_S
     ) -> None:
         self.body, self._deadline_s = body, deadline_s
-        self.robot = Serving(body, number, transport)
-        names = names_of_robots(body.scenario)
-        self._others = {k: Followed(name, transport) for k, name in enumerate(names) if k != number}
-        self._things: list[Thing] = []
+        self.robot = RosRobot(body, number, transport)
+        names = list_robot_names(body.scenario)
+        self._others = {k: PoseFollower(name, transport) for k, name in enumerate(names) if k != number}
+        self._things: list[ObjectPose] = []
         transport.subscribe(OBJECTS, POSES, self._told)
 
     def _told(self, data: bytes, _: float) -> None:
         try:
-            places = [each.position for each in decode(POSES, data).poses]
+            places = [each.position for each in decode_message(POSES, data).poses]
         except MessageRefused:
             return
         if all(abs(each.x) < FAR_M and abs(each.y) < FAR_M for each in places):
-            self._things = [Thing(each.x, each.y, each.z > AWAY_M / 2) for each in places]
+            self._things = [ObjectPose(each.x, each.y, each.z > AWAY_M / 2) for each in places]
 
     def tick(self, now_s: float) -> None:
         """Put everything else where it is, publish what this robot senses, let it do what it was told last."""
@@ -103,15 +109,15 @@ class Alone:
 
     def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
         """Go on for so long in real time; how many ticks came late."""
-        return keep_time(self.tick, self.body.tick_s, seconds=seconds, stopped=stopped)
+        return tick_in_real_time(self.tick, self.body.tick_s, seconds=seconds, stopped=stopped)
 
 
-class Referee:
+class ObjectServer:
     """Keeps the objects of a scenario's world, whose robots are elsewhere."""
 
     def __init__(self, scenario: Scenario, seed: int, transport: Transport) -> None:
         self.world = World(scenario, [seed])
-        self._robots = [Followed(name, transport) for name in names_of_robots(scenario)]
+        self._robots = [PoseFollower(name, transport) for name in list_robot_names(scenario)]
         self._publish = transport.publisher(OBJECTS, POSES)
 
     def tick(self, _: float = 0.0) -> None:
@@ -125,12 +131,14 @@ class Referee:
         self.world.act({})
         objects = self.world.state.objects[0]
         poses = [
-            make("geometry_msgs/msg/Pose", position=point(x, y, 0.0 if there else AWAY_M))
+            make_message(
+                "geometry_msgs/msg/Pose", position=make_point_message(x, y, 0.0 if there else AWAY_M)
+            )
             for x, y, there in zip(objects["x"], objects["y"], objects["present"], strict=True)
         ]
-        message: Any = make(POSES, header=header_of(time.time(), "map"), poses=poses)
-        self._publish(encode(POSES, message))
+        message: Any = make_message(POSES, header=make_message_header(time.time(), "map"), poses=poses)
+        self._publish(encode_message(POSES, message))
 
     def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
         """Go on for so long in real time; how many ticks came late."""
-        return keep_time(self.tick, self.world.tick_s, seconds=seconds, stopped=stopped)
+        return tick_in_real_time(self.tick, self.world.tick_s, seconds=seconds, stopped=stopped)

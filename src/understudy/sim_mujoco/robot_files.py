@@ -10,15 +10,15 @@ from math import radians
 from understudy.errors import SettingError
 from understudy.robots.camera.blobs import LEAST_PX
 from understudy.robots.camera.color import Color
-from understudy.robots.camera.config import HEADING, color_line
+from understudy.robots.camera.config import HEADING, format_color_line
 from understudy.robots.robot_file import FORMAT, TEAM
 from understudy.sim.kit import list_type_readings
 from understudy.sim.params import collect_names, count_robots, make_world_params
 from understudy.sim.scenario.files import TARGET as MARKER
 from understudy.sim.scenario.schema import Bumper, CargoSensor, RobotType, Scenario, Sonar, TargetLocator
 from understudy.sim.sensing.sense_plan import SensePlanner
-from understudy.sim_mujoco.materials import seen_as
-from understudy.sim_mujoco.robot_model import camera_of
+from understudy.sim_mujoco.materials import derive_camera_color
+from understudy.sim_mujoco.robot_model import find_camera
 
 RANGE, BOOL, FLOAT = "sensor_msgs/msg/Range", "std_msgs/msg/Bool", "std_msgs/msg/Float64"
 ODOMETRY, IMAGE, PLACE = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Image", "geometry_msgs/msg/PoseStamped"
@@ -43,11 +43,13 @@ def check_ros(scenario: Scenario) -> None:
         f"scenario {scenario.name!r}",
         "begin with a letter, and give letters from a to z, digits and _",
     )
-    if not names_of_robots(scenario):
+    if not list_robot_names(scenario):
         raise SettingError(where=where, setting="robots", problem="are none", remedy="give one at least")
-    names = [(f"types.{name}", name) for name in types_of_robots(scenario)]
+    names = [(f"types.{name}", name) for name in list_robot_types(scenario)]
     names += [
-        (f"reading {name}", name) for kind in scenario.types.values() for name in readings_of_robot(kind)
+        (f"reading {name}", name)
+        for kind in scenario.types.values()
+        for name in list_published_readings(kind)
     ]
     names += [(f"targets.{name}", name) for name in scenario.targets if name != MARKER]
     for setting, name in names:
@@ -55,7 +57,7 @@ def check_ros(scenario: Scenario) -> None:
             raise SettingError(where=where, setting=setting, problem="is no name in ROS 2", remedy=remedy)
 
 
-def names_of_robots(scenario: Scenario) -> tuple[str, ...]:
+def list_robot_names(scenario: Scenario) -> tuple[str, ...]:
     """What robots are called, in the order of their numbers: humanoid; or pioneer_1, pioneer_2 where there are more."""
     types = [group.type for group in scenario.robots for _ in range(count_robots(group.count, group.at))]
     seen: dict[str, int] = {}
@@ -66,28 +68,28 @@ def names_of_robots(scenario: Scenario) -> tuple[str, ...]:
     return tuple(names)
 
 
-def types_of_robots(scenario: Scenario) -> tuple[str, ...]:
+def list_robot_types(scenario: Scenario) -> tuple[str, ...]:
     """The type of each robot, in the order of their numbers."""
     return tuple(group.type for group in scenario.robots for _ in range(count_robots(group.count, group.at)))
 
 
-def colors_of(scenario: Scenario, type_name: str) -> Mapping[str, Color]:
+def calibrate_camera_colors(scenario: Scenario, type_name: str) -> Mapping[str, Color]:
     """The pixels that a type's camera takes for each target, calibrated to how it is painted in physics."""
     planner = SensePlanner(scenario, make_world_params(scenario), collect_names(scenario))
     films = {thing.color for thing in scenario.objects if thing.aloft and thing.color is not None}
     colors = {target: planner.color_of(of, type_name) for target, of in scenario.targets.items()}
     return {
-        target: seen_as(color, film=color in films, films=films)
+        target: derive_camera_color(color, film=color in films, films=films)
         for target, color in colors.items()
         if color is not None
     }
 
 
-def robot_file(
+def format_robot_file(
     scenario: Scenario, number: int, *, world: str, domain: int, rate_hz: float, router: str | None = None
 ) -> str:
     """The file of a simulated robot, TOML; `world` is the scenario by name or path. With a router it speaks Zenoh."""
-    name, type_name = names_of_robots(scenario)[number], types_of_robots(scenario)[number]
+    name, type_name = list_robot_names(scenario)[number], list_robot_types(scenario)[number]
     kind = scenario.types[type_name]
     lines = [
         f'format = "{FORMAT}"',
@@ -111,24 +113,24 @@ def robot_file(
         f"drive_m_s = {kind.speed:g}",
         f"turn_rad_s = {radians(kind.turning_deg):g}",
     ]
-    for reading, (topic, type, field, unit) in readings_of_robot(kind).items():
+    for reading, (topic, type, field, unit) in list_published_readings(kind).items():
         lines += ["", f"[readings.{reading}]", f'topic = "{topic}"', f'type = "{type}"']
         lines += [f'{key} = "{value}"' for key, value in (("field", field), ("unit", unit)) if value]
         lines += [f"rate_hz = {rate_hz:g}", f"stale_s = {STALE_S:g}", "required = true"]
     lines += _camera_lines(scenario, type_name, rate_hz)
-    for target in located_targets(scenario, kind):
+    for target in list_located_targets(scenario, kind):
         lines += ["", f"[targets.{target}]", f'topic = "targets/{target}"', "relative = true"]
         lines += [f"stale_s = {STALE_S:g}"]
     return "\n".join(lines) + "\n"
 
 
-def team_file(scenario: Scenario) -> str:
+def format_team_file(scenario: Scenario) -> str:
     """The file of all of them, TOML: their own lie beside it."""
-    files = ", ".join(f'"{name}.toml"' for name in names_of_robots(scenario))
+    files = ", ".join(f'"{name}.toml"' for name in list_robot_names(scenario))
     return f'format = "{TEAM}"\nname = "{scenario.name}"\nrobots = [{files}]\n'
 
 
-def readings_of_robot(kind: RobotType) -> Mapping[str, tuple[str, str, str, str]]:
+def list_published_readings(kind: RobotType) -> Mapping[str, tuple[str, str, str, str]]:
     """The readings that have a topic: that, its type, the field, the unit."""
     found: dict[str, tuple[str, str, str, str]] = {}
     for sensor in kind.sensors:
@@ -148,14 +150,14 @@ def _of_cargo(kind: RobotType) -> Iterator[tuple[str, tuple[str, str, str, str]]
             yield reading.name, (f"readings/{reading.name}", type, "data", reading.unit)
 
 
-def located_targets(scenario: Scenario, kind: RobotType) -> tuple[str, ...]:
+def list_located_targets(scenario: Scenario, kind: RobotType) -> tuple[str, ...]:
     """The targets that a robot is told the place of."""
     there = any(isinstance(each, TargetLocator) for each in kind.sensors)
     return tuple(target for target in scenario.targets if target != MARKER) if there else ()
 
 
 def _camera_lines(scenario: Scenario, type_name: str, rate_hz: float) -> list[str]:
-    camera = camera_of(scenario.types[type_name])
+    camera = find_camera(scenario.types[type_name])
     if camera is None:
         return []
     return [
@@ -171,8 +173,8 @@ def _camera_lines(scenario: Scenario, type_name: str, rate_hz: float) -> list[st
         "",
         HEADING,
         *(
-            color_line(target, color)
-            for target, color in colors_of(scenario, type_name).items()
+            format_color_line(target, color)
+            for target, color in calibrate_camera_colors(scenario, type_name).items()
             if target != MARKER
         ),
     ]

@@ -6,8 +6,8 @@ from math import atan, degrees, radians, tan
 from typing import Any
 
 from understudy.sim.scenario.schema import Camera, RobotType
-from understudy.sim_mujoco.materials import paint
-from understudy.sim_mujoco.optional import mujoco
+from understudy.sim_mujoco.materials import choose_material_color
+from understudy.sim_mujoco.optional import import_mujoco
 from understudy.sim_mujoco.shapes import (
     DARK,
     EYE_M,
@@ -18,10 +18,10 @@ from understudy.sim_mujoco.shapes import (
     ROLLING,
     SKY,
     SOLIDLY,
-    egg,
-    rgba,
-    shown,
-    turned,
+    add_ellipsoid,
+    add_visual_geom,
+    make_rgba,
+    make_yaw_quaternion,
 )  # fmt: skip
 
 KG_PER_M2, SLOW_S, PULL = 225.0, 0.1, 0.6
@@ -32,33 +32,35 @@ WHEEL, TRACK, CASTER = 0.4, 0.75, 0.25
 SIDES = ("left", "right")
 
 
-def shares(kind: RobotType, speed_m_s: float, turn_rad_s: float) -> tuple[float, float]:
+def scale_to_commands(kind: RobotType, speed_m_s: float, turn_rad_s: float) -> tuple[float, float]:
     """Speeds as commands: shares of the type's own; 0 for what it cannot do."""
     turning = radians(kind.turning_deg)
     return (speed_m_s / kind.speed if kind.speed else 0.0), (turn_rad_s / turning if turning else 0.0)
 
 
-def camera_of(kind: RobotType) -> Camera | None:
+def find_camera(kind: RobotType) -> Camera | None:
     """The camera of a type of robots, if it has one."""
     return next((each for each in kind.sensors if isinstance(each, Camera)), None)
 
 
 def add_robot(spec: Any, number: int, kind: RobotType, place: tuple[float, float, float]) -> None:
     """A round chassis on two driven wheels and two casters without friction, and what it wears for others to see."""
-    shapes, radius = mujoco().mjtGeom, kind.radius
+    shapes, radius = import_mujoco().mjtGeom, kind.radius
     wheel, caster, mass = WHEEL * radius, CASTER * radius, KG_PER_M2 * radius**2
-    body = spec.worldbody.add_body(name=f"robot{number}", pos=[*place[:2], 0.0], quat=turned(place[2]))
+    body = spec.worldbody.add_body(
+        name=f"robot{number}", pos=[*place[:2], 0.0], quat=make_yaw_quaternion(place[2])
+    )
     body.add_freejoint(name=f"robot{number}")
     low, high = 0.3 * radius, 1.1 * radius
     solid = SOLIDLY if kind.collides else {"contype": 0, "conaffinity": 0}
     body.add_geom(
         type=shapes.mjGEOM_CYLINDER, pos=[0, 0, (low + high) / 2], size=[radius, (high - low) / 2, 0.0],
-        mass=0.8 * mass, rgba=rgba(DARK), group=ROBOTS, **solid,
+        mass=0.8 * mass, rgba=make_rgba(DARK), group=ROBOTS, **solid,
     )  # fmt: skip
     for side in (1.0, -1.0):
         body.add_geom(
             type=shapes.mjGEOM_SPHERE, pos=[side * 0.7 * radius, 0, caster], size=[caster, 0, 0], mass=0.01 * mass,
-            contype=FLOORED, conaffinity=FLOORED, condim=1, priority=1, rgba=rgba(DARK), group=LOOKS,
+            contype=FLOORED, conaffinity=FLOORED, condim=1, priority=1, rgba=make_rgba(DARK), group=LOOKS,
         )  # fmt: skip
     pull = PULL * mass * 9.81 * wheel / 2
     for name, side in zip(SIDES, (1.0, -1.0), strict=True):
@@ -69,7 +71,7 @@ def add_robot(spec: Any, number: int, kind: RobotType, place: tuple[float, float
             type=shapes.mjGEOM_SPHERE, size=[wheel, 0, 0], mass=0.09 * mass, contype=FLOORED, conaffinity=FLOORED,
             friction=[GRIP, 0.005, 0.0001], group=ROLLING,
         )  # fmt: skip
-        shown(
+        add_visual_geom(
             hub,
             shapes.mjGEOM_CYLINDER,
             [0, 0, 0],
@@ -78,29 +80,31 @@ def add_robot(spec: Any, number: int, kind: RobotType, place: tuple[float, float
             quat=[0.7071, 0.7071, 0, 0],
         )
         motor = spec.add_actuator(name=f"{name}{number}", target=f"{name}{number}", forcerange=[-pull, pull])
-        motor.trntype = mujoco().mjtTrn.mjTRN_JOINT
+        motor.trntype = import_mujoco().mjtTrn.mjTRN_JOINT
         motor.set_to_velocity(kv=mass * wheel**2 / (2.0 * SLOW_S))
     _worn(body, kind, high)
-    _eye(body, number, camera_of(kind))
+    _eye(body, number, find_camera(kind))
 
 
 def _worn(body: Any, kind: RobotType, high: float) -> None:
     """What others know it by; on top a mark of where its front is."""
-    shapes, radius = mujoco().mjtGeom, kind.radius
-    if camera_of(kind) is not None:
+    shapes, radius = import_mujoco().mjtGeom, kind.radius
+    if find_camera(kind) is not None:
         half = radius if kind.height is None else kind.height / 2
-        shown(body, shapes.mjGEOM_CYLINDER, [0, 0, EYE_M / 2], [0.018, EYE_M / 2, 0.0], DARK)
+        add_visual_geom(body, shapes.mjGEOM_CYLINDER, [0, 0, EYE_M / 2], [0.018, EYE_M / 2, 0.0], DARK)
         if kind.color is not None:
-            egg(body, radius, half, paint(kind.color))
+            add_ellipsoid(body, radius, half, choose_material_color(kind.color))
     else:
-        shown(
+        add_visual_geom(
             body,
             shapes.mjGEOM_CYLINDER,
             [0, 0, high + 0.004],
             [0.92 * radius, 0.004, 0],
-            paint(kind.color or "red"),
+            choose_material_color(kind.color or "red"),
         )
-    shown(body, shapes.mjGEOM_BOX, [0.72 * radius, 0, high + 0.01], [0.2 * radius, 0.06 * radius, 0.008], SKY)
+    add_visual_geom(
+        body, shapes.mjGEOM_BOX, [0.72 * radius, 0, high + 0.01], [0.2 * radius, 0.06 * radius, 0.008], SKY
+    )
 
 
 def _eye(body: Any, number: int, camera: Camera | None) -> None:

@@ -13,10 +13,10 @@ from msgspec.structs import replace
 
 from understudy.model.features import ReadingKey
 from understudy.robots.camera.blobs import Image
-from understudy.robots.ros.messages import MessageRefused, decode, encode, make
+from understudy.robots.ros.messages import MessageRefused, decode_message, encode_message, make_message
 from understudy.robots.ros.transport import Publish, Transport
 from understudy.sim.scenario.schema import ElapsedSensor, RobotType, Scenario, Sonar
-from understudy.sim_mujoco.body import Physics
+from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.robot_files import (
     BOOL,
     IMAGE,
@@ -24,12 +24,12 @@ from understudy.sim_mujoco.robot_files import (
     PLACE,
     RANGE,
     TWIST,
-    located_targets,
-    names_of_robots,
-    readings_of_robot,
-    types_of_robots,
+    list_located_targets,
+    list_published_readings,
+    list_robot_names,
+    list_robot_types,
 )
-from understudy.sim_mujoco.robot_model import camera_of, shares
+from understudy.sim_mujoco.robot_model import find_camera, scale_to_commands
 
 DEADLINE_S = 0.15
 """A robot whose last command is older stops: its own watch over who decides."""
@@ -38,7 +38,7 @@ ULTRASOUND = 0
 
 
 @dataclass
-class Asked:
+class LastCommand:
     """The last command of a robot, m/s and rad/s, and when it came (s, `time.monotonic`)."""
 
     speed_m_s: float = 0.0
@@ -47,21 +47,21 @@ class Asked:
 
 
 @dataclass
-class Serving:
+class RosRobot:
     """One robot of a body behind its topics."""
 
-    body: Physics
+    body: MujocoBody
     number: int
     transport: Transport
-    asked: Asked = field(default_factory=Asked)
+    asked: LastCommand = field(default_factory=LastCommand)
 
     def __post_init__(self) -> None:
         scenario = self.body.scenario
-        self.name = names_of_robots(scenario)[self.number]
-        self.kind: RobotType = scenario.types[types_of_robots(scenario)[self.number]]
-        self._readings = readings_of_robot(self.kind)
-        self._targets = located_targets(scenario, self.kind)
-        self._camera = camera_of(self.kind)
+        self.name = list_robot_names(scenario)[self.number]
+        self.kind: RobotType = scenario.types[list_robot_types(scenario)[self.number]]
+        self._readings = list_published_readings(self.kind)
+        self._targets = list_located_targets(scenario, self.kind)
+        self._camera = find_camera(self.kind)
         self._limits = {
             name: sonar.range
             for sonar in self.kind.sensors
@@ -85,66 +85,74 @@ class Serving:
 
     def _obey(self, data: bytes, at_s: float) -> None:
         try:
-            message = decode(TWIST, data)
+            message = decode_message(TWIST, data)
         except MessageRefused:
             return
         speed, turn = float(message.linear.x), float(message.angular.z)
         if isfinite(speed) and isfinite(turn):
-            self.asked = Asked(speed, turn, at_s)
+            self.asked = LastCommand(speed, turn, at_s)
 
     def command(self, now_s: float, *, deadline_s: float = DEADLINE_S) -> tuple[float, float]:
         """Drive and turn, as shares of its speeds; at rest where the last command is too old."""
         asked = self.asked
         if now_s - asked.at_s > deadline_s:
             return 0.0, 0.0
-        return shares(self.kind, asked.speed_m_s, asked.turn_rad_s)
+        return scale_to_commands(self.kind, asked.speed_m_s, asked.turn_rad_s)
 
     def publish(self, percept: Mapping[ReadingKey, Any], time_s: float) -> None:
         """Tell what it senses now; `percept` has the columns of all robots."""
-        header = header_of(time_s, self.name)
+        header = make_message_header(time_s, self.name)
         for name, (topic, type, _, _) in self._readings.items():
             if type != ODOMETRY:
                 value = float(percept[name, None][self.number])
-                self._publish[topic](encode(type, self._message(type, name, value, header)))
-        self._publish["odom"](encode(ODOMETRY, self._odometry(header)))
+                self._publish[topic](encode_message(type, self._message(type, name, value, header)))
+        self._publish["odom"](encode_message(ODOMETRY, self._odometry(header)))
         for target in self._targets:
             away, bearing = (float(percept[each, target][self.number]) for each in ("range", "bearing"))
             if not (isnan(away) or isnan(bearing)):
-                at = point(away * cos(bearing), away * sin(bearing))
-                pose = make("geometry_msgs/msg/Pose", position=at, orientation=make(TURNED, w=1.0))
-                self._publish[f"targets/{target}"](encode(PLACE, make(PLACE, header=header, pose=pose)))
+                at = make_point_message(away * cos(bearing), away * sin(bearing))
+                pose = make_message(
+                    "geometry_msgs/msg/Pose", position=at, orientation=make_message(TURNED, w=1.0)
+                )
+                self._publish[f"targets/{target}"](
+                    encode_message(PLACE, make_message(PLACE, header=header, pose=pose))
+                )
         if self._camera is not None and (image := self.body.image(self.number)) is not None:
-            self._publish["image_raw"](picture(image, header))
+            self._publish["image_raw"](encode_image_message(image, header))
 
     def _message(self, type: str, name: str, value: float, header: Any) -> Any:
         if type == RANGE:
             limit = self._limits[name]
             far = inf if value >= limit else value  # REP 117
-            return make(
+            return make_message(
                 RANGE, header=header, radiation_type=ULTRASOUND, field_of_view=pi / 6, min_range=0.0,
                 max_range=limit, range=far,
             )  # fmt: skip
-        return make(type, data=value > 0 if type == BOOL else value)
+        return make_message(type, data=value > 0 if type == BOOL else value)
 
     def _odometry(self, header: Any) -> Any:
         pose = self.body.arenas[0].pose(self.number)
-        turned = make(TURNED, z=sin(pose.heading / 2), w=cos(pose.heading / 2))
-        place = make("geometry_msgs/msg/Pose", position=point(pose.x, pose.y), orientation=turned)
+        turned = make_message(TURNED, z=sin(pose.heading / 2), w=cos(pose.heading / 2))
+        place = make_message(
+            "geometry_msgs/msg/Pose", position=make_point_message(pose.x, pose.y), orientation=turned
+        )
         vector = "geometry_msgs/msg/Vector3"
-        moved = make(TWIST, linear=make(vector, x=pose.speed), angular=make(vector, z=pose.turning))
-        return make(
+        moved = make_message(
+            TWIST, linear=make_message(vector, x=pose.speed), angular=make_message(vector, z=pose.turning)
+        )
+        return make_message(
             ODOMETRY,
             header=header,
             child_frame_id=f"{self.name}/base_link",
-            pose=make("geometry_msgs/msg/PoseWithCovariance", pose=place),
-            twist=make("geometry_msgs/msg/TwistWithCovariance", twist=moved),
+            pose=make_message("geometry_msgs/msg/PoseWithCovariance", pose=place),
+            twist=make_message("geometry_msgs/msg/TwistWithCovariance", twist=moved),
         )
 
 
-def picture(image: Image, header: Any) -> bytes:
+def encode_image_message(image: Image, header: Any) -> bytes:
     """An Image, rgb8, of pixels [H, W, 3]."""
     height, width, _ = image.shape
-    made = make(
+    made = make_message(
         IMAGE,
         header=header,
         height=height,
@@ -153,17 +161,17 @@ def picture(image: Image, header: Any) -> bytes:
         step=3 * width,
         data=image.reshape(-1),
     )
-    return encode(IMAGE, made)
+    return encode_message(IMAGE, made)
 
 
-def header_of(time_s: float, frame: str) -> Any:
+def make_message_header(time_s: float, frame: str) -> Any:
     """The header of a message of this time since 1970, s, in this frame."""
     seconds = int(time_s)
-    stamp = make("builtin_interfaces/msg/Time", sec=seconds, nanosec=int((time_s - seconds) * 1e9))
-    return make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+    stamp = make_message("builtin_interfaces/msg/Time", sec=seconds, nanosec=int((time_s - seconds) * 1e9))
+    return make_message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
 
 
-def served(scenario: Scenario) -> Scenario:
+def drop_derived_readings(scenario: Scenario) -> Scenario:
     """The scenario without readings that robots do not publish, since who decides works them out: it saves drawing."""
     types = {
         name: replace(
@@ -174,12 +182,12 @@ def served(scenario: Scenario) -> Scenario:
     return replace(scenario, types=types)
 
 
-def point(x: float, y: float, z: float = 0.0) -> Any:
+def make_point_message(x: float, y: float, z: float = 0.0) -> Any:
     """A point, m."""
-    return make(POINT, x=float(x), y=float(y), z=z)
+    return make_message(POINT, x=float(x), y=float(y), z=z)
 
 
-def keep_time(
+def tick_in_real_time(
     tick: Callable[[float], None], period_s: float, *, seconds: float, stopped: Callable[[], bool]
 ) -> int:
     """A tick per period in real time, for so long; how many came late by a period or more: none is made up for."""
@@ -199,9 +207,9 @@ def keep_time(
 class Simulation:
     """All robots of a scenario behind their topics, in real time; one tick of the body per period."""
 
-    def __init__(self, body: Physics, transport: Transport, *, deadline_s: float = DEADLINE_S) -> None:
+    def __init__(self, body: MujocoBody, transport: Transport, *, deadline_s: float = DEADLINE_S) -> None:
         self.body, self._deadline_s = body, deadline_s
-        self.robots = [Serving(body, number, transport) for number in range(body.robots)]
+        self.robots = [RosRobot(body, number, transport) for number in range(body.robots)]
         self._keys = tuple(dict.fromkeys(key for robot in self.robots for key in robot.keys))
 
     def tick(self, now_s: float) -> None:
@@ -214,4 +222,4 @@ class Simulation:
 
     def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
         """Go on for so long in real time; how many ticks came late."""
-        return keep_time(self.tick, self.body.tick_s, seconds=seconds, stopped=stopped)
+        return tick_in_real_time(self.tick, self.body.tick_s, seconds=seconds, stopped=stopped)

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
-from understudy.robots.camera.blobs import LEAST_PX, Camera, Frame, Image
+from understudy.robots.camera.blobs import LEAST_PX, BlobDetector, FrameGeometry, Image
 from understudy.sim.kit import CAMERA
 from understudy.sim.scenario.schema import ElapsedSensor, RobotType, Scenario, Sonar
 from understudy.sim.world import World
-from understudy.sim_mujoco.optional import mujoco
-from understudy.sim_mujoco.robot_files import colors_of
-from understudy.sim_mujoco.robot_model import camera_of
+from understudy.sim_mujoco.optional import import_mujoco
+from understudy.sim_mujoco.robot_files import calibrate_camera_colors
+from understudy.sim_mujoco.robot_model import find_camera
 from understudy.sim_mujoco.shapes import OBSTACLES, ROBOTS, UNSEEN, WALLS
-from understudy.sim_mujoco.world import Arena
+from understudy.sim_mujoco.world import MujocoWorld
 
 APART_DEG = 2.5
 """Rays are as far apart at most: 13 cm at 3 m, less than anything solid."""
@@ -27,7 +27,7 @@ HEIGHT = 0.7
 """Where rays begin: a share of the robot's radius above the floor, which is within its chassis."""
 
 
-class Ranging:
+class RaycastSonar:
     """The rays of one sonar of a type of robots; `names` are its readings, one for each sector."""
 
     def __init__(self, kind: RobotType, sonar: Sonar) -> None:
@@ -56,7 +56,7 @@ class Ranging:
         rays = self._rays[:, :1] * ahead + self._rays[:, 1:2] * left
         start = np.array([*data.xpos[body][:2], HEIGHT * self._radius])
         limit = self._range + self._radius
-        mujoco().mj_multiRay(
+        import_mujoco().mj_multiRay(
             model,
             data,
             start,
@@ -78,7 +78,7 @@ class Ranging:
 BLOB_X, BLOB_SIZE = (each.name for each in CAMERA)
 
 
-class Senses:
+class MujocoSensors:
     """Sonar, blobs and the time since these were seen, for the robots of a world, the referee; it has all else.
 
     `last` [B*N, T] is when each target was last seen, s.
@@ -89,7 +89,7 @@ class Senses:
         self._world, self._names = world, list(scenario.types)
         self._eyes = {name: _decoding(scenario, name) for name in scenario.types}
         self._sonars = {
-            name: [(sonar, Ranging(kind, sonar)) for sonar in kind.sensors if isinstance(sonar, Sonar)]
+            name: [(sonar, RaycastSonar(kind, sonar)) for sonar in kind.sensors if isinstance(sonar, Sonar)]
             for name, kind in scenario.types.items()
         }
         self._since = [
@@ -102,7 +102,7 @@ class Senses:
         self.keys = self._own_keys()
         """The readings that it gives."""
 
-    def begin(self, arenas: Sequence[Arena]) -> None:
+    def begin(self, arenas: Sequence[MujocoWorld]) -> None:
         """Sense in these arenas from now on."""
         self._arenas = arenas
         self.last = np.full((self._world.agents, len(self._world.targets)), nan)
@@ -117,7 +117,7 @@ class Senses:
     def image(self, agent: int) -> Image | None:
         """What a robot's camera sees now [H, W, 3]; None where it has none."""
         arena, robot = self._at(agent)
-        camera = camera_of(self.kind(agent))
+        camera = find_camera(self.kind(agent))
         return None if camera is None else arena.image(robot, camera)
 
     def kind(self, agent: int) -> RobotType:
@@ -126,7 +126,7 @@ class Senses:
         kind: RobotType = arena.kinds[robot]
         return kind
 
-    def _at(self, agent: int) -> tuple[Arena, int]:
+    def _at(self, agent: int) -> tuple[MujocoWorld, int]:
         """The arena of a robot, and its number there."""
         world, robot = divmod(agent, self._world.robots)
         return self._arenas[world], robot
@@ -200,10 +200,12 @@ class Senses:
         return frozenset(sonars | {(name, target) for name in of_targets for target in self._world.targets})
 
 
-def _decoding(scenario: Scenario, name: str) -> Camera | None:
+def _decoding(scenario: Scenario, name: str) -> BlobDetector | None:
     """What reads the pictures of a type's camera; None where it has none."""
-    camera = camera_of(scenario.types[name])
+    camera = find_camera(scenario.types[name])
     if camera is None:
         return None
-    frame = Frame(camera.width_px, camera.height_px, camera.view_deg)
-    return Camera(colors_of(scenario, name), frame=frame, least_px=max(LEAST_PX, camera.least_px))
+    frame = FrameGeometry(camera.width_px, camera.height_px, camera.view_deg)
+    return BlobDetector(
+        calibrate_camera_colors(scenario, name), frame=frame, least_px=max(LEAST_PX, camera.least_px)
+    )

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from understudy.robots.camera.blobs import Image
 from understudy.sim.scenario.schema import Camera, Scenario
 from understudy.sim.view import WorldView
-from understudy.sim_mujoco.model import STEP_S, build
-from understudy.sim_mujoco.optional import mujoco
-from understudy.sim_mujoco.renderer import Looking
+from understudy.sim_mujoco.model import STEP_S, build_model
+from understudy.sim_mujoco.optional import import_mujoco
+from understudy.sim_mujoco.renderer import Renderer
 from understudy.sim_mujoco.robot_model import TRACK, WHEEL
 from understudy.sim_mujoco.shapes import AWAY_M
 
@@ -21,7 +21,7 @@ FREE = 7
 """Numbers in a robot's place: x, y, z and a quaternion."""
 
 
-class Pose(NamedTuple):
+class BodyPose(NamedTuple):
     """Where a robot is (m, rad in [0, tau)), and how fast it drives ahead (m/s) and turns to the left (rad/s)."""
 
     x: float
@@ -31,19 +31,19 @@ class Pose(NamedTuple):
     turning: float
 
 
-class Arena:
+class MujocoWorld:
     """A world as a view shows it, in physics."""
 
     def __init__(self, scenario: Scenario, view: WorldView) -> None:
-        self.built = build(scenario, view)
-        self.model, self.data = self.built.model, mujoco().MjData(self.built.model)
+        self.built = build_model(scenario, view)
+        self.model, self.data = self.built.model, import_mujoco().MjData(self.built.model)
         kinds = list(scenario.types.values())
         self.kinds = [kinds[index] for index in view.robots.type.tolist()]
         self._steps = max(1, round(scenario.tick_s / STEP_S))
         self.model.opt.timestep = scenario.tick_s / self._steps
-        self._looking: Looking | None = None
+        self._looking: Renderer | None = None
         self.show(view)
-        mujoco().mj_forward(self.model, self.data)
+        import_mujoco().mj_forward(self.model, self.data)
 
     def show(self, view: WorldView) -> None:
         """Put all objects where they are in a view; those that are not there, away."""
@@ -60,23 +60,23 @@ class Arena:
             left, right = self.built.wheels[robot]
             self.data.ctrl[left] = (ahead - side) / (WHEEL * radius)
             self.data.ctrl[right] = (ahead + side) / (WHEEL * radius)
-        mujoco().mj_step(self.model, self.data, self._steps)
+        import_mujoco().mj_step(self.model, self.data, self._steps)
         self.settle()
 
     def settle(self) -> None:
         """Have everything that is seen follow the state."""
-        lib = mujoco()
+        lib = import_mujoco()
         lib.mj_kinematics(self.model, self.data)
         lib.mj_camlight(self.model, self.data)
 
-    def pose(self, robot: int) -> Pose:
+    def pose(self, robot: int) -> BodyPose:
         """Where a robot is, and how fast it goes."""
         at, fast = self.built.qpos[robot], self.built.qvel[robot]
         x, y, _, w, i, j, k = self.data.qpos[at : at + FREE].tolist()
         along_x, along_y, _, _, _, turning = self.data.qvel[fast : fast + FREE - 1].tolist()
         heading = atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))
         speed = along_x * cos(heading) + along_y * sin(heading)
-        return Pose(x, y, heading % tau % tau, speed, turning)
+        return BodyPose(x, y, heading % tau % tau, speed, turning)
 
     def place(self, robot: int, x: float, y: float, heading: float) -> None:
         """Put a robot somewhere, at rest."""
@@ -85,7 +85,7 @@ class Arena:
         self.data.qvel[fast : fast + FREE + 1] = 0.0
         self.settle()
 
-    def put(self, robot: int, pose: Pose) -> None:
+    def put(self, robot: int, pose: BodyPose) -> None:
         """Put a robot somewhere, going at its speeds, its wheels rolling along."""
         height = float(self.data.qpos[self.built.qpos[robot] + 2])
         self.place(robot, pose.x, pose.y, pose.heading)
@@ -108,7 +108,7 @@ class Arena:
     def image(self, robot: int, camera: Camera) -> Image:
         """What a robot's camera sees [H, W, 3]."""
         if self._looking is None:
-            self._looking = Looking(self.model)
+            self._looking = Renderer(self.model)
         return self._looking.image(
             self.data, int(self.built.cameras[robot]), camera.width_px, camera.height_px
         )
@@ -116,7 +116,7 @@ class Arena:
     @property
     def state(self) -> NDArray[np.float64]:
         """All that goes on changing, for `restore`."""
-        lib = mujoco()
+        lib = import_mujoco()
         size = lib.mj_stateSize(self.model, lib.mjtState.mjSTATE_INTEGRATION)
         state = np.empty(size)
         lib.mj_getState(self.model, self.data, state, lib.mjtState.mjSTATE_INTEGRATION)
@@ -124,6 +124,6 @@ class Arena:
 
     def restore(self, state: NDArray[np.float64]) -> None:
         """Go back to a state."""
-        lib: Any = mujoco()
+        lib: Any = import_mujoco()
         lib.mj_setState(self.model, self.data, state, lib.mjtState.mjSTATE_INTEGRATION)
         self.settle()

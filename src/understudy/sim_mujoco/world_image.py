@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from understudy.robots.camera.blobs import Image
-from understudy.sim_mujoco.body import Physics
-from understudy.sim_mujoco.model import build
-from understudy.sim_mujoco.optional import mujoco
-from understudy.sim_mujoco.renderer import Looking
+from understudy.sim_mujoco.body import MujocoBody
+from understudy.sim_mujoco.model import build_model
+from understudy.sim_mujoco.optional import import_mujoco
+from understudy.sim_mujoco.renderer import Renderer
 from understudy.sim_mujoco.shapes import AWAY_M
 
 SIZE_PX = (1000, 560)
@@ -23,18 +23,18 @@ INSET, EDGE_PX = 0.27, 3
 """How wide the camera's picture is, a share of the whole; its white edge."""
 
 
-def overview(body: Physics, *, world: int = 0) -> Image:
+def render_overview(body: MujocoBody, *, world: int = 0) -> Image:
     """A world of a body from above [H, W, 3], with shadows."""
     view, (width, height) = body.view(world), SIZE_PX
-    built = build(body.scenario, view, fine=True)
-    data = mujoco().MjData(built.model)
+    built = build_model(body.scenario, view, fine=True)
+    data = import_mujoco().MjData(built.model)
     data.mocap_pos[:] = (0.0, 0.0, AWAY_M)
     for slot, x, y in zip(view.objects.slot, view.objects.x, view.objects.y, strict=True):
         if slot < len(built.movable) and built.movable[slot] >= 0:
             data.mocap_pos[built.movable[slot]] = (x, y, 0.0)
-    mujoco().mj_forward(built.model, data)
+    import_mujoco().mj_forward(built.model, data)
     away_m = 0.8 * hypot(view.width, view.height)
-    image = Looking(built.model, fine=True).overview(
+    image = Renderer(built.model, fine=True).overview(
         data, at=(0.57 * view.width, 0.5 * view.height, 0.0), away_m=away_m, down_deg=DOWN_DEG,
         around_deg=AROUND_DEG, width_px=FINER * width, height_px=FINER * height,
     )  # fmt: skip
@@ -42,9 +42,9 @@ def overview(body: Physics, *, world: int = 0) -> Image:
     return smaller
 
 
-def with_eye(body: Physics, agent: int = 0) -> Image:
+def render_with_camera_inset(body: MujocoBody, agent: int = 0) -> Image:
     """The same, and in its upper right corner what a robot's camera sees, if it has one."""
-    image, seen = overview(body, world=agent // body.robots), body.image(agent)
+    image, seen = render_overview(body, world=agent // body.robots), body.image(agent)
     if seen is None:
         return image
     from PIL import Image as Pictures
@@ -60,7 +60,7 @@ def with_eye(body: Physics, agent: int = 0) -> Image:
     return image
 
 
-def save(image: Image, path: Path) -> None:
+def save_png(image: Image, path: Path) -> None:
     """As PNG, in few colors: small enough for documents."""
     from PIL import Image as Pictures
 

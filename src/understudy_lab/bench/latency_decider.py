@@ -18,9 +18,9 @@ from understudy.model.tree_builder import build_automaton, split_below
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot
 from understudy.robots.ros.open_transport import open_transport
-from understudy.robots.ros.transport import Peer, Publish, Received, Transport
-from understudy.robots.safety.stop_log import log_path
-from understudy.robots.safety.watchdog_client import Leash
+from understudy.robots.ros.transport import Publish, Publisher, Received, Transport
+from understudy.robots.safety.stop_log import find_stop_log
+from understudy.robots.safety.watchdog_client import WatchdogClient
 from understudy.runtime.program import Program, link
 from understudy.runtime.run_loop import Run
 
@@ -46,7 +46,7 @@ class Waking:
         """As the transport within."""
         return self._transport.publisher(topic, type)
 
-    def peers(self) -> Sequence[Peer]:
+    def peers(self) -> Sequence[Publisher]:
         """As the transport within."""
         return self._transport.peers()
 
@@ -71,7 +71,9 @@ def main(path: str) -> None:
     """Decide on each range that comes, until none came for a second."""
     file = load_robot(path)
     waking = Waking(open_transport(file))
-    with Robot(file, waking, path=path, leash=Leash(file, log=log_path(file, Path(path)))) as robot:
+    with Robot(
+        file, waking, path=path, leash=WatchdogClient(file, log=find_stop_log(file, Path(path)))
+    ) as robot:
         while robot.senses.missing(robot.now_s) is not None:
             waking.came.wait()
         robot.arm("a measurement")

@@ -21,10 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from understudy.robots.ros.dds import DDS
-from understudy.robots.ros.messages import encode, make
+from understudy.robots.ros.dds import DdsTransport
+from understudy.robots.ros.messages import encode_message, make_message
 from understudy.robots.ros.transport import ExtraMissing, Transport
-from understudy.robots.ros.zenoh import Zenoh
+from understudy.robots.ros.zenoh import ZenohTransport
 from understudy_lab.bench import cyclone_echo
 from understudy_lab.bench.harness import Goal, Row, result
 
@@ -82,7 +82,7 @@ def _rows(messages: int) -> Iterator[Row]:
         with socket() as free:
             free.bind(("127.0.0.1", 0))
             endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
-        joined = Zenoh(DOMAIN, listen=endpoint)
+        joined = ZenohTransport(DOMAIN, listen=endpoint)
         yield measured(ZENOH_ROW, joined, _decider(Path(folder), "zenoh", endpoint), messages)
         program = cyclone_echo.built(Path(folder))
         if program is not None:
@@ -90,7 +90,7 @@ def _rows(messages: int) -> Iterator[Row]:
 
 
 def _dds(what: str, command: Sequence[str], messages: int) -> Row:
-    return measured(what, DDS(DOMAIN), command, messages)
+    return measured(what, DdsTransport(DOMAIN), command, messages)
 
 
 def _decider(folder: Path, transport: str, endpoint: str = "") -> Sequence[str]:
@@ -131,7 +131,9 @@ class _Prober:
 
     def __init__(self, transport: Transport) -> None:
         self._ranges = {
-            far: encode(RANGE, make(RANGE, min_range=0.1, max_range=3.0, range=FAR_M if far else NEAR_M))
+            far: encode_message(
+                RANGE, make_message(RANGE, min_range=0.1, max_range=3.0, range=FAR_M if far else NEAR_M)
+            )
             for far in (True, False)
         }
         self._wanted, self._came_s, self._answered = True, 0.0, Event()

@@ -22,9 +22,9 @@ import numpy as np
 from understudy.errors import UnderstudyError
 from understudy.robots.fleet import Fleet, connect_team
 from understudy.robots.robot_file import load_team
-from understudy.robots.ros.dds import DDS
-from understudy.robots.ros.messages import decode
-from understudy.robots.twin import Twin
+from understudy.robots.ros.dds import DdsTransport
+from understudy.robots.ros.messages import decode_message
+from understudy.robots.twin import DigitalTwin
 from understudy.runtime.team.team import Team
 from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import make_engine_runner
@@ -81,7 +81,7 @@ def _joined(path: Path, tick_s: float) -> Fleet:
 
 
 def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int, simulation: int) -> dict[str, Any]:
-    twin = Twin(fleet)
+    twin = DigitalTwin(fleet)
     team = Team(
         twin,
         assign_team_members(twin.scenario),
@@ -160,13 +160,13 @@ class Objects:
 
     def __init__(self, domain: int) -> None:
         self._last: list[tuple[float, float, bool]] = []
-        self._transport = DDS(domain)
+        self._transport = DdsTransport(domain)
         self._transport.subscribe(OBJECTS, POSES, self._heard)
 
     def _heard(self, data: bytes, _: float) -> None:
         self._last = [
             (each.position.x, each.position.y, each.position.z > AWAY_M / 2)
-            for each in decode(POSES, data).poses
+            for each in decode_message(POSES, data).poses
         ]
 
     def now(self) -> list[tuple[float, float, bool]]:

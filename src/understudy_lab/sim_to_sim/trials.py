@@ -18,7 +18,7 @@ from understudy.sim.scenario.schema import ElapsedSensor, Scenario
 from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries, make_engine_runner
 from understudy.sim.world import World
-from understudy.sim_mujoco.body import Physics
+from understudy.sim_mujoco.body import MujocoBody
 from understudy_lab.forage.teach import make_practice
 from understudy_lab.patrol import practice, teach
 from understudy_lab.patrol.metrics import captures, cycles
@@ -29,7 +29,7 @@ from understudy_lab.tasks.patrol_wander_teacher import DISPERSE
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.teachers.teacher import Teacher, Teaching
 
-Ground: TypeAlias = World | soccer.Soccer | Physics
+Ground: TypeAlias = World | soccer.Soccer | MujocoBody
 WORLDS = 20
 """Worlds that each taught automaton is tried in; of CollectivePatrol PATROLS."""
 PATROLS, PATROL_TICKS = 2, 3000
@@ -46,7 +46,7 @@ def teach_goto(seed: int) -> Teaching:
     )
 
 
-def goto(library: Library, ground: World | Physics) -> list[float]:
+def goto(library: Library, ground: World | MujocoBody) -> list[float]:
     """Seconds until each robot says that it is there, at the station; NaN where it never does, or says it elsewhere."""
     engine = Engine.of(ground, link(library, "goto", {"A": "station"}))
     seconds = np.full(ground.agents, nan)
@@ -61,7 +61,7 @@ def goto(library: Library, ground: World | Physics) -> list[float]:
     return _rounded(seconds)
 
 
-def _to_station(ground: World | Physics, agent: int) -> float:
+def _to_station(ground: World | MujocoBody, agent: int) -> float:
     view = ground.view(agent)
     (home,) = np.flatnonzero(view.objects.home)
     return float(np.hypot(view.robots.x[0] - view.objects.x[home], view.robots.y[0] - view.objects.y[home]))
@@ -80,16 +80,16 @@ def servoing_method() -> str:
     return next(iter(topics("left")))
 
 
-def in_physics(body: soccer.Soccer) -> Physics:
+def in_physics(body: soccer.Soccer) -> MujocoBody:
     """The field in physics, each robot where it begins in the 2-D world."""
-    ground = Physics(soccer.scenario(), body.seeds)
+    ground = MujocoBody(soccer.scenario(), body.seeds)
     for world in range(body.worlds):
         robot = body.view(world).robots
         ground.place(world, float(robot.x[0]), float(robot.y[0]), float(robot.heading[0]))
     return ground
 
 
-def approach(library: Library, ground: soccer.Soccer | Physics) -> list[float]:
+def approach(library: Library, ground: soccer.Soccer | MujocoBody) -> list[float]:
     """Seconds until each robot is 15 cm from the ball; NaN where the limit came first."""
     engine = Engine.of(ground, link(library, "approach", {}))
     while np.isnan(ground.finished_s).any() and ground.time_s < soccer.LIMIT_S:
@@ -113,7 +113,7 @@ def kit_of_patrol() -> Any:
     return World(practice.scenario()).kit
 
 
-def disperse(library: Library, ground: World | Physics) -> list[float]:
+def disperse(library: Library, ground: World | MujocoBody) -> list[float]:
     """How far the robot of each world that got the least far got from its start, m; NaN where one of them got stuck.
 
     Stuck is who for `STUCK_S` hardly moves though it is told to drive: leaning on something.
@@ -136,7 +136,7 @@ def disperse(library: Library, ground: World | Physics) -> list[float]:
     return _rounded(np.where(stuck.any(axis=1), nan, farthest.min(axis=1)))
 
 
-def _places(ground: World | Physics) -> np.ndarray[Any, Any]:
+def _places(ground: World | MujocoBody) -> np.ndarray[Any, Any]:
     """Of all robots [W, N, 2], m."""
     views = [ground.view(world).robots for world in range(ground.worlds)]
     return np.array([np.stack([view.x, view.y], axis=1) for view in views])
@@ -158,7 +158,7 @@ def teach_patrol(seed: int) -> teach.Taught:
     return teach.teach(seed)
 
 
-def patrol_cycles(taught: teach.Taught, ground: World | Physics) -> dict[str, Any]:
+def patrol_cycles(taught: teach.Taught, ground: World | MujocoBody) -> dict[str, Any]:
     """Cycles - capture, all home, all off again - and how many of them were complete; captures."""
     known: Libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     team = Team(
@@ -201,7 +201,7 @@ def _goto(seed: int) -> dict[str, Any]:
     return {
         "examples": taught.examples,
         FLAT: came(goto(taught.library, Forage(seeds))),
-        PHYSICS: came(goto(taught.library, Physics(Forage([0]).scenario, seeds))),
+        PHYSICS: came(goto(taught.library, MujocoBody(Forage([0]).scenario, seeds))),
     }
 
 
@@ -221,7 +221,7 @@ def _disperse(seed: int) -> dict[str, Any]:
     return {
         "examples": taught.examples,
         FLAT: came(disperse(taught.library, World(quiet(), seeds)), least=AWAY_M),
-        PHYSICS: came(disperse(taught.library, Physics(quiet(), seeds)), least=AWAY_M),
+        PHYSICS: came(disperse(taught.library, MujocoBody(quiet(), seeds)), least=AWAY_M),
     }
 
 
@@ -230,7 +230,7 @@ def _patrol(seed: int) -> dict[str, Any]:
     return {
         "examples": taught.robots.examples + taught.coordinators.examples,
         FLAT: patrol_cycles(taught, World(practice.scenario(), seeds)),
-        PHYSICS: patrol_cycles(taught, Physics(practice.scenario(), seeds)),
+        PHYSICS: patrol_cycles(taught, MujocoBody(practice.scenario(), seeds)),
     }
 
 

@@ -24,10 +24,10 @@ from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Percept, TimeInState
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
-from understudy.robots.live_run import Live
-from understudy.robots.recording.header import Ran
+from understudy.robots.live_run import LiveRun
+from understudy.robots.recording.header import RunInfo
 from understudy.robots.recording.reader import read_recording
-from understudy.robots.recording.recorder import Recorder, Taped
+from understudy.robots.recording.recorder import RecordingTransport, RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Commands, list_reading_keys
@@ -168,11 +168,11 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
     save_automaton(folder, TrainedAutomaton(WANDER))
     library = open_library(folder, KIT).library
     now, wire = [100.0], Wire()
-    with Recorder(path, clock=lambda: now[0]) as recorder:
-        robot = Robot(parse_robot(ROVER), Taped(wire, recorder), clock=lambda: now[0])
+    with RunRecorder(path, clock=lambda: now[0]) as recorder:
+        robot = Robot(parse_robot(ROVER), RecordingTransport(wire, recorder), clock=lambda: now[0])
         now[0] += 3.7
         going = Run.of(robot, link(library, "wander", {}))
-        ran = Ran(scenario="arena", library=str(folder), sorts=["robot"], behavior="wander")
+        ran = RunInfo(scenario="arena", library=str(folder), sorts=["robot"], behavior="wander")
         recorder.begin(robot, names=["rover"], ran=ran, files={"rover.toml": ROVER})
         for tick in range(60):
             if tick in (15, 31):  # between two ticks, when its clock stands at the one before
@@ -205,9 +205,11 @@ def test_robots_of_a_team_decide_again_as_recorded(
         TrainedAutomaton(replace(WANDER, name="approach", features=(BoundFeature(TimeInState()), near))),
     )
     libraries = dict.fromkeys(["rover"], open_library(folder, KIT).library)
-    with Recorder(path, clock=lambda: 0.0) as recorder:
+    with RunRecorder(path, clock=lambda: 0.0) as recorder:
         rig = Rig(recorder=recorder)
-        live = Live(rig.twin, libraries, {"rover": ("approach", {})}, clock=lambda: rig.now, sleep=rig.wait)
+        live = LiveRun(
+            rig.twin, libraries, {"rover": ("approach", {})}, clock=lambda: rig.now, sleep=rig.wait
+        )
         tick = 0
 
         def heard(every: int) -> None:
@@ -230,7 +232,7 @@ def test_robots_of_a_team_decide_again_as_recorded(
             heard(3)
             if tick == 12:
                 live.restart()
-                rig.twin.record(Ran(library=str(folder), sorts=["rover"], behavior="approach"))
+                rig.twin.record(RunInfo(library=str(folder), sorts=["rover"], behavior="approach"))
             rig.now += 0.07 * (tick % 7 == 3)
             live.tick()
     recorded = read_recording(path)
@@ -293,8 +295,8 @@ def toward(tmp_path: Path) -> Path:
     )
     session = Session(Forage([42]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     pressed = {0: "rotate_left", 9: "forward", 39: "rotate_left", 44: "forward", 49: "done"}
-    with Recorder(tmp_path / "goto.mcap", clock=lambda: session.body.time_s) as recorder:
-        recorder.begin(session.body, ran=Ran(scenario="forage"))
+    with RunRecorder(tmp_path / "goto.mcap", clock=lambda: session.body.time_s) as recorder:
+        recorder.begin(session.body, ran=RunInfo(scenario="forage"))
         for tick in range(50):
             if tick in pressed:
                 recorder.pressed(pressed[tick])

@@ -120,7 +120,7 @@ def test_a_team_is_stopped_though_one_of_its_files_is_wrong(
         halted.append(robot.domain)
         return True
 
-    monkeypatch.setattr("understudy.robots.safety.emergency_stop.halt", heard)
+    monkeypatch.setattr("understudy.robots.safety.emergency_stop.send_emergency_stop", heard)
     assert run("robots", "stop", files / "team.toml").exit_code == 0
     assert sorted(halted) == [103, 104]
     result = run("robots", "stop", files / "lone.toml")

@@ -12,7 +12,7 @@ from textual.pilot import Pilot
 from understudy.errors import UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.library import Library
-from understudy.robots.twin import Twin
+from understudy.robots.twin import DigitalTwin
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import open_library
@@ -136,7 +136,7 @@ def tolerable(screen: SessionView) -> str | None:
 
 @asynccontextmanager
 async def trainer(
-    made: Plan, *, size: tuple[int, int] = (80, 24), offer: bool = False, twin: Twin | None = None
+    made: Plan, *, size: tuple[int, int] = (80, 24), offer: bool = False, twin: DigitalTwin | None = None
 ) -> AsyncIterator[Hand]:
     """The trainer on a screen nobody sees."""
     wall = Wall()

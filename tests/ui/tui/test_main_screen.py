@@ -15,7 +15,7 @@ from tests.ui.tui.desks import GOTO, Hand, plan, trainer
 
 from understudy.learning.fit import learn
 from understudy.model.lesson import ExampleKind, Lesson
-from understudy.robots.twin import drawn
+from understudy.robots.twin import find_drawn_world
 from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.target_lookup import find_target_place
 from understudy.storage.library_folder import list_versions, open_library
@@ -61,7 +61,7 @@ async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_
         assert "TESTING" in hand.shown("header")
         for _ in range(2):
             await hand.guide()
-            station = find_target_place(drawn(hand.desk.body), "station")
+            station = find_target_place(find_drawn_world(hand.desk.body), "station")
             assert station is not None
             assert dist(where(hand), station) < 0.5
             assert hand.desk.screen.mode is Mode.TESTING, "it had to be corrected"

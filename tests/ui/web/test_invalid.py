@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.ui.web.pages import GOTO, studio
 
-from understudy.robots.twin import drawn
+from understudy.robots.twin import find_drawn_world
 from understudy.ui.web.actions.dispatch import ACTIONS
 from understudy.ui.web.clients import Viewer
 from understudy.ui.web.messages import session as m
@@ -55,7 +55,7 @@ class Room:
         session = stage.trained.session
         files = {path: path.stat().st_size for path in sorted(stage.shelf.folder.rglob("*"))}
         return (
-            drawn(stage.world).snapshot(),
+            find_drawn_world(stage.world).snapshot(),
             session.lesson.record,
             repr((session.automaton, session.examples)),  # absent values are not equal to themselves
             repr(session.screen()),

@@ -10,7 +10,7 @@ import pytest
 from tests.ui.cli.commands import run, said
 from tests.ui.web.pages import GOTO, Page, page, served, studio
 
-from understudy.robots.twin import drawn
+from understudy.robots.twin import find_drawn_world
 from understudy.sim.scenario.files import TARGET, list_builtin_scenarios
 from understudy.sim.target_lookup import find_target_place
 from understudy.storage.library_folder import open_document
@@ -38,9 +38,9 @@ def test_placed_moved_and_removed_in_any_world(tmp_path: Path, world: str) -> No
         while not (there := slots(somebody)):
             somebody.hear()
         somebody.done("move_object", slot=there[0], x=2.0, y=1.5)
-        assert find_target_place(drawn(made.stage.world), TARGET) == (2.0, 1.5)
+        assert find_target_place(find_drawn_world(made.stage.world), TARGET) == (2.0, 1.5)
         somebody.done("remove_object", slot=there[0])
-        assert find_target_place(drawn(made.stage.world), TARGET) is None
+        assert find_target_place(find_drawn_world(made.stage.world), TARGET) is None
 
 
 def shown(somebody: Page, *states: str) -> list[dict[str, Any]]:
@@ -63,7 +63,7 @@ def test_a_lesson_about_markers_outlasts_its_studio(tmp_path: Path) -> None:
     made = studio(tmp_path)
     with served(made) as client, page(client) as somebody:
         somebody.done("open", name="goto")
-        assert find_target_place(drawn(made.stage.world), TARGET) == pytest.approx((3.0, 4.0))
+        assert find_target_place(find_drawn_world(made.stage.world), TARGET) == pytest.approx((3.0, 4.0))
         assert made.stage.trained.screen.targets == {"A": TARGET}
         assert "–" not in shown(somebody, "done")[-1]["values"]
         somebody.done("save")

@@ -15,8 +15,8 @@ from tests.robots.twins import Rig
 from tests.ui.web.pages import GOTO, Wall, plain
 
 from understudy.robots.recording.reader import read_recording
-from understudy.robots.recording.recorder import Recorder
-from understudy.robots.recording.teach_from_recording import recorded_presses, taught_over
+from understudy.robots.recording.recorder import RunRecorder
+from understudy.robots.recording.teach_from_recording import list_recorded_presses, teach_from_recording
 from understudy.sim.kit import make_scenario_kit
 from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode
@@ -33,7 +33,7 @@ class Lab:
     def __init__(
         self,
         folder: Path,
-        recorder: Recorder | None = None,
+        recorder: RunRecorder | None = None,
         *,
         names: tuple[str, ...] = ("one",),
         world: str = "arena",
@@ -227,7 +227,7 @@ def test_what_cannot_be_armed_says_why(lab: Lab) -> None:
 
 def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None:
     path = tmp_path / "one.mcap"
-    with Recorder(path) as recorder:
+    with RunRecorder(path) as recorder:
         lab = teaching(Lab(tmp_path / "library", recorder))
         lab.say(do="press", state="rotate_left")
         lab.wait(0.3)
@@ -250,8 +250,8 @@ def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None
         parameters=["A"],
         flags=["done"],
     )
-    again = taught_over(
-        recording, session.library, empty, recorded_presses(recording), targets={"A": "red_flag"}
+    again = teach_from_recording(
+        recording, session.library, empty, list_recorded_presses(recording), targets={"A": "red_flag"}
     )
     assert [str(each) for each in again.examples] == [str(each) for each in session.examples]
     assert len(again.examples) >= 4
@@ -260,7 +260,7 @@ def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None
 def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
     """While it waits, it stands; the world goes on, and so does what it reads."""
     path = tmp_path / "one.mcap"
-    with Recorder(path) as recorder:
+    with RunRecorder(path) as recorder:
         lab = teaching(Lab(tmp_path / "library", recorder))
         lab.say(do="press", state="rotate_left")
         lab.wait(0.3)
@@ -285,13 +285,13 @@ def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
         assert (session.mode, session.paused, session.screen().state) == (Mode.TESTING, False, "rotate_right")
         assert lab.shown()[0]["armed"]
         lab.studio.stage.close()
-    assert [each.does for each in recorded_presses(read_recording(path))][-2:] == ["press", "resume"]
+    assert [each.does for each in list_recorded_presses(read_recording(path))][-2:] == ["press", "resume"]
 
 
 def test_of_several_sessions_the_last_is_recorded_as_one(tmp_path: Path) -> None:
     """Presses of another automaton would be none of its states."""
     path = tmp_path / "one.mcap"
-    with Recorder(path) as recorder:
+    with RunRecorder(path) as recorder:
         lab = teaching(Lab(tmp_path / "library", recorder))
         other = {"name": "turns", "states": ["rotate_left"], "parameters": [], "targets": {}, "flags": []}
         answer = lab.say(**{**ARENA_GOTO, **other, "features": ["distance_to(red_flag)"], "discard": True})
@@ -305,7 +305,7 @@ def test_of_several_sessions_the_last_is_recorded_as_one(tmp_path: Path) -> None
         lab.studio.stage.close()
     recording = read_recording(path)
     assert recording.head.ran.binding == {}
-    assert [each.state for each in recorded_presses(recording)] == ["rotate_left"]
+    assert [each.state for each in list_recorded_presses(recording)] == ["rotate_left"]
 
 
 def test_where_one_of_two_robots_falls_silent_the_other_goes_on(tmp_path: Path) -> None:
@@ -332,7 +332,7 @@ def test_a_place_beyond_all_places_breaks_nothing(lab: Lab) -> None:
 
 
 def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
-    with Recorder(tmp_path / "one.mcap") as recorder:
+    with RunRecorder(tmp_path / "one.mcap") as recorder:
         lab = teaching(Lab(tmp_path / "library", recorder))
         recorder._writer.problem = "no space left"
         lab.wait(0.2)

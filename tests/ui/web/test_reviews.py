@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 
-from understudy.robots.twin import drawn
+from understudy.robots.twin import find_drawn_world
 from understudy.ui.web.server import Studio
 
 FETCH: dict[str, Any] = {
@@ -131,12 +131,12 @@ def test_one_can_go_to_where_it_was_promised(made: Studio, person: Page) -> None
     begin(person)
     person.done("reset", seed=3)
     person.done("promise", flag="done", within_s=5)
-    promised = drawn(made.stage.world).snapshot()
+    promised = find_drawn_world(made.stage.world).snapshot()
     person.done("reset", seed=4)
     person.done("stand_for", targets={"A": "nearest_food"})
     teach(person, "forward")
     person.done("visit", outcome=0)
-    assert drawn(made.stage.world).snapshot() == promised
+    assert find_drawn_world(made.stage.world).snapshot() == promised
     screen = made.stage.trained.screen
     assert (screen.state, dict(screen.targets)) == ("start", {"A": "station"})
     assert made.stage.paused

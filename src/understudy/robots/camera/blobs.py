@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.model.features import ReadingKey
-from understudy.robots.camera.color import Color, bounds, check_color
-from understudy.robots.camera.opencv import opencv
+from understudy.robots.camera.color import Color, check_color, make_hsv_bounds
+from understudy.robots.camera.opencv import import_opencv
 
 Image: TypeAlias = NDArray[np.uint8]
 """Red, green and blue [H, W, 3]."""
@@ -30,7 +30,7 @@ LEAST_PX = 9.0
 """What is smaller is taken for noise: 3 x 3 pixels of the frame."""
 
 
-class Frame(NamedTuple):
+class FrameGeometry(NamedTuple):
     """The frame of a simulated camera: pixels across and down, and the angle that it sees across."""
 
     width_px: int = 160
@@ -45,7 +45,7 @@ class Blob(NamedTuple):
     size: float
 
 
-class Camera:
+class BlobDetector:
     """What a camera's images say of things that are known by their color.
 
     `view_deg` is the angle that the real camera sees across; left out, it is taken to be that of the frame.
@@ -57,7 +57,7 @@ class Camera:
         colors: Mapping[str, Color],
         *,
         view_deg: float | None = None,
-        frame: Frame | None = None,
+        frame: FrameGeometry | None = None,
         least_px: float = LEAST_PX,
     ) -> None:
         for name, color in colors.items():
@@ -66,9 +66,9 @@ class Camera:
             if angle is not None and not 0.0 < angle < 180.0:
                 problem, remedy = f"is {angle}", "give degrees between 0 and 180"
                 raise SettingError(where="camera", setting=key, problem=problem, remedy=remedy)
-        self._cv = opencv()
-        self.frame = frame or Frame()
-        self._boxes = {name: bounds(color) for name, color in colors.items()}
+        self._cv = import_opencv()
+        self.frame = frame or FrameGeometry()
+        self._boxes = {name: make_hsv_bounds(color) for name, color in colors.items()}
         self._widening: float = (
             1.0
             if view_deg is None

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
-from understudy.robots.camera.blobs import Camera, Image, Mask
+from understudy.robots.camera.blobs import BlobDetector, Image, Mask
 from understudy.robots.camera.color import CIRCLE_DEG, STEPS, Color
-from understudy.robots.camera.opencv import opencv
+from understudy.robots.camera.opencv import import_opencv
 
 Pixels: TypeAlias = NDArray[np.uint8]
 """Red, green and blue [K, 3]."""
-Point: TypeAlias = tuple[int, int]
+PixelPoint: TypeAlias = tuple[int, int]
 """A pixel of an image: column, row."""
 
 AROUND_PX = 2
@@ -38,7 +38,7 @@ MOST_PIXELS = 20_000
 """Of each image; more teach nothing new."""
 
 
-class Margins(NamedTuple):
+class ColorMargins(NamedTuple):
     """How far a color reaches beyond its pixels: hue (degrees); of their saturation and of their value what is left."""
 
     hue_deg: float = 8.0
@@ -46,20 +46,21 @@ class Margins(NamedTuple):
     value: float = 0.4
 
 
-NARROWER: Sequence[Margins] = tuple(
-    Margins(*each) for each in product((12.0, 8.0, 5.0, 2.0), (0.5, 0.7, 0.85, 0.95), (0.3, 0.4, 0.6, 0.8))
+NARROWER: Sequence[ColorMargins] = tuple(
+    ColorMargins(*each)
+    for each in product((12.0, 8.0, 5.0, 2.0), (0.5, 0.7, 0.85, 0.95), (0.3, 0.4, 0.6, 0.8))
 )
 """What is tried where masks say what is not the thing, widest first."""
 
 
-class Shown(NamedTuple):
+class LabeledImage(NamedTuple):
     """An image [H, W, 3] in which the thing is where the mask [H, W] is not 0; None: it fills the middle."""
 
     image: Image
     mask: Mask | None = None
 
 
-def color_at(image: Image, points: Iterable[Point], *, where: str = "clicks") -> Color:
+def calibrate_from_clicks(image: Image, points: Iterable[PixelPoint], *, where: str = "clicks") -> Color:
     """The color around pixels of an image that a person clicked; SettingError where that is no single color."""
     height, width = image.shape[:2]
     patches = []
@@ -70,25 +71,27 @@ def color_at(image: Image, points: Iterable[Point], *, where: str = "clicks") ->
         top, left = max(0, row - AROUND_PX), max(0, column - AROUND_PX)
         patch = image[top : row + AROUND_PX + 1, left : column + AROUND_PX + 1]
         patches.append(patch.reshape(-1, 3))
-    return color_of(_joined(patches, where), where=where)
+    return calibrate_from_pixels(_joined(patches, where), where=where)
 
 
-def color_shown(shown: Sequence[Shown], *, where: str = "images") -> Color:
+def calibrate_from_images(shown: Sequence[LabeledImage], *, where: str = "images") -> Color:
     """The color of a thing in images; SettingError where that is no single color, or there is nothing of it."""
     inside = _joined([_inside(each) for each in shown], where)
     if all(each.mask is None for each in shown):
-        return color_of(inside, where=where)
-    tried = {margins: color_of(inside, margins, where=where) for margins in NARROWER}
+        return calibrate_from_pixels(inside, where=where)
+    tried = {margins: calibrate_from_pixels(inside, margins, where=where) for margins in NARROWER}
     masked = [each for each in shown if each.mask is not None]
     wrong = {margins: _mistaken(color, masked) for margins, color in tried.items()}
     best = min(NARROWER, key=lambda margins: round(wrong[margins], 3))  # of equals the first: the widest
     return tried[best]
 
 
-def color_of(pixels: Pixels, margins: Margins | None = None, *, where: str = "pixels") -> Color:
+def calibrate_from_pixels(
+    pixels: Pixels, margins: ColorMargins | None = None, *, where: str = "pixels"
+) -> Color:
     """The color of pixels [K, 3] of one thing; SettingError where they are of several colors."""
-    hue_by, saturation_by, value_by = margins or Margins()
-    cv = opencv()
+    hue_by, saturation_by, value_by = margins or ColorMargins()
+    cv = import_opencv()
     hsv = cv.cvtColor(np.ascontiguousarray(pixels[None]), cv.COLOR_RGB2HSV_FULL)[0].astype(np.float64)
     hues_deg, saturations, values = hsv[:, 0] * CIRCLE_DEG / STEPS, hsv[:, 1] / 255.0, hsv[:, 2] / 255.0
     dullest, purest = np.quantile(saturations, (TAIL, 1.0 - TAIL))
@@ -119,7 +122,7 @@ def _hueless(purest: float, darkest: float, brightest: float, value_by: float) -
     )
 
 
-def _inside(shown: Shown) -> Pixels:
+def _inside(shown: LabeledImage) -> Pixels:
     """The pixels of the thing [K, 3], not too many."""
     image, mask = shown
     if mask is None:
@@ -140,9 +143,9 @@ def _joined(parts: Sequence[Pixels], where: str) -> Pixels:
     return pixels
 
 
-def _mistaken(color: Color, shown: Sequence[Shown]) -> float:
+def _mistaken(color: Color, shown: Sequence[LabeledImage]) -> float:
     """The share of the thing that is missed, and of the rest that is taken for it, in the mean of the images."""
-    camera = Camera({"it": color})
+    camera = BlobDetector({"it": color})
     shares = []
     for image, mask in shown:
         found, there = camera.masks(image)["it"] > 0, np.asarray(mask) > 0

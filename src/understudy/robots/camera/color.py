@@ -46,7 +46,7 @@ def check_color(color: Color, *, where: str) -> None:
             raise SettingError(where=where, setting=key, problem=problem, remedy=remedy)
 
 
-def bounds(color: Color) -> list[tuple[Bound, Bound]]:
+def make_hsv_bounds(color: Color) -> list[tuple[Bound, Bound]]:
     """The boxes (lowest, highest, both within) of 8-bit HSV that a color is: two where its arc crosses the seam.
 
     Ends are rounded as pixels are, so that a pixel of a hue within the arc is within a box.

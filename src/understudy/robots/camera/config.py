@@ -12,7 +12,7 @@ from typing import Any, Literal
 from msgspec import field
 
 from understudy.errors import DefinitionError, FileError, SettingError
-from understudy.robots.camera.blobs import LEAST_PX, Camera
+from understudy.robots.camera.blobs import LEAST_PX, BlobDetector
 from understudy.robots.camera.color import Color
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.storage.atomic import write_atomically
@@ -24,7 +24,7 @@ _HEADING = re.compile(r"\s*\[\s*camera\s*\.\s*colors\s*\]\s*(#.*)?")
 _ANY_HEADING = re.compile(r"\s*\[")
 
 
-class CameraOf(StrictStruct, frozen=True, kw_only=True):
+class CameraSpec(StrictStruct, frozen=True, kw_only=True):
     """Where images come from, and the colors by which targets are known in them: readings `blob_x` and `blob_size`.
 
     `view_deg` is the angle that the camera sees across; that of the simulated camera, 60, if left out. Blobs of fewer
@@ -42,24 +42,24 @@ class CameraOf(StrictStruct, frozen=True, kw_only=True):
     required: bool = False
     colors: Mapping[str, Color] = field(default_factory=dict)
 
-    def camera(self) -> Camera:
+    def camera(self) -> BlobDetector:
         """What reads its images; SettingError where a color or the view cannot be, or OpenCV is missing."""
         for key, value in (("least_px", self.least_px), ("stale_s", self.stale_s)):
             if not (isfinite(value) and value > 0.0):
                 raise SettingError(
                     where=CAMERA, setting=key, problem=f"is {value}", remedy="give a number above 0"
                 )
-        return Camera(self.colors, view_deg=self.view_deg, least_px=self.least_px)
+        return BlobDetector(self.colors, view_deg=self.view_deg, least_px=self.least_px)
 
 
-def check_name(name: str) -> None:
+def check_color_name(name: str) -> None:
     """DefinitionError where a color cannot have this name, which is that of its target."""
     if not NAME.fullmatch(name):
         remedy = "use letters, digits and _, beginning with a letter: the name of the target, such as ball"
         raise DefinitionError(what=f"color {name!r:.40}", problem="is no name", remedy=remedy)
 
 
-def color_line(name: str, color: Color) -> str:
+def format_color_line(name: str, color: Color) -> str:
     """A color as a line of TOML, for the table [camera.colors]."""
     hue, saturation, value = (
         f"[{least:g}, {most:g}]" for least, most in (color.hue_deg, color.saturation, color.value)
@@ -67,14 +67,14 @@ def color_line(name: str, color: Color) -> str:
     return f"{name} = {{ hue_deg = {hue}, saturation = {saturation}, value = {value} }}"
 
 
-def with_color(content: str, name: str, color: Color, path: Path | str = "robot.toml") -> str:
+def insert_color(content: str, name: str, color: Color, path: Path | str = "robot.toml") -> str:
     """A robot file's text with this color in place of the one of its name, or after the others; the rest as it is.
 
     FileError where the file writes its colors in a way that cannot be changed line by line.
     """
-    check_name(name)
+    check_color_name(name)
     before = _document(content, path)
-    line = color_line(name, color)
+    line = format_color_line(name, color)
     lines = content.splitlines(keepends=True)
     heading = next((at for at, each in enumerate(lines) if _HEADING.fullmatch(each.rstrip("\r\n"))), None)
     if heading is None:
@@ -104,7 +104,7 @@ def write_color(path: Path, name: str, color: Color) -> None:
         missing = isinstance(error, FileNotFoundError)
         problem = "there is no such file" if missing else f"cannot be read ({error})"
         raise FileError(path=path, place="", problem=problem, remedy="give a robot's file") from None
-    write_atomically(path, with_color(content, name, color, path).encode())
+    write_atomically(path, insert_color(content, name, color, path).encode())
 
 
 def _document(content: str, path: Path | str) -> dict[str, Any]:

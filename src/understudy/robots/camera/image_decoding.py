@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import UnderstudyError, join_names
 from understudy.robots.camera.blobs import Image
-from understudy.robots.camera.opencv import opencv
+from understudy.robots.camera.opencv import import_opencv
 
 Size: TypeAlias = tuple[int, int]
 """Width and height, pixels."""
@@ -38,7 +38,7 @@ class ImageError(UnderstudyError, json_type="ImageError"):
         super().__init__(f"image: {problem}; {remedy}")
 
 
-def pixels_only(content: bytes) -> tuple[bytes, Size]:
+def strip_image_metadata(content: bytes) -> tuple[bytes, Size]:
     """A file with nothing in it but its pixels, and the size it claims; ImageError where it is not whole."""
     if content.startswith(PNG):
         return _png(content)
@@ -111,7 +111,7 @@ MOST_PIXELS = 2**23
 """Larger images are refused: a small file may claim any size, and would take all memory."""
 
 
-def decode(data: Data, *, encoding: str, width: int, height: int, step: int) -> Image:
+def decode_image(data: Data, *, encoding: str, width: int, height: int, step: int) -> Image:
     """The pixels of a `sensor_msgs/Image`, rows of `step` bytes, as red, green and blue [H, W, 3]; ImageError if wrong.
 
     Of rgb8 without padding it is a view of `data`: copy it to keep it.
@@ -134,20 +134,20 @@ def decode(data: Data, *, encoding: str, width: int, height: int, step: int) -> 
     image: Image = rows.reshape(height, width, channels)
     if encoding == "rgb8":
         return image
-    cv = opencv()
+    cv = import_opencv()
     converted: Image = cv.cvtColor(np.ascontiguousarray(image), getattr(cv, CONVERSIONS[encoding]))
     return converted
 
 
-def decode_compressed(data: Data) -> Image:
+def decode_compressed_image(data: Data) -> Image:
     """The pixels of a `sensor_msgs/CompressedImage`, JPEG or PNG, as red, green and blue [H, W, 3].
 
     ImageError where it is damaged. Which of them it is, its first bytes say. How the camera was held is not looked
     at: x counts along its rows.
     """
-    content, size = pixels_only(bytes(data))
+    content, size = strip_image_metadata(bytes(data))
     _check_size(*size)
-    cv = opencv()
+    cv = import_opencv()
     image = _decoded(cv, np.frombuffer(content, np.uint8))
     if image is None:
         raise ImageError(problem="is damaged", remedy="look at what the camera sends, or at the link")

@@ -6,24 +6,24 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from understudy.errors import FileError
-from understudy.robots.camera.blobs import Blob, Camera, Image, Mask
-from understudy.robots.camera.calibration import Shown, color_shown
+from understudy.robots.camera.blobs import Blob, BlobDetector, Image, Mask
+from understudy.robots.camera.calibration import LabeledImage, calibrate_from_images
 from understudy.robots.camera.color import Color
-from understudy.robots.camera.image_decoding import ImageError, decode_compressed
+from understudy.robots.camera.image_decoding import ImageError, decode_compressed_image
 
 ENDINGS = (".png", ".jpg", ".jpeg")
 MASK = ".mask"
 """`ball1.mask.png` is the mask of `ball1.png` or `ball1.jpg`: white where the thing is, black elsewhere."""
 
 
-class Picture(NamedTuple):
+class CalibrationImage(NamedTuple):
     """An image of a folder, with its mask if there is one."""
 
     name: str
-    shown: Shown
+    shown: LabeledImage
 
 
-class Found(NamedTuple):
+class DetectionResult(NamedTuple):
     """What a color finds in an image: its blob, and with a mask the shares of the thing found, of the rest taken."""
 
     name: str
@@ -32,7 +32,7 @@ class Found(NamedTuple):
     rest: float | None
 
 
-def read_folder(folder: Path) -> tuple[Picture, ...]:
+def read_image_folder(folder: Path) -> tuple[CalibrationImage, ...]:
     """The images of a folder, by name; FileError where there is none, or one cannot be read."""
     try:
         files = sorted(file for file in folder.iterdir() if file.suffix.lower() in ENDINGS)
@@ -47,49 +47,49 @@ def read_folder(folder: Path) -> tuple[Picture, ...]:
     if orphans := [masks[stem] for stem in masks if stem not in {file.stem for file in images}]:
         remedy = f"put {orphans[0].stem.removesuffix(MASK)}.png beside it, or remove it"
         raise FileError(path=orphans[0], place="", problem="is a mask of no image", remedy=remedy)
-    return tuple(Picture(file.name, _shown(file, masks.get(file.stem))) for file in images)
+    return tuple(CalibrationImage(file.name, _shown(file, masks.get(file.stem))) for file in images)
 
 
-def color_in(folder: Path) -> Color:
+def calibrate_from_folder(folder: Path) -> Color:
     """The color of the thing in the images of a folder; FileError or SettingError where there is none."""
-    return color_shown([picture.shown for picture in read_folder(folder)], where=str(folder))
+    return calibrate_from_images([picture.shown for picture in read_image_folder(folder)], where=str(folder))
 
 
-def found_in(pictures: tuple[Picture, ...], color: Color) -> tuple[Found, ...]:
+def detect_in_images(pictures: tuple[CalibrationImage, ...], color: Color) -> tuple[DetectionResult, ...]:
     """What a color finds in each image, to see whether it will do."""
-    camera = Camera({"it": color})
+    camera = BlobDetector({"it": color})
     return tuple(_found(camera, picture) for picture in pictures)
 
 
-def _found(camera: Camera, picture: Picture) -> Found:
+def _found(camera: BlobDetector, picture: CalibrationImage) -> DetectionResult:
     image, mask = picture.shown
     blob = camera.blobs(image)["it"]
     if mask is None:
-        return Found(picture.name, blob, None, None)
+        return DetectionResult(picture.name, blob, None, None)
     taken, there = camera.masks(image)["it"] > 0, mask > 0
-    return Found(picture.name, blob, _share(taken[there]), _share(taken[~there]))
+    return DetectionResult(picture.name, blob, _share(taken[there]), _share(taken[~there]))
 
 
 def _share(flags: Any) -> float | None:
     return float(flags.mean()) if flags.size else None
 
 
-def _shown(file: Path, mask_file: Path | None) -> Shown:
+def _shown(file: Path, mask_file: Path | None) -> LabeledImage:
     image = _read(file)
     if mask_file is None:
-        return Shown(image)
+        return LabeledImage(image)
     mask: Mask = _read(mask_file)[:, :, 0]
     if mask.shape != image.shape[:2]:
         (tall, wide), (height, width) = mask.shape, image.shape[:2]
         problem, remedy = f"is {wide} x {tall} pixels", f"make it as large as {file.name}, {width} x {height}"
         raise FileError(path=mask_file, place="", problem=problem, remedy=remedy)
     # A mask saved as JPEG is only nearly black and white.
-    return Shown(image, (mask > 127).astype(mask.dtype) * 255)
+    return LabeledImage(image, (mask > 127).astype(mask.dtype) * 255)
 
 
 def _read(file: Path) -> Image:
     try:
-        return decode_compressed(file.read_bytes())
+        return decode_compressed_image(file.read_bytes())
     except ImageError as error:
         raise FileError(path=file, place="", problem=error.problem, remedy=error.remedy) from None
     except OSError as error:

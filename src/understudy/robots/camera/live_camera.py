@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 
 from understudy.errors import SettingError
 from understudy.model.features import ReadingKey
-from understudy.robots.camera.blobs import Camera, Image
-from understudy.robots.camera.calibration import Point, color_at
+from understudy.robots.camera.blobs import BlobDetector, Image
+from understudy.robots.camera.calibration import PixelPoint, calibrate_from_clicks
 from understudy.robots.camera.color import Color
-from understudy.robots.camera.config import CameraOf, check_name
-from understudy.robots.camera.image_decoding import decode, decode_compressed
-from understudy.robots.camera.opencv import opencv
+from understudy.robots.camera.config import CameraSpec, check_color_name
+from understudy.robots.camera.image_decoding import decode_compressed_image, decode_image
+from understudy.robots.camera.opencv import import_opencv
 
 KEPT = 40
 """Images that can still be clicked into: a person looks at one for a moment."""
@@ -21,48 +21,48 @@ OUTLINE = (255, 0, 255)
 """What the outline of what has a color is drawn in; hardly anything is magenta."""
 
 
-class Seen(NamedTuple):
+class CameraImage(NamedTuple):
     """An image [H, W, 3], counted."""
 
     number: int
     image: Image
 
 
-class Eye:
+class LiveCamera:
     """The last images of a camera. Message threads show them, anybody may look; a color learned counts from then on."""
 
-    def __init__(self, of: CameraOf) -> None:
+    def __init__(self, of: CameraSpec) -> None:
         self._of = of
-        self._camera: Camera = of.camera()
-        self._seen: deque[Seen] = deque(maxlen=KEPT)
+        self._camera: BlobDetector = of.camera()
+        self._seen: deque[CameraImage] = deque(maxlen=KEPT)
         self.colors: Mapping[str, Color] = dict(of.colors)
 
     @property
-    def last(self) -> Seen | None:
+    def last(self) -> CameraImage | None:
         """The last image; None where none has come yet."""
         return self._seen[-1] if self._seen else None
 
     def see(self, message: Any) -> Mapping[ReadingKey, float]:
         """The readings of a message of the camera; ImageError where it holds no image."""
         if self._of.type.endswith("CompressedImage"):
-            image = decode_compressed(message.data)
+            image = decode_compressed_image(message.data)
         else:
             size = {each: getattr(message, each) for each in ("encoding", "width", "height", "step")}
-            image = decode(message.data, **size)
-        self._seen.append(Seen(self._seen[-1].number + 1 if self._seen else 1, image))
+            image = decode_image(message.data, **size)
+        self._seen.append(CameraImage(self._seen[-1].number + 1 if self._seen else 1, image))
         return self._camera.readings(image)
 
-    def learn(self, name: str, number: int, points: Sequence[Point]) -> Color:
+    def learn(self, name: str, number: int, points: Sequence[PixelPoint]) -> Color:
         """The color of a thing from clicks (column, row) into the image of this number; looked for from now on."""
-        check_name(name)
+        check_color_name(name)
         image = next((seen.image for seen in self._seen if seen.number == number), None)
         if image is None:
             problem = f"is {number}, which is no image that is still kept"
             remedy = "click into one that came a moment ago"
             raise SettingError(where="the camera", setting="image", problem=problem, remedy=remedy)
-        color = color_at(image, points, where=f"color {name!r}")
+        color = calibrate_from_clicks(image, points, where=f"color {name!r}")
         self.colors = {**self.colors, name: color}
-        self._camera = Camera(self.colors, view_deg=self._of.view_deg, least_px=self._of.least_px)
+        self._camera = BlobDetector(self.colors, view_deg=self._of.view_deg, least_px=self._of.least_px)
         return color
 
     def picture(self) -> tuple[int, bytes] | None:
@@ -70,7 +70,7 @@ class Eye:
         last = self.last
         if last is None:
             return None
-        cv = opencv()
+        cv = import_opencv()
         drawn = last.image.copy()
         for mask in self._camera.masks(last.image).values():
             outlines, _ = cv.findContours(mask, cv.RETR_EXTERNAL, cv.CHAIN_APPROX_NONE)

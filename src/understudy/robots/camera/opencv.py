@@ -10,7 +10,7 @@ from understudy.robots.ros.transport import ExtraMissing
 
 
 @cache
-def opencv() -> ModuleType:
+def import_opencv() -> ModuleType:
     """The module `cv2`, on one thread; ExtraMissing where it is not installed.
 
     Threads gain nothing on images this small, and waiting for them made one of a hundred images take ten times as long.

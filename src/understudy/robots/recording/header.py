@@ -19,7 +19,7 @@ SCENARIO = "scenario"
 """The name of the scenario's file among them."""
 
 
-class Ran(msgspec.Struct, frozen=True, kw_only=True):
+class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
     """What ran. `scenario` is a name or the path of a file, and `automata` has a fingerprint of each automaton that was
     used, by the sort of agents that it was taught to. Where a person taught, nothing ran: `behavior` is None. `world`
     is a fingerprint of the scenario, for a trace; a recording holds the scenario itself.
@@ -36,31 +36,31 @@ class Ran(msgspec.Struct, frozen=True, kw_only=True):
     automata: dict[str, dict[str, str]] = {}
 
 
-class _Reading(msgspec.Struct, frozen=True, omit_defaults=True):
+class _HeadReading(msgspec.Struct, frozen=True, omit_defaults=True):
     name: str
     kind: str
     unit: str = ""
     of_targets: bool = False
 
 
-class _Channel(msgspec.Struct, frozen=True, omit_defaults=True):
+class _HeadChannel(msgspec.Struct, frozen=True, omit_defaults=True):
     name: str
     rest: float = 0.0
     unit: str = ""
 
 
-class _Body(msgspec.Struct, frozen=True):
+class _HeadBody(msgspec.Struct, frozen=True):
     """A body as the head has it: `names` are of its agents, the namespaces that their topics are in."""
 
     names: list[str]
     tick_s: float
     began_s: float
-    readings: list[_Reading]
+    readings: list[_HeadReading]
     targets: list[str]
-    channels: list[_Channel]
+    channels: list[_HeadChannel]
 
 
-class Head(msgspec.Struct, frozen=True):
+class RecordingHeader(msgspec.Struct, frozen=True):
     """All that a head says: the agents' names, what they sense and obey, when they began, what ran, and files."""
 
     names: Sequence[str]
@@ -69,11 +69,11 @@ class Head(msgspec.Struct, frozen=True):
     readings: Sequence[Reading]
     targets: Sequence[str]
     channels: Sequence[Channel]
-    ran: Ran
+    ran: RunInfo
     files: Mapping[str, str]
 
     @classmethod
-    def of(cls, body: Body, names: Sequence[str], ran: Ran, files: Mapping[str, str]) -> Head:
+    def of(cls, body: Body, names: Sequence[str], ran: RunInfo, files: Mapping[str, str]) -> RecordingHeader:
         """The head of a recording of a body that begins now."""
         return cls(
             tuple(names), body.tick_s, body.time_s, tuple(body.readings), tuple(body.targets),
@@ -81,11 +81,11 @@ class Head(msgspec.Struct, frozen=True):
         )  # fmt: skip
 
 
-def head_entries(head: Head) -> dict[str, str]:
+def encode_header(head: RecordingHeader) -> dict[str, str]:
     """A head as metadata."""
-    readings = [_Reading(each.name, str(each.kind), each.unit, each.of_targets) for each in head.readings]
-    channels = [_Channel(each.name, each.rest, each.unit) for each in head.channels]
-    body = _Body(list(head.names), head.tick_s, head.began_s, readings, list(head.targets), channels)
+    readings = [_HeadReading(each.name, str(each.kind), each.unit, each.of_targets) for each in head.readings]
+    channels = [_HeadChannel(each.name, each.rest, each.unit) for each in head.channels]
+    body = _HeadBody(list(head.names), head.tick_s, head.began_s, readings, list(head.targets), channels)
     return {
         "format": FORMAT,
         BODY: msgspec.json.encode(body).decode(),
@@ -94,13 +94,13 @@ def head_entries(head: Head) -> dict[str, str]:
     }
 
 
-def head_of(entries: Mapping[str, str]) -> Head | str:
+def decode_header(entries: Mapping[str, str]) -> RecordingHeader | str:
     """The head that metadata holds, or what is wrong with it."""
     if entries.get("format") != FORMAT:
         return f"its format is {entries.get('format')!r:.60}, not {FORMAT!r}"
     try:
-        body = msgspec.json.decode(entries[BODY], type=_Body)
-        ran = msgspec.json.decode(entries[RUN], type=Ran)
+        body = msgspec.json.decode(entries[BODY], type=_HeadBody)
+        ran = msgspec.json.decode(entries[RUN], type=RunInfo)
         readings = [
             Reading(each.name, parse_kind(each.kind, where=each.name), each.unit, each.of_targets)
             for each in body.readings
@@ -109,6 +109,6 @@ def head_of(entries: Mapping[str, str]) -> Head | str:
         return f"its head cannot be read ({error})"
     channels = [Channel(each.name, each.rest, each.unit) for each in body.channels]
     files = {key.removeprefix(FILE): text for key, text in entries.items() if key.startswith(FILE)}
-    return Head(
+    return RecordingHeader(
         tuple(body.names), body.tick_s, body.began_s, tuple(readings), tuple(body.targets), tuple(channels), ran, files
     )  # fmt: skip

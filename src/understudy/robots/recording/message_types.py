@@ -14,7 +14,7 @@ import numpy as np
 
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
-from understudy.robots.ros.messages import decode, encode, make, types
+from understudy.robots.ros.messages import decode_message, encode_message, load_typestore, make_message
 from understudy.robots.ros.transport import ExtraMissing
 
 READING, READINGS = "understudy_msgs/msg/Reading", "understudy_msgs/msg/Readings"
@@ -37,7 +37,7 @@ HEAD = 4
 
 
 @cache
-def known_types() -> None:
+def register_message_types() -> None:
     """Make our types known beside those of ROS 2."""
     try:
         from rosbags.typesys import get_types_from_msg
@@ -46,29 +46,29 @@ def known_types() -> None:
     found: dict[str, Any] = {}
     for name, text in DEFINITIONS.items():
         found.update(get_types_from_msg(text, name))
-    types().register(found)
+    load_typestore().register(found)
 
 
-def definition(type: str) -> str:
+def format_type_definition(type: str) -> str:
     """The definition of a type and of all it is made of, as rosbag2 writes them (`ros2msg`)."""
-    known_types()
-    return str(types().generate_msgdef(type, ros_version=2)[0])
+    register_message_types()
+    return str(load_typestore().generate_msgdef(type, ros_version=2)[0])
 
 
-def label(key: ReadingKey) -> str:
+def format_reading_label(key: ReadingKey) -> str:
     """What a reading is called: range, range(station)."""
     name, target = key
     return name if target is None else f"{name}({target})"
 
 
-class Readings:
+class ReadingsEncoder:
     """Readings of one agent as messages, tick after tick: the names stay, so only numbers are put into their places."""
 
     def __init__(self, names: Sequence[str]) -> None:
-        known_types()
+        register_message_types()
         self.names = tuple(names)
-        blank = [make(READING, name=name) for name in self.names]
-        self._message = bytearray(encode(READINGS, make(READINGS, readings=blank)))
+        blank = [make_message(READING, name=name) for name in self.names]
+        self._message = bytearray(encode_message(READINGS, make_message(READINGS, readings=blank)))
         content = memoryview(self._message)[HEAD:]
         self._numbers = np.frombuffer(content[: len(content) // 8 * 8], np.float64)
         self._places = np.array(list(_places(self.names)), np.intp)
@@ -102,17 +102,17 @@ def _places(names: Sequence[str]) -> Iterator[int]:
         at += 8
 
 
-def names_of(data: bytes) -> tuple[str, ...]:
+def decode_reading_names(data: bytes) -> tuple[str, ...]:
     """The names of the readings in a message; MessageRefused where it is none."""
-    known_types()
-    return tuple(each.name for each in decode(READINGS, data).readings)
+    register_message_types()
+    return tuple(each.name for each in decode_message(READINGS, data).readings)
 
 
-class States:
+class StatesEncoder:
     """States of one agent as messages: most ticks are in the same as the last, but for the time."""
 
     def __init__(self) -> None:
-        known_types()
+        register_message_types()
         self._path: tuple[str, ...] | None = None
         self._rest = b""
 
@@ -120,17 +120,17 @@ class States:
         """The message of a tick."""
         if path != self._path:
             self._path = path
-            self._rest = encode(STATES, make(STATES, path=list(path)))
+            self._rest = encode_message(STATES, make_message(STATES, path=list(path)))
         return self._rest[:HEAD] + np.float64(time_s).tobytes() + self._rest[HEAD + 8 :]
 
 
-def states_of(data: bytes) -> tuple[float, tuple[str, ...]]:
+def decode_states(data: bytes) -> tuple[float, tuple[str, ...]]:
     """The time and the states of a message; MessageRefused where it is none."""
-    known_types()
-    found = decode(STATES, data)
+    register_message_types()
+    found = decode_message(STATES, data)
     return float(found.time_s), tuple(found.path)
 
 
-def text(content: str) -> bytes:
+def encode_text(content: str) -> bytes:
     """A std_msgs/String."""
-    return encode(TEXT, make(TEXT, data=content))
+    return encode_message(TEXT, make_message(TEXT, data=content))

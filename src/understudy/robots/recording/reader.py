@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 from understudy.errors import FileError, SettingError, UnderstudyError
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
-from understudy.robots.recording.header import METADATA, Head, head_of
+from understudy.robots.recording.header import METADATA, RecordingHeader, decode_header
 from understudy.robots.recording.message_types import (
     READINGS,
     STATES,
     TEXT,
-    Readings,
-    known_types,
-    label,
-    names_of,
-    states_of,
+    ReadingsEncoder,
+    decode_reading_names,
+    decode_states,
+    format_reading_label,
+    register_message_types,
 )
 from understudy.robots.recording.recorder import PRESSES, STEPS, TOPICS
-from understudy.robots.ros.messages import MessageRefused, decode
-from understudy.robots.ros.state_topic import within
+from understudy.robots.ros.messages import MessageRefused, decode_message
+from understudy.robots.ros.state_topic import resolve_topic_name
 from understudy.robots.ros.transport import ExtraMissing
 
 PRESS, TEST, TRAIN, RESTART, GO_ON = "press", "test", "train", "restart", "resume"
@@ -37,7 +37,7 @@ REMEDY = "name a file that `understudy run --record FILE.mcap` wrote"
 
 
 @dataclass(frozen=True, slots=True)
-class Pressed:
+class RecordedPress:
     """A press that acts at a tick, counted from 0: to a state, or a confirmation of the current one (None). Tables of
     presses may have other steps of a session, too: `does` says which.
     """
@@ -57,12 +57,12 @@ class Recording:
     """
 
     path: Path
-    head: Head
+    head: RecordingHeader
     times: Column
     keys: tuple[ReadingKey, ...]
     values: NDArray[np.float64]
     paths: Sequence[Sequence[tuple[str, ...]]]
-    presses: Sequence[Sequence[Pressed]]
+    presses: Sequence[Sequence[RecordedPress]]
     whole: bool
     runs: int = 1
 
@@ -79,8 +79,8 @@ def read_recording(path: Path | str, *, run: int | None = None) -> Recording:
     SettingError where there is no such run.
     """
     path = Path(path)
-    known_types()
-    kept = _Kept(run)
+    register_message_types()
+    kept = _FileReader(run)
     whole = kept.read(path)
     if kept.runs and run is not None and not 1 <= run <= kept.runs:
         remedy = f"count from 1 to {kept.runs}"
@@ -90,18 +90,18 @@ def read_recording(path: Path | str, *, run: int | None = None) -> Recording:
     return kept.recording(path, kept.head, whole=whole)
 
 
-class _Kept:
+class _FileReader:
     """What a file says, as far as it was read."""
 
     def __init__(self, run: int | None) -> None:
         self._run, self.runs = run, 0
-        self.head: Head | str = "it does not say what ran, so nobody can decide it again"
+        self.head: RecordingHeader | str = "it does not say what ran, so nobody can decide it again"
         self._channels: dict[int, tuple[str, str]] = {}
         self._wanted: dict[tuple[str, str], tuple[str, int]] = {}
         self._schemas: dict[int, str] = {}
-        self._readings: list[_Column] = []
+        self._readings: list[_ReadingColumn] = []
         self._paths: list[list[tuple[str, ...]]] = []
-        self._presses: list[list[Pressed]] = []
+        self._presses: list[list[RecordedPress]] = []
 
     def read(self, path: Path) -> bool:
         """Take in a file; whether it ends as it should."""
@@ -142,8 +142,8 @@ class _Kept:
         elif isinstance(record, Metadata) and record.name == METADATA:
             self.runs += 1
             if self.runs == (self._run or self.runs):
-                self.head = head_of(record.metadata)
-                self._begin(self.head.names if isinstance(self.head, Head) else ())
+                self.head = decode_header(record.metadata)
+                self._begin(self.head.names if isinstance(self.head, RecordingHeader) else ())
             elif self.runs > (self._run or self.runs):
                 self._wanted = {}  # that run is over
 
@@ -151,11 +151,11 @@ class _Kept:
         """Another run begins; of those before nothing is kept."""
         topics = {READINGS: TOPICS[READINGS], STATES: TOPICS[STATES]}
         self._wanted = {
-            (within(name, topic), type): (topic, agent)
+            (resolve_topic_name(name, topic), type): (topic, agent)
             for agent, name in enumerate(names)
             for type, topic in (*topics.items(), (TEXT, PRESSES), (TEXT, STEPS))
         }
-        self._readings = [_Column() for _ in names]
+        self._readings = [_ReadingColumn() for _ in names]
         self._paths = [[] for _ in names]
         self._presses = [[] for _ in names]
 
@@ -163,12 +163,14 @@ class _Kept:
         if topic == TOPICS[READINGS]:
             self._readings[agent].add(data)
         elif topic == TOPICS[STATES]:
-            self._paths[agent].append(states_of(data)[1])
+            self._paths[agent].append(decode_states(data)[1])
         else:
-            said, tick = decode(TEXT, data).data, len(self._paths[agent])
-            self._presses[agent].append(_step(tick, said) if topic == STEPS else Pressed(tick, said or None))
+            said, tick = decode_message(TEXT, data).data, len(self._paths[agent])
+            self._presses[agent].append(
+                _step(tick, said) if topic == STEPS else RecordedPress(tick, said or None)
+            )
 
-    def recording(self, path: Path, head: Head, *, whole: bool) -> Recording:
+    def recording(self, path: Path, head: RecordingHeader, *, whole: bool) -> Recording:
         ticks = min(
             (min(len(one.times), len(two)) for one, two in zip(self._readings, self._paths, strict=True)),
             default=0,
@@ -177,7 +179,7 @@ class _Kept:
             several = f"the run that was begun last, of {self.runs}," if self.runs > 1 else "it"
             raise _no_recording(path, f"{several} holds no tick")
         names = self._readings[0].names
-        known = {label(key): key for key in _keys(head)}
+        known = {format_reading_label(key): key for key in _keys(head)}
         if any(column.names != names for column in self._readings) or not known.keys() >= set(names):
             raise _no_recording(path, "its readings are not those of its head")
         return Recording(
@@ -193,31 +195,31 @@ class _Kept:
         )
 
 
-def _step(tick: int, said: str) -> Pressed:
+def _step(tick: int, said: str) -> RecordedPress:
     """A step as it is recorded: restart 12.5."""
     does, _, at = said.partition(" ")
     try:
-        return Pressed(tick, None, does, float(at) if at else None)
+        return RecordedPress(tick, None, does, float(at) if at else None)
     except ValueError:
         raise MessageRefused(type=TEXT, problem=f"{said!r:.60} is no step of a session") from None
 
 
-class _Column:
+class _ReadingColumn:
     """The readings of one agent, tick by tick."""
 
     def __init__(self) -> None:
         self.names: tuple[str, ...] = ()
         self.times: list[float] = []
         self.values: list[Column] = []
-        self._reader = Readings(())
+        self._reader = ReadingsEncoder(())
 
     def add(self, data: bytes) -> None:
         found = self._reader.decode(data)
         if found is None:
-            names = names_of(data)
+            names = decode_reading_names(data)
             if self.times and names != self.names:
                 raise MessageRefused(type=READINGS, problem="other readings than in the ticks before")
-            self.names, self._reader = names, Readings(names)
+            self.names, self._reader = names, ReadingsEncoder(names)
             found = self._reader.decode(data)
         if found is None:
             raise MessageRefused(type=READINGS, problem="not as Understudy writes them")
@@ -234,7 +236,7 @@ def _records(path: Path) -> Iterator[Any]:
         yield from StreamReader(file, record_size_limit=MOST_BYTES, validate_crcs=True).records
 
 
-def _keys(head: Head) -> list[ReadingKey]:
+def _keys(head: RecordingHeader) -> list[ReadingKey]:
     return [
         (reading.name, target)
         for reading in head.readings

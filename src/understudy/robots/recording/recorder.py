@@ -16,22 +16,22 @@ import numpy as np
 
 from understudy.errors import UnderstudyError
 from understudy.model.features import Percept, ReadingKey
-from understudy.robots.recording.header import Head, Ran, head_entries
+from understudy.robots.recording.header import RecordingHeader, RunInfo, encode_header
 from understudy.robots.recording.message_types import (
     READINGS,
     STATES,
     TEXT,
     TRANSITION,
-    Readings,
-    States,
-    known_types,
-    label,
-    text,
+    ReadingsEncoder,
+    StatesEncoder,
+    encode_text,
+    format_reading_label,
+    register_message_types,
 )
 from understudy.robots.recording.writer import RecordingWriter
-from understudy.robots.ros.messages import encode, make
-from understudy.robots.ros.state_topic import transition, within
-from understudy.robots.ros.transport import Peer, Publish, Received, Transport
+from understudy.robots.ros.messages import encode_message, make_message
+from understudy.robots.ros.state_topic import detect_state_change, resolve_topic_name
+from understudy.robots.ros.transport import Publish, Publisher, Received, Transport
 from understudy.runtime.body import Body
 
 TOPICS = {READINGS: "understudy/readings", STATES: "understudy/states", TRANSITION: "understudy/switched"}
@@ -52,19 +52,19 @@ class RecordingFailed(UnderstudyError, json_type="RecordingFailed"):
         super().__init__(f"{path}: recording ended: {problem}; make room, or go on without a recording")
 
 
-class Recorder:
+class RunRecorder:
     """Writes a recording, from `begin` on with what is decided; FileError where the file is there or cannot be.
 
     `clock` is what messages are stamped with on arrival, s: `time.monotonic`, or a simulation's.
     """
 
     def __init__(self, path: Path | str, *, clock: Callable[[], float] = time.monotonic) -> None:
-        known_types()
+        register_message_types()
         self.path, self._clock = Path(path), clock
         self._began_ns = time.time_ns() - round(clock() * 1e9)
         self._topics: dict[tuple[str, str], int] = {}
         self._lock = Lock()
-        self._agents: list[_Agent] = []
+        self._agents: list[_AgentChannels] = []
         self._names: Sequence[str] = ()
         self._body: Body | None = None
         self._writer = RecordingWriter(self.path)
@@ -74,7 +74,7 @@ class Recorder:
         body: Body,
         *,
         names: Sequence[str] = (),
-        ran: Ran | None = None,
+        ran: RunInfo | None = None,
         files: Mapping[str, str] | None = None,
     ) -> None:
         """Say what is recorded, before its first tick: a body, its agents' namespaces, what runs, files as they are.
@@ -84,8 +84,8 @@ class Recorder:
         names = names or [f"robot{number}" if body.agents > 1 else "" for number in range(body.agents)]
         self._names, self._body = tuple(names), body
         # Before the topics of its agents, which whoever reads it knows by their names.
-        self._writer.head(head_entries(Head.of(body, names, ran or Ran(), files or {})))
-        self._agents = [_Agent(self, name) for name in names]
+        self._writer.head(encode_header(RecordingHeader.of(body, names, ran or RunInfo(), files or {})))
+        self._agents = [_AgentChannels(self, name) for name in names]
 
     def tape(self, topic: str, type: str) -> Callable[[bytes, float | None], None]:
         """What keeps messages of a topic, with when they came by the clock (None: now); from any thread."""
@@ -128,7 +128,7 @@ class Recorder:
     def noted(self, topic: str, content: str, *, agent: int = 0) -> None:
         """Anything else worth keeping, as text on a topic in the namespace of an agent."""
         name = self._names[agent] if self._names else ""
-        self.tape(within(name, topic), TEXT)(text(content), None)
+        self.tape(resolve_topic_name(name, topic), TEXT)(encode_text(content), None)
 
     def close(self) -> None:
         """Finish the file; RecordingFailed where it could not be written."""
@@ -146,33 +146,37 @@ class Recorder:
                 self.close()
 
 
-class _Agent:
+class _AgentChannels:
     """The messages of one agent."""
 
-    def __init__(self, recorder: Recorder, name: str) -> None:
+    def __init__(self, recorder: RunRecorder, name: str) -> None:
         self._name, self._path = name, tuple[str, ...]()
         self._keys: tuple[ReadingKey, ...] = ()
-        self._readings, self._states = Readings(()), States()
-        self._tapes = {type: recorder.tape(within(name, topic), type) for type, topic in TOPICS.items()}
+        self._readings, self._states = ReadingsEncoder(()), StatesEncoder()
+        self._tapes = {
+            type: recorder.tape(resolve_topic_name(name, topic), type) for type, topic in TOPICS.items()
+        }
 
     def decided(
         self, time_s: float, keys: tuple[ReadingKey, ...], values: Any, path: tuple[str, ...], at_s: float
     ) -> None:
         if keys != self._keys:
-            self._keys, self._readings = keys, Readings([label(key) for key in keys])
+            self._keys, self._readings = keys, ReadingsEncoder([format_reading_label(key) for key in keys])
         self._tapes[READINGS](self._readings.encode(time_s, values), at_s)
         self._tapes[STATES](self._states.encode(time_s, path), at_s)
-        changed = transition(self._path, path)
+        changed = detect_state_change(self._path, path)
         if changed is not None:
             self._path = path
-            told = make(TRANSITION, time_s=time_s, robot=self._name, path=list(path), **changed._asdict())
-            self._tapes[TRANSITION](encode(TRANSITION, told), at_s)
+            told = make_message(
+                TRANSITION, time_s=time_s, robot=self._name, path=list(path), **changed._asdict()
+            )
+            self._tapes[TRANSITION](encode_message(TRANSITION, told), at_s)
 
 
-class Taped:
+class RecordingTransport:
     """A transport whose messages in and out are recorded as they go over it, beside being handed on."""
 
-    def __init__(self, transport: Transport, recorder: Recorder) -> None:
+    def __init__(self, transport: Transport, recorder: RunRecorder) -> None:
         self._transport, self._recorder = transport, recorder
         self._heard: set[tuple[str, str]] = set()
 
@@ -200,7 +204,7 @@ class Taped:
 
         return both
 
-    def peers(self) -> Sequence[Peer]:
+    def peers(self) -> Sequence[Publisher]:
         """All others who publish."""
         return self._transport.peers()
 

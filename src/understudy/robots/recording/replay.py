@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from understudy.errors import UnknownName
 from understudy.model.features import Percept, ReadingKey
-from understudy.robots.recording.message_types import label
+from understudy.robots.recording.message_types import format_reading_label
 from understudy.robots.recording.reader import Recording
 from understudy.runtime.body import Channel, Commands, Reading
 
 
-class Replay:
+class ReplayBody:
     """The body of a recording, at its first tick; each command goes on to the next, whatever it says.
 
     Until something is sensed, its clock stands where the run began.
@@ -51,8 +51,8 @@ class Replay:
         values = self.recording.values[min(self.tick, self.recording.ticks - 1)]
         for key in keys:
             if key not in self._rows:
-                where, known = str(self.recording.path), [label(each) for each in self._rows]
-                raise UnknownName(what="reading", name=label(key), where=where, known=known)
+                where, known = str(self.recording.path), [format_reading_label(each) for each in self._rows]
+                raise UnknownName(what="reading", name=format_reading_label(key), where=where, known=known)
         return {key: values[self._rows[key]].copy() for key in keys}
 
     def act(self, commands: Commands) -> None:

@@ -17,8 +17,8 @@ import numpy as np
 from understudy.errors import FileError, SessionError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.robots.recording.reader import GO_ON, PRESS, RESTART, TEST, TRAIN, Pressed, Recording
-from understudy.robots.recording.replay import Replay
+from understudy.robots.recording.reader import GO_ON, PRESS, RESTART, TEST, TRAIN, RecordedPress, Recording
+from understudy.robots.recording.replay import ReplayBody
 from understudy.training.session import Session
 
 COLUMNS = ("time_s", "state")
@@ -29,11 +29,11 @@ NEAR_S = 1e-6
 """A time this little after a tick is that tick: tables round."""
 
 
-def taught_over(
+def teach_from_recording(
     recording: Recording,
     library: Library,
     lesson: Lesson,
-    presses: Sequence[Pressed],
+    presses: Sequence[RecordedPress],
     *,
     targets: Mapping[str, str] | None = None,
     agent: int = 0,
@@ -41,7 +41,7 @@ def taught_over(
     """A session in which a lesson was taught to an agent of a recording, to its end; SessionError where what was
     pressed cannot be, and what else a session raises.
     """
-    body = Replay(recording)
+    body = ReplayBody(recording)
     session = Session(body, library, lesson, targets=targets, agent=agent)
     waiting = sorted(presses, key=lambda each: each.tick)
     for each in waiting:  # a mistake is told before a long recording is gone through
@@ -60,7 +60,7 @@ def taught_over(
     return session
 
 
-def _do(session: Session, step: Pressed) -> None:
+def _do(session: Session, step: RecordedPress) -> None:
     if step.does == TEST:
         session.test()
     elif step.does == GO_ON:
@@ -75,12 +75,12 @@ def _do(session: Session, step: Pressed) -> None:
         session.direct(step.state)
 
 
-def names_pressed(presses: Sequence[Pressed]) -> tuple[str, ...]:
+def list_pressed_states(presses: Sequence[RecordedPress]) -> tuple[str, ...]:
     """The states that were pressed, in order."""
     return tuple(dict.fromkeys(each.state for each in presses if each.state is not None))
 
 
-def recorded_presses(recording: Recording, agent: int = 0) -> Sequence[Pressed]:
+def list_recorded_presses(recording: Recording, agent: int = 0) -> Sequence[RecordedPress]:
     """The presses of an agent that were recorded with it; SessionError where there are none."""
     if not recording.presses[agent]:
         raise SessionError(
@@ -89,7 +89,7 @@ def recorded_presses(recording: Recording, agent: int = 0) -> Sequence[Pressed]:
     return recording.presses[agent]
 
 
-def read_presses(path: Path, recording: Recording) -> Sequence[Pressed]:
+def read_presses(path: Path, recording: Recording) -> Sequence[RecordedPress]:
     """Presses from a table with columns time_s (as the recording counts; it acts at the first tick from then on), state
     (empty confirms the current one) and, if wanted, `does`. FileError naming the line where one cannot be.
     """
@@ -113,7 +113,7 @@ def read_presses(path: Path, recording: Recording) -> Sequence[Pressed]:
     return found
 
 
-def _pressed(path: Path, line: int, cells: Mapping[str, str], recording: Recording) -> Pressed:
+def _pressed(path: Path, line: int, cells: Mapping[str, str], recording: Recording) -> RecordedPress:
     does = cells.get(DOES) or PRESS
     if does not in STEPS:
         raise _wrong(
@@ -128,7 +128,7 @@ def _pressed(path: Path, line: int, cells: Mapping[str, str], recording: Recordi
         remedy = f"give one of the recording, from {first:g} to {last:g}"
         raise _wrong(path, line, f"time_s is {cells['time_s']!r:.60}", remedy)
     tick = int(np.searchsorted(recording.times, time_s - NEAR_S))
-    return Pressed(tick, cells["state"] or None, does)
+    return RecordedPress(tick, cells["state"] or None, does)
 
 
 def _wrong(path: Path, line: int, problem: str, remedy: str) -> FileError:

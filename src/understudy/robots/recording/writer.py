@@ -15,8 +15,8 @@ from typing import IO, Any, NamedTuple
 
 from understudy.errors import FileError
 from understudy.robots.recording.header import METADATA
-from understudy.robots.recording.message_types import definition
-from understudy.robots.ros.messages import known
+from understudy.robots.recording.message_types import format_type_definition
+from understudy.robots.ros.messages import is_known_type
 from understudy.robots.ros.transport import ExtraMissing
 
 PROFILE, LIBRARY = "ros2", "understudy"
@@ -26,7 +26,7 @@ MOST_WAITING = 256 * 2**20
 """So many bytes may wait for a disk that is slow."""
 
 
-class _Topic(NamedTuple):
+class _ChannelSpec(NamedTuple):
     """A topic to be made known in the file, before its first message."""
 
     topic: str
@@ -56,7 +56,9 @@ class RecordingWriter:
 
     def topic(self, topic: str, type: str) -> None:
         """Make a topic known; they are counted from 0."""
-        self._queue.put(_Topic(topic, type, definition(type) if known(type) else ""))
+        self._queue.put(
+            _ChannelSpec(topic, type, format_type_definition(type) if is_known_type(type) else "")
+        )
 
     def keep(self, number: int, data: bytes, at_ns: int) -> None:
         """Keep a message of a topic, by its number, with when it came, ns since 1970. Never fails: see `problem`."""
@@ -98,7 +100,7 @@ class RecordingWriter:
                 item = ()
             if item is None:
                 break
-            if isinstance(item, _Topic):
+            if isinstance(item, _ChannelSpec):
                 channels.append(self._registered(item))
             elif isinstance(item, dict):
                 self._writer.flush()
@@ -123,7 +125,7 @@ class RecordingWriter:
         os.fsync(self._file.fileno())
         self._whole = self._file.tell()
 
-    def _registered(self, topic: _Topic) -> int:
+    def _registered(self, topic: _ChannelSpec) -> int:
         defined = bool(topic.definition)
         schema = self._writer.register_schema(
             topic.type, "ros2msg" if defined else "", topic.definition.encode()

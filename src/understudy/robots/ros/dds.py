@@ -10,8 +10,17 @@ from functools import cache
 from threading import Lock, Thread
 from typing import Any
 
-from understudy.robots.ros.messages import ARRAY, BASE, JAZZY, NAMED, dds_name, fields, releases, ros_name
-from understudy.robots.ros.transport import ExtraMissing, Peer, Publish, Received, Unreachable
+from understudy.robots.ros.messages import (
+    ARRAY,
+    BASE,
+    JAZZY,
+    NAMED,
+    convert_to_dds_name,
+    convert_to_ros_name,
+    list_message_fields,
+    list_type_releases,
+)
+from understudy.robots.ros.transport import ExtraMissing, Publish, Publisher, Received, Unreachable
 
 PREFIX = "rt"
 """What ROS 2 puts before the names of topics, as against services."""
@@ -23,7 +32,7 @@ GRAVE = 1 | 2
 """What Cyclone DDS logs unless somebody configured it, fatal and other errors; it warns of each wrong message."""
 
 
-class DDS:
+class DdsTransport:
     """A participant of a domain, with a thread that hands on what arrives.
 
     ExtraMissing where Cyclone DDS is not installed, Unreachable where the domain cannot be joined.
@@ -44,7 +53,7 @@ class DDS:
             raise Unreachable(what=f"domain {domain} of DDS", problem=str(error), remedy=remedy) from error
         self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
         self._changes, self._gone, self._alive = _conditions(self._publications)
-        self._others: Sequence[Peer] = ()
+        self._others: Sequence[Publisher] = ()
         self._asking = Lock()
         self._waits = WaitSet(self._participant)
         self._readers: list[tuple[Any, Received, dict[int, int] | None]] = []
@@ -61,8 +70,8 @@ class DDS:
         quality = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(4))
         # Cyclone DDS hands on nothing that is shorter than its description, so each release's is listened for; and
         # what fits several comes more than once, which the times of each publisher's last tell.
-        seen: dict[int, int] | None = {} if len(releases(type)) > 1 else None
-        for release in releases(type):
+        seen: dict[int, int] | None = {} if len(list_type_releases(type)) > 1 else None
+        for release in list_type_releases(type):
             reader = DataReader(self._participant, self._topic(topic, type, release), qos=quality)
             condition = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
             self._kept.append(condition)
@@ -95,7 +104,7 @@ class DDS:
 
         return publish
 
-    def peers(self) -> Sequence[Peer]:
+    def peers(self) -> Sequence[Publisher]:
         """All others who publish topics of ROS 2, as far as they were discovered."""
         with self._asking:
             # Asked several times a second: to go through the hundreds that a robot may have takes a tenth of that.
@@ -104,7 +113,7 @@ class DDS:
                 found = self._publications.read(N=MOST, condition=self._alive)
                 own = self._participant.guid
                 self._others = [
-                    Peer(end.topic_name.removeprefix(PREFIX), ros_name(end.type_name))
+                    Publisher(end.topic_name.removeprefix(PREFIX), convert_to_ros_name(end.type_name))
                     for end in found
                     if end.topic_name.startswith(f"{PREFIX}/") and end.participant_key != own
                 ]
@@ -126,7 +135,7 @@ class DDS:
     def _topic(self, topic: str, type: str, release: str = JAZZY) -> Any:
         from cyclonedds.topic import Topic
 
-        return Topic(self._participant, f"{PREFIX}{topic}", struct(type, release))
+        return Topic(self._participant, f"{PREFIX}{topic}", make_dds_type(type, release))
 
     def _receive(self) -> None:
         from cyclonedds.core import DDSException
@@ -178,7 +187,7 @@ def _new(info: Any, seen: dict[int, int] | None) -> bool:
 
 
 @cache
-def struct(type: str, release: str = JAZZY) -> Any:
+def make_dds_type(type: str, release: str = JAZZY) -> Any:
     """The type of a topic: described as it is, but whose messages are bytes, `data`, that nobody takes apart."""
     described = _described(type, release)
 
@@ -218,6 +227,6 @@ def _described(type: str, release: str) -> Any:
         return idl.sequence[one(*inner), length] if length else idl.sequence[one(*inner)]
 
     # ROS 2 gives a type without fields one, since IDL knows none such.
-    inside = {name: one(*of) for name, of in fields(type, release).items()}
+    inside = {name: one(*of) for name, of in list_message_fields(type, release).items()}
     inside = inside or {"structure_needs_at_least_one_member": idl.uint8}
-    return make_idl_struct(f"{type.rpartition('/')[2]}_", dds_name(type), inside)
+    return make_idl_struct(f"{type.rpartition('/')[2]}_", convert_to_dds_name(type), inside)

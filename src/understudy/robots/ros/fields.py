@@ -9,8 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
-from understudy.robots.robot_file import PlaceOf, ReadingOf
-from understudy.robots.ros.messages import BASE, NAMED, fields, known
+from understudy.robots.robot_file import ReadingSpec, TargetPlaceSpec
+from understudy.robots.ros.messages import BASE, NAMED, is_known_type, list_message_fields
 from understudy.sim.scenario.toml_decode import DecodeProblem
 
 Extract: TypeAlias = Callable[[Any], float]
@@ -25,9 +25,9 @@ _SAME = 1e-4
 """Angles (rad) nearer to each other than this are one: those of scans are sums of 32-bit floats."""
 
 
-def extraction(reading: ReadingOf) -> tuple[Kind, str, Extract] | DecodeProblem:
+def make_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodeProblem:
     """The kind and unit of a reading and what takes it out of a message; or what in its description cannot be."""
-    if not known(reading.type):
+    if not is_known_type(reading.type):
         problem = f"is {reading.type!r:.60}, which is unknown"
         return DecodeProblem(
             "type", problem, "give a type of ROS 2's common interfaces, as sensor_msgs/msg/Range"
@@ -47,13 +47,15 @@ def extraction(reading: ReadingOf) -> tuple[Kind, str, Extract] | DecodeProblem:
     if reading.offset_m:
         return DecodeProblem("offset_m", "means nothing of what is no range", "leave it out")
     if reading.field is None:
-        return DecodeProblem("field", "is missing", f"give one of {', '.join(fields(reading.type))}")
+        return DecodeProblem(
+            "field", "is missing", f"give one of {', '.join(list_message_fields(reading.type))}"
+        )
     return _of_field(reading.type, reading.field, reading.unit)
 
 
-def place(target: PlaceOf) -> Callable[[Any], tuple[float, float]] | DecodeProblem:
+def make_position_extractor(target: TargetPlaceSpec) -> Callable[[Any], tuple[float, float]] | DecodeProblem:
     """What takes a target's x and y, m, out of a message; absent where one of them is not finite."""
-    if not known(target.type):
+    if not is_known_type(target.type):
         problem = f"is {target.type!r:.60}, which is unknown"
         return DecodeProblem("type", problem, "give a type of ROS 2's common interfaces")
     found = [_of_field(target.type, f"{target.field}.{axis}", "m") for axis in ("x", "y")]
@@ -73,13 +75,13 @@ def _of_field(type: str, path: str, unit: str) -> tuple[Kind, str, Extract] | De
     """What is at the end of a path of names."""
     sort, of = NAMED, type
     for name in path.split("."):
-        inside = fields(of) if sort == NAMED else {}
+        inside = list_message_fields(of) if sort == NAMED else {}
         if name not in inside:
             has = f"give one of {', '.join(inside)}" if inside else "end the path before it"
             return DecodeProblem("field", f"is {path!r:.60}, and there is no {name!r}", has)
         sort, of = inside[name]
     if (sort, of) == (NAMED, QUATERNION):
-        return Toroidal(), unit or "rad", lambda message: heading(_walk(message, path))
+        return Toroidal(), unit or "rad", lambda message: compute_heading(_walk(message, path))
     if sort != BASE or of[0] == "string":
         remedy = "give the path of a number, of a truth or of an orientation"
         return DecodeProblem("field", f"is {path!r:.60}, which is no number", remedy)
@@ -99,7 +101,7 @@ def _finite(value: float) -> float:
     return value if abs(value) <= LARGEST else nan
 
 
-def heading(quaternion: Any) -> float:
+def compute_heading(quaternion: Any) -> float:
     """The direction in the plane of an orientation (REP 103), in [0, tau), rad; NaN where it is none."""
     x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
     norm = x * x + y * y + z * z + w * w

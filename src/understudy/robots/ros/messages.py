@@ -30,7 +30,7 @@ class MessageRefused(UnderstudyError, json_type="MessageRefused"):
         super().__init__(f"a message is no {type}: {problem}; publish messages of this type there")
 
 
-def types(release: str = JAZZY) -> Typestore:
+def load_typestore(release: str = JAZZY) -> Typestore:
     """The definitions of a release of ROS 2. Later ones than Jazzy's are the same, of what robots use here."""
     return _types(release)  # one for each, however it is asked for
 
@@ -44,30 +44,32 @@ def _types(release: str) -> Typestore:
     return get_typestore(Stores(f"ros2_{release}"))
 
 
-def known(type: str) -> bool:
+def is_known_type(type: str) -> bool:
     """Whether there is a definition of this type."""
-    return type in types().fielddefs
+    return type in load_typestore().fielddefs
 
 
-def fields(type: str, release: str = JAZZY) -> Mapping[str, tuple[int, Any]]:
+def list_message_fields(type: str, release: str = JAZZY) -> Mapping[str, tuple[int, Any]]:
     """The fields of a type: the sort of each, and of what it is."""
-    return {name: (int(sort), of) for name, (sort, of) in types(release).fielddefs[type][1]}
+    return {name: (int(sort), of) for name, (sort, of) in load_typestore(release).fielddefs[type][1]}
 
 
 @cache
-def releases(type: str) -> Sequence[str]:
+def list_type_releases(type: str) -> Sequence[str]:
     """Those whose definitions of a type differ, newest first: a Range ended before its variance in Humble."""
-    older = type in types(HUMBLE).fielddefs and fields(type, HUMBLE) != fields(type)
+    older = type in load_typestore(HUMBLE).fielddefs and list_message_fields(
+        type, HUMBLE
+    ) != list_message_fields(type)
     return (JAZZY, HUMBLE) if older else (JAZZY,)
 
 
-def dds_name(type: str) -> str:
+def convert_to_dds_name(type: str) -> str:
     """`sensor_msgs::msg::dds_::Range_` for `sensor_msgs/msg/Range`."""
     *packages, name = type.split("/")
     return "::".join((*packages, "dds_", f"{name}_"))
 
 
-def ros_name(type: str) -> str:
+def convert_to_ros_name(type: str) -> str:
     """`sensor_msgs/msg/Range` for `sensor_msgs::msg::dds_::Range_`; another name stays as it is."""
     *packages, name = type.split("::")
     if packages[-1:] != ["dds_"]:
@@ -75,36 +77,36 @@ def ros_name(type: str) -> str:
     return "/".join((*packages[:-1], name.removesuffix("_")))
 
 
-def decode(type: str, data: bytes) -> Any:
+def decode_message(type: str, data: bytes) -> Any:
     """The message that bytes hold, by the newest definition that fits; MessageRefused where none of this type does."""
     problem = ""
     if len(data) > (LONGEST_IMAGE if type.endswith("Image") else LONGEST):
         raise MessageRefused(type=type, problem=f"it is {len(data)} bytes long")
-    for release in releases(type):
+    for release in list_type_releases(type):
         try:
-            return types(release).deserialize_cdr(data, type)
+            return load_typestore(release).deserialize_cdr(data, type)
         except Exception as error:
             # Whatever a decoder does with bytes that somebody made up, it must not end more than this message.
             problem = problem or f"{error.__class__.__name__}: {error}"
     raise MessageRefused(type=type, problem=problem)
 
 
-def encode(type: str, message: Any) -> bytes:
+def encode_message(type: str, message: Any) -> bytes:
     """The bytes of a message."""
-    return bytes(types().serialize_cdr(message, type))
+    return bytes(load_typestore().serialize_cdr(message, type))
 
 
-def make(type: str, **values: Any) -> Any:
+def make_message(type: str, **values: Any) -> Any:
     """A message; what is left out is 0, empty or false."""
-    given = {name: values.get(name, _blank(*of)) for name, of in fields(type).items()}
-    return types().types[type](**given)
+    given = {name: values.get(name, _blank(*of)) for name, of in list_message_fields(type).items()}
+    return load_typestore().types[type](**given)
 
 
 def _blank(sort: int, of: Any) -> Any:
     import numpy as np
 
     if sort == NAMED:
-        return make(of)
+        return make_message(of)
     if sort == BASE:
         return "" if of[0] == "string" else False if of[0] == "bool" else 0.0 if "float" in of[0] else 0
     inner, length = of
@@ -113,17 +115,19 @@ def _blank(sort: int, of: Any) -> Any:
     return [_blank(*inner) for _ in range(length if sort == ARRAY else 0)]
 
 
-def twist(type: str, *, speed_m_s: float, turn_rad_s: float, frame: str = "", time_s: float = 0.0) -> bytes:
+def encode_twist(
+    type: str, *, speed_m_s: float, turn_rad_s: float, frame: str = "", time_s: float = 0.0
+) -> bytes:
     """A Twist or TwistStamped: ahead along x, to the left about z (REP 103); stamped at a time since 1970, s."""
     vector = "geometry_msgs/msg/Vector3"
-    moved = make(
+    moved = make_message(
         "geometry_msgs/msg/Twist",
-        linear=make(vector, x=float(speed_m_s)),
-        angular=make(vector, z=float(turn_rad_s)),
+        linear=make_message(vector, x=float(speed_m_s)),
+        angular=make_message(vector, z=float(turn_rad_s)),
     )
     if type == "geometry_msgs/msg/Twist":
-        return encode(type, moved)
+        return encode_message(type, moved)
     seconds = int(time_s)
-    stamp = make("builtin_interfaces/msg/Time", sec=seconds, nanosec=int((time_s - seconds) * 1e9))
-    header = make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
-    return encode(type, make(type, header=header, twist=moved))
+    stamp = make_message("builtin_interfaces/msg/Time", sec=seconds, nanosec=int((time_s - seconds) * 1e9))
+    header = make_message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+    return encode_message(type, make_message(type, header=header, twist=moved))

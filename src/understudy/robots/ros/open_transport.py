@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from understudy.robots.robot_file import RobotFile
-from understudy.robots.ros.dds import DDS
+from understudy.robots.ros.dds import DdsTransport
 from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.zenoh import Zenoh
+from understudy.robots.ros.zenoh import ZenohTransport
 
 
 def open_transport(file: RobotFile) -> Transport:
     """The transport of a robot, joined; ExtraMissing or Unreachable where it cannot be."""
     if file.transport == "zenoh":
-        return Zenoh(file.domain, file.router)
-    return DDS(file.domain)
+        return ZenohTransport(file.domain, file.router)
+    return DdsTransport(file.domain)

@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 import msgspec
 
-from understudy.robots.recording.message_types import TEXT, text
+from understudy.robots.recording.message_types import TEXT, encode_text
 from understudy.robots.ros.transport import Transport
 
 TOPIC = "understudy/transitions"
 """Within the robot's namespace."""
 
 
-class Transition(NamedTuple):
+class StateChange(NamedTuple):
     """The outermost level that switched (0 is the root), and its states; "" where there was none, or is none."""
 
     level: int
@@ -25,7 +25,7 @@ class Transition(NamedTuple):
     after: str
 
 
-def transition(before: tuple[str, ...], after: tuple[str, ...]) -> Transition | None:
+def detect_state_change(before: tuple[str, ...], after: tuple[str, ...]) -> StateChange | None:
     """What happened between two ticks with these states of all levels; None where nothing did."""
     if before == after:
         return None
@@ -33,26 +33,26 @@ def transition(before: tuple[str, ...], after: tuple[str, ...]) -> Transition | 
         (level for level, (one, other) in enumerate(zip(before, after, strict=False)) if one != other),
         min(len(before), len(after)),
     )
-    return Transition(level, *("" if level >= len(path) else path[level] for path in (before, after)))
+    return StateChange(level, *("" if level >= len(path) else path[level] for path in (before, after)))
 
 
-class Transitions:
+class StateChangePublisher:
     """Publishes the transitions of one robot; tell it the states after each tick."""
 
     def __init__(self, transport: Transport, *, namespace: str = "", robot: str = "") -> None:
         self._robot, self._path = robot, tuple[str, ...]()
-        self._publish = transport.publisher(within(namespace, TOPIC), TEXT)
+        self._publish = transport.publisher(resolve_topic_name(namespace, TOPIC), TEXT)
 
     def decided(self, time_s: float, path: tuple[str, ...]) -> None:
         """Publish what changed since the last tick, if anything did; time in s, as the body counts it."""
-        changed = transition(self._path, path)
+        changed = detect_state_change(self._path, path)
         if changed is None:
             return
         self._path = path
         told = {"time_s": time_s, "robot": self._robot, **changed._asdict(), "path": path}
-        self._publish(text(msgspec.json.encode(told).decode()))
+        self._publish(encode_text(msgspec.json.encode(told).decode()))
 
 
-def within(namespace: str, topic: str) -> str:
+def resolve_topic_name(namespace: str, topic: str) -> str:
     """The full name of a topic in a namespace."""
     return "/" + "/".join(part for part in (namespace.strip("/"), topic) if part)

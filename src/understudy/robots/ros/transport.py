@@ -13,7 +13,7 @@ Publish: TypeAlias = Callable[[bytes], None]
 """Sends a message as CDR with its encapsulation."""
 
 
-class Peer(NamedTuple):
+class Publisher(NamedTuple):
     """Somebody else who publishes: on which topic, which type."""
 
     topic: str
@@ -31,7 +31,7 @@ class Transport(Protocol):
         """What publishes on a topic."""
         ...
 
-    def peers(self) -> Sequence[Peer]:
+    def peers(self) -> Sequence[Publisher]:
         """All others who publish, as far as they were discovered; one for each publisher."""
         ...
 

@@ -11,8 +11,16 @@ from threading import Event, RLock, Thread, main_thread
 from typing import Any
 
 from understudy.robots.ros.messages import LONGEST_IMAGE
-from understudy.robots.ros.transport import ExtraMissing, Peer, Publish, Received, Unreachable
-from understudy.robots.ros.zenoh_names import UNHASHED, End, Session, attachment, end, everybody, keys
+from understudy.robots.ros.transport import ExtraMissing, Publish, Publisher, Received, Unreachable
+from understudy.robots.ros.zenoh_names import (
+    UNHASHED,
+    Endpoint,
+    ZenohSession,
+    make_attachment,
+    make_domain_key,
+    make_topic_keys,
+    parse_liveliness_token,
+)
 
 ROUTER = "tcp/localhost:7447"
 """Where ROS 2's router listens, of the machine that it runs on."""
@@ -28,7 +36,7 @@ WAITING = 4
 """How many messages a subscriber says that may wait for it."""
 
 
-class Zenoh:
+class ZenohTransport:
     """A session in a domain of ROS 2. Zenoh's own threads hand on what arrives.
 
     Joined through a router: the one given, as `tcp/192.168.0.5:7447`, or that of this machine. With `listen`, others
@@ -50,16 +58,16 @@ class Zenoh:
             remedy = "start it (ros2 run rmw_zenoh_cpp rmw_zenohd), or correct `router` in the robot's file"
             raise Unreachable(what=f"Zenoh's router {where}", problem=problem, remedy=remedy) from error
         self._domain, self._id = domain, str(self._session.zid())
-        self._own = Session(domain, self._id)
+        self._own = ZenohSession(domain, self._id)
         self._lock, self._closed = RLock(), False  # who listens may publish at once
         self._left = Event()
-        self._others: dict[str, End] = {}
+        self._others: dict[str, Endpoint] = {}
         self._declared: list[Any] = []
         self._heard: list[Any] = []
         self._publishers: list[Any] = []
         self._declare_token(self._own.node())
         watched = self._session.liveliness().declare_subscriber(
-            everybody(domain), self._appeared, history=True
+            make_domain_key(domain), self._appeared, history=True
         )
         self._heard.append(watched)
         atexit.register(self.close)
@@ -72,7 +80,7 @@ class Zenoh:
             if not self._closed and sample.kind == self._zenoh.SampleKind.PUT:
                 received(bytes(sample.payload), time.monotonic())
 
-        for key in keys(self._domain, topic, type):
+        for key in make_topic_keys(self._domain, topic, type):
             self._heard.append(self._session.declare_subscriber(key, came))
         self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
 
@@ -88,7 +96,7 @@ class Zenoh:
                 reliability=zenoh.Reliability.RELIABLE,
                 express=True,
             )
-            for key in keys(self._domain, topic, type)
+            for key in make_topic_keys(self._domain, topic, type)
         )
         self._publishers += [for_hashed, for_unhashed]
         self._declare_token(token)
@@ -100,16 +108,16 @@ class Zenoh:
                 if self._closed:
                     return
                 sent += 1
-                about = attachment(sent, time.time_ns(), token)
+                about = make_attachment(sent, time.time_ns(), token)
                 for_hashed.put(data, attachment=about)
                 if self._humble_listens(topic):
                     for_unhashed.put(data, attachment=about)
 
         return publish
 
-    def peers(self) -> Sequence[Peer]:
+    def peers(self) -> Sequence[Publisher]:
         """All others who publish in the domain, as far as their tokens have come."""
-        return [Peer(each.topic, each.type) for each in list(self._others.values()) if each.kind == "MP"]
+        return [Publisher(each.topic, each.type) for each in list(self._others.values()) if each.kind == "MP"]
 
     def close(self) -> None:
         """Leave; nothing is received afterwards."""
@@ -149,7 +157,7 @@ class Zenoh:
         if sample.kind == self._zenoh.SampleKind.DELETE:
             self._others.pop(key, None)
         elif len(self._others) < MOST_TOKENS:
-            found = end(key)
+            found = parse_liveliness_token(key)
             if found is not None and found.session != self._id:
                 self._others[key] = found
 

@@ -16,11 +16,11 @@ from typing import NoReturn
 
 from understudy.errors import UnderstudyError
 from understudy.robots.robot_file import RobotFile
-from understudy.robots.ros.transport import Peer
-from understudy.robots.safety.self_monitor import LOST_S, Danger, Vigil, hurry
-from understudy.robots.safety.speed_limits import STILL, Speeds, within
+from understudy.robots.ros.transport import Publisher
+from understudy.robots.safety.self_monitor import LOST_S, SelfMonitor, StopReason, raise_thread_priority
+from understudy.robots.safety.speed_limits import STILL, Speeds, limit_speeds
 from understudy.robots.safety.stop_log import StopLog
-from understudy.robots.safety.watchdog_client import Leash
+from understudy.robots.safety.watchdog_client import WatchdogClient
 
 NOT_ARMED = "not armed"
 NO_KEY = "nobody holds the key"
@@ -59,16 +59,16 @@ class Guard:
         file: RobotFile,
         *,
         send: Callable[[Speeds], None],
-        danger: Callable[[float], Danger | None],
-        peers: Callable[[], Sequence[Peer]],
+        danger: Callable[[float], StopReason | None],
+        peers: Callable[[], Sequence[Publisher]],
         heard: Collection[str],
         clock: Callable[[], float],
         log: StopLog | None = None,
-        leash: Leash | None = None,
+        leash: WatchdogClient | None = None,
     ) -> None:
         self._file, self._send, self._danger, self._peers = file, send, danger, peers
         self._heard, self._clock = heard, clock
-        self._vigil = Vigil(leash, deadline_s=file.safety.deadline_s)
+        self._vigil = SelfMonitor(leash, deadline_s=file.safety.deadline_s)
         self.log = log or StopLog(file.name)
         self._topic = file.topic(file.commands.topic)
         self._hold_s = file.tick_s + file.safety.deadline_s
@@ -141,13 +141,17 @@ class Guard:
                 return
             danger = self._against(now)
             if danger is None and sensed_s is not None and now - sensed_s > self._hold_s:
-                danger = Danger(f"a command was decided on what was {now - sensed_s:.2f} s ago", lost=False)
+                danger = StopReason(
+                    f"a command was decided on what was {now - sensed_s:.2f} s ago", lost=False
+                )
             elapsed_s = min(now - self._told_s, 2 * self._file.tick_s)  # after a pause no leap
             self._told_s = now
             self._due_s = now + self._hold_s
             if danger is None:
                 self.stopped = ""
-                self._issue(within(self._file.limits, asked, last=self.speeds, elapsed_s=elapsed_s), now)
+                self._issue(
+                    limit_speeds(self._file.limits, asked, last=self.speeds, elapsed_s=elapsed_s), now
+                )
             else:
                 self._heed(danger, now)
 
@@ -161,7 +165,7 @@ class Guard:
             if self.armed:
                 danger = self._against(now, others)
                 if danger is None and now > self._due_s:
-                    danger = Danger(f"no command came for {now - self._told_s:.2f} s", lost=False)
+                    danger = StopReason(f"no command came for {now - self._told_s:.2f} s", lost=False)
                 if danger is None:
                     self._issue(self.speeds, now)
                 else:
@@ -179,7 +183,7 @@ class Guard:
         """Stop it until the next command; it stays armed."""
         with self._lock:
             if self.armed:
-                self._heed(Danger(cause, lost=False), self._clock())
+                self._heed(StopReason(cause, lost=False), self._clock())
 
     def disarm(self, cause: str) -> None:
         """Stop it, and let it obey no more."""
@@ -231,23 +235,23 @@ class Guard:
     def _refuse(self, problem: str, remedy: str) -> NoReturn:
         raise ArmingRefused(robot=self._file.name, problem=problem, remedy=remedy)
 
-    def _against(self, now: float, others: int = 0) -> Danger | None:
+    def _against(self, now: float, others: int = 0) -> StopReason | None:
         """What speaks against moving now, but for a tick that is a little late."""
         if danger := self._vigil.doubt(now):
             return danger
         if others:
-            return Danger(f"somebody else publishes on {self._topic}")
+            return StopReason(f"somebody else publishes on {self._topic}")
         if now - self._due_s > LOST_S:
-            return Danger(f"no command came for {now - self._told_s:.2f} s")
+            return StopReason(f"no command came for {now - self._told_s:.2f} s")
         danger = self._danger(now)
         if danger is not None:
             lasts = danger.cause == self.stopped and now - self._stopped_s > LOST_S
-            return Danger(danger.cause, danger.lost or lasts)
+            return StopReason(danger.cause, danger.lost or lasts)
         if self._file.safety.hold_to_run and now > self._held_s:
-            return Danger(NO_KEY, lost=False)
+            return StopReason(NO_KEY, lost=False)
         return None
 
-    def _heed(self, danger: Danger, now: float) -> None:
+    def _heed(self, danger: StopReason, now: float) -> None:
         if danger.lost:
             self._disarm(danger.cause, "guard")
             return
@@ -299,7 +303,7 @@ class Guard:
                 self._thread.start()
 
     def _run(self) -> None:
-        hurry()
+        raise_thread_priority()
         while not self._end.wait(PERIOD_S):
             try:
                 self.look()

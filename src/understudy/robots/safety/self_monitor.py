@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from threading import get_native_id
 from typing import NamedTuple
 
-from understudy.robots.ros.transport import Peer
+from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety.watchdog import ANEW, MOVING, PRIORITY, RESTING
-from understudy.robots.safety.watchdog_client import Leash
+from understudy.robots.safety.watchdog_client import WatchdogClient
 
 LOST_S = 1.0
 """A robot that waits longer than this for a tick, a reading, or a program that stood still is disarmed."""
@@ -20,17 +20,17 @@ ASLEEP_S = 0.5
 """A computer that slept longer than this has to be armed again: nobody expects a robot to go on with it."""
 
 
-class Danger(NamedTuple):
+class StopReason(NamedTuple):
     """Why a robot must not move now. Where `lost`, a person has to look after it before it may again."""
 
     cause: str
     lost: bool = True
 
 
-class Vigil:
+class SelfMonitor:
     """How a program watches over itself, with a watchdog on a leash. Without one it has no doubts: for tests."""
 
-    def __init__(self, leash: Leash | None, *, deadline_s: float) -> None:
+    def __init__(self, leash: WatchdogClient | None, *, deadline_s: float) -> None:
         self._leash, self._deadline_s = leash, deadline_s
         self._looked_s, self._asleep_s, self._anew = 0.0, 0.0, False
 
@@ -44,40 +44,40 @@ class Vigil:
         """How many watchdogs of ours are connected to the robot."""
         return 0 if self._leash is None else self._leash.count
 
-    def start(self, peers: Sequence[Peer]) -> None:
+    def start(self, peers: Sequence[Publisher]) -> None:
         """See that the watchdog is there, and has found these others; WatchdogFailed where it does not."""
         if self._leash is not None:
             self._leash.start(peers)
 
     def begin(self, now: float) -> None:
         """The robot may move from now on."""
-        self._looked_s, self._asleep_s = now, asleep_s()
+        self._looked_s, self._asleep_s = now, measure_time_asleep()
         if self._leash is not None:
             self._leash.begin()
             self._leash.tell(ANEW)
 
-    def doubt(self, now: float) -> Danger | None:
+    def doubt(self, now: float) -> StopReason | None:
         """Why the program cannot be relied on now."""
         if self._leash is None:
             return None
         if danger := self.overrun(self._looked_s, now):
             return danger
-        if asleep_s() - self._asleep_s > ASLEEP_S:
-            return Danger("this computer slept")
+        if measure_time_asleep() - self._asleep_s > ASLEEP_S:
+            return StopReason("this computer slept")
         if problem := self._leash.problem():
-            return Danger(problem)
+            return StopReason(problem)
         if self._leash.intervened():
             self._anew = True
-            return Danger("the watchdog had to stop it", lost=False)
+            return StopReason("the watchdog had to stop it", lost=False)
         return None
 
-    def overrun(self, since_s: float, now: float) -> Danger | None:
+    def overrun(self, since_s: float, now: float) -> StopReason | None:
         """That the program stood still from then to now, longer than the watchdog allows."""
         still_s = now - since_s
         if self._leash is None or still_s <= self._deadline_s:
             return None
         self._anew = True
-        return Danger(f"this program stood still for {still_s:.2f} s", lost=still_s > LOST_S)
+        return StopReason(f"this program stood still for {still_s:.2f} s", lost=still_s > LOST_S)
 
     def looked(self, now: float, *, armed: bool, moving: bool) -> None:
         """The guard has looked, and stopped what had to be stopped: the watchdog is told."""
@@ -100,14 +100,14 @@ class Vigil:
             self._leash.leave()
 
 
-def hurry() -> None:
+def raise_thread_priority() -> None:
     """Let this thread have the processor before others, where the system allows that."""
     if sys.platform == "linux":  # elsewhere threads have no numbers that this takes
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, get_native_id(), PRIORITY)
 
 
-def asleep_s() -> float:
+def measure_time_asleep() -> float:
     """For how long this computer slept since it was started, s: time that no clock of ours has seen; 0 if unknown."""
     if sys.platform != "linux":
         return 0.0

@@ -5,14 +5,14 @@ from __future__ import annotations
 from math import isnan
 from typing import TypeAlias
 
-from understudy.robots.robot_file import Limits
+from understudy.robots.robot_file import MotionLimits
 
 Speeds: TypeAlias = tuple[float, float]
 """Driving, m/s, and turning to the left, rad/s."""
 STILL: Speeds = (0.0, 0.0)
 
 
-def within(limits: Limits, asked: Speeds, *, last: Speeds, elapsed_s: float) -> Speeds:
+def limit_speeds(limits: MotionLimits, asked: Speeds, *, last: Speeds, elapsed_s: float) -> Speeds:
     """The speeds asked for, within the limits, and no further from the last ones than they can get in that time.
 
     What is no number asks for rest.

@@ -19,7 +19,7 @@ from understudy.robots.robot_file import RobotFile
 ENDING = ".stops.jsonl"
 
 
-class Stop(msgspec.Struct, frozen=True, kw_only=True):
+class StopEvent(msgspec.Struct, frozen=True, kw_only=True):
     """A stop: when, of which robot, for what cause, and who stopped it: the guard, the watchdog or a person."""
 
     time: datetime
@@ -28,18 +28,18 @@ class Stop(msgspec.Struct, frozen=True, kw_only=True):
     by: str
 
 
-def stop_now(robot: str, cause: str, by: str) -> Stop:
+def make_stop_event(robot: str, cause: str, by: str) -> StopEvent:
     """A stop of this moment."""
-    return Stop(time=datetime.now(UTC), robot=robot, cause=cause, by=by)
+    return StopEvent(time=datetime.now(UTC), robot=robot, cause=cause, by=by)
 
 
-def log_path(file: RobotFile, path: Path | str) -> Path:
+def find_stop_log(file: RobotFile, path: Path | str) -> Path:
     """Where the stops of a robot are written: the `log` of its file, beside it, or the file's name with an ending."""
     path = Path(path)
     return path.with_suffix(ENDING) if file.safety.log is None else path.parent / file.safety.log
 
 
-def append(path: Path, stop: Stop | None = None) -> None:
+def append_stop(path: Path, stop: StopEvent | None = None) -> None:
     """Write a stop at the end of a log, in one piece; without one, only see that it can be. OSError where it cannot."""
     line = b"" if stop is None else msgspec.json.encode(stop) + b"\n"
     log = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
@@ -55,28 +55,28 @@ class StopLog:
 
     def __init__(self, robot: str, path: Path | None = None) -> None:
         self._robot, self._path = robot, path
-        self.stops: list[Stop] = []
+        self.stops: list[StopEvent] = []
         """Oldest first."""
 
     def begin(self) -> None:
         """See that it can be written; FileError where it cannot."""
         if self._path is not None:
             try:
-                append(self._path)
+                append_stop(self._path)
             except OSError as error:
                 problem = f"cannot be written ({error.strerror}), and stops of {self._robot} are logged there"
                 raise FileError(path=self._path, place="", problem=problem, remedy="correct that") from None
 
     def add(self, cause: str, by: str) -> None:
         """A stop of this moment; a full disk must not keep anything from stopping."""
-        stop = stop_now(self._robot, cause, by)
+        stop = make_stop_event(self._robot, cause, by)
         self.stops.append(stop)
         if self._path is not None:
             with contextlib.suppress(OSError):
-                append(self._path, stop)
+                append_stop(self._path, stop)
 
 
-def read_stops(path: Path) -> Sequence[Stop]:
+def read_stops(path: Path) -> Sequence[StopEvent]:
     """All stops of a log, oldest first; none where there is no log yet. FileError where a line is no stop."""
     try:
         lines = path.read_bytes().splitlines()
@@ -85,7 +85,7 @@ def read_stops(path: Path) -> Sequence[Stop]:
     stops = []
     for number, line in enumerate(lines, 1):
         try:
-            stops.append(msgspec.json.decode(line, type=Stop))
+            stops.append(msgspec.json.decode(line, type=StopEvent))
         except msgspec.DecodeError as error:
             place, problem = f"line {number}", f"is no stop ({error})"
             raise FileError(path=path, place=place, problem=problem, remedy="remove that line") from None

@@ -19,9 +19,9 @@ import msgspec
 
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.open_transport import open_transport
-from understudy.robots.ros.transport import Peer, Transport
-from understudy.robots.safety.emergency_stop import stopper
-from understudy.robots.safety.stop_log import append, stop_now
+from understudy.robots.ros.transport import Publisher, Transport
+from understudy.robots.safety.emergency_stop import make_stop_sender
+from understudy.robots.safety.stop_log import append_stop, make_stop_event
 
 ANEW, MOVING, RESTING, BYE = b"*", b"+", b"-", b"."
 """What it is told: the robot may move anew, since it was armed, or stopped by the program itself after that had been
@@ -43,18 +43,18 @@ Hear: TypeAlias = Callable[[float | None], bytes | None]
 """Waits so long (s; None: for ever) for words; b"" when there will be none any more, None when nothing came."""
 
 
-class Orders(msgspec.Struct, frozen=True, kw_only=True):
+class WatchdogConfig(msgspec.Struct, frozen=True, kw_only=True):
     """What it has to know: the robot, where to log stops, and who it must have discovered before it is ready."""
 
     file: RobotFile
     log: str
-    peers: tuple[Peer, ...]
+    peers: tuple[Publisher, ...]
 
 
 Answer: TypeAlias = Callable[[bytes], None]
 
 
-def watch(
+def watch_heartbeats(
     hear: Hear,
     answer: Answer,
     stop: Callable[[], None],
@@ -95,14 +95,14 @@ def watch(
         sleep(PERIOD_S)
 
 
-def main() -> None:
+def run_watchdog_process() -> None:
     """The process: orders come as a line of JSON, then words; both on standard input, answers on standard output."""
     with contextlib.suppress(OSError, AttributeError):
         os.setpriority(
             os.PRIO_PROCESS, 0, PRIORITY
         )  # where it may: it has next to nothing to do, but at once
     try:
-        orders = msgspec.json.decode(_orders(), type=Orders)
+        orders = msgspec.json.decode(_orders(), type=WatchdogConfig)
         transport = open_transport(orders.file)
     except Exception as error:  # whatever it is, somebody waits for a word of it
         _answer(str(error).encode() + b"\n")
@@ -113,9 +113,9 @@ def main() -> None:
         transport.close()
 
 
-def _watch(orders: Orders, transport: Transport) -> None:
+def _watch(orders: WatchdogConfig, transport: Transport) -> None:
     file = orders.file
-    send = stopper(file, transport)
+    send = make_stop_sender(file, transport)
 
     def stop() -> None:
         with contextlib.suppress(Exception):  # the next one may get through
@@ -123,7 +123,7 @@ def _watch(orders: Orders, transport: Transport) -> None:
 
     def log(cause: str) -> None:
         with contextlib.suppress(OSError):
-            append(Path(orders.log), stop_now(file.name, cause, "watchdog"))
+            append_stop(Path(orders.log), make_stop_event(file.name, cause, "watchdog"))
 
     until = time.monotonic() + DISCOVERY_S
     while missing := set(orders.peers) - set(transport.peers()):
@@ -134,7 +134,7 @@ def _watch(orders: Orders, transport: Transport) -> None:
     time.sleep(SETTLING_S)
     stop()  # what it does first must not be its first time
     _answer(READY + b"\n")
-    watch(_hear, _answer, stop, log, deadline_s=file.safety.deadline_s)
+    watch_heartbeats(_hear, _answer, stop, log, deadline_s=file.safety.deadline_s)
 
 
 def _orders() -> bytes:
@@ -160,4 +160,4 @@ def _answer(words: bytes) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_watchdog_process()

@@ -16,8 +16,8 @@ import msgspec
 
 from understudy.errors import UnderstudyError
 from understudy.robots.robot_file import RobotFile
-from understudy.robots.ros.transport import Peer
-from understudy.robots.safety.watchdog import BYE, READY, RESTING, STOPPED, Orders
+from understudy.robots.ros.transport import Publisher
+from understudy.robots.safety.watchdog import BYE, READY, RESTING, STOPPED, WatchdogConfig
 
 STARTING_S = 15.0
 """For so long it may take to start, on a machine that is very busy."""
@@ -38,7 +38,7 @@ class WatchdogFailed(UnderstudyError, json_type="WatchdogFailed"):
         )
 
 
-class Leash:
+class WatchdogClient:
     """The watchdog of one robot, started when it is first needed, and again where it is gone."""
 
     def __init__(self, file: RobotFile, *, log: Path) -> None:
@@ -67,7 +67,7 @@ class Leash:
         """The number of its process; 0 where there is none."""
         return 0 if self._process is None else self._process.pid
 
-    def start(self, peers: Sequence[Peer]) -> None:
+    def start(self, peers: Sequence[Publisher]) -> None:
         """Start it unless it is there and answers, and wait until it has found these others; WatchdogFailed where it
         does not.
         """
@@ -88,7 +88,7 @@ class Leash:
                 )
             except OSError as error:
                 raise WatchdogFailed(robot=self._file.name, problem=str(error)) from None
-            orders = Orders(file=self._file, log=str(self._log.absolute()), peers=tuple(set(peers)))
+            orders = WatchdogConfig(file=self._file, log=str(self._log.absolute()), peers=tuple(set(peers)))
             try:
                 _tell(process, msgspec.json.encode(orders) + b"\n")
                 said = _line(process, STARTING_S)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from understudy.model.library import Kit
-    from understudy.robots.recording.header import Ran
+    from understudy.robots.recording.header import RunInfo
     from understudy.robots.recording.reader import Recording
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Scenario
@@ -21,13 +21,13 @@ SUFFIX = ".mcap"
 
 
 @contextmanager
-def recording(path: Path | None, team: Team, *, ran: Callable[[], Ran]) -> Iterator[Callable[[], None]]:
+def recording(path: Path | None, team: Team, *, ran: Callable[[], RunInfo]) -> Iterator[Callable[[], None]]:
     """What makes a team's ticks, recorded if the path is one of a recording; `ran` says what runs."""
     if path is None or not is_recording(path):
         yield team.tick
         return
     from understudy.robots.recording.header import SCENARIO
-    from understudy.robots.recording.recorder import Recorder
+    from understudy.robots.recording.recorder import RunRecorder
     from understudy.runtime.body import list_reading_keys
     from understudy.sim.scenario.files import format_scenario
     from understudy.sim.world import World
@@ -36,7 +36,7 @@ def recording(path: Path | None, team: Team, *, ran: Callable[[], Ran]) -> Itera
     if not isinstance(body, World):
         raise TypeError("a team of robots that are no simulation")
     keys = list_reading_keys(body)
-    with Recorder(path, clock=lambda: body.time_s) as recorder:
+    with RunRecorder(path, clock=lambda: body.time_s) as recorder:
         recorder.begin(body, ran=ran(), files={SCENARIO: format_scenario(body.scenario)})
 
         def tick() -> None:
@@ -49,12 +49,12 @@ def recording(path: Path | None, team: Team, *, ran: Callable[[], Ran]) -> Itera
 
 def ran_by(
     team: Team, assigned: Assignment, library: Path, *, scenario: str | None, seed: int, kit: str | None
-) -> Ran:
+) -> RunInfo:
     """What runs on a team, for the header of a recording or a trace."""
     from understudy.analysis.run_header import marks
-    from understudy.robots.recording.header import Ran
+    from understudy.robots.recording.header import RunInfo
 
-    return Ran(
+    return RunInfo(
         scenario=scenario,
         seed=seed,
         kit=kit,

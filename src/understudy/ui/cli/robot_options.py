@@ -17,7 +17,7 @@ import typer
 from understudy.errors import SettingError
 
 if TYPE_CHECKING:
-    from understudy.robots.twin import Twin
+    from understudy.robots.twin import DigitalTwin
 
 RobotFile: TypeAlias = Annotated[
     Path | None,
@@ -52,24 +52,28 @@ def named(robot: Path | None, team: Path | None, *, world: str | None) -> Path |
 
 
 @contextmanager
-def twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recorded: bool) -> Iterator[Twin]:
+def twin_of(
+    robot: Path | None, team: Path | None, *, record: Path | None, recorded: bool
+) -> Iterator[DigitalTwin]:
     """The robots of a file, connected, in their world; stopped and left at the end.
 
     Where `recorded`, every message goes into a recording, `record` or one made beside the file; it says what is
-    decided once `Twin.record` was called, and is not kept where that never was.
+    decided once `DigitalTwin.record` was called, and is not kept where that never was.
     """
     _see_record(record, recorded=recorded)
     with leaving_orderly():
         yield from _twin_of(robot, team, record=record, recorded=recorded)
 
 
-def _twin_of(robot: Path | None, team: Path | None, *, record: Path | None, recorded: bool) -> Iterator[Twin]:
+def _twin_of(
+    robot: Path | None, team: Path | None, *, record: Path | None, recorded: bool
+) -> Iterator[DigitalTwin]:
     from understudy.robots.fleet import connect_robot, connect_team
-    from understudy.robots.recording.recorder import Recorder
-    from understudy.robots.twin import Twin
+    from understudy.robots.recording.recorder import RunRecorder
+    from understudy.robots.twin import DigitalTwin
 
     path = team or robot or Path()
-    recorder = Recorder(record or _place(path)) if recorded and path.is_file() else None
+    recorder = RunRecorder(record or _place(path)) if recorded and path.is_file() else None
     twin = None
     try:
         with (
@@ -77,7 +81,7 @@ def _twin_of(robot: Path | None, team: Path | None, *, record: Path | None, reco
             if team
             else connect_robot(path, recorder=recorder) as fleet,
         ):
-            twin = Twin(fleet, recorder=recorder)
+            twin = DigitalTwin(fleet, recorder=recorder)
             yield twin
     finally:
         if recorder is not None:

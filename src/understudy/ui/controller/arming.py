@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec import Struct
 
 from understudy.errors import SessionError
-from understudy.robots.twin import Ground, Twin
+from understudy.robots.twin import DigitalTwin, Ground
 from understudy.ui.controller.clock import Wall
 
 SILENT_S = 0.6
@@ -27,7 +27,7 @@ class Robots:
 
     def __init__(self, ground: Ground, wall: Wall, *, place: str) -> None:
         self._place = place
-        self._twin = ground if isinstance(ground, Twin) else None
+        self._twin = ground if isinstance(ground, DigitalTwin) else None
         self._wall = wall
         self._heard_s = wall()
 

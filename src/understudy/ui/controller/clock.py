@@ -7,7 +7,7 @@ from math import ceil, inf, isinf
 from typing import TypeAlias
 
 from understudy.errors import SettingError
-from understudy.robots.twin import Ground, Twin
+from understudy.robots.twin import DigitalTwin, Ground
 
 Wall: TypeAlias = Callable[[], float]
 """A clock that only goes forward, s."""
@@ -109,7 +109,7 @@ class Idling:
     """A world in real time, without a desk."""
 
     def __init__(self, world: Ground, wall: Wall) -> None:
-        self._world, self.pace = world, Pace(wall, tick_s=world.tick_s, live=isinstance(world, Twin))
+        self._world, self.pace = world, Pace(wall, tick_s=world.tick_s, live=isinstance(world, DigitalTwin))
         self.paused = True
 
     def pause(self, paused: bool) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from understudy.errors import SessionError
 from understudy.model.lesson import Lesson
-from understudy.robots.recording.header import Ran
-from understudy.robots.twin import Ground, Twin
+from understudy.robots.recording.header import RunInfo
+from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.world import World
 from understudy.training.session import Session
@@ -46,7 +46,7 @@ def begun(
     """A new session, with a journal that begins now; in a world of its own, or in one that is there as it is."""
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = _ground(body)
-    pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, Twin))
+    pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
     journal = new_path(plan.folder, plan.name, now=now or datetime.now())
     session = Session(
         body,
@@ -69,7 +69,7 @@ def resumed(plan: Plan, journal: Path, wall: Wall, *, body: Ground | Coordinator
     lock = _locked(journal)
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = _ground(body)
-    pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, Twin))
+    pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
     session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
     desk = Desk(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
     _follow(session, ground)
@@ -81,16 +81,16 @@ def resumed(plan: Plan, journal: Path, wall: Wall, *, body: Ground | Coordinator
 def _ground(body: Ground | CoordinatorBody) -> Ground:
     """What is looked at: for squads that of their robots."""
     ground = body.ground if isinstance(body, CoordinatorBody) else body
-    if not isinstance(ground, World | Twin):
+    if not isinstance(ground, World | DigitalTwin):
         raise SessionError("a desk needs a world, or robots of one")
     return ground
 
 
 def _follow(session: Session, ground: Ground) -> None:
     """Let real robots tell and record what is decided."""
-    if not isinstance(ground, Twin):
+    if not isinstance(ground, DigitalTwin):
         return
-    body, ran = session.body, Ran(library="", binding=dict(session.screen().targets))
+    body, ran = session.body, RunInfo(library="", binding=dict(session.screen().targets))
 
     def paths() -> list[tuple[str, ...]]:
         if isinstance(body, CoordinatorBody):

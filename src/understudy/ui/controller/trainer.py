@@ -14,7 +14,7 @@ from understudy.errors import SessionError
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.robots.twin import Ground, Twin, unnoted
+from understudy.robots.twin import DigitalTwin, Ground, skip_note
 from understudy.sim.view import WorldView
 from understudy.storage.library_folder import save_automaton
 from understudy.training.edits import ExampleChange
@@ -46,7 +46,7 @@ class Desk:
         saved: Lesson | None,
     ) -> None:
         self.session, self.body, self.pace = session, body, pace
-        self.note = body.noted if isinstance(body, Twin) else unnoted
+        self.note = body.noted if isinstance(body, DigitalTwin) else skip_note
         self.folder, self.seed = folder, seed
         self.memory, self.why = Memory(), Why(session)
         self.coach = Coach(session, self.why)

@@ -16,7 +16,7 @@ from textual import events
 from textual.app import App
 
 from understudy.errors import UnderstudyError
-from understudy.robots.twin import Twin
+from understudy.robots.twin import DigitalTwin
 from understudy.ui.controller import journal_store
 from understudy.ui.controller.clock import Wall
 from understudy.ui.controller.journal_store import Unfinished
@@ -54,7 +54,7 @@ class Trainer(App[Ended | UnderstudyError]):
         *,
         unfinished: Unfinished | None = None,
         wall: Wall = monotonic,
-        twin: Twin | None = None,
+        twin: DigitalTwin | None = None,
     ) -> None:
         super().__init__(ansi_color=True)
         self.twin = twin

@@ -15,7 +15,7 @@ from textual.screen import Screen
 from textual.widgets import Static
 
 from understudy.errors import UnderstudyError
-from understudy.robots.twin import drawn
+from understudy.robots.twin import find_drawn_world
 from understudy.sim.target_lookup import find_target_place
 from understudy.ui.controller.arming import Robots
 from understudy.ui.controller.coach import set_up
@@ -277,6 +277,7 @@ def _aims(desk: Desk) -> list[tuple[float, float]]:
     if session.body is not body:
         return []  # a squad is in no one place
     places = (
-        find_target_place(drawn(body), target, session.agent) for target in desk.screen.targets.values()
+        find_target_place(find_drawn_world(body), target, session.agent)
+        for target in desk.screen.targets.values()
     )
     return [place for place in places if place is not None]

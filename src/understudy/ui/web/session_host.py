@@ -13,7 +13,7 @@ from time import monotonic
 from understudy.coaching.queries import QueryPolicy
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
-from understudy.robots.twin import Ground, Twin
+from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.scenario.schema import Scenario, Sonar
 from understudy.sim.world import World
@@ -67,7 +67,7 @@ class Stage:
         *,
         seed: int = 0,
         wall: Wall = monotonic,
-        twin: Twin | None = None,
+        twin: DigitalTwin | None = None,
     ) -> None:
         self.world: Ground = twin or World(scenario, [seed])
         self.wall, self.robots = wall, Robots(self.world, wall, place="the studio")
@@ -256,7 +256,7 @@ class Stage:
         """The world of a seed from its beginning."""
         seed = self.seed if seed is None else seed
         if self.desk is None:
-            if isinstance(self.world, Twin):
+            if isinstance(self.world, DigitalTwin):
                 raise SessionError(f"the world of real robots cannot be reset: {CARRY}")
             self.world.reset([seed])
             said = Said(f"World {seed} from its beginning")
@@ -308,7 +308,7 @@ class Stage:
     @says
     def put(self, change: Callable[[World], object], what: str) -> Said:
         """Change the world by hand."""
-        if isinstance(self.world, Twin):
+        if isinstance(self.world, DigitalTwin):
             raise SessionError(f"real robots and things are not moved by hand here: {CARRY}")
         try:
             change(self.world)

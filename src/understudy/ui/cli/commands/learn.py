@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from understudy.learning.report import Report
     from understudy.model.lesson import Lesson
     from understudy.model.library import Library, TrainedAutomaton
-    from understudy.robots.recording.reader import Pressed
+    from understudy.robots.recording.reader import RecordedPress
 
 
 OF_RECORDINGS = (
@@ -216,7 +216,11 @@ def recorded_lesson(path: Path, asked: Asked) -> Lesson:
     from understudy.errors import SettingError
     from understudy.model.library import Library
     from understudy.robots.recording.reader import read_recording
-    from understudy.robots.recording.teach_from_recording import read_presses, recorded_presses, taught_over
+    from understudy.robots.recording.teach_from_recording import (
+        list_recorded_presses,
+        read_presses,
+        teach_from_recording,
+    )
     from understudy.ui.cli.options import library_for, targets_in
     from understudy.ui.cli.recordings import kit_for, scenario_of
 
@@ -227,22 +231,24 @@ def recorded_lesson(path: Path, asked: Asked) -> Lesson:
     kit = kit_for(recording, asked.kit, scenario_of(recording))
     library = library_for(None, asked.library, kit) if asked.library is not None else Library(kit)
     presses = (
-        recorded_presses(recording, asked.agent)
+        list_recorded_presses(recording, asked.agent)
         if asked.presses is None
         else read_presses(asked.presses, recording)
     )
     lesson = _begun(library, asked, presses)
     targets = targets_in(asked.targets)
-    return taught_over(recording, library, lesson, presses, targets=targets, agent=asked.agent).lesson
+    return teach_from_recording(
+        recording, library, lesson, presses, targets=targets, agent=asked.agent
+    ).lesson
 
 
-def _begun(library: Library, asked: Asked, presses: Sequence[Pressed]) -> Lesson:
+def _begun(library: Library, asked: Asked, presses: Sequence[RecordedPress]) -> Lesson:
     """The lesson that the presses are added to: that of an automaton of the library, or an empty one."""
     from dataclasses import replace
 
     from understudy.errors import SettingError
     from understudy.model.lesson import LearnerOptions
-    from understudy.robots.recording.teach_from_recording import names_pressed
+    from understudy.robots.recording.teach_from_recording import list_pressed_states
     from understudy.training.lesson_design import new_lesson
     from understudy.ui.cli.options import names_in
 
@@ -261,7 +267,7 @@ def _begun(library: Library, asked: Asked, presses: Sequence[Pressed]) -> Lesson
         known = ", ".join(library.features)
         remedy = f"give --features A,B(C): what to decide on, of {known}"
         raise SettingError(where="learn", setting="--features", problem="is missing", remedy=remedy)
-    pressed = [state for state in names_pressed(presses) if state != "start"]
+    pressed = [state for state in list_pressed_states(presses) if state != "start"]
     flags = names_in(asked.flags)
     if flags is None:
         flags = [state for state in pressed if state in FLAGS and state not in library.kit.behaviors]

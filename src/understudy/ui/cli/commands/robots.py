@@ -13,7 +13,7 @@ from understudy.ui.cli.commands import robots_color, robots_simulate
 from understudy.ui.cli.options import Json
 
 if TYPE_CHECKING:
-    from understudy.robots.diagnostics import Survey
+    from understudy.robots.diagnostics import ConnectionReport
 
 
 RobotOf = Annotated[Path, typer.Argument(metavar="FILE", help="The robot's file.", show_default=False)]
@@ -33,16 +33,16 @@ def stop(
     """
     from concurrent.futures import ThreadPoolExecutor
 
-    from understudy.robots.robot_file import load_robot, robots_in
+    from understudy.robots.robot_file import list_robot_files, load_robot
     from understudy.robots.safety import emergency_stop
     from understudy.ui.cli.output import console
 
     def stopped(path: Path) -> tuple[str, bool]:
         robot = load_robot(path)
-        there = emergency_stop.halt(robot, path=path, by="robots stop")
+        there = emergency_stop.send_emergency_stop(robot, path=path, by="robots stop")
         return f"{robot.name}: stop was sent on {robot.topic(robot.commands.topic)}.", there
 
-    files = robots_in(file)
+    files = list_robot_files(file)
     with ThreadPoolExecutor(
         len(files)
     ) as all_at_once:  # a file that is wrong keeps no other from being stopped
@@ -66,11 +66,11 @@ def stops(
     [dim]understudy robots stops rover.toml[/]
     """
     from understudy.robots.robot_file import load_robot
-    from understudy.robots.safety.stop_log import log_path, read_stops
+    from understudy.robots.safety.stop_log import find_stop_log, read_stops
     from understudy.ui.cli.output import console, print_json, table
 
     robot = load_robot(file)
-    log = log_path(robot, file)
+    log = find_stop_log(robot, file)
     found = [each for each in read_stops(log) if each.robot == robot.name][-last:]
     if as_json:
         print_json(found)
@@ -116,15 +116,15 @@ def check(
     """
     from time import sleep
 
-    from understudy.robots.diagnostics import survey
+    from understudy.robots.diagnostics import diagnose_connection
     from understudy.robots.fleet import connect_robot, connect_team
-    from understudy.robots.robot_file import is_team
+    from understudy.robots.robot_file import is_team_file
     from understudy.ui.cli.output import print_json
 
-    team = is_team(file)
+    team = is_team_file(file)
     with connect_team(file) if team else connect_robot(file) as fleet:
         sleep(seconds)
-        found = [survey(robot, seconds=seconds, sleep=lambda _: None) for robot in fleet]
+        found = [diagnose_connection(robot, seconds=seconds, sleep=lambda _: None) for robot in fleet]
     if as_json:
         print_json({"robots": found} if team else found[0])
     else:
@@ -138,7 +138,7 @@ app.command("stop")(stop)
 app.command("stops")(stops)
 
 
-def _show(found: Survey) -> None:
+def _show(found: ConnectionReport) -> None:
     from understudy.errors import join_names
     from understudy.ui.cli.output import console, table
 

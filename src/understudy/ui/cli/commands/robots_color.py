@@ -10,7 +10,7 @@ import typer
 from understudy.ui.cli.options import Json
 
 if TYPE_CHECKING:
-    from understudy.robots.camera.image_folder import Found
+    from understudy.robots.camera.image_folder import DetectionResult
 
 
 def color(
@@ -31,15 +31,15 @@ def color(
     """
     from rich.markup import escape
 
-    from understudy.robots.camera.calibration import color_shown
-    from understudy.robots.camera.config import HEADING, check_name, color_line, write_color
-    from understudy.robots.camera.image_folder import found_in, read_folder
+    from understudy.robots.camera.calibration import calibrate_from_images
+    from understudy.robots.camera.config import HEADING, check_color_name, format_color_line, write_color
+    from understudy.robots.camera.image_folder import detect_in_images, read_image_folder
     from understudy.ui.cli.output import console, print_json, table
 
-    check_name(name)
-    pictures = read_folder(folder)
-    found_color = color_shown([picture.shown for picture in pictures], where=str(folder))
-    found = found_in(pictures, found_color)
+    check_color_name(name)
+    pictures = read_image_folder(folder)
+    found_color = calibrate_from_images([picture.shown for picture in pictures], where=str(folder))
+    found = detect_in_images(pictures, found_color)
     if robot is not None:
         write_color(robot, name, found_color)
     if as_json:
@@ -52,12 +52,12 @@ def color(
         made.add_row(escape(each.name), x, size, _percent(each.thing), _percent(each.rest))
     out.print(made)
     out.print(escape(HEADING), soft_wrap=True)
-    out.print(escape(color_line(name, found_color)), soft_wrap=True)
+    out.print(escape(format_color_line(name, found_color)), soft_wrap=True)
     if robot is not None:
         out.print(f"Saved to [bold]{escape(str(robot))}[/]", soft_wrap=True)
 
 
-def _told(found: Found) -> dict[str, object]:
+def _told(found: DetectionResult) -> dict[str, object]:
     x, size = (None, None) if found.blob is None else found.blob
     return {"name": found.name, "x": x, "size": size, "thing_found": found.thing, "rest_taken": found.rest}
 

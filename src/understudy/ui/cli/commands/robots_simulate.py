@@ -20,7 +20,7 @@ import typer
 if TYPE_CHECKING:
     from understudy.robots.ros.transport import Transport
     from understudy.sim.scenario.schema import Scenario
-    from understudy.sim_mujoco.processes import Alone, Referee
+    from understudy.sim_mujoco.processes import ObjectServer, RobotProcess
     from understudy.sim_mujoco.ros_robots import Simulation
 
 RATE_HZ = 20.0
@@ -59,12 +59,12 @@ def simulate(
     """
     from msgspec.structs import replace
 
-    from understudy.robots.ros.dds import DDS
-    from understudy.robots.ros.zenoh import Zenoh
+    from understudy.robots.ros.dds import DdsTransport
+    from understudy.robots.ros.zenoh import ZenohTransport
     from understudy.sim_mujoco.model import check_physics
     from understudy.sim_mujoco.processes import REFEREE
-    from understudy.sim_mujoco.robot_files import check_ros, names_of_robots
-    from understudy.sim_mujoco.ros_robots import served
+    from understudy.sim_mujoco.robot_files import check_ros, list_robot_names
+    from understudy.sim_mujoco.ros_robots import drop_derived_readings
     from understudy.ui.cli.options import find_world
     from understudy.ui.cli.output import console
 
@@ -72,7 +72,7 @@ def simulate(
     scenario = find_world(world)
     check_physics(scenario)
     check_ros(scenario)
-    names = names_of_robots(scenario)
+    names = list_robot_names(scenario)
     with _leaving_orderly() as left:
         if write_files is not None and only is None:
             known = str(Path(world).resolve()) if Path(world).is_file() else world
@@ -87,9 +87,9 @@ def simulate(
             return
         # One of several ends with the process that began all of them, however that ends.
         late = _simulate(
-            served(replace(scenario, tick_s=1.0 / rate)),
+            drop_derived_readings(replace(scenario, tick_s=1.0 / rate)),
             seed,
-            DDS(domain) if router is None else Zenoh(domain, router),
+            DdsTransport(domain) if router is None else ZenohTransport(domain, router),
             only,
             seconds=seconds,
             stopped=lambda: left.is_set() or (parent != 0 and os.getppid() != parent),
@@ -103,13 +103,13 @@ def _write(
 ) -> None:
     """Write the files of all robots, and of the team; what is there and says something else is left, and told of."""
     from understudy.robots.robot_file import parse_robot
-    from understudy.sim_mujoco.robot_files import names_of_robots, robot_file, team_file
+    from understudy.sim_mujoco.robot_files import format_robot_file, format_team_file, list_robot_names
     from understudy.storage.atomic import convert_os_errors, write_atomically
     from understudy.ui.cli.output import console
 
-    names = names_of_robots(scenario)
+    names = list_robot_names(scenario)
     files = {
-        f"{name}.toml": robot_file(
+        f"{name}.toml": format_robot_file(
             scenario, number, world=world, domain=domain, rate_hz=rate_hz, router=router
         )
         for number, name in enumerate(names)
@@ -117,7 +117,7 @@ def _write(
     for name, content in files.items():
         parse_robot(content, folder / name)
     if len(names) > 1:
-        files["team.toml"] = team_file(scenario)
+        files["team.toml"] = format_team_file(scenario)
     with convert_os_errors(folder, "writing the robots' files"):
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():
@@ -172,24 +172,24 @@ def _simulate(
 
 def _what(
     scenario: Scenario, seed: int, transport: Transport, only: str | None
-) -> Simulation | Alone | Referee:
+) -> Simulation | RobotProcess | ObjectServer:
     """All robots; or one of them, or the referee, whose fellows are in processes of their own."""
     from understudy.errors import UnknownName
-    from understudy.sim_mujoco.body import Physics
-    from understudy.sim_mujoco.processes import REFEREE, Alone, Referee
-    from understudy.sim_mujoco.robot_files import names_of_robots
+    from understudy.sim_mujoco.body import MujocoBody
+    from understudy.sim_mujoco.processes import REFEREE, ObjectServer, RobotProcess
+    from understudy.sim_mujoco.robot_files import list_robot_names
     from understudy.sim_mujoco.ros_robots import Simulation
 
     if only == REFEREE:
-        return Referee(scenario, seed, transport)
-    body, names = Physics(scenario, [seed]), names_of_robots(scenario)
+        return ObjectServer(scenario, seed, transport)
+    body, names = MujocoBody(scenario, [seed]), list_robot_names(scenario)
     if only is None:
         return Simulation(body, transport)
     if only not in names:
         raise UnknownName(
             what="robot", name=only, where=f"scenario {scenario.name!r}", known=[*names, REFEREE]
         )
-    return Alone(body, names.index(only), transport)
+    return RobotProcess(body, names.index(only), transport)
 
 
 def _apart(names: list[str], left: Event, *, seconds: float) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from understudy.analysis.explanation_text import DecisionData
     from understudy.analysis.replay_diff import Again, Difference
     from understudy.model.library import Kit
-    from understudy.robots.recording.header import Ran
+    from understudy.robots.recording.header import RunInfo
     from understudy.robots.recording.reader import Recording
     from understudy.sim.scenario.schema import Scenario
     from understudy.sim.team.libraries import Libraries
@@ -147,7 +147,7 @@ def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[Replay
 
 
 def _known(
-    ran: Ran, where: Scenario | None, behavior: str | None, library: Path | None, kit: Kit
+    ran: RunInfo, where: Scenario | None, behavior: str | None, library: Path | None, kit: Kit
 ) -> tuple[Libraries, dict[str, int]]:
     """What everybody knows: of a library that was named, as it is; else as it was, where there are versions of it."""
     from understudy.analysis.explain_run import CannotRepeat
@@ -160,7 +160,7 @@ def _known(
     return known_now(where, behavior, folder, kit), {}
 
 
-def _changed(ran: Ran, known: Libraries) -> list[str]:
+def _changed(ran: RunInfo, known: Libraries) -> list[str]:
     """Automata that are not what they were when it was recorded."""
     from understudy.storage.document import fingerprint_automaton
 

@@ -15,8 +15,8 @@ from understudy.errors import SettingError
 
 if TYPE_CHECKING:
     from understudy.robots.fleet import Fleet
-    from understudy.robots.live_run import Live
-    from understudy.robots.twin import Twin
+    from understudy.robots.live_run import LiveRun
+    from understudy.robots.twin import DigitalTwin
     from understudy.ui.cli.options import Assignment
 
 LISTEN_S = 2.0
@@ -68,8 +68,8 @@ def run_robots(options: RobotRunOptions) -> None:
             console().print(said, markup=False)
 
 
-def _run(twin: Twin, options: RobotRunOptions) -> RobotRunResult:
-    from understudy.robots.live_run import Live
+def _run(twin: DigitalTwin, options: RobotRunOptions) -> RobotRunResult:
+    from understudy.robots.live_run import LiveRun
     from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import assign, find_kit
     from understudy.ui.cli.recordings import ran_by
@@ -80,7 +80,7 @@ def _run(twin: Twin, options: RobotRunOptions) -> RobotRunResult:
         make_scenario_kit(twin.scenario) if options.kit is None else find_kit(options.kit, twin.scenario.name)
     )
     assigned = assign(twin.scenario, options.behavior, options.library, kit, options.bind)
-    live = Live(twin, assigned.libraries, assigned.roots)
+    live = LiveRun(twin, assigned.libraries, assigned.roots)
     twin.follow(lambda: live.team.paths)
     _looked_over(live)
     _armed_by_a_person(fleet, assigned.behavior)
@@ -118,13 +118,13 @@ def _see_person(fleet: Fleet) -> None:
         )
 
 
-def _looked_over(live: Live) -> None:
+def _looked_over(live: LiveRun) -> None:
     """Say what is wrong with the robots, having decided for a while without moving any; what comes of it is up to the
     person. What takes longer the first time has been done by then.
     """
     import typer
 
-    from understudy.robots.diagnostics import survey
+    from understudy.robots.diagnostics import diagnose_connection
 
     fleet = live.twin.fleet
     typer.echo(f"Listening to {', '.join(robot.file.name for robot in fleet)} ...", err=True)
@@ -132,7 +132,7 @@ def _looked_over(live: Live) -> None:
     while monotonic() < until:
         live.tick()
     for robot in fleet:
-        for problem in survey(robot, seconds=0.0).problems:
+        for problem in diagnose_connection(robot, seconds=0.0).problems:
             typer.echo(f"{robot.file.name}: {problem}", err=True)
 
 
@@ -150,7 +150,7 @@ def _armed_by_a_person(fleet: Fleet, behavior: str) -> None:
     fleet.arm(BY)
 
 
-def _go(live: Live, assigned: Assignment, seconds: float | None) -> str:
+def _go(live: LiveRun, assigned: Assignment, seconds: float | None) -> str:
     """Tick until something ends it, which is said."""
     from rich.live import Live as Screen
 
@@ -182,7 +182,7 @@ def _go(live: Live, assigned: Assignment, seconds: float | None) -> str:
                 screen.update(_told(twin, live, assigned.behavior), refresh=True)
 
 
-def _told(twin: Twin, live: Live, rests: str) -> Any:
+def _told(twin: DigitalTwin, live: LiveRun, rests: str) -> Any:
     from understudy.ui.cli.output import table
 
     made = table("robot", "doing", "~")

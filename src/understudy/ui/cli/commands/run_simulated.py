@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from understudy.analysis.run_trace import TraceWriter
-    from understudy.robots.recording.header import Ran
+    from understudy.robots.recording.header import RunInfo
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Goal
     from understudy.sim.view import RunFrame, WorldView
@@ -135,7 +135,7 @@ class Running:
         team = make_team(where, [options.seed], assigned.libraries, assigned.roots)
         return cls(options, named, team, assigned)
 
-    def ran(self) -> Ran:
+    def ran(self) -> RunInfo:
         """What it takes to run it again, for the header of its trace or recording."""
         from understudy.sim.scenario.files import list_builtin_scenarios
         from understudy.ui.cli.recordings import ran_by

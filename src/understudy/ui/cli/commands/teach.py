@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from understudy.model.library import Library as Opened
-    from understudy.robots.twin import Twin
+    from understudy.robots.twin import DigitalTwin
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.controller.training_plan import Plan
 
@@ -94,7 +94,7 @@ def teach(
         _teach(plan, twin, as_json=as_json)
 
 
-def _see_hold(twin: Twin) -> None:
+def _see_hold(twin: DigitalTwin) -> None:
     """Refuse robots that need a key that is held: a terminal cannot tell."""
     from understudy.errors import SettingError
 
@@ -107,7 +107,7 @@ def _see_hold(twin: Twin) -> None:
         )
 
 
-def _teach(plan: Plan, twin: Twin | None, *, as_json: bool) -> None:
+def _teach(plan: Plan, twin: DigitalTwin | None, *, as_json: bool) -> None:
     from understudy.errors import UnderstudyError
     from understudy.ui.cli.error_reporting import FAULT
     from understudy.ui.cli.output import compile_once, console, count, print_json

@@ -12,9 +12,9 @@ from starlette.routing import Route
 
 from understudy.errors import SessionError, SettingError
 from understudy.robots.camera.config import write_color
-from understudy.robots.camera.live_camera import Eye
+from understudy.robots.camera.live_camera import LiveCamera
 from understudy.robots.robot import Robot
-from understudy.robots.twin import Twin
+from understudy.robots.twin import DigitalTwin
 from understudy.ui.controller.status import Said
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.session import PickColor
@@ -71,9 +71,9 @@ def pick(stage: Stage, message: PickColor) -> ColorReply:
     return ColorReply(color=ColorData(**structs.asdict(color)))
 
 
-def _eye(stage: Stage, number: int) -> tuple[Robot, Eye]:
+def _eye(stage: Stage, number: int) -> tuple[Robot, LiveCamera]:
     """A robot with its camera's eye."""
-    if not isinstance(stage.world, Twin):
+    if not isinstance(stage.world, DigitalTwin):
         raise SessionError("these robots are simulated: their cameras know colors already")
     robots = stage.world.fleet.robots
     if not 0 <= number < len(robots):

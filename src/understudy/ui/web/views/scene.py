@@ -9,7 +9,7 @@ from msgspec import UNSET, UnsetType
 
 from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.library import Kit
-from understudy.robots.twin import Ground, Twin
+from understudy.robots.twin import DigitalTwin, Ground
 from understudy.sim.scenario.files import MARKER
 from understudy.sim.scenario.schema import MOUSE, Camera, RobotType, Sonar
 from understudy.ui.web.messages.base import Data
@@ -146,9 +146,9 @@ def scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> SceneData:
         height=view.height,
         tick_s=world.tick_s,
         seed=world.seeds[0],
-        real=[robot.file.name for robot in world.fleet] if isinstance(world, Twin) else [],
+        real=[robot.file.name for robot in world.fleet] if isinstance(world, DigitalTwin) else [],
         eyes=_eyes(world),
-        holds=isinstance(world, Twin) and world.fleet.holds_to_run,
+        holds=isinstance(world, DigitalTwin) and world.fleet.holds_to_run,
         robots=world.robots,
         types=[
             RobotTypeData(name=name, radius=kind.radius, color=kind.color, team=kind.team or name)
@@ -184,7 +184,7 @@ def scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> SceneData:
 
 def _eyes(world: Ground) -> list[int]:
     """The real robots that have a camera."""
-    if not isinstance(world, Twin):
+    if not isinstance(world, DigitalTwin):
         return []
     return [number for number, robot in enumerate(world.fleet) if robot.senses.eye is not None]
 
