@@ -51,13 +51,13 @@ def test_what_to_install_is_said(arguments: list[str], said: str, tmp_path: Path
 
 def test_the_rest_asks_for_none_of_them() -> None:
     modules = (
-        "cli.app",
-        "cli.run",
-        "desk.desk",
-        "studio.studio",
-        "terminal.app",
+        "ui.cli.main",
+        "ui.cli.commands.run",
+        "ui.controller.trainer",
+        "ui.web.server",
+        "ui.tui.app",
         "robots.twin",
-        "physics.body",
+        "sim_mujoco.body",
     )
     program = WITHOUT + "".join(f"import understudy.{module}\n" for module in modules)
     path = os.pathsep.join((str(ROOT / "src"), str(ROOT)))

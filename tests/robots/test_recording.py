@@ -206,7 +206,7 @@ def test_a_killed_run_can_be_read(tmp_path: Path) -> None:
         "import sys, time\n"
         "from pathlib import Path\n"
         "from tests.robots import test_recording as t\n"
-        "t.recording_writer.CHUNK_S = 0.05\n"
+        "t.writer.CHUNK_S = 0.05\n"
         f"t.slid(Path({str(path)!r}), 10_000, lambda tick: (print(tick, flush=True), time.sleep(0.01)))\n"
     )
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}

@@ -150,8 +150,8 @@ def test_who_is_killed_is_no_peer(router: Router, namespace: str) -> None:
 
 def test_who_forgets_to_close_ends_all_the_same(router: Router) -> None:
     code = (
-        "from understudy.robots.ros.zenoh import Zenoh\n"
-        f"joined = Zenoh(3, {router.endpoint!r})\n"
+        "from understudy.robots.ros.zenoh import ZenohTransport\n"
+        f"joined = ZenohTransport(3, {router.endpoint!r})\n"
         f"joined.subscribe('/odom', {RANGE!r}, print)\n"
     )
     assert subprocess.run([sys.executable, "-c", code], timeout=20, check=False).returncode == 0
@@ -160,10 +160,10 @@ def test_who_forgets_to_close_ends_all_the_same(router: Router) -> None:
 ENDS = """
 import sys, time
 import numpy as np
-from understudy.robots.robot import connect
+from understudy.robots.robot import connect_robot_body
 from understudy.robots.robot_file import load_robot
 
-robot = connect(load_robot(sys.argv[1]), path=sys.argv[1])
+robot = connect_robot_body(load_robot(sys.argv[1]), path=sys.argv[1])
 while robot.senses.missing(robot.now_s) is not None:
     time.sleep(0.01)
 robot.arm("a test")
