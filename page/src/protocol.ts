@@ -18,26 +18,26 @@ export type Request =
   /** Explain the decisions of now, on all levels, and the last switch. */
   | { do: "why" }
   /** From here on, the automaton will raise a flag in time. */
-  | { do: "promise"; flag: Name; within_s: Seconds }
+  | { do: "promise"; flag: NameField; within_s: Seconds }
   /** Promise an outcome no longer; it is counted as in the lesson. */
   | { do: "withdraw"; outcome: Index }
   /** Go to where an outcome was promised. */
   | { do: "visit"; outcome: Index }
   /** Test an automaton on its lesson, as all is now: what is trained counts as it stands. */
-  | { do: "test"; name: Name }
+  | { do: "test"; name: NameField }
   /**
    * Save the automaton; a name saves a copy under it. What no longer works is said first, unless it is to be saved
    * `anyway`.
    */
-  | { do: "save"; name?: Name | null; anyway?: boolean }
+  | { do: "save"; name?: NameField | null; anyway?: boolean }
   /** Show what the automaton would be with fewer questions, as many as is best where it is not said. */
   | { do: "simplify"; pruning?: Pruning | null }
   /** Learn with fewer questions from now on; 0 takes that back. */
   | { do: "prune"; pruning: Pruning }
   /** List the former versions of a trained behavior. */
-  | { do: "versions"; name: Name }
+  | { do: "versions"; name: NameField }
   /** Tell what changed from a former version to another, or to the present one. */
-  | { do: "changes"; name: Name; version: Index; to?: Index | null }
+  | { do: "changes"; name: NameField; version: Index; to?: Index | null }
   /** Direct to a state; a correction in testing. */
   | { do: "press"; state: Call }
   /** Keep doing this. */
@@ -63,15 +63,15 @@ export type Request =
   /** Let parameters stand for other targets. */
   | { do: "stand_for"; targets: Targets }
   /** Train an automaton of the library on. */
-  | { do: "open"; name: Name; discard?: boolean }
+  | { do: "open"; name: NameField; discard?: boolean }
   /** Begin a new automaton. */
   | {
       do: "new";
-      name: Name;
+      name: NameField;
       states: Calls;
       features: Calls;
-      parameters?: Names;
-      flags?: Names;
+      parameters?: NameListField;
+      flags?: NameListField;
       targets?: Targets;
       watched?: boolean | null;
       reaction_s?: number | null;
@@ -83,7 +83,7 @@ export type Request =
       do: "choose";
       states: Calls;
       features: Calls;
-      flags?: Names;
+      flags?: NameListField;
       renamed?: Readonly<Record<Call, Call>>;
       watched?: boolean | null;
       reaction_s?: number | null;
@@ -109,26 +109,26 @@ export type Request =
       number: Index;
       state?: Call | null;
       next?: Call | null;
-      values?: Readonly<Record<Call, Value>>;
+      values?: Readonly<Record<Call, ValueField>>;
     }
   /** Move a trained behavior to the trash. */
-  | { do: "remove"; name: Name }
+  | { do: "remove"; name: NameField }
   /** Bring a trained behavior back from the trash. */
-  | { do: "restore"; name: Name }
+  | { do: "restore"; name: NameField }
   /** Throw away a lesson that was cut off. */
-  | { do: "discard"; name: Name }
+  | { do: "discard"; name: NameField }
   /** Offer a lesson again that was cut off and thrown away. */
-  | { do: "recall"; name: Name }
+  | { do: "recall"; name: NameField }
   /** Give a trained behavior another name. */
-  | { do: "rename"; name: Name; to: Name }
+  | { do: "rename"; name: NameField; to: NameField }
   /** Copy a trained behavior as it is in the library. */
-  | { do: "duplicate"; name: Name; to: Name }
+  | { do: "duplicate"; name: NameField; to: NameField }
   /** Make a former version of a trained behavior the present one again. */
-  | { do: "go_back"; name: Name; version: Index }
+  | { do: "go_back"; name: NameField; version: Index }
   /** Which robot is trained, or which squad's coordinator: that of a squad of this sort. */
-  | { do: "agent"; agent: Index; sort?: Name | null; discard?: boolean }
+  | { do: "agent"; agent: Index; sort?: NameField | null; discard?: boolean }
   /** What the robots do meanwhile that are not trained: idle, or a behavior of the library. */
-  | { do: "others"; behavior: Name | null; targets?: Targets }
+  | { do: "others"; behavior: NameField | null; targets?: Targets }
   /** I am not watching, so that silence is no consent; or I am again. */
   | { do: "watch" }
   /** Put a robot elsewhere; without a heading it keeps its own. */
@@ -136,7 +136,7 @@ export type Request =
   /** Put an object elsewhere. */
   | { do: "move_object"; slot: Index; x: number; y: number }
   /** Add an object of a class. */
-  | { do: "add_object"; kind: Name; x: number; y: number }
+  | { do: "add_object"; kind: NameField; x: number; y: number }
   /** Remove an object. */
   | { do: "remove_object"; slot: Index }
   /** Add a round obstacle. */
@@ -157,7 +157,7 @@ export type Request =
   | {
       do: "pick_color";
       robot: Index;
-      name: Name;
+      name: NameField;
       /** Whole, at least 1. */
       image: number;
       /** At least 1, at most 200 items. */
@@ -202,7 +202,7 @@ export type Index = number;
 export type Call = string;
 
 /** At least 1, at most 150 letters. */
-export type Name = string;
+export type NameField = string;
 
 /** More than 0. At most 86,400. */
 export type Seconds = number;
@@ -217,16 +217,16 @@ export type SpeedFactor = number | "fastest";
 export type Seed = number;
 
 /** What parameters stand for, by parameter. */
-export type Targets = Readonly<Record<Name, Name>>;
+export type Targets = Readonly<Record<NameField, NameField>>;
 
 /** At most 200 items. */
 export type Calls = readonly Call[];
 
 /** At most 200 items. */
-export type Names = readonly Name[];
+export type NameListField = readonly NameField[];
 
 /** A feature's value as it is shown: 3.42 m, −31°, yes, or nothing. At most 150 letters. */
-export type Value = string;
+export type ValueField = string;
 
 /** What worked and no longer does, so that nothing was saved. */
 export interface NotSavedReply {

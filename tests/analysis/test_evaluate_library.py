@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.analysis import evaluation
-from understudy.analysis.evaluation import LENIENCE, evaluate, measure, measure_program
+from understudy.analysis.evaluation import LENIENCE, evaluate, measure_outcomes, measure_program_outcomes
 from understudy.errors import SettingError, UnboundParameter, UnknownName
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature, feature
@@ -46,17 +46,17 @@ def test_as_interpreters_would(scenario: Scenario) -> None:
     """In one go or tick by tick, with limits that some worlds reach and others do not."""
     library = Library.of(make_scenario_kit(scenario), *AUTOMATA)
     program, limits = link(library, "forage"), np.array([20.0, 300.0, 95.05, 0.0])
-    fused = measure_program(World(scenario, range(4)), program, limit_s=limits)
+    fused = measure_program_outcomes(World(scenario, range(4)), program, limit_s=limits)
     world = World(scenario, range(4))
     run = Run.of(world, program)
-    ticked = measure(world, run.decide, run.keys, limit_s=limits)
+    ticked = measure_outcomes(world, run.decide, run.keys, limit_s=limits)
     assert np.array_equal(fused.seconds, ticked.seconds, equal_nan=True)
     assert fused.delivered.tolist() == ticked.delivered.tolist()
 
 
 def test_worlds_that_ended_at_different_times_have_no_one_time() -> None:
     program, world = link(LIBRARY, "forage"), World(FORAGE, range(2))
-    measure_program(world, program, limit_s=300.0)
+    measure_program_outcomes(world, program, limit_s=300.0)
     for attempt in (lambda: Engine.of(world, program), lambda: world.time_s):
         with pytest.raises(SettingError, match=r"time_s differs between its worlds.*reset"):
             attempt()

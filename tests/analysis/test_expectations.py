@@ -12,8 +12,13 @@ from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.training.lessons import session as scripted
 from tests.ui.cli.forage_parts import goto
 
-from understudy.analysis.expectations import here, promise, tried
-from understudy.analysis.lesson_tests import above, below, examined, lost
+from understudy.analysis.expectations import add_expectation, make_expectation, run_expectation
+from understudy.analysis.lesson_tests import (
+    find_regressions,
+    list_dependencies,
+    list_dependents,
+    run_lesson_test,
+)
 from understudy.errors import DefinitionError, SessionError
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
@@ -61,38 +66,38 @@ def test_it_comes_or_it_does_not() -> None:
     made = taught()
     fetch = made.taught()
     library = LIBRARY.with_taught(fetch)
-    promised = here(made, flag="done", within_s=60.0)
-    came = tried(promised, "fetch", library)
+    promised = make_expectation(made, flag="done", within_s=60.0)
+    came = run_expectation(promised, "fetch", library)
     assert came.came
     assert came.took_s is not None
-    assert came.took_s == tried(promised, "fetch", library).took_s, "a world is the same every time"
-    assert tried(replace(promised, within_s=came.took_s), "fetch", library).came
-    assert not tried(replace(promised, within_s=came.took_s - 0.1), "fetch", library).came
-    assert not tried(promised, "fetch", library.with_taught(TrainedAutomaton(SITS))).came
+    assert came.took_s == run_expectation(promised, "fetch", library).took_s, "a world is the same every time"
+    assert run_expectation(replace(promised, within_s=came.took_s), "fetch", library).came
+    assert not run_expectation(replace(promised, within_s=came.took_s - 0.1), "fetch", library).came
+    assert not run_expectation(promised, "fetch", library.with_taught(TrainedAutomaton(SITS))).came
 
 
 def test_another_flag_is_not_what_was_promised() -> None:
     """It gives up at once instead."""
-    promised = here(taught(), flag="done", within_s=5.0)
+    promised = make_expectation(taught(), flag="done", within_s=5.0)
     states = (START, State("done", flag="done"), State("failed", flag="failed"))
     for index, came in ((1, True), (2, False)):
         fetch = Automaton("fetch", states, transitions={"start": Tree((make_leaf(index),))})
-        assert tried(promised, "fetch", LIBRARY.with_taught(TrainedAutomaton(fetch))).came is came
+        assert run_expectation(promised, "fetch", LIBRARY.with_taught(TrainedAutomaton(fetch))).came is came
 
 
 def test_what_cannot_be_tried_says_why() -> None:
     made = taught()
-    promised = here(made, flag="done", within_s=5.0)
-    assert "has no behavior 'fetch'" in tried(promised, "fetch", LIBRARY).problem
+    promised = make_expectation(made, flag="done", within_s=5.0)
+    assert "has no behavior 'fetch'" in run_expectation(promised, "fetch", LIBRARY).problem
     library = LIBRARY.with_taught(made.taught())
-    assert "snapshot" in tried(replace(promised, snapshot=b"nothing"), "fetch", library).problem
-    assert "TOML" in tried(replace(promised, scenario="nothing ="), "fetch", library).problem
+    assert "snapshot" in run_expectation(replace(promised, snapshot=b"nothing"), "fetch", library).problem
+    assert "TOML" in run_expectation(replace(promised, scenario="nothing ="), "fetch", library).problem
     for agent in (1, -1):
         assert (
             f"no agent {agent} in its world"
-            in tried(replace(promised, agent=agent), "fetch", library).problem
+            in run_expectation(replace(promised, agent=agent), "fetch", library).problem
         )
-    assert "sort 'forager'" in tried(replace(promised, sort="patrol"), "fetch", library).problem
+    assert "sort 'forager'" in run_expectation(replace(promised, sort="patrol"), "fetch", library).problem
 
 
 def test_what_breaks_on_the_way_says_why() -> None:
@@ -107,8 +112,10 @@ def test_what_breaks_on_the_way_says_why() -> None:
     cut = Tree((Node(TestKind.BELOW, 0, high=9.0, yes=1, no=2), make_leaf(1), make_leaf(2)))
     states = (START, State("forward", "forward"), State("done", flag="done"))
     fetch = Automaton("fetch", states, (feature,), transitions={"start": cut, "forward": cut})
-    found = tried(
-        here(taught(), flag="done", within_s=5.0), "fetch", LIBRARY.with_taught(TrainedAutomaton(fetch))
+    found = run_expectation(
+        make_expectation(taught(), flag="done", within_s=5.0),
+        "fetch",
+        LIBRARY.with_taught(TrainedAutomaton(fetch)),
     )
     assert not found.came
     assert "worn" in found.problem
@@ -118,9 +125,9 @@ def test_a_promise_is_a_step_that_is_kept_and_undone(tmp_path: Path) -> None:
     made = session(tmp_path / "journal")
     made.direct("goto")
     made.run_for(1.0)
-    first = promise(made, flag="done", within_s=5.0)
+    first = add_expectation(made, flag="done", within_s=5.0)
     made.run_for(1.0)
-    second = promise(made, flag="done", within_s=7.0)
+    second = add_expectation(made, flag="done", within_s=7.0)
     assert list(made.lesson.outcomes) == [first, second]
     assert first.snapshot != second.snapshot
     path = save_automaton(tmp_path, made.taught())
@@ -140,30 +147,30 @@ def test_a_promise_is_a_step_that_is_kept_and_undone(tmp_path: Path) -> None:
 
 def test_what_cannot_be_promised() -> None:
     with pytest.raises(SessionError, match="its flags are done"):
-        here(session(), flag="failed", within_s=5.0)
+        make_expectation(session(), flag="failed", within_s=5.0)
     with pytest.raises(DefinitionError, match="above 0"):
-        here(session(), flag="done", within_s=0.0)
+        make_expectation(session(), flag="done", within_s=0.0)
     with pytest.raises(SessionError, match="simulated"):
-        here(scripted(flags=("done",)), flag="done", within_s=1.0)
+        make_expectation(scripted(flags=("done",)), flag="done", within_s=1.0)
 
 
 def test_a_change_below_is_found_from_above() -> None:
     """GoTo changes so that it never arrives: what fetches with it no longer does, and its former version is named."""
     made = taught()
-    promise(made, flag="done", within_s=60.0)
+    add_expectation(made, flag="done", within_s=60.0)
     library = LIBRARY.with_taught(made.taught())
-    seen = examined(library, "fetch", {})
+    seen = run_lesson_test(library, "fetch", {})
     assert (seen.works, len(seen.outcomes), seen.affected) == (True, 1, ())
     broken = library.with_taught(TrainedAutomaton(SITS))
-    seen = examined(broken, "fetch", {"goto": TrainedAutomaton(goto)})
+    seen = run_lesson_test(broken, "fetch", {"goto": TrainedAutomaton(goto)})
     assert not seen.works
     assert [each.since for each in seen.failed] == [("goto",)]
-    seen = examined(broken, "goto", {"goto": TrainedAutomaton(goto)})
+    seen = run_lesson_test(broken, "goto", {"goto": TrainedAutomaton(goto)})
     assert (seen.works, seen.changed, seen.affected) == (True, True, ("fetch",))
-    (said,) = lost(library, TrainedAutomaton(SITS), TrainedAutomaton(goto))
+    (said,) = find_regressions(library, TrainedAutomaton(SITS), TrainedAutomaton(goto))
     assert said == "fetch no longer comes to done within 60 s in forage"
-    assert lost(library, TrainedAutomaton(goto), TrainedAutomaton(goto)) == ()
-    assert lost(library, TrainedAutomaton(goto), None) == ()
+    assert find_regressions(library, TrainedAutomaton(goto), TrainedAutomaton(goto)) == ()
+    assert find_regressions(library, TrainedAutomaton(goto), None) == ()
 
 
 def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None:
@@ -175,22 +182,22 @@ def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None
     made.run_for(1.0)
     made.direct("done")
     made.tick()
-    promise(made, flag="done", within_s=3.0)
+    add_expectation(made, flag="done", within_s=3.0)
     former = made.taught()
     made.delete(max(example.number for example in made.examples))
     coordinators = known["patrol"]
-    assert lost(coordinators, made.taught(), former) == ()
-    assert lost(coordinators, made.taught(), former, known) == (
+    assert find_regressions(coordinators, made.taught(), former) == ()
+    assert find_regressions(coordinators, made.taught(), former, known) == (
         "out no longer comes to done within 3 s in patrol",
     )
     known["patrol"] = coordinators.with_taught(former)
     wander = ROBOTS.taught["wander"]
     unbound = TrainedAutomaton(replace(wander.automaton, parameters=("A",)))
-    assert lost(ROBOTS, unbound, wander) == ()
-    assert lost(ROBOTS, unbound, wander, known) == (
+    assert find_regressions(ROBOTS, unbound, wander) == ()
+    assert find_regressions(ROBOTS, unbound, wander, known) == (
         "patrol/out no longer comes to done within 3 s in patrol",
     )
-    assert lost(ROBOTS, wander, wander, known) == ()
+    assert find_regressions(ROBOTS, wander, wander, known) == ()
 
 
 def test_above_and_below() -> None:
@@ -198,9 +205,9 @@ def test_above_and_below() -> None:
         return Automaton(name, (START, *(State(each, each, Binding()) for each in behaviors)))
 
     library = Library.of(FORAGE_KIT, runs("a", "forward"), runs("b", "a"), runs("c", "a", "b"), runs("d"))
-    assert above(library, "a") == ("b", "c")
-    assert below(library, "c") == ("c", "b", "a")
-    assert above(library, "d") == ()
+    assert list_dependents(library, "a") == ("b", "c")
+    assert list_dependencies(library, "c") == ("c", "b", "a")
+    assert list_dependents(library, "d") == ()
 
 
 def test_a_classifier_that_was_fitted_to_the_same_is_the_same() -> None:
@@ -220,7 +227,7 @@ def test_a_classifier_that_was_fitted_to_the_same_is_the_same() -> None:
         (TrainedAutomaton(learn_automaton(less), less), True),
     ):
         library = Library.of(FORAGE_KIT).with_taught(other)
-        assert examined(library, "goto", {"goto": former}).changed is expected
+        assert run_lesson_test(library, "goto", {"goto": former}).changed is expected
 
 
 def test_outcomes_are_compared() -> None:

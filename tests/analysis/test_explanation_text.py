@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from understudy.analysis.explain_run import Level
+from understudy.analysis.explain_run import LevelExplanation
 from understudy.analysis.explanation_text import (
     describe_decision,
     describe_intention,
@@ -67,7 +67,10 @@ def test_a_raised_flag() -> None:
     assert describe_present(None, "done") == "It raised done, which is never left by itself."
     assert describe_intention(None) == "A raised flag is never left."
     assert describe_present(LEFT, None) == f"It goes from forward to done because {NEAR} (shown by 3, 4)."
-    assert describe_rest(Level("goto", "done", 0.0, None, None, "done")) == (
+    assert describe_rest(LevelExplanation("goto", "done", 0.0, None, None, "done")) == (
         "done is raised, and never left by itself"
     )
-    assert describe_rest(Level("goto", "forward", 0.0, None, None, None)) == "nothing was ever shown there"
+    assert (
+        describe_rest(LevelExplanation("goto", "forward", 0.0, None, None, None))
+        == "nothing was ever shown there"
+    )

@@ -8,8 +8,8 @@ from math import nan
 import numpy as np
 import pytest
 
-from understudy.analysis.lesson_replay import Change, replayed
-from understudy.analysis.lesson_tests import sentences
+from understudy.analysis.lesson_replay import DecisionChange, replay_lesson
+from understudy.analysis.lesson_tests import describe_lost_decisions
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeInState
@@ -89,29 +89,29 @@ CASES = [
 def test_presses(
     now: tuple[Row, ...], former: tuple[Row, ...], different: list[tuple[int, str, str, str]], lost: list[int]
 ) -> None:
-    found = replayed(taught(*now), taught(*former))
+    found = replay_lesson(taught(*now), taught(*former))
     assert [(each.number, each.shown, each.now, each.formerly) for each in found.different] == different
     assert [each.number for each in found.lost] == lost
 
 
 def test_what_is_in_quarantine_says_nothing() -> None:
     now = taught(*STOPS, quarantined=(2,))
-    found = replayed(now, taught(*STOPS))
+    found = replay_lesson(now, taught(*STOPS))
     assert (found.examples, found.different) == (1, ())
 
 
 def test_what_is_lost_in_words() -> None:
     turned: Row = ("go", 1.0, "turn", "directive")
-    found = replayed(taught(*STOPS, turned, turned), taught(*STOPS))
-    assert list(sentences(found)) == [
+    found = replay_lesson(taught(*STOPS, turned, turned), taught(*STOPS))
+    assert list(describe_lost_decisions(found)) == [
         "where it went from go to done as shown (example 2), it now goes to turn"
     ]
 
 
 def test_without_a_former_version_or_a_lesson() -> None:
-    found = replayed(taught(*STOPS))
+    found = replay_lesson(taught(*STOPS))
     assert (found.examples, found.different, found.changes) == (2, (), ())
-    assert replayed(TrainedAutomaton(learn_automaton(lesson(*STOPS)))).examples == 0
+    assert replay_lesson(TrainedAutomaton(learn_automaton(lesson(*STOPS)))).examples == 0
 
 
 # The robot drives from 6 m to 3 m in three tenths of a second, and is told to stop at 3 m; it had begun to go at 5 m.
@@ -133,10 +133,10 @@ def recorded(
 def test_the_second_before_a_press() -> None:
     """Only since it was in that state: at 5 m and at 4 m, where it had learned to stop at 3."""
     earlier = recorded(Example(3, "go", (4.5,), "done", KINDS["directive"]))
-    found = replayed(earlier, recorded())
+    found = replay_lesson(earlier, recorded())
     assert found.before == 2
-    assert found.changes == (Change("go", "go", "done", 1),)
-    assert replayed(earlier).changes == ()
+    assert found.changes == (DecisionChange("go", "go", "done", 1),)
+    assert replay_lesson(earlier).changes == ()
     assert found.lost == ()
 
 
@@ -146,12 +146,12 @@ def test_features_of_a_former_version_are_read_from_the_record() -> None:
     kept = replace(KEPT, values=(0.0,))
     bare = replace(BARE, features=timed)
     former = Lesson(bare, (kept, replace(PRESSED, values=(0.2,))), record=RECORD)
-    found = replayed(recorded(), TrainedAutomaton(learn_automaton(former), former))
+    found = replay_lesson(recorded(), TrainedAutomaton(learn_automaton(former), former))
     assert found.different == ()
     assert found.changes == ()
     late = Lesson(bare, (kept, replace(PRESSED, values=(0.1,))), record=RECORD)
-    found = replayed(recorded(), TrainedAutomaton(learn_automaton(late), late))
-    assert found.changes == (Change("go", "done", "go", 1),), "it would have stopped 0.1 s earlier"
+    found = replay_lesson(recorded(), TrainedAutomaton(learn_automaton(late), late))
+    assert found.changes == (DecisionChange("go", "done", "go", 1),), "it would have stopped 0.1 s earlier"
 
 
 def test_before_a_press_with_a_flag_nobody_knows() -> None:
@@ -159,12 +159,12 @@ def test_before_a_press_with_a_flag_nobody_knows() -> None:
     kept = replace(KEPT, values=(5.0, 0.0))
     up = replace(PRESSED, values=(3.0, 1.0), own={"time_in_state": 0.2, "flag done": 1.0})
     made = Lesson(replace(BARE, features=flagged), (kept, up), record=RECORD)
-    assert replayed(TrainedAutomaton(learn_automaton(made), made)).before == 0
+    assert replay_lesson(TrainedAutomaton(learn_automaton(made), made)).before == 0
 
 
 def test_what_was_not_recorded_is_left_out() -> None:
     other = BoundFeature(Feature("battery", Continuous(), reading="battery"))
     bare = replace(BARE, features=(other,))
     former = Lesson(bare, (replace(KEPT, values=(9.0,)), replace(PRESSED, values=(nan,))), record=RECORD)
-    found = replayed(recorded(), TrainedAutomaton(learn_automaton(former), former))
+    found = replay_lesson(recorded(), TrainedAutomaton(learn_automaton(former), former))
     assert (found.different, found.changes) == ((), ())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from tests.bodies import Scripted, kit
 from tests.runtime.automata import automaton
 
-from understudy.analysis.tracing import Followed, Query, Stood
+from understudy.analysis.tracing import ActiveAutomaton, TracedRun, TransitionQuery
 from understudy.model.library import Library
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
@@ -35,10 +35,10 @@ LIBRARY = Library.of(
 )
 
 
-def after(ticks: int, *, agents: int = 1, follow: int = 0) -> tuple[Followed, tuple[Stood, ...]]:
+def after(ticks: int, *, agents: int = 1, follow: int = 0) -> tuple[TracedRun, tuple[ActiveAutomaton, ...]]:
     body = Scripted(agents)
     program = link(LIBRARY, "taught")
-    run = Followed(body, [Interpreter(program) for _ in range(agents)])
+    run = TracedRun(body, [Interpreter(program) for _ in range(agents)])
     run.follow(follow)
     for _ in range(ticks):
         run.tick()
@@ -48,15 +48,15 @@ def after(ticks: int, *, agents: int = 1, follow: int = 0) -> tuple[Followed, tu
 def test_both_levels_switch_in_the_first_tick() -> None:
     run, (taught, go) = after(1)
     assert [level.machine.state_name for level in (taught, go)] == ["go", "lap"]
-    assert taught.asked == taught.entry == Query(0.0, 0, 1, (100.0,))
-    assert go.asked == go.entry == Query(0.0, 0, 1, (100.0,))
+    assert taught.asked == taught.entry == TransitionQuery(0.0, 0, 1, (100.0,))
+    assert go.asked == go.entry == TransitionQuery(0.0, 0, 1, (100.0,))
     assert run.last is None, "there was no switch before it"
 
 
 def test_a_tick_later_nothing_switches() -> None:
     run, (taught, go) = after(2)
-    assert taught.asked == Query(0.1, 1, 1, (99.0,))
-    assert taught.entry == Query(0.0, 0, 1, (100.0,))
+    assert taught.asked == TransitionQuery(0.1, 1, 1, (99.0,))
+    assert taught.entry == TransitionQuery(0.0, 0, 1, (100.0,))
     assert go.asked is None, "its state has no transition function"
     assert run.last is not None
     machine, query = run.last
@@ -67,8 +67,8 @@ def test_what_was_started_again_has_no_way_there_yet() -> None:
     """At 96 m `go` begins anew, and stays in its start state: that it had once left for lap is forgotten."""
     run, (taught, go) = after(6)
     assert (taught.machine.state_name, go.machine.state_name) == ("go", "start")
-    assert taught.entry == Query(0.4, 2, 1, (96.0,))
-    assert (go.entry, go.asked) == (None, Query(0.5, 0, 0, (95.0,)))
+    assert taught.entry == TransitionQuery(0.4, 2, 1, (96.0,))
+    assert (go.entry, go.asked) == (None, TransitionQuery(0.5, 0, 0, (95.0,)))
     assert go.entered_s == 0.4
     assert run.last is not None
     assert run.last[1].time_s == 0.4
@@ -77,4 +77,4 @@ def test_what_was_started_again_has_no_way_there_yet() -> None:
 def test_one_of_several() -> None:
     """The second robot is a meter farther: what it is asked is its own."""
     _, (taught, _) = after(2, agents=2, follow=1)
-    assert taught.asked == Query(0.1, 1, 1, (100.0,))
+    assert taught.asked == TransitionQuery(0.1, 1, 1, (100.0,))

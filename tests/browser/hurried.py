@@ -9,20 +9,20 @@ from time import monotonic
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.ui.web.app import listen, serve
-from understudy.ui.web.server import Studio
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.server import StudioServer
+from understudy.ui.web.session_host import SessionHost
 
 
 def main(library: Path, times: float) -> None:
     """Serve the forage world."""
     scenario = find_scenario("forage")
-    stage = Stage(scenario, library, make_scenario_kit(scenario), wall=lambda: monotonic() * times)
+    stage = SessionHost(scenario, library, make_scenario_kit(scenario), wall=lambda: monotonic() * times)
     address = listen("127.0.0.1", 0, None)
 
     def ready() -> None:
         sys.stdout.write(f"The studio is at {address.link}\n")
 
-    serve(Studio(stage), address, ready=ready)
+    serve(StudioServer(stage), address, ready=ready)
 
 
 if __name__ == "__main__":

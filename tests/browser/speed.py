@@ -179,22 +179,22 @@ def serve_crowd(robots: int, folder: Path) -> None:
     """The studio: one robot is trained, the others drive in circles."""
     from understudy.sim.kit import make_scenario_kit
     from understudy.sim.scenario.files import parse_scenario
-    from understudy.ui.controller.training_plan import Choices
+    from understudy.ui.controller.training_plan import LessonChoices
     from understudy.ui.web.actions import session
     from understudy.ui.web.app import listen, serve
-    from understudy.ui.web.server import Studio
-    from understudy.ui.web.session_host import Stage
+    from understudy.ui.web.server import StudioServer
+    from understudy.ui.web.session_host import SessionHost
 
     scenario = parse_scenario(SCENARIO.format(robots=robots, size=ceil(sqrt(robots) * 1.2)))
-    stage = Stage(scenario, folder / "library", make_scenario_kit(scenario))
-    choices = Choices(states=["forward", "veer"], features=["distance_to(flag)", "angle_to(flag)"])
-    session.begin(stage, "crowd", choices, discard=False)
+    stage = SessionHost(scenario, folder / "library", make_scenario_kit(scenario))
+    choices = LessonChoices(states=["forward", "veer"], features=["distance_to(flag)", "angle_to(flag)"])
+    session.begin_automaton(stage, "crowd", choices, discard=False)
     desk = stage.trained
     desk.session.others("veer")
     desk.press("veer")
     stage.pause(True)
     address = listen("127.0.0.1", 0, None)
-    serve(Studio(stage), address, ready=lambda: _say(f"The studio is at {address.link}"))
+    serve(StudioServer(stage), address, ready=lambda: _say(f"The studio is at {address.link}"))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 from tests.browser.test_doubt import show, taught
 
-from understudy.analysis.expectations import promise
+from understudy.analysis.expectations import add_expectation
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import save_automaton
@@ -46,7 +46,7 @@ def fetches(library: Library) -> Session:
     session.direct("done")
     session.tick()
     session.reset(WORLD)
-    promise(session, flag="done", within_s=60.0)
+    add_expectation(session, flag="done", within_s=60.0)
     return session
 
 

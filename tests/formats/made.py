@@ -23,7 +23,7 @@ from understudy.runtime.body import Body
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import open_library
 from understudy.training.session import Session
-from understudy.ui.web.server import Studio
+from understudy.ui.web.server import StudioServer
 
 FOLDER = Path(__file__).parents[1] / "fixtures/v0_1_0"
 
@@ -63,7 +63,7 @@ def play(path: Path, seed: int) -> None:
     made.close()
 
 
-def transcript(made: Studio, folder: Path, messages: Sequence[str]) -> str:
+def transcript(made: StudioServer, folder: Path, messages: Sequence[str]) -> str:
     """What a page said to a studio of this folder and what it then was sent, a line a message.
 
     Frames are plain values, so that their layout may change; of a desk there is what differs from the last one.

@@ -13,7 +13,7 @@ from tests.sim.patrollers import ROBOTS
 from tests.training.test_squad_session import SQUAD
 from tests.ui.cli.commands import said
 
-from understudy.analysis.expectations import tried
+from understudy.analysis.expectations import run_expectation
 from understudy.learning.fit import learn, learn_automaton
 from understudy.model.library import Kit, TrainedAutomaton
 from understudy.sim.forage import FORAGE_KIT
@@ -100,7 +100,7 @@ def test_its_outcomes_come_about() -> None:
     assert lesson is not None
     (outcome,) = lesson.outcomes
     assert (outcome.flag, outcome.within_s, outcome.world) == ("done", 60.0, "forage")
-    assert tried(outcome, "fetch", library).problem == ""
+    assert run_expectation(outcome, "fetch", library).problem == ""
 
 
 def test_the_commands_read_it(tmp_path: Path) -> None:

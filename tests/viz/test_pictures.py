@@ -19,12 +19,23 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.sim.forage import Forage, ForageSettings
 from understudy.sim.view import RunFrame
-from understudy.viz import automaton_svg, path_png, run_gif
-from understudy.viz.appearance import gone, things, total
+from understudy.viz.appearance import count_food_units, find_removed_objects, list_object_marks
+from understudy.viz.automaton_svg import draw_automaton_svg
 from understudy.viz.graph_layout import BADGE, place_arrows, place_boxes
-from understudy.viz.palette import COLORS, FOOD, GROUND, INK, PAINTS, PAPER, SOLID, blend, paint
-from understudy.viz.run_gif import Recording
-from understudy.viz.sheet import scale
+from understudy.viz.palette import (
+    COLORS,
+    FOOD,
+    GROUND,
+    INK,
+    PAINTS,
+    PAPER,
+    SOLID,
+    blend_color,
+    choose_drawing_color,
+)
+from understudy.viz.path_png import draw_path_png
+from understudy.viz.run_gif import FrameBuffer, draw_run_gif
+from understudy.viz.sheet import choose_scale_length
 from understudy_lab.tasks.forage_expert import HandForager
 
 STATES = (
@@ -61,7 +72,7 @@ def test_svg_says_what_it_shows() -> None:
         ("go", "done"): ["distance_to(A) below 0.4 m", "food_left is no"],
         ("go", "left & right"): ["angle < 3 and " + "so on " * 40],
     }
-    svg = automaton_svg(Automaton("Find", STATES, parameters=("A",)), conditions)
+    svg = draw_automaton_svg(Automaton("Find", STATES, parameters=("A",)), conditions)
     root = ElementTree.fromstring(svg)
     texts = ["".join(node.itertext()) for node in root.iter("{http://www.w3.org/2000/svg}text")]
     for text in ("Find(A)", "go → done", "distance_to(A) below 0.4 m", "or food_left is no", "raises failed"):
@@ -71,16 +82,16 @@ def test_svg_says_what_it_shows() -> None:
     description = root.find("{http://www.w3.org/2000/svg}desc")
     assert description is not None
     assert "from go to done when distance_to(A) below 0.4 m or food_left is no" in (description.text or "")
-    assert svg == automaton_svg(Automaton("Find", STATES, parameters=("A",)), conditions)
+    assert svg == draw_automaton_svg(Automaton("Find", STATES, parameters=("A",)), conditions)
 
 
 def test_svg_of_an_automaton_that_was_taught_nothing() -> None:
-    ElementTree.fromstring(automaton_svg(Automaton("New"), {}))
+    ElementTree.fromstring(draw_automaton_svg(Automaton("New"), {}))
 
 
 def test_svg_refuses_conditions_of_another_automaton() -> None:
     with pytest.raises(UnknownName, match="'fly'"):
-        automaton_svg(Automaton("Find", STATES), {("start", "fly"): ["always"]})
+        draw_automaton_svg(Automaton("Find", STATES), {("start", "fly"): ["always"]})
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 6, 8])
@@ -95,14 +106,14 @@ def test_nothing_in_a_graph_covers_another(count: int) -> None:
 
 
 def test_path_png(tmp_path: Path) -> None:
-    path_png(list(frames(60.0)), tmp_path / "path.png", title="A path")
+    draw_path_png(list(frames(60.0)), tmp_path / "path.png", title="A path")
     with Image.open(tmp_path / "path.png") as image:
         assert min(image.size) > 800
         assert len(image.convert("RGB").getcolors(1_000_000) or ()) > 50
 
 
 def test_run_gif(tmp_path: Path) -> None:
-    run_gif(list(frames(20.0)), tmp_path / "run.gif", speed=10.0, per_s=10.0)
+    draw_run_gif(list(frames(20.0)), tmp_path / "run.gif", speed=10.0, per_s=10.0)
     with Image.open(tmp_path / "run.gif") as image:
         assert getattr(image, "n_frames", 0) == pytest.approx(20, abs=2)
 
@@ -113,8 +124,8 @@ CREWS = [1, 4, 30, 80]
 @pytest.mark.parametrize("robots", CREWS)
 def test_any_world_as_a_path_and_in_motion(tmp_path: Path, robots: int) -> None:
     seen = crossing(25, robots=robots)
-    path_png(seen, tmp_path / "path.png", title="A path")
-    run_gif(seen, tmp_path / "run.gif", speed=2.0)
+    draw_path_png(seen, tmp_path / "path.png", title="A path")
+    draw_run_gif(seen, tmp_path / "run.gif", speed=2.0)
     with Image.open(tmp_path / "path.png") as image:
         assert shades(image) >= {rgb(INK), rgb(SOLID), rgb(FOOD), rgb(PAINTS["brown"])}
     with Image.open(tmp_path / "run.gif") as image:
@@ -125,8 +136,8 @@ def test_any_world_as_a_path_and_in_motion(tmp_path: Path, robots: int) -> None:
 @pytest.mark.parametrize(("width", "height"), [(40.0, 8.0), (8.0, 40.0), (0.6, 0.5)])
 def test_arenas_of_any_shape(tmp_path: Path, width: float, height: float) -> None:
     seen = crossing(10, width=width, height=height)
-    path_png(seen, tmp_path / "path.png")
-    run_gif(seen, tmp_path / "run.gif")
+    draw_path_png(seen, tmp_path / "path.png")
+    draw_run_gif(seen, tmp_path / "run.gif")
     with Image.open(tmp_path / "path.png") as image:
         assert max(image.size) < 1700
     with Image.open(tmp_path / "run.gif") as image:
@@ -136,37 +147,48 @@ def test_arenas_of_any_shape(tmp_path: Path, width: float, height: float) -> Non
 def test_a_thousand_robots_are_drawn_at_once(tmp_path: Path) -> None:
     seen = crossing(30, robots=1000, width=60.0, height=40.0)
     began = process_time()
-    path_png(seen, tmp_path / "path.png")
-    run_gif(seen, tmp_path / "run.gif", speed=1.0)
+    draw_path_png(seen, tmp_path / "path.png")
+    draw_run_gif(seen, tmp_path / "run.gif", speed=1.0)
     assert process_time() - began < 20.0
 
 
 def test_what_a_picture_says_of_things() -> None:
     view = crossing(1, robots=2)[0].view
-    known = {thing.name: thing for thing in things(view)}
-    assert [thing.label for thing in things(view)] == ["3 of 8 units left", "4 units", "base", "box"]
+    known = {thing.name: thing for thing in list_object_marks(view)}
+    assert [thing.label for thing in list_object_marks(view)] == [
+        "3 of 8 units left",
+        "4 units",
+        "base",
+        "box",
+    ]
     assert known["food"].served
     assert known["base"].square
     assert known["box"].rimmed
-    assert gone(things(view), things(view), view) == []
-    assert total(view) == 7
+    assert find_removed_objects(list_object_marks(view), list_object_marks(view), view) == []
+    assert count_food_units(view) == 7
 
 
 def test_scales_are_round() -> None:
-    assert [scale(width) for width in (12.0, 6.0, 3.5, 40.0, 100.0)] == [2.0, 1.0, 0.5, 5.0, 10.0]
+    assert [choose_scale_length(width) for width in (12.0, 6.0, 3.5, 40.0, 100.0)] == [
+        2.0,
+        1.0,
+        0.5,
+        5.0,
+        10.0,
+    ]
 
 
 def test_names_of_colors() -> None:
-    assert paint("red") == PAINTS["red"] == paint("RED")
-    assert paint("#12ab9f") == "#12ab9f"
-    assert paint("mauve") == paint("mauve") in COLORS
-    assert blend("#000000", "#ffffff", 0.0) == "#ffffff"
+    assert choose_drawing_color("red") == PAINTS["red"] == choose_drawing_color("RED")
+    assert choose_drawing_color("#12ab9f") == "#12ab9f"
+    assert choose_drawing_color("mauve") == choose_drawing_color("mauve") in COLORS
+    assert blend_color("#000000", "#ffffff", 0.0) == "#ffffff"
 
 
 def test_a_recording_keeps_every_so_many_frames_and_both_ends() -> None:
     seen = crossing(100)
     for count in range(1, 101):
-        recording = Recording(most=8)
+        recording = FrameBuffer(most=8)
         for frame in seen[:count]:
             recording.see(frame)
         times = [round(frame.view.time_s, 6) for frame in recording.frames]
@@ -174,14 +196,14 @@ def test_a_recording_keeps_every_so_many_frames_and_both_ends() -> None:
         assert times[-1] == pytest.approx(0.1 * (count - 1))
         assert len(times) <= 9
         assert len({round(step, 6) for step in np.diff(times[:-1])}) <= 1
-    assert Recording().frames == []
+    assert FrameBuffer().frames == []
 
 
 def test_nothing_recorded(tmp_path: Path) -> None:
     with pytest.raises(SettingError, match="record a run"):
-        path_png([], tmp_path / "path.png")
+        draw_path_png([], tmp_path / "path.png")
     with pytest.raises(SettingError, match="record a run"):
-        run_gif([], tmp_path / "run.gif")
+        draw_run_gif([], tmp_path / "run.gif")
     with pytest.raises(SettingError, match="speed"):
-        run_gif(list(frames(1.0)), tmp_path / "run.gif", speed=0.0)
+        draw_run_gif(list(frames(1.0)), tmp_path / "run.gif", speed=0.0)
     assert not list(tmp_path.iterdir())

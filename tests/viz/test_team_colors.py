@@ -11,9 +11,10 @@ from PIL import Image
 from understudy.sim.scenario.schema import RobotGroup, RobotType, Scenario
 from understudy.sim.view import RunFrame, WorldView
 from understudy.sim.world import World
-from understudy.viz import path_png, run_gif
 from understudy.viz.palette import COLORS, PAINTS
-from understudy.viz.team_colors import sides_of
+from understudy.viz.path_png import draw_path_png
+from understudy.viz.run_gif import draw_run_gif
+from understudy.viz.team_colors import assign_team_colors
 
 Kind = tuple[str, str | None, str | None]
 
@@ -44,7 +45,7 @@ SIDES: list[tuple[list[Kind], tuple[str, ...], list[int]]] = [  # types; what si
 
 @pytest.mark.parametrize(("kinds", "names", "of"), SIDES)
 def test_sides_are_teams_or_else_types(kinds: list[Kind], names: tuple[str, ...], of: list[int]) -> None:
-    found = sides_of(view(*kinds))
+    found = assign_team_colors(view(*kinds))
     assert found is not None
     assert found.names == names
     assert found.of.tolist() == of
@@ -52,7 +53,7 @@ def test_sides_are_teams_or_else_types(kinds: list[Kind], names: tuple[str, ...]
 
 
 def test_robots_of_one_type_have_no_sides() -> None:
-    assert sides_of(view(RED)) is None
+    assert assign_team_colors(view(RED)) is None
 
 
 CHOSEN = [  # colors that scenarios give, colors that are drawn
@@ -67,13 +68,13 @@ CHOSEN = [  # colors that scenarios give, colors that are drawn
 
 @pytest.mark.parametrize(("given", "drawn"), CHOSEN)
 def test_sides_are_of_different_colors(given: tuple[str | None, ...], drawn: tuple[str, ...]) -> None:
-    found = sides_of(view(*((f"t{at}", None, color) for at, color in enumerate(given))))
+    found = assign_team_colors(view(*((f"t{at}", None, color) for at, color in enumerate(given))))
     assert found is not None
     assert found.colors == drawn
 
 
 def test_a_shade_for_each_robot() -> None:
-    found = sides_of(world(RED, BLUE, each=4).view())
+    found = assign_team_colors(world(RED, BLUE, each=4).view())
     assert found is not None
     assert len(set(found.shades)) == 8
     for side, shade in zip(found.of.tolist(), found.shades, strict=True):
@@ -93,8 +94,8 @@ def test_both_sides_are_seen_at_a_glance(each: int, tmp_path: Path) -> None:
     for _ in range(5):
         seen.append(RunFrame(body.view(), ["one"] * body.agents))
         body.act({"drive": np.ones(body.agents)})
-    run_gif(seen, tmp_path / "run.gif")
-    path_png(seen, tmp_path / "path.png")
+    draw_run_gif(seen, tmp_path / "run.gif")
+    draw_path_png(seen, tmp_path / "path.png")
     for name, least in (("run.gif", 25), ("path.png", 25)):
         with Image.open(tmp_path / name) as image:
             for color in (PAINTS["red"], PAINTS["blue"]):

@@ -27,7 +27,7 @@ from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
-Decide: TypeAlias = Callable[[Percept], Commands]
+DecideCommands: TypeAlias = Callable[[Percept], Commands]
 Progress: TypeAlias = Callable[[int, int], None]
 """Called now and then with how many worlds are through, and how many there are."""
 
@@ -110,10 +110,12 @@ def measure_baseline(baseline: Baseline, seeds: Sequence[int]) -> Outcomes:
     """Measure a baseline on one world per seed."""
     world = World(baseline.scenario, seeds)
     controller = baseline.make_controller(world)
-    return measure(world, controller.decide, controller.keys, limit_s=baseline.limits_s(world))
+    return measure_outcomes(world, controller.decide, controller.keys, limit_s=baseline.limits_s(world))
 
 
-def measure(world: World, decide: Decide, keys: Sequence[ReadingKey], *, limit_s: float | Column) -> Outcomes:
+def measure_outcomes(
+    world: World, decide: DecideCommands, keys: Sequence[ReadingKey], *, limit_s: float | Column
+) -> Outcomes:
     """Run until each world has reached its goal or its limit (one for all, or a column [B]), tick by tick.
 
     A world that is through runs on unobserved until all are.
@@ -126,14 +128,14 @@ def measure(world: World, decide: Decide, keys: Sequence[ReadingKey], *, limit_s
     return _measured(world, advance, limit_s, at_once=1)
 
 
-def measure_program(
+def measure_program_outcomes(
     world: World,
     program: Program,
     *,
     limit_s: float | Column,
     progress: Progress = lambda through, worlds: None,
 ) -> Outcomes:
-    """As `measure`, for robots that all run one program: many ticks in one go where all of it is data.
+    """As `measure_outcomes`, for robots that all run one program: many ticks in one go where all of it is data.
 
     Then a world ends with the tick in which it reaches its goal; reset them before anything goes on with them.
     """
@@ -234,7 +236,7 @@ def evaluate(
         raise SettingError(
             where="evaluation", setting="seeds", problem="are none", remedy="give at least one"
         )
-    program = judged(library, behavior, scenario, binding)
+    program = link_for_evaluation(library, behavior, scenario, binding)
     baseline = find_baseline(scenario)
     taught, expert = list[Outcomes](), list[Outcomes]()
     for first, batch in _batches(seeds):
@@ -248,12 +250,14 @@ def evaluate(
             if progress is not None:
                 progress(first + through, len(seeds))
 
-        taught.append(measure_program(World(scenario, batch), program, limit_s=limits, progress=report))
+        taught.append(
+            measure_program_outcomes(World(scenario, batch), program, limit_s=limits, progress=report)
+        )
     joined = Outcomes.joined(expert) if expert else None
     return Evaluation(behavior, scenario.name, tuple(seeds), Outcomes.joined(taught), joined)
 
 
-def judged(
+def link_for_evaluation(
     library: Library, behavior: str, scenario: Scenario, binding: Mapping[str, str] = NOTHING_BOUND
 ) -> Program:
     """The program that `evaluate` judges; raises what it would of the behavior, or where there is no goal."""

@@ -23,7 +23,7 @@ from understudy.training.session import Session
 
 
 @dataclass(frozen=True, slots=True)
-class Tried:
+class ExpectationResult:
     """How an outcome came out: after how many seconds, or None where it did not; `problem` is why it could not be
     tried at all.
     """
@@ -38,7 +38,7 @@ class Tried:
         return self.took_s is not None
 
 
-def here(session: Session, *, flag: str, within_s: float) -> Expectation:
+def make_expectation(session: Session, *, flag: str, within_s: float) -> Expectation:
     """The outcome that from this moment of a session on its automaton, started afresh, raises a flag in time.
 
     SessionError where the body is no simulation, or many worlds; UnknownName where no state raises the flag.
@@ -65,26 +65,28 @@ def here(session: Session, *, flag: str, within_s: float) -> Expectation:
     )
 
 
-def promise(session: Session, *, flag: str, within_s: float) -> Expectation:
-    """Add to a session's lesson, as a step that can be undone, what is to come of it from here on: see `here`."""
-    outcome = here(session, flag=flag, within_s=within_s)
+def add_expectation(session: Session, *, flag: str, within_s: float) -> Expectation:
+    """Add to a session's lesson, as a step that can be undone, what is to come of it from here on: see
+    `make_expectation`.
+    """
+    outcome = make_expectation(session, flag=flag, within_s=within_s)
     session.choose(outcomes=(*session.lesson.outcomes, outcome))
     return outcome
 
 
-def tried(
+def run_expectation(
     outcome: Expectation, name: str, library: Library, libraries: Libraries = MappingProxyType({})
-) -> Tried:
+) -> ExpectationResult:
     """The automaton `name` of a library let go where the outcome was promised; the other agents idle.
 
     Of a coordinator, `libraries` has what its members know, by sort of agents.
     """
     try:
-        return Tried(outcome, _let_go(outcome, name, library, libraries))
+        return ExpectationResult(outcome, _let_go(outcome, name, library, libraries))
     except UnderstudyError as error:
-        return Tried(outcome, None, str(error))
+        return ExpectationResult(outcome, None, str(error))
     except KeyError as error:
-        return Tried(
+        return ExpectationResult(
             outcome, None, f"its world has agents of the sort {error}, of whom nothing is known here"
         )
 

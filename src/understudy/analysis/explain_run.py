@@ -10,9 +10,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isclose
 
-from understudy.analysis.run_header import Recorded
+from understudy.analysis.run_header import RecordedTick
 from understudy.analysis.run_trace import BETWEEN
-from understudy.analysis.tracing import Followed, Post, Query, Stood, command, followed
+from understudy.analysis.tracing import (
+    ActiveAutomaton,
+    AgentRef,
+    TracedRun,
+    TransitionQuery,
+    list_chain_of_command,
+    make_tracing_runner,
+)
 from understudy.errors import UnderstudyError
 from understudy.learning.explain import Explanation, explain
 from understudy.model.lesson import Example, Lesson
@@ -27,7 +34,7 @@ NEAR = 2e-6
 """How far apart two numbers of a trace may be that are the same but for rounding."""
 
 
-class CannotRepeat(UnderstudyError, json_type="CannotRepeat"):
+class RunNotReproducible(UnderstudyError, json_type="CannotRepeat"):
     """A run that does not come out as it was recorded: something it was made with has changed since."""
 
     exit_code = 1
@@ -38,7 +45,7 @@ class CannotRepeat(UnderstudyError, json_type="CannotRepeat"):
 
 
 @dataclass(frozen=True, slots=True)
-class Reason:
+class DecisionReason:
     """A decision with what was behind it. `moments` says for an example's number when it was shown, s of the
     demonstrator's time in the session in which it was.
     """
@@ -57,7 +64,7 @@ class Reason:
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class LevelExplanation:
     """One automaton of an agent: where it is and since when, why it decided so in this tick (None: nothing was there
     to decide), and why it had gone there (None: it began there). `flag` is the one that its state raises.
     """
@@ -65,29 +72,29 @@ class Level:
     automaton: str
     state: str
     since_s: float
-    decision: Reason | None
-    entry: Reason | None
+    decision: DecisionReason | None
+    entry: DecisionReason | None
     flag: str | None
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class AgentExplanation:
     """One agent, from a coordinator at the top to the robot: what it was ordered to do, and its levels."""
 
     sort: str
     agent: int
     ordered: str | None
-    levels: tuple[Level, ...]
+    levels: tuple[LevelExplanation, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Why:
+class RunExplanation:
     """What all levels decided in the tick that ended at `time_s`, and the last switch of any before it."""
 
     time_s: float
     decided_s: float
-    agents: tuple[Asked, ...]
-    last: Reason | None
+    agents: tuple[AgentExplanation, ...]
+    last: DecisionReason | None
 
     @property
     def switched(self) -> bool:
@@ -99,7 +106,7 @@ class Why:
         )
 
 
-def why(run: Recorded, scenario: Scenario, libraries: Libraries) -> Why:
+def explain_run(run: RecordedTick, scenario: Scenario, libraries: Libraries) -> RunExplanation:
     """Why the robot did what the trace says of it then; CannotRepeat where it now comes out otherwise."""
     ran, world = run.ran, World(scenario, [run.header.seed])
     team = Team(
@@ -107,23 +114,23 @@ def why(run: Recorded, scenario: Scenario, libraries: Libraries) -> Why:
         assign_team_members(scenario),
         libraries,
         dict.fromkeys(ran.sorts, (run.behavior, ran.binding)),
-        makes=followed,
+        makes=make_tracing_runner,
         delay_s=scenario.radio.delay_s,
         loss=scenario.radio.loss,
         seeds=[run.header.seed],
     )
-    chain = command(team, run.row.robot)
+    chain = list_chain_of_command(team, run.row.robot)
     for post in chain:
         _runner(post).follow(post.agent)
     for _ in range(run.ticks):
         team.tick()
     _check(world, team.paths[run.row.robot], run)
     decided_s = run.row.time_s - run.header.tick_s
-    agents = tuple(asked(post, libraries[post.sort].taught) for post in chain)
-    return Why(run.row.time_s, decided_s, agents, latest(chain, libraries))
+    agents = tuple(explain_agent(post, libraries[post.sort].taught) for post in chain)
+    return RunExplanation(run.row.time_s, decided_s, agents, find_latest_switch(chain, libraries))
 
 
-def latest(chain: Sequence[Post], libraries: Libraries) -> Reason | None:
+def find_latest_switch(chain: Sequence[AgentRef], libraries: Libraries) -> DecisionReason | None:
     """The last switch before this tick of a robot and of all above it."""
     lasts = [(_runner(post).last, libraries[post.sort].taught) for post in chain]
     switches = [(machine, query, taught) for last, taught in lasts if last for machine, query in [last]]
@@ -131,16 +138,16 @@ def latest(chain: Sequence[Post], libraries: Libraries) -> Reason | None:
     if found is None:
         return None
     machine, query, taught = found
-    return reason(str(machine.instance), query, taught[machine.automaton.name])
+    return explain_query(str(machine.instance), query, taught[machine.automaton.name])
 
 
-def _runner(post: Post) -> Followed:
-    if not isinstance(post.layer.runner, Followed):
+def _runner(post: AgentRef) -> TracedRun:
+    if not isinstance(post.layer.runner, TracedRun):
         raise TypeError("agents that cannot be followed")
     return post.layer.runner
 
 
-def _check(world: World, path: tuple[str, ...], run: Recorded) -> None:
+def _check(world: World, path: tuple[str, ...], run: RecordedTick) -> None:
     """Refuse to explain another run than the one that was recorded."""
     row, robots = run.row, world.view().robots
     now = [float(column[row.robot]) for column in (robots.x, robots.y, robots.heading)]
@@ -153,37 +160,39 @@ def _check(world: World, path: tuple[str, ...], run: Recorded) -> None:
         remedy = (
             "its world, its kit or Understudy is another since, so run it again with --trace, and ask that"
         )
-        raise CannotRepeat(problem=f"{problem}, and is in {BETWEEN.join(path)!r} or elsewhere", remedy=remedy)
+        raise RunNotReproducible(
+            problem=f"{problem}, and is in {BETWEEN.join(path)!r} or elsewhere", remedy=remedy
+        )
 
 
-def asked(post: Post, taught: Mapping[str, TrainedAutomaton]) -> Asked:
+def explain_agent(post: AgentRef, taught: Mapping[str, TrainedAutomaton]) -> AgentExplanation:
     """What an agent was asked in this tick, level by level."""
     levels = tuple(_level(each, taught) for each in _runner(post).stood(post.agent))
-    return Asked(post.sort, post.agent, post.ordered, levels)
+    return AgentExplanation(post.sort, post.agent, post.ordered, levels)
 
 
-def _level(stood: Stood, taught: Mapping[str, TrainedAutomaton]) -> Level:
+def _level(stood: ActiveAutomaton, taught: Mapping[str, TrainedAutomaton]) -> LevelExplanation:
     machine = stood.machine
     automaton, name = machine.automaton, str(machine.instance)
     known = taught[automaton.name]
-    return Level(
+    return LevelExplanation(
         name,
         machine.state_name,
         stood.entered_s,
-        None if stood.asked is None else reason(name, stood.asked, known),
-        None if stood.entry is None else reason(name, stood.entry, known),
+        None if stood.asked is None else explain_query(name, stood.asked, known),
+        None if stood.entry is None else explain_query(name, stood.entry, known),
         automaton.states[machine.state].flag,
     )
 
 
-def reason(name: str, query: Query, taught: TrainedAutomaton) -> Reason:
+def explain_query(name: str, query: TransitionQuery, taught: TrainedAutomaton) -> DecisionReason:
     """What was behind the answer to a query of an automaton, which ran as `name`: goto(station)."""
     automaton = taught.automaton
     state = automaton.states[query.before].name
     lesson = taught.lesson or Lesson(replace(automaton, transitions={}))
     found = explain(lesson, state, query.values, automaton.transitions.get(state))
     values = {str(bound): value for bound, value in zip(automaton.features, query.values, strict=True)}
-    return Reason(query.time_s, name, found, values, _moments(lesson, found.examples), taught)
+    return DecisionReason(query.time_s, name, found, values, _moments(lesson, found.examples), taught)
 
 
 def _moments(lesson: Lesson, examples: tuple[Example, ...]) -> dict[int, float]:

@@ -15,7 +15,12 @@ from understudy.model.describe import convert_to_plain, format_condition, format
 from understudy.model.lesson import ExampleKind
 
 if TYPE_CHECKING:
-    from understudy.analysis.explain_run import Asked, Level, Reason, Why
+    from understudy.analysis.explain_run import (
+        AgentExplanation,
+        DecisionReason,
+        LevelExplanation,
+        RunExplanation,
+    )
 
 MOST_EXAMPLES = 6
 """So many examples are named in a sentence, and shown behind a decision."""
@@ -43,7 +48,7 @@ def describe_switch(before: str, after: str, explanation: Explanation, examples:
     return f"{what}; by now it {describe_decision(explanation)}{examples}"
 
 
-def describe_rest(level: Level) -> str:
+def describe_rest(level: LevelExplanation) -> str:
     """Why there is nothing to decide at a level."""
     return (
         f"{level.flag} is raised, and never left by itself" if level.flag else "nothing was ever shown there"
@@ -73,12 +78,12 @@ def list_examples(explanation: Explanation) -> str:
     return f" (shown by {', '.join(numbers[:MOST_EXAMPLES])}{more})"
 
 
-def describe_values(reason: Reason) -> str:
+def describe_values(reason: DecisionReason) -> str:
     """The feature values that were decided on: "distance_to(A) = 3.42 m, angle_to(A) = −31°"."""
     return format_values(reason.taught.automaton.features, list(reason.values.values()))
 
 
-def describe_source(reason: Reason) -> str:
+def describe_source(reason: DecisionReason) -> str:
     """Where a decision comes from: "shown by 3 (directive at 12.3 s), 7 (correction at 40.1 s) and 5 more"."""
     if reason.taught.lesson is None:
         return "it was written by hand: no example is behind it"
@@ -129,7 +134,7 @@ class DecisionData:
     examples: Sequence[ExampleData]
 
     @classmethod
-    def of(cls, reason: Reason) -> DecisionData:
+    def of(cls, reason: DecisionReason) -> DecisionData:
         """The data of a decision."""
         explanation, features = reason.explanation, reason.taught.automaton.features
         read = zip(features, reason.values.items(), strict=True)
@@ -147,7 +152,7 @@ class DecisionData:
         )
 
     @classmethod
-    def of_any(cls, reason: Reason | None) -> DecisionData | None:
+    def of_any(cls, reason: DecisionReason | None) -> DecisionData | None:
         """The data of a decision, where there is one."""
         return None if reason is None else cls.of(reason)
 
@@ -164,7 +169,7 @@ class LevelData:
     entry: DecisionData | None
 
     @classmethod
-    def of(cls, level: Level) -> LevelData:
+    def of(cls, level: LevelExplanation) -> LevelData:
         """The data of a level."""
         decision, entry = map(DecisionData.of_any, (level.decision, level.entry))
         rests = describe_rest(level) if level.decision is None else None
@@ -181,7 +186,7 @@ class AgentData:
     levels: Sequence[LevelData]
 
     @classmethod
-    def of(cls, asked: Asked) -> AgentData:
+    def of(cls, asked: AgentExplanation) -> AgentData:
         """The data of an agent."""
         return cls(asked.sort, asked.agent, asked.ordered, [LevelData.of(each) for each in asked.levels])
 
@@ -206,7 +211,7 @@ class WhyData:
 
     @classmethod
     def of(
-        cls, why: Why, former: Mapping[str, int], scenario: str, seed: int, robot: int, doing: str
+        cls, why: RunExplanation, former: Mapping[str, int], scenario: str, seed: int, robot: int, doing: str
     ) -> WhyData:
         """The data of a moment."""
         times = round(why.time_s, DIGITS), round(why.decided_s, DIGITS)
@@ -216,7 +221,7 @@ class WhyData:
         )
 
 
-def list_example_data(reason: Reason) -> list[ExampleData]:
+def list_example_data(reason: DecisionReason) -> list[ExampleData]:
     """The examples behind a decision: what the demonstrator said first, then what was recorded by itself."""
     return [
         ExampleData(each.number, each.kind, each.correction, each.next, reason.moments.get(each.number))

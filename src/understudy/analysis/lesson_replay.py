@@ -25,11 +25,11 @@ from understudy.runtime.feature_columns import read_feature_column
 from understudy.training.feature_values import find_own_value
 
 Vector: TypeAlias = tuple[float, ...]
-Rows: TypeAlias = NDArray[np.intp]
+ExampleRows: TypeAlias = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True)
-class Decided:
+class ReplayedPress:
     """A moment of a press: what the example of this number showed, what is decided now, and what was formerly (None:
     there is no former version, or it cannot be asked).
     """
@@ -48,7 +48,7 @@ class Decided:
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class DecisionChange:
     """So many moments of the second before presses at which another next state is decided than formerly."""
 
     state: str
@@ -58,38 +58,38 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True)
-class Replayed:
+class LessonReplay:
     """An automaton on the moments of its lesson: how many examples say what is right, and how many moments before
     presses there are; the examples decided otherwise than shown or than formerly, and what changed before presses.
     """
 
     examples: int
     before: int
-    different: tuple[Decided, ...]
-    changes: tuple[Change, ...]
+    different: tuple[ReplayedPress, ...]
+    changes: tuple[DecisionChange, ...]
 
     @property
-    def otherwise(self) -> tuple[Decided, ...]:
+    def otherwise(self) -> tuple[ReplayedPress, ...]:
         """What is decided otherwise than shown."""
         return tuple(each for each in self.different if each.now != each.shown)
 
     @property
-    def lost(self) -> tuple[Decided, ...]:
+    def lost(self) -> tuple[ReplayedPress, ...]:
         """What was decided as shown, and no longer is."""
         return tuple(each for each in self.different if each.lost)
 
 
-def replayed(taught: TrainedAutomaton, former: TrainedAutomaton | None = None) -> Replayed:
+def replay_lesson(taught: TrainedAutomaton, former: TrainedAutomaton | None = None) -> LessonReplay:
     """What an automaton decides at the moments of its lesson; nothing of one that was written by hand."""
     lesson = taught.lesson
     if lesson is None:
-        return Replayed(0, 0, (), ())
+        return LessonReplay(0, 0, (), ())
     tested = list(_tested(lesson))
     different = [
         each for each in (_decided(example, taught, former) for example in tested) if each is not None
     ]
     before, changes = _before(lesson, taught.automaton, None if former is None else former.automaton)
-    return Replayed(len(tested), before, tuple(different), changes)
+    return LessonReplay(len(tested), before, tuple(different), changes)
 
 
 def _tested(lesson: Lesson) -> Iterator[Example]:
@@ -109,14 +109,16 @@ def _tested(lesson: Lesson) -> Iterator[Example]:
             yield example
 
 
-def _decided(example: Example, taught: TrainedAutomaton, former: TrainedAutomaton | None) -> Decided | None:
+def _decided(
+    example: Example, taught: TrainedAutomaton, former: TrainedAutomaton | None
+) -> ReplayedPress | None:
     """How a press is decided; None where that is as shown, and as formerly."""
-    now = following(taught.automaton, example.state, example.values)
+    now = query_next_state(taught.automaton, example.state, example.values)
     formerly = None if former is None else _formerly(example, taught, former.automaton)
     if now == example.next and formerly in (None, now):
         return None
     shown = example.next
-    return Decided(example.number, example.kind.value, example.state, shown, now, formerly)
+    return ReplayedPress(example.number, example.kind.value, example.state, shown, now, formerly)
 
 
 def _formerly(example: Example, taught: TrainedAutomaton, former: Automaton) -> str | None:
@@ -126,22 +128,24 @@ def _formerly(example: Example, taught: TrainedAutomaton, former: Automaton) -> 
     if example.state not in former.state_names or taught.lesson is None:
         return None
     if former.features == taught.automaton.features:
-        return following(former, example.state, example.values)
+        return query_next_state(former, example.state, example.values)
     if example.moment is None:
         return None
     rows = np.array([example.moment])
     vector = _vectors(former.features, example, taught.lesson, rows)
-    return None if vector is None else following(former, example.state, vector[0])
+    return None if vector is None else query_next_state(former, example.state, vector[0])
 
 
-def following(automaton: Automaton, state: str, values: Sequence[float]) -> str:
+def query_next_state(automaton: Automaton, state: str, values: Sequence[float]) -> str:
     """The state after a query of a state."""
     function = automaton.transitions.get(state)
     outcome = STAY if function is None else function.decide(values)
     return state if outcome == STAY else automaton.state_names[outcome]
 
 
-def _before(lesson: Lesson, now: Automaton, former: Automaton | None) -> tuple[int, tuple[Change, ...]]:
+def _before(
+    lesson: Lesson, now: Automaton, former: Automaton | None
+) -> tuple[int, tuple[DecisionChange, ...]]:
     """How many moments before presses there are that can be replayed, and what changed at them."""
     count, changes = 0, Counter[tuple[str, str, str]]()
     seen: set[int] = set()
@@ -163,23 +167,23 @@ def _before(lesson: Lesson, now: Automaton, former: Automaton | None) -> tuple[i
                 continue
             then = found
         for old, new in zip(then, vectors_now, strict=True):
-            pair = following(former, example.state, old), following(now, example.state, new)
+            pair = query_next_state(former, example.state, old), query_next_state(now, example.state, new)
             changes[example.state, *pair] += pair[0] != pair[1]
-    found_changes = [Change(*key, moments) for key, moments in changes.items() if moments]
+    found_changes = [DecisionChange(*key, moments) for key, moments in changes.items() if moments]
     return count, tuple(found_changes)
 
 
-def _same_state(example: Example, lesson: Lesson) -> Rows:
+def _same_state(example: Example, lesson: Lesson) -> ExampleRows:
     """The rows of the record before an example's moment at which its state had been entered already."""
     moment = example.moment or 0
-    rows: Rows = np.arange(moment - example.window, moment)
+    rows: ExampleRows = np.arange(moment - example.window, moment)
     ago = lesson.record.seconds[moment] - lesson.record.seconds[rows]
-    there: Rows = rows[ago <= example.own.get("time_in_state", 0.0) + 1e-9]
+    there: ExampleRows = rows[ago <= example.own.get("time_in_state", 0.0) + 1e-9]
     return there
 
 
 def _vectors(
-    features: Sequence[BoundFeature], example: Example, lesson: Lesson, rows: Rows
+    features: Sequence[BoundFeature], example: Example, lesson: Lesson, rows: ExampleRows
 ) -> list[Vector] | None:
     """Feature vectors [M] at rows of the record; None where the record or the kit has not what a feature needs.
 

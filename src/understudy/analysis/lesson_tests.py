@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from understudy.analysis.expectations import Tried, tried
-from understudy.analysis.lesson_replay import Replayed, replayed
+from understudy.analysis.expectations import ExpectationResult, run_expectation
+from understudy.analysis.lesson_replay import LessonReplay, replay_lesson
 from understudy.errors import join_names
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.expectation import Expectation
@@ -22,23 +22,23 @@ MOST_NAMED = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Failed:
+class FailedExpectation:
     """An outcome that did not come; `since` names the automata with whose former versions it does, each alone."""
 
-    tried: Tried
+    tried: ExpectationResult
     since: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Examined:
+class LessonTestResult:
     """One automaton tested. `changed`: it is not what its former version was, transition functions and all; then
     `affected` are the automata that run it, directly or through others.
     """
 
     name: str
-    replayed: Replayed
-    outcomes: tuple[Tried, ...]
-    failed: tuple[Failed, ...]
+    replayed: LessonReplay
+    outcomes: tuple[ExpectationResult, ...]
+    failed: tuple[FailedExpectation, ...]
     changed: bool
     affected: tuple[str, ...]
 
@@ -48,31 +48,31 @@ class Examined:
         return not self.replayed.lost and not self.failed
 
 
-def examined(
+def run_lesson_test(
     library: Library, name: str, formers: Mapping[str, TrainedAutomaton], libraries: Libraries = NOBODY
-) -> Examined:
+) -> LessonTestResult:
     """An automaton of a library, tested on its lesson; `formers` has the former versions there are.
 
     `libraries` has what members of squads know, by sort of agents, where coordinators are tested.
     """
     taught, former = library.taught[name], formers.get(name)
-    changed = former is not None and differs(former, taught)
-    outcomes = [tried(outcome, name, library, libraries) for outcome in _outcomes(taught)]
-    return Examined(
+    changed = former is not None and has_changed(former, taught)
+    outcomes = [run_expectation(outcome, name, library, libraries) for outcome in _outcomes(taught)]
+    return LessonTestResult(
         name,
-        replayed(taught, former),
+        replay_lesson(taught, former),
         tuple(outcomes),
         tuple(
-            Failed(each, _since(each.outcome, name, library, formers, libraries))
+            FailedExpectation(each, _since(each.outcome, name, library, formers, libraries))
             for each in outcomes
             if not each.came
         ),
         changed,
-        above(library, name, libraries) if changed else (),
+        list_dependents(library, name, libraries) if changed else (),
     )
 
 
-def differs(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
+def has_changed(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
     """Whether an automaton is not what it was, transition functions and all. A classifier is fitted anew each time, so
     what it was fitted to is compared.
     """
@@ -110,16 +110,16 @@ def _since(
 ) -> tuple[str, ...]:
     """The automata with whose former versions an outcome comes."""
     found = []
-    for each in below(library, name):
+    for each in list_dependencies(library, name):
         former = formers.get(each)
-        if former is None or not differs(former, library.taught[each]):
+        if former is None or not has_changed(former, library.taught[each]):
             continue
-        if tried(outcome, name, library.with_taught(former), libraries).came:
+        if run_expectation(outcome, name, library.with_taught(former), libraries).came:
             found.append(each)
     return tuple(found)
 
 
-def below(library: Library, name: str) -> tuple[str, ...]:
+def list_dependencies(library: Library, name: str) -> tuple[str, ...]:
     """An automaton and those that it runs, directly or through others."""
     found: dict[str, None] = {}
     waiting = [name]
@@ -131,7 +131,7 @@ def below(library: Library, name: str) -> tuple[str, ...]:
     return tuple(found)
 
 
-def above(library: Library, name: str, libraries: Libraries = NOBODY) -> tuple[str, ...]:
+def list_dependents(library: Library, name: str, libraries: Libraries = NOBODY) -> tuple[str, ...]:
     """The automata that run one, directly or through others, and coordinators that order it, as SORT/NAME."""
     found: dict[str, None] = {}
     waiting = [name]
@@ -148,7 +148,7 @@ def _ordering(runs: set[str], library: Library, libraries: Libraries) -> Iterato
     for sort, other in libraries.items():
         if other is not library:
             ordering = {key for key in other.taught if runs & set(_ordered(other, key))}
-            users = {user for key in ordering for user in (key, *above(other, key))}
+            users = {user for key in ordering for user in (key, *list_dependents(other, key))}
             yield from ((sort, user) for user in other.taught if user in users)
 
 
@@ -160,7 +160,7 @@ def _ordered(library: Library, name: str) -> Iterator[str]:
             yield from (duty.behavior for duty in behavior.order.duties)
 
 
-def lost(
+def find_regressions(
     library: Library, taught: TrainedAutomaton, former: TrainedAutomaton | None, libraries: Libraries = NOBODY
 ) -> tuple[str, ...]:
     """What worked with the former version of an automaton and no longer does with the new one, a sentence each:
@@ -171,8 +171,8 @@ def lost(
     """
     if former is None:
         return ()
-    found = list(sentences(replayed(taught, former)))
-    now, before = (_Everybody(library, each, libraries) for each in (taught, former))
+    found = list(describe_lost_decisions(replay_lesson(taught, former)))
+    now, before = (_AllLibraries(library, each, libraries) for each in (taught, former))
     for sort, each in now.above(taught.automaton.name):
         for outcome in _outcomes(now.of(sort).taught[each]):
             known = not outcome.sort or libraries
@@ -181,7 +181,7 @@ def lost(
     return tuple(found)
 
 
-class _Everybody:
+class _AllLibraries:
     """What everybody knows, with one version of an automaton in the library it belongs to, whose sort is ""."""
 
     def __init__(self, library: Library, taught: TrainedAutomaton, libraries: Libraries) -> None:
@@ -194,16 +194,16 @@ class _Everybody:
 
     def above(self, name: str) -> Iterator[tuple[str, str]]:
         """An automaton and all those that run or order it, each with its sort."""
-        running = (name, *above(self._own, name))
+        running = (name, *list_dependents(self._own, name))
         yield from (("", each) for each in running)
         yield from _ordering(set(running), self._own, self._known)
 
     def comes(self, outcome: Expectation, sort: str, name: str) -> bool:
         """Whether an outcome comes, as all is known now."""
-        return tried(outcome, name, self.of(sort), self._known).came
+        return run_expectation(outcome, name, self.of(sort), self._known).came
 
 
-def sentences(replay: Replayed) -> Iterator[str]:
+def describe_lost_decisions(replay: LessonReplay) -> Iterator[str]:
     """What was decided as shown, and no longer is."""
     by_way: dict[tuple[str, str, str], list[str]] = {}
     for each in replay.lost:
@@ -219,19 +219,19 @@ def sentences(replay: Replayed) -> Iterator[str]:
 MOST_CHANGES = 6
 
 
-def lines(seen: Examined, former: str) -> Iterator[str]:
+def describe_test_result(seen: LessonTestResult, former: str) -> Iterator[str]:
     """What there is to say of it, the worst first; `former` is what the former version is called ("version 3")."""
-    yield from worse(seen)
-    yield from otherwise(seen, former)
+    yield from describe_regressions(seen)
+    yield from describe_other_differences(seen, former)
 
 
-def worse(seen: Examined) -> Iterator[str]:
+def describe_regressions(seen: LessonTestResult) -> Iterator[str]:
     """What worked and no longer does, and promises that are not kept."""
-    yield from sentences(seen.replayed)
-    yield from map(failed, seen.failed)
+    yield from describe_lost_decisions(seen.replayed)
+    yield from map(describe_failed_expectation, seen.failed)
 
 
-def otherwise(seen: Examined, former: str) -> Iterator[str]:
+def describe_other_differences(seen: LessonTestResult, former: str) -> Iterator[str]:
     """What else is not as shown, or not as it was, and whom that affects."""
     numbers = [str(each.number) for each in seen.replayed.otherwise]
     if numbers:
@@ -244,7 +244,7 @@ def otherwise(seen: Examined, former: str) -> Iterator[str]:
         yield f"changed since {former}" + (f"; {join_names(seen.affected)} {run} it" if seen.affected else "")
 
 
-def failed(each: Failed) -> str:
+def describe_failed_expectation(each: FailedExpectation) -> str:
     """That a promise was not kept, and with which former versions it would have been, or why it cannot be tried."""
     why = f": {each.tried.problem}" if each.tried.problem else ""
     if each.since:
@@ -252,7 +252,7 @@ def failed(each: Failed) -> str:
     return f"promised, and did not come: {each.tried.outcome}{why}"
 
 
-def _anew(replay: Replayed) -> str:
+def _anew(replay: LessonReplay) -> str:
     """What is decided otherwise in the second before presses."""
     total = sum(each.moments for each in replay.changes)
     said = join_names(

@@ -9,15 +9,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from understudy.analysis.explain_run import CannotRepeat, Reason, Why, asked, latest, reason
-from understudy.analysis.rerun import Rerun, runner
+from understudy.analysis.explain_run import (
+    DecisionReason,
+    RunExplanation,
+    RunNotReproducible,
+    explain_agent,
+    explain_query,
+    find_latest_switch,
+)
+from understudy.analysis.rerun import Rerun, find_traced_run
 from understudy.analysis.run_trace import BETWEEN
-from understudy.analysis.tracing import Post
+from understudy.analysis.tracing import AgentRef
 from understudy.robots.ros.state_topic import detect_state_change
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class DecisionDiff:
     """Ticks in a row, from one time to another (s, both included), in which an agent is in other states than recorded:
     which those were in the first of them, and what decided it (None: the automata are built otherwise).
     """
@@ -28,25 +35,25 @@ class Difference:
     ticks: int
     recorded: tuple[str, ...]
     now: tuple[str, ...]
-    reason: Reason | None
+    reason: DecisionReason | None
 
 
 @dataclass(frozen=True, slots=True)
-class Again:
+class ReplayDiff:
     """How often the agents of a recording were asked (once each tick), how often they decided as recorded, and where
     not, in order of time.
     """
 
     decisions: int
     same: int
-    differences: Sequence[Difference]
+    differences: Sequence[DecisionDiff]
 
 
-def decided_again(rerun: Rerun) -> Again:
+def diff_replayed_decisions(rerun: Rerun) -> ReplayDiff:
     """Decide over all ticks of a recording."""
     recording = rerun.recording
-    differing: dict[int, Difference] = {}
-    found: list[Difference] = []
+    differing: dict[int, DecisionDiff] = {}
+    found: list[DecisionDiff] = []
     same = 0
     while not rerun.ended:
         tick, time_s = rerun.at, float(recording.times[rerun.at])
@@ -60,14 +67,14 @@ def decided_again(rerun: Rerun) -> Again:
                     found.append(differing.pop(agent))
             elif before is None:
                 why = _decision(rerun, agent, recorded, now)
-                differing[agent] = Difference(agent, time_s, time_s, 1, recorded, now, why)
+                differing[agent] = DecisionDiff(agent, time_s, time_s, 1, recorded, now, why)
             else:
                 differing[agent] = replace(before, until_s=time_s, ticks=before.ticks + 1)
     found = sorted((*found, *differing.values()), key=lambda each: (each.from_s, each.agent))
-    return Again(recording.ticks * len(recording.paths), same, found)
+    return ReplayDiff(recording.ticks * len(recording.paths), same, found)
 
 
-def why_recorded(rerun: Rerun, agent: int, tick: int) -> Why:
+def explain_recorded_tick(rerun: Rerun, agent: int, tick: int) -> RunExplanation:
     """Why an agent did what it did in a tick of a recording, counted from 0; CannotRepeat where it no longer would."""
     recording = rerun.recording
     while rerun.at <= tick:
@@ -77,13 +84,15 @@ def why_recorded(rerun: Rerun, agent: int, tick: int) -> Why:
     if recorded != now:
         problem = f"at {time_s:g} s it was in {BETWEEN.join(recorded)!r}, and is in {BETWEEN.join(now)!r}"
         remedy = "its kit or Understudy is another since; `understudy run --replay` shows all that differs"
-        raise CannotRepeat(problem=problem, remedy=remedy)
+        raise RunNotReproducible(problem=problem, remedy=remedy)
     chain, libraries = rerun.chains[agent], rerun.libraries
-    agents = tuple(asked(post, libraries[post.sort].taught) for post in chain)
-    return Why(time_s, time_s, agents, latest(chain, libraries))
+    agents = tuple(explain_agent(post, libraries[post.sort].taught) for post in chain)
+    return RunExplanation(time_s, time_s, agents, find_latest_switch(chain, libraries))
 
 
-def _decision(rerun: Rerun, agent: int, recorded: tuple[str, ...], now: tuple[str, ...]) -> Reason | None:
+def _decision(
+    rerun: Rerun, agent: int, recorded: tuple[str, ...], now: tuple[str, ...]
+) -> DecisionReason | None:
     """What was decided at the outermost level that differs."""
     changed, chain = detect_state_change(recorded, now), rerun.chains[agent]
     level, own = 0 if changed is None else changed.level, chain[-1]
@@ -92,9 +101,9 @@ def _decision(rerun: Rerun, agent: int, recorded: tuple[str, ...], now: tuple[st
     return _decided(rerun, own, level)
 
 
-def _decided(rerun: Rerun, post: Post, level: int | None) -> Reason | None:
+def _decided(rerun: Rerun, post: AgentRef, level: int | None) -> DecisionReason | None:
     """What an agent decided in this tick at a level; at the outermost that switched, where it is not said which."""
-    stood = runner(post).stood(post.agent)
+    stood = find_traced_run(post).stood(post.agent)
     if level is None:
         switching = (at for at, each in enumerate(stood) if each.asked is not None and each.asked.switched)
         level = next(switching, len(stood) - 1)
@@ -102,4 +111,6 @@ def _decided(rerun: Rerun, post: Post, level: int | None) -> Reason | None:
         return None
     query, machine = stood[level].asked, stood[level].machine
     taught = rerun.libraries[post.sort].taught
-    return None if query is None else reason(str(machine.instance), query, taught[machine.automaton.name])
+    return (
+        None if query is None else explain_query(str(machine.instance), query, taught[machine.automaton.name])
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from understudy.analysis.tracing import Followed, Post, command, followed
+from understudy.analysis.tracing import AgentRef, TracedRun, list_chain_of_command, make_tracing_runner
 from understudy.model.binding import Binding
 from understudy.robots.recording.reader import RESTART, Recording
 from understudy.robots.recording.replay import ReplayBody
@@ -40,15 +40,15 @@ class Rerun:
         root = behavior, Binding(binding)
         if scenario is not None and len(assign_team_members(scenario).type_of) == self._body.agents:
             self._team = _team(self._body, scenario, libraries, dict.fromkeys(sorts, root))
-            self.chains = [command(self._team, agent) for agent in range(self._body.agents)]
+            self.chains = [list_chain_of_command(self._team, agent) for agent in range(self._body.agents)]
         else:
             program = link(libraries[sorts[0]], *root)
             now, agents = self._body.time_s, range(self._body.agents)
-            self._alone = Followed(self._body, [Interpreter(program, now=now) for _ in agents])
+            self._alone = TracedRun(self._body, [Interpreter(program, now=now) for _ in agents])
             layer = AgentLayer(self._body, self._alone)
-            self.chains = [(Post(sorts[0], agent, layer, None),) for agent in agents]
+            self.chains = [(AgentRef(sorts[0], agent, layer, None),) for agent in agents]
         for post in (post for chain in self.chains for post in chain):
-            runner(post).follow(post.agent)
+            find_traced_run(post).follow(post.agent)
         self._restarts = {
             (press.tick, agent): press.at_s
             for agent, presses in enumerate(recording.presses)
@@ -92,9 +92,9 @@ class Rerun:
             self._alone.interpreters[agent].start(self._body.time_s)
 
 
-def runner(post: Post) -> Followed:
+def find_traced_run(post: AgentRef) -> TracedRun:
     """Who runs an agent that is followed."""
-    if not isinstance(post.layer.runner, Followed):
+    if not isinstance(post.layer.runner, TracedRun):
         raise TypeError("agents that cannot be followed")
     return post.layer.runner
 
@@ -108,7 +108,7 @@ def _team(
         assign_team_members(scenario),
         libraries,
         roots,
-        makes=followed,
+        makes=make_tracing_runner,
         delay_s=radio.delay_s,
         loss=radio.loss,
         seeds=[body.recording.head.ran.seed],

@@ -25,7 +25,7 @@ SOON_S = 1e-6
 """Times this near are one: those of a trace are rounded."""
 
 
-class Header(msgspec.Struct, frozen=True):
+class TraceHeader(msgspec.Struct, frozen=True):
     """The first line of a trace."""
 
     scenario: str
@@ -36,10 +36,10 @@ class Header(msgspec.Struct, frozen=True):
 
 
 @dataclass(frozen=True, slots=True)
-class Recorded:
+class RecordedTick:
     """One robot of a recorded run at a moment: `ticks` had passed, and `row` is what the trace says of it then."""
 
-    header: Header
+    header: TraceHeader
     ran: RunInfo
     scenario: str
     behavior: str
@@ -49,17 +49,19 @@ class Recorded:
 
 def trace_entry(ran: RunInfo, scenario: Scenario) -> dict[str, Any]:
     """What the header of a trace says of what ran: the seed it has already, the scenario by its fingerprint."""
-    entry: dict[str, Any] = msgspec.to_builtins(msgspec.structs.replace(ran, world=world_mark(scenario)))
+    entry: dict[str, Any] = msgspec.to_builtins(
+        msgspec.structs.replace(ran, world=fingerprint_scenario(scenario))
+    )
     del entry["seed"]
     return entry
 
 
-def world_mark(scenario: Scenario) -> str:
+def fingerprint_scenario(scenario: Scenario) -> str:
     """A fingerprint of a scenario."""
     return hash_content(format_scenario(scenario).encode())
 
 
-def marks(team: Team, libraries: Libraries) -> dict[str, dict[str, str]]:
+def fingerprint_libraries(team: Team, libraries: Libraries) -> dict[str, dict[str, str]]:
     """Fingerprints of all automata that the agents of a team may run, by sort."""
     found: dict[str, dict[str, str]] = {}
     for sort, programs in team.programs.items():
@@ -79,7 +81,7 @@ def _automata(child: Child) -> Iterator[str]:
             yield from _automata(below)
 
 
-def recorded(path: Path, *, robot: int, time_s: float) -> Recorded:
+def read_recorded_tick(path: Path, *, robot: int, time_s: float) -> RecordedTick:
     """What a trace says of a robot at a moment: the last tick until then.
 
     FileError where it is no trace, or says nothing of how the run was made; SettingError where there is no such robot
@@ -106,10 +108,10 @@ def recorded(path: Path, *, robot: int, time_s: float) -> Recorded:
         problem, remedy = f"is {time_s:g}, after the run had ended", f"give at most {rows[-1].time_s:g}"
         raise SettingError(where=str(path), setting="--time", problem=problem, remedy=remedy)
     ticks = max(1, sum(row.time_s <= time_s + SOON_S for row in rows))
-    return Recorded(header, ran, ran.scenario, ran.behavior, rows[ticks - 1], ticks)
+    return RecordedTick(header, ran, ran.scenario, ran.behavior, rows[ticks - 1], ticks)
 
 
-def _lines(path: Path, robot: int) -> tuple[Header, list[TraceRow]]:
+def _lines(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
     decode = msgspec.json.Decoder(TraceRow).decode
     with path.open("rb") as lines:
         header = _header(next(lines, b""), path)
@@ -123,7 +125,7 @@ def _lines(path: Path, robot: int) -> tuple[Header, list[TraceRow]]:
     return header, [row for row in rows if row.robot == robot]
 
 
-def _parquet(path: Path, robot: int) -> tuple[Header, list[TraceRow]]:
+def _parquet(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
     try:
         duckdb = import_module("duckdb")
     except ImportError:
@@ -142,14 +144,14 @@ def _parquet(path: Path, robot: int) -> tuple[Header, list[TraceRow]]:
     return _header(about[0] if about else b"", path), [TraceRow(*row) for row in found]
 
 
-def _header(line: bytes, path: Path) -> Header:
+def _header(line: bytes, path: Path) -> TraceHeader:
     try:
         found: dict[str, Any] = msgspec.json.decode(line)
         if found.get("format") != "understudy trace":
             raise ValueError
         if found.get("run") and not found["run"].keys() >= set(RunInfo.__struct_fields__) - {"seed"}:
             raise ValueError
-        return msgspec.convert(found, Header)
+        return msgspec.convert(found, TraceHeader)
     except (ValueError, AttributeError):  # msgspec's own errors are ValueErrors, too
         raise _other_file(path) from None
 

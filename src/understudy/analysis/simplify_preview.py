@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from understudy.analysis.lesson_replay import Decided, Replayed, replayed
+from understudy.analysis.lesson_replay import LessonReplay, ReplayedPress, replay_lesson
 from understudy.errors import SettingError
 from understudy.learning.fit import learn_automaton
 from understudy.learning.pruning_suggestions import PruningSuggestion, replace_pruning, suggest_pruning
@@ -19,7 +19,7 @@ UNTOLD = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Simpler:
+class SimplifyPreview:
     """A lesson pruned: what is learned then, and how that decides its moments beside what `before` does; `suggested` is
     None where there are too few examples to tell.
     """
@@ -28,12 +28,12 @@ class Simpler:
     suggested: PruningSuggestion | None
     before: TrainedAutomaton
     after: TrainedAutomaton
-    replayed: Replayed
+    replayed: LessonReplay
 
     @property
     def leaves(self) -> tuple[int, int]:
         """How many answers all trees have, before and after."""
-        return leaves(self.before.automaton), leaves(self.after.automaton)
+        return count_leaves(self.before.automaton), count_leaves(self.after.automaton)
 
     @property
     def conditions(self) -> dict[str, tuple[list[str], list[str]]]:
@@ -43,40 +43,40 @@ class Simpler:
         return {state: (old, new) for state, (old, new) in both.items() if old != new}
 
     @property
-    def decisions(self) -> tuple[Decided, ...]:
+    def decisions(self) -> tuple[ReplayedPress, ...]:
         """The examples that would be decided otherwise than they are."""
         return tuple(each for each in self.replayed.different if each.formerly != each.now)
 
 
-def simpler(taught: TrainedAutomaton, pruning: float | None = None) -> Simpler:
+def preview_simplification(taught: TrainedAutomaton, pruning: float | None = None) -> SimplifyPreview:
     """An automaton pruned, as much as is suggested where it is not said how much.
 
     SettingError where it was not taught with trees.
     """
-    lesson = simplifiable(taught)
+    lesson = get_simplifiable_lesson(taught)
     found = suggest_pruning(lesson)
     asked = pruning if pruning is not None else UNTOLD if found is None else found.pruning
     pruned = replace_pruning(lesson, asked)
     after = TrainedAutomaton(learn_automaton(pruned), pruned)
-    return Simpler(asked, found, taught, after, replayed(after, taught))
+    return SimplifyPreview(asked, found, taught, after, replay_lesson(after, taught))
 
 
-def simplifiable(taught: TrainedAutomaton) -> Lesson:
+def get_simplifiable_lesson(taught: TrainedAutomaton) -> Lesson:
     """The lesson of an automaton that was taught with trees; SettingError of another."""
     if taught.lesson is None:
-        raise refused(taught.automaton.name, "was written by hand", "name one that was taught")
+        raise make_simplify_error(taught.automaton.name, "was written by hand", "name one that was taught")
     if not isinstance(taught.lesson.options.learner, TreeOptions):
         problem, remedy = "is decided by a classifier, which has no questions", "learn it with trees first"
-        raise refused(taught.automaton.name, problem, remedy)
+        raise make_simplify_error(taught.automaton.name, problem, remedy)
     return taught.lesson
 
 
-def refused(name: str, problem: str, remedy: str) -> SettingError:
+def make_simplify_error(name: str, problem: str, remedy: str) -> SettingError:
     """That an automaton cannot be simplified."""
     return SettingError(where="simplify", setting=f"automaton {name!r}", problem=problem, remedy=remedy)
 
 
-def leaves(automaton: Automaton) -> int:
+def count_leaves(automaton: Automaton) -> int:
     """How many answers all its trees have."""
     trees = [tree for tree in automaton.transitions.values() if isinstance(tree, Tree)]
     return sum(node.test == TestKind.LEAF for tree in trees for node in tree.nodes)

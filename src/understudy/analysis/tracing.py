@@ -18,7 +18,7 @@ from understudy.runtime.team.team import Team
 
 
 @dataclass(frozen=True, slots=True)
-class Query:
+class TransitionQuery:
     """What a state's transition function was asked at a time, and the state after it (the same: it stayed)."""
 
     time_s: float
@@ -33,18 +33,18 @@ class Query:
 
 
 @dataclass(frozen=True, slots=True)
-class Stood:
+class ActiveAutomaton:
     """One running automaton at a moment: when its state was entered, what it was asked in the last tick (None: its
     state has no transition function), and the query that had entered its state (None: it was started there).
     """
 
     machine: RunningAutomaton
     entered_s: float
-    asked: Query | None
-    entry: Query | None
+    asked: TransitionQuery | None
+    entry: TransitionQuery | None
 
 
-class Followed(Run):
+class TracedRun(Run):
     """Interpreters, some of which are followed."""
 
     def __init__(
@@ -52,11 +52,11 @@ class Followed(Run):
     ) -> None:
         super().__init__(body, interpreters, others)
         self._seen: dict[int, Interpreter] = {}
-        self._asked: dict[RunningAutomaton, Query] = {}
-        self._entries: dict[RunningAutomaton, Query] = {}
+        self._asked: dict[RunningAutomaton, TransitionQuery] = {}
+        self._entries: dict[RunningAutomaton, TransitionQuery] = {}
         self._agents: set[int] = set()
         self._body = body
-        self.last: tuple[RunningAutomaton, Query] | None = None
+        self.last: tuple[RunningAutomaton, TransitionQuery] | None = None
         """The last switch before this tick of those that are followed; of several in a tick that of the highest level,
         which the others follow from."""
 
@@ -77,29 +77,29 @@ class Followed(Run):
         return super().decide(percept)
 
     def _witness(self, machine: RunningAutomaton, state: int, answer: int, values: Sequence[float]) -> None:
-        query = Query(self._body.time_s, state, state if answer == STAY else answer, tuple(values))
+        query = TransitionQuery(self._body.time_s, state, state if answer == STAY else answer, tuple(values))
         self._asked[machine] = query
         if query.switched:
             self._entries[machine] = query
 
-    def stood(self, agent: int) -> tuple[Stood, ...]:
+    def stood(self, agent: int) -> tuple[ActiveAutomaton, ...]:
         """The running automata of an agent that is followed, from the root down."""
         return tuple(self._stood(machine) for machine in self.interpreters[agent].active)
 
-    def _stood(self, machine: RunningAutomaton) -> Stood:
+    def _stood(self, machine: RunningAutomaton) -> ActiveAutomaton:
         entry = self._entries.get(machine)
         if entry is not None and (entry.time_s != machine.entered or entry.after != machine.state):
             entry = None  # it was started again since
-        return Stood(machine, machine.entered, self._asked.get(machine), entry)
+        return ActiveAutomaton(machine, machine.entered, self._asked.get(machine), entry)
 
 
-def followed(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
+def make_tracing_runner(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
     """What runs the agents of a team so that they can be followed."""
-    return Followed(body, [Interpreter(program, now=body.time_s) for program in programs], others)
+    return TracedRun(body, [Interpreter(program, now=body.time_s) for program in programs], others)
 
 
 @dataclass(frozen=True, slots=True)
-class Post:
+class AgentRef:
     """An agent of a team: its sort, its number among them, who runs it, and what it was ordered to do by the one above
     it (None: it is under nobody).
     """
@@ -119,14 +119,14 @@ class Post:
         return "" if duty is None else str(duty)
 
 
-def command(team: Team, robot: int) -> tuple[Post, ...]:
+def list_chain_of_command(team: Team, robot: int) -> tuple[AgentRef, ...]:
     """A robot of a team and all above it, the topmost first."""
     layer, row = team.layers[0], robot
     sort = team.tree.types[team.tree.type_of[robot]]
-    chain: list[Post] = []
+    chain: list[AgentRef] = []
     while True:
         above = _above(team, layer, row)
-        chain.append(Post(sort, row, layer, None if above is None else (above[0], above[2])))
+        chain.append(AgentRef(sort, row, layer, None if above is None else (above[0], above[2])))
         if above is None:
             return tuple(reversed(chain))
         squads, layer, member = above

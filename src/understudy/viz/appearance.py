@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from understudy.sim.scenario.schema import MOUSE
 from understudy.sim.view import RunFrame, WorldView
-from understudy.viz.palette import FOOD, HOME, INK, SOLID, THING, paint
+from understudy.viz.palette import FOOD, HOME, INK, SOLID, THING, choose_drawing_color
 
 Points: TypeAlias = NDArray[np.float64]
 Grid: TypeAlias = NDArray[np.int64]
@@ -26,7 +26,7 @@ ROOMY = 64
 
 
 @dataclass(frozen=True, slots=True)
-class Thing:
+class ObjectMark:
     """An object as it is drawn: `size` is half its extent (m), `full` the share of it that is filled."""
 
     slot: int
@@ -47,16 +47,16 @@ class Thing:
     """Whether robots load or unload here, within their reach."""
 
 
-def unit(view: WorldView) -> float:
+def measure_mark_unit(view: WorldView) -> float:
     """What marks that have no size of their own are measured in: 1 m in an arena of 12 m."""
     return max(view.width, view.height) / 12.0
 
 
-def things(view: WorldView) -> list[Thing]:
+def list_object_marks(view: WorldView) -> list[ObjectMark]:
     """The objects of a world, in order of their slots."""
     objects = view.objects
     kinds = objects.kind.tolist()
-    one = unit(view) * min(1.0, (ROOMY / max(1, len(kinds))) ** 0.5)
+    one = measure_mark_unit(view) * min(1.0, (ROOMY / max(1, len(kinds))) ** 0.5)
     count = Counter(kinds)
     labeled = int((objects.at_first[objects.food] > 0).sum()) <= MOST_LABELS
     made = []
@@ -80,14 +80,14 @@ def things(view: WorldView) -> list[Thing]:
         color = view.color(int(objects.color[at]))
         plain = FOOD if food else HOME if home else INK if name == MOUSE else THING
         made.append(
-            Thing(
+            ObjectMark(
                 slot=int(objects.slot[at]),
                 name=name,
                 x=float(objects.x[at]),
                 y=float(objects.y[at]),
                 size=size,
                 square=home or bool(objects.pull[at]),
-                color=plain if color is None else paint(color),
+                color=plain if color is None else choose_drawing_color(color),
                 full=full,
                 rimmed=bool(objects.solid[at] or objects.pull[at]),
                 units=units,
@@ -98,65 +98,67 @@ def things(view: WorldView) -> list[Thing]:
     return made
 
 
-def gone(first: Sequence[Thing], last: Sequence[Thing], view: WorldView) -> list[Thing]:
+def find_removed_objects(
+    first: Sequence[ObjectMark], last: Sequence[ObjectMark], view: WorldView
+) -> list[ObjectMark]:
     """The objects that were there at first, and at last are not, or elsewhere."""
     now = {thing.slot: thing for thing in last}
-    far = MOVED * unit(view)
+    far = MOVED * measure_mark_unit(view)
 
-    def stayed(thing: Thing) -> bool:
+    def stayed(thing: ObjectMark) -> bool:
         other = now.get(thing.slot)
         return other is not None and abs(other.x - thing.x) + abs(other.y - thing.y) <= far
 
     return [thing for thing in first if not stayed(thing)]
 
 
-def obstacle_colors(view: WorldView) -> list[str]:
+def choose_obstacle_colors(view: WorldView) -> list[str]:
     """A color for each round obstacle."""
     names = (view.color(index) for index in view.discs.color.tolist())
-    return [SOLID if name is None else paint(name) for name in names]
+    return [SOLID if name is None else choose_drawing_color(name) for name in names]
 
 
-def reach(view: WorldView) -> float | None:
+def measure_loading_reach(view: WorldView) -> float | None:
     """How near robots must come to load and unload, m; None where none carries anything."""
     carriers = view.robots.reach[view.robots.capacity > 0]
     return float(carriers.max()) if len(carriers) else None
 
 
-def own_colors(view: WorldView) -> list[str | None]:
+def choose_robot_colors(view: WorldView) -> list[str | None]:
     """The color that the scenario gives each robot, as it is drawn; None where it gives none."""
-    painted = {index: paint(name) for index, name in enumerate(view.names.colors)}
+    painted = {index: choose_drawing_color(name) for index, name in enumerate(view.names.colors)}
     return [painted.get(index) for index in view.robots.color.tolist()]
 
 
-def grouped(number: int) -> str:
+def format_thousands(number: int) -> str:
     """A number as people read it: 10 000."""
     return f"{number:,}".replace(",", " ")
 
 
-def total(view: WorldView) -> int:
+def count_food_units(view: WorldView) -> int:
     """All units of food there are, wherever they are now."""
     robots = view.robots
     return int(robots.delivered.sum() + robots.stored.sum() + view.objects.amount[view.objects.food].sum())
 
 
-def brought(view: WorldView) -> list[str]:
+def describe_delivered(view: WorldView) -> list[str]:
     """What was brought home, in words: food where robots carry any, and boxes where there are some to pull."""
     words = []
-    if view.robots.capacity.any() and total(view):
-        words.append(f"{int(view.robots.delivered.sum())} of {total(view)} units home")
+    if view.robots.capacity.any() and count_food_units(view):
+        words.append(f"{int(view.robots.delivered.sum())} of {count_food_units(view)} units home")
     if view.gathered or view.objects.pull.any():
         words.append(f"{view.gathered} {'box' if view.gathered == 1 else 'boxes'} home")
     return words
 
 
-def places(frames: Sequence[RunFrame]) -> tuple[Points, Points]:
+def collect_robot_places(frames: Sequence[RunFrame]) -> tuple[Points, Points]:
     """Where the robots were [F, N, 2], and which way they faced [F, N]."""
     robots = [frame.view.robots for frame in frames]
     at = np.stack([np.stack([each.x, each.y], axis=1) for each in robots])
     return at, np.stack([each.heading for each in robots])
 
 
-def doings(frames: Sequence[RunFrame], names: Iterable[str]) -> Grid:
+def index_activities(frames: Sequence[RunFrame], names: Iterable[str]) -> Grid:
     """What each robot was doing [F, N], as the index among these names."""
     index = {name: at for at, name in enumerate(names)}
     return np.array([[index[name] for name in frame.doing] for frame in frames])

@@ -8,7 +8,7 @@ from html import escape
 
 from understudy.model.automaton import Automaton, State
 from understudy.model.binding import format_bound_name
-from understudy.viz.graph_layout import BADGE, Arrow, Box, place_arrows, place_boxes
+from understudy.viz.graph_layout import BADGE, EdgeArrow, NodeBox, place_arrows, place_boxes
 from understudy.viz.palette import COLORS, FAINT, INK, LINE, PAPER
 
 Conditions = Mapping[tuple[str, str], Sequence[str]]
@@ -28,7 +28,7 @@ class _Edge:
     """(whether an alternative begins here, text)"""
 
 
-def automaton_svg(automaton: Automaton, conditions: Conditions) -> str:
+def draw_automaton_svg(automaton: Automaton, conditions: Conditions) -> str:
     """The automaton as one SVG document; `conditions` says in words when each transition is taken.
 
     Transitions from a state to itself are left out. UnknownName for a state that the automaton has not.
@@ -122,7 +122,7 @@ def _size(state: State) -> tuple[float, float]:
     return max(84.0, 9.2 * len(state.name) + flag + 30.0, 6.9 * len(_subtitle(state)) + 30.0), 48.0
 
 
-def _extent(boxes: Sequence[Box], arrows: Sequence[Arrow]) -> tuple[float, float, float, float]:
+def _extent(boxes: Sequence[NodeBox], arrows: Sequence[EdgeArrow]) -> tuple[float, float, float, float]:
     xs = [box.x + side * box.width / 2 for box in boxes for side in (-1, 1)]
     ys = [box.y + side * box.height / 2 for box in boxes for side in (-1, 1)]
     points = [arrow.at(step / 10) for arrow in arrows for step in range(11)]
@@ -143,7 +143,7 @@ def _heads(edges: Sequence[_Edge]) -> str:
     return f"<defs>{marks}</defs>"
 
 
-def _start(box: Box) -> str:
+def _start(box: NodeBox) -> str:
     x, y = box.x - box.width / 2, box.y
     return (
         f'<circle cx="{x - 28:.1f}" cy="{y:.1f}" r="5" fill="{INK}"/>'
@@ -152,7 +152,7 @@ def _start(box: Box) -> str:
     )
 
 
-def _box(state: State, box: Box) -> str:
+def _box(state: State, box: NodeBox) -> str:
     x, y = box.x - box.width / 2, box.y - box.height / 2
     flagged, idle = state.flag is not None, state.behavior is None
     dash = ' stroke-dasharray="5 4"' if flagged else ""
@@ -179,7 +179,7 @@ def _box(state: State, box: Box) -> str:
     )
 
 
-def _arrow(edge: _Edge, arrow: Arrow) -> str:
+def _arrow(edge: _Edge, arrow: EdgeArrow) -> str:
     (x, y), (over_x, over_y), (to_x, to_y) = arrow.begin, arrow.control, arrow.end
     return (
         f'<path d="M{x:.1f} {y:.1f}Q{over_x:.1f} {over_y:.1f} {to_x:.1f} {to_y:.1f}" fill="none" '

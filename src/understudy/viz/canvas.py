@@ -7,8 +7,14 @@ from math import cos, sin
 from typing import TYPE_CHECKING
 
 from understudy.sim.view import WorldView
-from understudy.viz.appearance import Points, Thing, obstacle_colors, reach, things
-from understudy.viz.palette import EDGE, GROUND, INK, PAPER, SOLID, blend
+from understudy.viz.appearance import (
+    ObjectMark,
+    Points,
+    choose_obstacle_colors,
+    list_object_marks,
+    measure_loading_reach,
+)
+from understudy.viz.palette import EDGE, GROUND, INK, PAPER, SOLID, blend_color
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -17,7 +23,7 @@ FINE = 2
 """Drawn so many times larger, and then reduced."""
 
 
-class Pen:
+class RasterCanvas:
     """Draws a world into an image: x to the right, y up, `scale` fine pixels to the m from a corner (fine pixels)."""
 
     def __init__(self, image: Image, *, tall: float, scale: float, corner: tuple[float, float]) -> None:
@@ -64,26 +70,33 @@ class Pen:
             self.draw.polygon(points, fill=SOLID, outline=EDGE, width=FINE)
         discs = view.discs
         rows = zip(
-            discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True
+            discs.x.tolist(),
+            discs.y.tolist(),
+            discs.radius.tolist(),
+            choose_obstacle_colors(view),
+            strict=True,
         )
         for x, y, radius, color in rows:
-            self.circle(x, y, radius, color, blend(color, INK, 0.7))
+            self.circle(x, y, radius, color, blend_color(color, INK, 0.7))
         for x0, y0, x1, y1 in view.walls.tolist():
             self.draw.line([self.at(x0, y0), self.at(x1, y1)], fill=INK, width=2 * FINE)
         self._trim(bounds)
 
     def objects(self, view: WorldView) -> None:
         """The objects, sources as full as they are, with how near robots must come to serve them."""
-        near = reach(view)
-        for thing in things(view):
+        near = measure_loading_reach(view)
+        for thing in list_object_marks(view):
             if thing.served and near is not None:
-                self.circle(thing.x, thing.y, near, None, blend(thing.color, GROUND, 0.4))
+                self.circle(thing.x, thing.y, near, None, blend_color(thing.color, GROUND, 0.4))
             if thing.full < 1.0:
-                self._shape(thing, thing.size, blend(thing.color, GROUND, 0.28), thing.color)
+                self._shape(thing, thing.size, blend_color(thing.color, GROUND, 0.28), thing.color)
                 self._shape(thing, thing.size * thing.full, thing.color, None)
             else:
                 self._shape(
-                    thing, thing.size, thing.color, blend(thing.color, INK, 0.7) if thing.rimmed else None
+                    thing,
+                    thing.size,
+                    thing.color,
+                    blend_color(thing.color, INK, 0.7) if thing.rimmed else None,
                 )
 
     def _trim(self, bounds: tuple[float, float, float, float]) -> None:
@@ -95,5 +108,5 @@ class Pen:
             self.draw.rectangle(box, fill=PAPER)
         self.draw.rectangle(bounds, outline=INK, width=2 * FINE)
 
-    def _shape(self, thing: Thing, half: float, fill: str, line: str | None) -> None:
+    def _shape(self, thing: ObjectMark, half: float, fill: str, line: str | None) -> None:
         (self.square if thing.square else self.circle)(thing.x, thing.y, half, fill, line)

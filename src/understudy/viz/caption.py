@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from understudy.sim.view import RunFrame, WorldView
-from understudy.viz.appearance import brought, grouped, total
+from understudy.viz.appearance import count_food_units, describe_delivered, format_thousands
 from understudy.viz.canvas import FINE
 from understudy.viz.palette import FAINT, INK
-from understudy.viz.team_colors import Sides
+from understudy.viz.team_colors import TeamColors
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
@@ -30,7 +30,7 @@ class Caption:
         left: int,
         right: int,
         top: int,
-        sides: Sides | None = None,
+        sides: TeamColors | None = None,
     ) -> None:
         from PIL import ImageFont
 
@@ -38,7 +38,7 @@ class Caption:
         self._left, self._right, self._top, self._sides = left, right, top, sides
         self._large, self._small = ImageFont.load_default(size=LARGE), ImageFont.load_default(size=SMALL)
         self._alone = len(frames[-1].doing) == 1
-        self._feeds = bool(frames[-1].view.robots.capacity.any()) and total(frames[-1].view) > 0
+        self._feeds = bool(frames[-1].view.robots.capacity.any()) and count_food_units(frames[-1].view) > 0
         self._places = {} if self._alone else self._laid_out()
         lines = int(self._feeds) if self._alone else max(line for _, line in self._places.values())
         self.tall = FIRST + LINE * (lines + 1) + 4 * FINE
@@ -57,7 +57,7 @@ class Caption:
                     (self._left, self._top + FIRST + LINE), _carries(view), font=self._small, fill=FAINT
                 )
             return
-        home = "".join(f"   ·   {words}" for words in brought(view))
+        home = "".join(f"   ·   {words}" for words in describe_delivered(view))
         x = self._left + self._crew(draw, room=self._room(home, view.time_s), robots=len(doing))
         draw.text((x, self._top + FIRST + 2 * FINE), home, font=self._small, fill=INK)
         counts = Counter(doing)
@@ -65,7 +65,7 @@ class Caption:
             y = self._top + FIRST + LINE * line + SMALL / 2 + 2 * FINE
             color = self._colors[name]
             draw.ellipse((x, y - DOT, x + 2 * DOT, y + DOT), fill=color)
-            text = f"{name or 'idle'} {grouped(counts[name])}"
+            text = f"{name or 'idle'} {format_thousands(counts[name])}"
             draw.text(
                 (x + 3 * DOT, y), text, font=self._small, fill=color if counts[name] else FAINT, anchor="lm"
             )
@@ -77,7 +77,7 @@ class Caption:
 
     def _crew(self, draw: ImageDraw, *, room: float, robots: int) -> float:
         """Write how many robots there are, of each side in its color where there is room; how wide that is."""
-        words = [(f"{grouped(robots)} robots", INK)]
+        words = [(f"{format_thousands(robots)} robots", INK)]
         if self._sides is not None:
             told = list(zip(self._sides.counts, self._sides.colors, strict=True))
             if sum(self._small.getlength(word) + 3 * DOT + GAP for word, _ in told) - GAP <= room:
@@ -97,7 +97,7 @@ class Caption:
     def _laid_out(self) -> dict[str, tuple[float, int]]:
         """Where each doing stands: its left edge and its line, room left for the largest count."""
         placed, x, line = {}, float(self._left), 1
-        most = grouped(len(self._frames[-1].doing))
+        most = format_thousands(len(self._frames[-1].doing))
         for name in self._colors:
             wide = 3 * DOT + self._small.getlength(f"{name or 'idle'} {most}")
             if x > self._left and x + wide > self._right:

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, hypot, pi, sin
 
-Point = tuple[float, float]
+CanvasPoint = tuple[float, float]
 GAP = 56.0  # least free space between two boxes
 BADGE = 11.0  # radius of a badge
 BOWS = (0.16, 0.26, 0.08, 0.36, 0.48)  # how far an arrow bows to its left, of its length
 
 
 @dataclass(frozen=True)
-class Box:
+class NodeBox:
     """A box around (x, y)."""
 
     x: float
@@ -21,33 +21,33 @@ class Box:
     width: float
     height: float
 
-    def holds(self, point: Point, pad: float = 0.0) -> bool:
+    def holds(self, point: CanvasPoint, pad: float = 0.0) -> bool:
         """Whether a point is inside, or less than `pad` from it."""
         return (
             abs(point[0] - self.x) < self.width / 2 + pad and abs(point[1] - self.y) < self.height / 2 + pad
         )
 
-    def near(self, other: Box) -> bool:
+    def near(self, other: NodeBox) -> bool:
         """Whether less than GAP is between two boxes."""
         across = abs(self.x - other.x) < (self.width + other.width) / 2 + GAP
         return across and abs(self.y - other.y) < (self.height + other.height) / 2 + GAP
 
 
 @dataclass(frozen=True)
-class Arrow:
+class EdgeArrow:
     """An arrow as a quadratic curve from the edge of a box to just before another."""
 
-    begin: Point
-    control: Point
-    end: Point
-    badge: Point
+    begin: CanvasPoint
+    control: CanvasPoint
+    end: CanvasPoint
+    badge: CanvasPoint
 
-    def at(self, t: float) -> Point:
+    def at(self, t: float) -> CanvasPoint:
         """The point at t, from 0 to 1."""
         return _curve(self.begin, self.control, self.end, t)
 
 
-def _curve(begin: Point, control: Point, end: Point, t: float) -> Point:
+def _curve(begin: CanvasPoint, control: CanvasPoint, end: CanvasPoint, t: float) -> CanvasPoint:
     one, two, three = (1 - t) ** 2, 2 * t * (1 - t), t * t
     return (
         one * begin[0] + two * control[0] + three * end[0],
@@ -55,17 +55,17 @@ def _curve(begin: Point, control: Point, end: Point, t: float) -> Point:
     )
 
 
-def place_boxes(sizes: Sequence[tuple[float, float]]) -> list[Box]:
+def place_boxes(sizes: Sequence[tuple[float, float]]) -> list[NodeBox]:
     """Boxes of these sizes on an ellipse, clockwise from the left, no two near each other."""
     count = len(sizes)
     if count == 1:
-        return [Box(0.0, 0.0, *sizes[0])]
+        return [NodeBox(0.0, 0.0, *sizes[0])]
     grow = 1.0
     while True:
         across, down = (165.0 + 14.0 * count) * grow, (96.0 + 9.0 * count) * grow
         angles = [pi + 2 * pi * at / count for at in range(count)]
         boxes = [
-            Box(across * cos(angle), down * sin(angle), *size)
+            NodeBox(across * cos(angle), down * sin(angle), *size)
             for angle, size in zip(angles, sizes, strict=True)
         ]
         if not any(boxes[i].near(boxes[j]) for i in range(count) for j in range(i)):
@@ -73,15 +73,19 @@ def place_boxes(sizes: Sequence[tuple[float, float]]) -> list[Box]:
         grow *= 1.06
 
 
-def place_arrows(boxes: Sequence[Box], pairs: Sequence[tuple[int, int]]) -> list[Arrow]:
+def place_arrows(boxes: Sequence[NodeBox], pairs: Sequence[tuple[int, int]]) -> list[EdgeArrow]:
     """An arrow per pair of boxes, past the other boxes; badges clear of boxes, other arrows and badges."""
     curves = [_bowed(boxes, pair) for pair in pairs]
     drawn = [[_curve(*curve, step / 24) for step in range(25)] for curve in curves]
-    badges: list[Point] = []
+    badges: list[CanvasPoint] = []
     for at, curve in enumerate(curves):
         others = [point for other, points in enumerate(drawn) if other != at for point in points]
 
-        def room(t: float, curve: tuple[Point, Point, Point] = curve, others: list[Point] = others) -> float:
+        def room(
+            t: float,
+            curve: tuple[CanvasPoint, CanvasPoint, CanvasPoint] = curve,
+            others: list[CanvasPoint] = others,
+        ) -> float:
             spot = _curve(*curve, t)
             if any(box.holds(spot, BADGE + 3) for box in boxes):
                 return -1.0
@@ -91,14 +95,14 @@ def place_arrows(boxes: Sequence[Box], pairs: Sequence[tuple[int, int]]) -> list
 
         best = max((0.5, 0.42, 0.58, 0.34, 0.66, 0.27, 0.73, 0.2, 0.8), key=room)
         badges.append(_curve(*curve, best))
-    return [Arrow(*curve, badge) for curve, badge in zip(curves, badges, strict=True)]
+    return [EdgeArrow(*curve, badge) for curve, badge in zip(curves, badges, strict=True)]
 
 
-def _apart(one: Point, other: Point) -> float:
+def _apart(one: CanvasPoint, other: CanvasPoint) -> float:
     return hypot(one[0] - other[0], one[1] - other[1])
 
 
-def _bowed(boxes: Sequence[Box], pair: tuple[int, int]) -> tuple[Point, Point, Point]:
+def _bowed(boxes: Sequence[NodeBox], pair: tuple[int, int]) -> tuple[CanvasPoint, CanvasPoint, CanvasPoint]:
     """The first of the bows that passes every other box, else the one that touches fewest."""
     begin, end = boxes[pair[0]], boxes[pair[1]]
     across, down = end.x - begin.x, end.y - begin.y
@@ -114,7 +118,9 @@ def _bowed(boxes: Sequence[Box], pair: tuple[int, int]) -> tuple[Point, Point, P
     return _trimmed(curve, begin, end)
 
 
-def _trimmed(curve: tuple[Point, Point, Point], begin: Box, end: Box) -> tuple[Point, Point, Point]:
+def _trimmed(
+    curve: tuple[CanvasPoint, CanvasPoint, CanvasPoint], begin: NodeBox, end: NodeBox
+) -> tuple[CanvasPoint, CanvasPoint, CanvasPoint]:
     """The part of a curve between two boxes, with room for the arrow's head."""
     steps = [step / 200 for step in range(201)]
     leaves = max((t for t in steps if begin.holds(_curve(*curve, t), 1.0)), default=0.0)

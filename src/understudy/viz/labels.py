@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.viz.appearance import Thing
+from understudy.viz.appearance import ObjectMark
 from understudy.viz.palette import GROUND
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Side: TypeAlias = Literal["center", "left", "right"]
-Box: TypeAlias = tuple[float, float, float, float]
+LabelBox: TypeAlias = tuple[float, float, float, float]
 LETTER_IN, LINE_IN, OFF_IN = 0.088, 0.14, 0.137  # of the labels' type, on paper
 MOST_POINTS = 20_000
 
@@ -29,16 +29,16 @@ class Labels:
         """`crowd` are points [P, 2] not to cover, `inch` how many m an inch on paper shows."""
         self._axes, self._size, self._inch = axes, size, inch
         self._crowd = crowd[:: max(1, len(crowd) // MOST_POINTS)]
-        self._taken: list[Box] = []
+        self._taken: list[LabelBox] = []
 
-    def keep_free(self, things: Sequence[Thing]) -> None:
+    def keep_free(self, things: Sequence[ObjectMark]) -> None:
         """Have no label cover these."""
         for thing in things:
             self._taken.append(
                 (thing.x - thing.size, thing.y - thing.size, thing.x + thing.size, thing.y + thing.size)
             )
 
-    def put(self, thing: Thing, around: float) -> None:
+    def put(self, thing: ObjectMark, around: float) -> None:
         """Write a thing's label below, above or beside it, `around` m from its center at least."""
         from matplotlib.patheffects import withStroke
 
@@ -65,12 +65,12 @@ class Labels:
         )
         text.set_path_effects([withStroke(linewidth=3, foreground=GROUND)])
 
-    def _box(self, label: str, x: float, y: float, align: Side) -> Box:
+    def _box(self, label: str, x: float, y: float, align: Side) -> LabelBox:
         half = LETTER_IN * len(label) * self._inch / 2
         middle = x + {"center": 0.0, "left": half, "right": -half}[align]
         return middle - half, y - LINE_IN * self._inch / 2, middle + half, y + LINE_IN * self._inch / 2
 
-    def _cost(self, box: Box) -> tuple[bool, int, int]:
+    def _cost(self, box: LabelBox) -> tuple[bool, int, int]:
         left, low, right, high = box
         outside = left < 0 or low < 0 or right > self._size[0] or high > self._size[1]
         over = sum(

@@ -29,20 +29,20 @@ PAINTS = {
 """How colors that scenarios name are drawn: calmer than they are."""
 
 
-def colors_for(names: Iterable[str]) -> dict[str, str]:
+def assign_name_colors(names: Iterable[str]) -> dict[str, str]:
     """A color for each name, in the order in which they come first."""
     distinct = dict.fromkeys(names)
     return {name: COLORS[at % len(COLORS)] for at, name in enumerate(distinct)}
 
 
-def paint(name: str) -> str:
+def choose_drawing_color(name: str) -> str:
     """How a scenario's color is drawn; the same name is always the same, also one that nobody foresaw."""
     if fullmatch("#[0-9a-fA-F]{6}", name):
         return name
     return PAINTS.get(name.lower(), COLORS[crc32(name.encode()) % len(COLORS)])
 
 
-def blend(color: str, ground: str, share: float) -> str:
+def blend_color(color: str, ground: str, share: float) -> str:
     """`share` of a color on a ground: 0 is the ground."""
     mixed = (
         round(share * int(color[at : at + 2], 16) + (1 - share) * int(ground[at : at + 2], 16))

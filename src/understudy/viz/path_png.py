@@ -18,22 +18,32 @@ from understudy.storage.atomic import write_atomically
 from understudy.viz.appearance import (
     FEW,
     Grid,
+    ObjectMark,
     Points,
-    Thing,
-    brought,
-    doings,
-    gone,
-    grouped,
-    obstacle_colors,
-    places,
-    reach,
-    things,
-    unit,
+    choose_obstacle_colors,
+    collect_robot_places,
+    describe_delivered,
+    find_removed_objects,
+    format_thousands,
+    index_activities,
+    list_object_marks,
+    measure_loading_reach,
+    measure_mark_unit,
 )
 from understudy.viz.labels import Labels
-from understudy.viz.palette import COLORS, EDGE, FAINT, GROUND, INK, PAPER, SOLID, blend, colors_for
-from understudy.viz.sheet import Sheet
-from understudy.viz.team_colors import sides_of
+from understudy.viz.palette import (
+    COLORS,
+    EDGE,
+    FAINT,
+    GROUND,
+    INK,
+    PAPER,
+    SOLID,
+    assign_name_colors,
+    blend_color,
+)
+from understudy.viz.sheet import FigureSheet
+from understudy.viz.team_colors import assign_team_colors
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -51,20 +61,20 @@ RIM_PT = 1.2
 POINTS_PER_IN = 72.0
 
 
-def draw(axes: Axes, frames: Sequence[RunFrame], colors: Mapping[str, str], *, inch: float) -> Points:
+def draw_paths(axes: Axes, frames: Sequence[RunFrame], colors: Mapping[str, str], *, inch: float) -> Points:
     """Draw where the robots went, `inch` m on an inch of paper; the points [P, 2] that this covers.
 
     Of a few robots each has a color of its own; where there are sides, a shade of its side's.
     """
-    one = unit(frames[-1].view)
+    one = measure_mark_unit(frames[-1].view)
     if len(frames[-1].view.robots) > FEW:
         return _crowd(axes, frames, colors, one=one, inch=inch)
-    at, heading = places(frames)
+    at, heading = collect_robot_places(frames)
     beside = at + LANE * one * np.stack([np.sin(heading), -np.cos(heading)], axis=2)
     alone = at.shape[1] == 1
-    sides = sides_of(frames[-1].view)
+    sides = assign_team_colors(frames[-1].view)
     own_color = list(COLORS) if sides is None else sides.shades
-    palette, which = (list(colors.values()), doings(frames, colors)) if alone else (own_color, None)
+    palette, which = (list(colors.values()), index_activities(frames, colors)) if alone else (own_color, None)
     for robot in range(at.shape[1]):
         own = np.full(len(frames), robot) if which is None else which[:, robot]
         _stretches(axes, beside[:, robot], own, palette)
@@ -118,8 +128,8 @@ def _crowd(
     robots = frames[-1].view.robots
     every = max(1, -(-len(frames) * len(robots) // MOST_PIECES))
     shown = [*frames[:-1][::every], frames[-1]]
-    at, _ = places(shown)
-    which, palette = doings(shown, colors), np.array(list(colors.values()))
+    at, _ = collect_robot_places(shown)
+    which, palette = index_activities(shown, colors), np.array(list(colors.values()))
     pieces = np.stack([at[:-1], at[1:]], axis=2).reshape(-1, 2, 2)
     length = float(np.hypot(*(pieces[:, 1] - pieces[:, 0]).T).sum())
     view = frames[-1].view
@@ -132,7 +142,7 @@ def _crowd(
         )
         axes.add_collection(lines)
     across = 2 * np.maximum(robots.radius, 0.035 * one)
-    does, sides = palette[which[-1]], sides_of(view)
+    does, sides = palette[which[-1]], assign_team_colors(view)
     fill, rim, wide = (does, PAPER, 0.4) if sides is None else (sides.robots, does, RIM_PT)
     dots = EllipseCollection(
         across, across, np.zeros(len(robots)), units="xy", offsets=at[-1], offset_transform=axes.transData,
@@ -146,17 +156,17 @@ MOST_DOINGS = 8
 REACH_STYLE = (0, (3, 3))
 
 
-def path_png(frames: Sequence[RunFrame], path: Path | str, *, title: str = "A run") -> None:
+def draw_path_png(frames: Sequence[RunFrame], path: Path | str, *, title: str = "A run") -> None:
     """Draw the run: one robot's way by what it did, a color each for a few robots, faint trails for a crowd."""
     if not frames:
         raise SettingError(where="path picture", setting="frames", problem="are none", remedy="record a run")
     first, last = frames[0].view, frames[-1].view
-    now = things(last)
-    before = gone(things(first), now, last)
+    now = list_object_marks(last)
+    before = find_removed_objects(list_object_marks(first), now, last)
     robots = len(last.robots)
     often = Counter(chain.from_iterable(frame.doing for frame in frames))
-    doing = colors_for(chain.from_iterable(frame.doing for frame in frames))
-    sides = sides_of(last)
+    doing = assign_name_colors(chain.from_iterable(frame.doing for frame in frames))
+    sides = assign_team_colors(last)
     if robots == 1 or robots > FEW:
         entries = [_line(doing[name], name) for name in doing if often[name] and name][:MOST_DOINGS]
     else:
@@ -164,14 +174,14 @@ def path_png(frames: Sequence[RunFrame], path: Path | str, *, title: str = "A ru
     if sides is not None:
         entries += [_marker(color, INK, name) for name, color in zip(sides.names, sides.colors, strict=True)]
     entries += _markers(last, [*before, *now], crowd=robots > FEW)
-    sheet = Sheet(last, title, _summary(last), entries)
+    sheet = FigureSheet(last, title, _summary(last), entries)
     axes = sheet.axes
     _fixed(axes, last)
     for thing in before:
         _thing(axes, thing, before=True)
     for thing in now:
         _thing(axes, thing)
-    drawn = draw(axes, frames, doing, inch=sheet.inch)
+    drawn = draw_paths(axes, frames, doing, inch=sheet.inch)
     _label(axes, last, now, drawn, inch=sheet.inch)
     buffer = BytesIO()
     sheet.figure.savefig(buffer, format="png")
@@ -180,8 +190,8 @@ def path_png(frames: Sequence[RunFrame], path: Path | str, *, title: str = "A ru
 
 def _summary(view: WorldView) -> str:
     robots = len(view.robots)
-    facts = [] if robots == 1 else [grouped(robots) + " robots"]
-    home = brought(view)
+    facts = [] if robots == 1 else [format_thousands(robots) + " robots"]
+    home = describe_delivered(view)
     if home:
         words = " and ".join(home).replace(" home", " brought home")
         return ", ".join([*facts, f"{words} in {view.time_s:.0f} s"])
@@ -200,14 +210,14 @@ def _marker(fill: str, edge: str, label: str, *, size: float = 8.0, sign: str = 
     return Line2D([], [], marker=sign, ls="", mfc=fill, mec=edge, mew=1.4, ms=size, label=label)
 
 
-def _markers(view: WorldView, shown: Sequence[Thing], *, crowd: bool) -> list[Artist]:
+def _markers(view: WorldView, shown: Sequence[ObjectMark], *, crowd: bool) -> list[Artist]:
     """What the legend says beside the lines: start and end, and the classes that have no label in the picture."""
     from matplotlib.lines import Line2D
 
     size = 5.0 if crowd else 8.0
     end = _marker(INK, INK, "end", size=size)
     made = [end] if crowd else [_marker(PAPER, INK, "start", size=size), end]
-    named: dict[tuple[str, str], Thing] = {}
+    named: dict[tuple[str, str], ObjectMark] = {}
     for thing in shown:
         if not thing.label:
             named.setdefault((thing.name, thing.color), thing)
@@ -226,14 +236,16 @@ def _fixed(axes: Axes, view: WorldView) -> None:
     for corners in view.polygons:
         axes.add_patch(Polygon(corners, fc=SOLID, ec=EDGE, lw=1.2, zorder=1.5, joinstyle="round"))
     discs = view.discs
-    rows = zip(discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True)
+    rows = zip(
+        discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), choose_obstacle_colors(view), strict=True
+    )
     for x, y, radius, color in rows:
-        axes.add_patch(Circle((x, y), radius, fc=color, ec=blend(color, INK, 0.7), lw=1.2, zorder=1.5))
+        axes.add_patch(Circle((x, y), radius, fc=color, ec=blend_color(color, INK, 0.7), lw=1.2, zorder=1.5))
     walls = view.walls.reshape(-1, 2, 2)
     axes.add_collection(LineCollection(list(walls), colors=INK, linewidths=2.0, capstyle="round", zorder=2))
 
 
-def _thing(axes: Axes, thing: Thing, *, before: bool = False) -> None:
+def _thing(axes: Axes, thing: ObjectMark, *, before: bool = False) -> None:
     """An object: sources as full as they are; what is gone, or was elsewhere at first, in outline."""
     from matplotlib.patches import Circle, Rectangle
 
@@ -244,20 +256,25 @@ def _thing(axes: Axes, thing: Thing, *, before: bool = False) -> None:
         axes.add_patch(patch)
 
     if before:
-        shape(thing.size, fc="none", ec=blend(thing.color, GROUND, 0.55), lw=1.2, ls=(0, (1.5, 1.5)))
+        shape(thing.size, fc="none", ec=blend_color(thing.color, GROUND, 0.55), lw=1.2, ls=(0, (1.5, 1.5)))
     elif thing.full < 1.0:
-        shape(thing.size, fc=blend(thing.color, GROUND, 0.28), ec=thing.color, lw=1.2)
+        shape(thing.size, fc=blend_color(thing.color, GROUND, 0.28), ec=thing.color, lw=1.2)
         shape(thing.size * thing.full, fc=thing.color, ec="none")
     else:
-        shape(thing.size, fc=thing.color, ec=blend(thing.color, INK, 0.7) if thing.rimmed else "none", lw=1.2)
+        shape(
+            thing.size,
+            fc=thing.color,
+            ec=blend_color(thing.color, INK, 0.7) if thing.rimmed else "none",
+            lw=1.2,
+        )
 
 
 def _label(
-    axes: Axes, view: WorldView, shown: Sequence[Thing], drawn: Points, *, inch: float
+    axes: Axes, view: WorldView, shown: Sequence[ObjectMark], drawn: Points, *, inch: float
 ) -> None:  # fmt: skip
     from matplotlib.patches import Circle
 
-    near = reach(view)
+    near = measure_loading_reach(view)
     labels = Labels(axes, (view.width, view.height), drawn, inch=inch)
     labels.keep_free(shown)
     for thing in shown:
@@ -269,5 +286,5 @@ def _label(
                 )
             )
         if thing.label:
-            around = max(thing.size, served or 0.0, thing.size + 0.02 * unit(view))
+            around = max(thing.size, served or 0.0, thing.size + 0.02 * measure_mark_unit(view))
             labels.put(thing, around)

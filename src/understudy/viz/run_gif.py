@@ -14,11 +14,18 @@ from numpy.typing import NDArray
 from understudy.errors import SettingError
 from understudy.sim.view import RunFrame
 from understudy.storage.atomic import write_atomically
-from understudy.viz.appearance import FEW, Points, doings, own_colors, places, unit
-from understudy.viz.canvas import FINE, Pen
+from understudy.viz.appearance import (
+    FEW,
+    Points,
+    choose_robot_colors,
+    collect_robot_places,
+    index_activities,
+    measure_mark_unit,
+)
+from understudy.viz.canvas import FINE, RasterCanvas
 from understudy.viz.caption import Caption
-from understudy.viz.palette import FOOD, GROUND, HOME, INK, PAPER, SOLID, blend, colors_for
-from understudy.viz.team_colors import sides_of
+from understudy.viz.palette import FOOD, GROUND, HOME, INK, PAPER, SOLID, assign_name_colors, blend_color
+from understudy.viz.team_colors import assign_team_colors
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -42,7 +49,9 @@ COLORS, SAMPLES, SAME = 128, 8, 10
 """Colors of the palette, pictures that it is made of, and how close colors (of 255) are taken for one."""
 
 
-def run_gif(frames: Sequence[RunFrame], path: Path | str, *, speed: float = 8.0, per_s: float = 16.0) -> None:
+def draw_run_gif(
+    frames: Sequence[RunFrame], path: Path | str, *, speed: float = 8.0, per_s: float = 16.0
+) -> None:
     """Write the run, `speed` times as fast as it was, `per_s` pictures a second; long runs go faster."""
     for setting, value in (("speed", speed), ("per_s", per_s)):
         if not 0 < value < 1000:
@@ -51,7 +60,7 @@ def run_gif(frames: Sequence[RunFrame], path: Path | str, *, speed: float = 8.0,
         raise SettingError(where="GIF", setting="frames", problem="are none", remedy="record a run first")
     from PIL.Image import Dither
 
-    film = _Film(_chosen(frames, speed / per_s))
+    film = _FrameRenderer(_chosen(frames, speed / per_s))
     palette = film.palette()
     flat = (film.picture(at).quantize(palette=palette, dither=Dither.NONE) for at in range(len(film.frames)))
     times = [round(1000 / per_s / 10) * 10] * (len(film.frames) - 1) + [2500]  # the end stays a while
@@ -72,7 +81,7 @@ def _chosen(frames: Sequence[RunFrame], every_s: float) -> list[RunFrame]:
     return [*chosen, frames[-1]]
 
 
-class _Film:
+class _FrameRenderer:
     """The pictures of a run; what stays is drawn once."""
 
     def __init__(self, frames: Sequence[RunFrame]) -> None:
@@ -80,27 +89,27 @@ class _Film:
 
         view = frames[-1].view
         self.frames = frames
-        self._colors = colors_for(chain.from_iterable(frame.doing for frame in frames))
+        self._colors = assign_name_colors(chain.from_iterable(frame.doing for frame in frames))
         self._palette = list(self._colors.values())
-        self._faint = [blend(color, GROUND, 0.45) for color in self._palette]
-        self._doing = doings(frames, self._colors)
+        self._faint = [blend_color(color, GROUND, 0.45) for color in self._palette]
+        self._doing = index_activities(frames, self._colors)
         self._scale = FINE * min((WIDE - 2 * MARGIN) / view.width, TALL / view.height)
         arena = view.width * self._scale, view.height * self._scale
         wide = max(round(arena[0]) + 2 * FINE * MARGIN, FINE * LEAST)
         self._corner = (wide - arena[0]) / 2, float(FINE * MARGIN)
         under = round(self._corner[1] + arena[1])
-        self._sides = sides_of(view)
+        self._sides = assign_team_colors(view)
         self._caption = Caption(
             self._colors, frames, left=FINE * MARGIN, right=wide - FINE * MARGIN, top=under, sides=self._sides
         )
         size = -(-wide // FINE) * FINE, -(-(under + self._caption.tall) // FINE) * FINE
         self._blank = Image.new("RGB", size, PAPER)
         self._pen(self._blank).fixed(view)
-        at, self._heading = places(frames)
+        at, self._heading = collect_robot_places(frames)
         self._places = self._pen(self._blank).all_at(at)
         self._where = at
-        self._radius = np.maximum(view.robots.radius, 0.02 * unit(view)).tolist()
-        self._rims = [INK if color is None else color for color in own_colors(view)]
+        self._radius = np.maximum(view.robots.radius, 0.02 * measure_mark_unit(view)).tolist()
+        self._rims = [INK if color is None else color for color in choose_robot_colors(view)]
 
     def picture(self, at: int) -> Image:
         """The picture of a frame."""
@@ -144,11 +153,11 @@ class _Film:
     def _rgb(self, colors: Sequence[str]) -> NDArray[np.uint8]:
         return np.array([tuple(bytes.fromhex(color[1:])) for color in colors], np.uint8)
 
-    def _pen(self, image: Image) -> Pen:
+    def _pen(self, image: Image) -> RasterCanvas:
         tall = self.frames[-1].view.height
-        return Pen(image, tall=tall, scale=self._scale, corner=self._corner)
+        return RasterCanvas(image, tall=tall, scale=self._scale, corner=self._corner)
 
-    def _trails(self, pen: Pen, at: int, length: int, wide: int, palette: Sequence[str]) -> None:
+    def _trails(self, pen: RasterCanvas, at: int, length: int, wide: int, palette: Sequence[str]) -> None:
         """Where the robots came from lately, a line for each stretch of one doing."""
         begin = max(0, at - length)
         for robot in range(len(self._radius)):
@@ -161,14 +170,14 @@ class _Film:
                     pen.draw.line(points, fill=palette[does[end]], width=wide, joint="curve")
                     start = end
 
-    def _discs(self, pen: Pen, at: int) -> None:
+    def _discs(self, pen: RasterCanvas, at: int) -> None:
         rows = zip(
             self._where[at].tolist(), self._heading[at].tolist(), self._doing[at].tolist(), strict=True
         )
         bodies = None if self._sides is None else self._sides.robots
         calls = self.frames[at].view.robots.signal.tolist()
         for robot, ((x, y), heading, doing) in enumerate(rows):
-            radius = self._radius[robot] + 0.05 * unit(self.frames[at].view)
+            radius = self._radius[robot] + 0.05 * measure_mark_unit(self.frames[at].view)
             does = self._palette[doing]
             if bodies is None:
                 pen.robot(x, y, heading, radius, (does, self._rims[robot], PAPER))
@@ -213,7 +222,7 @@ class _Film:
 MOST_BUFFERED_FRAMES, LEAST_FRAMES, MOST_ROWS = 20_000, 600, 2_000_000
 
 
-class Recording:
+class FrameBuffer:
     """Frames of a run: when they become too many, every other one goes, and from then on half as many come."""
 
     def __init__(self, most: int | None = None) -> None:

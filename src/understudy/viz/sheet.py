@@ -19,7 +19,7 @@ SIDE_IN, ABOVE_IN, BELOW_IN, ROW_IN = 0.3, 0.8, 0.52, 0.21
 DPI = 160
 
 
-class Sheet:
+class FigureSheet:
     """A figure with room for the arena of a world; `inch` is how many m an inch on paper shows."""
 
     def __init__(self, view: WorldView, title: str, subtitle: str, entries: Sequence[Artist]) -> None:
@@ -32,7 +32,7 @@ class Sheet:
         page = written + 2 * SIDE_IN
         self.figure = Figure(figsize=(page, 1.0), dpi=DPI, facecolor=PAPER)
         FigureCanvasAgg(self.figure)
-        meter = scale(view.width * min(1.0, written / wide))
+        meter = choose_scale_length(view.width * min(1.0, written / wide))
         rows = _legend(self.figure, entries, written - meter / self.inch - 0.75)
         below = BELOW_IN + ROW_IN * max(rows - 1, 0)
         size = (page, tall + ABOVE_IN + below)
@@ -75,7 +75,7 @@ class Sheet:
         )
 
 
-def scale(width: float) -> float:
+def choose_scale_length(width: float) -> float:
     """A round length of about a sixth of a width: 1, 2 or 5 with zeros."""
     power = 10.0 ** floor(log10(width / 6))
     return max(step * power for step in (1, 2, 5) if step * power <= width / 6 * 1.001)

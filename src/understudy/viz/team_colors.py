@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.sim.view import WorldView
-from understudy.viz.appearance import grouped, own_colors
-from understudy.viz.palette import COLORS, INK, PAPER, blend
+from understudy.viz.appearance import choose_robot_colors, format_thousands
+from understudy.viz.palette import COLORS, INK, PAPER, blend_color
 
 PALE = 0xD8
 """From here on (of 255, in red, green and blue) a color is lost on the ground."""
@@ -23,7 +23,7 @@ DARKEST, LIGHTEST = 0.65, 0.6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sides:
+class TeamColors:
     """The sides of a world: what each is called, its color, and `of` [N] the side of each robot."""
 
     names: tuple[str, ...]
@@ -39,7 +39,7 @@ class Sides:
     def counts(self) -> list[str]:
         """'3 reds', for each side."""
         number = Counter(self.of.tolist())
-        return [f"{grouped(number[at])} {name}" for at, name in enumerate(self.names)]
+        return [f"{format_thousands(number[at])} {name}" for at, name in enumerate(self.names)]
 
     @property
     def shades(self) -> list[str]:
@@ -49,11 +49,11 @@ class Sides:
             own = np.flatnonzero(self.of == side).tolist()
             for robot, light in zip(own, np.linspace(-1.0, 1.0, len(own) + 2)[1:-1].tolist(), strict=True):
                 ground, most = (PAPER, LIGHTEST) if light > 0 else (INK, DARKEST)
-                made[robot] = blend(color, ground, 1.0 - abs(light) * (1.0 - most))
+                made[robot] = blend_color(color, ground, 1.0 - abs(light) * (1.0 - most))
         return made
 
 
-def sides_of(view: WorldView) -> Sides | None:
+def assign_team_colors(view: WorldView) -> TeamColors | None:
     """The sides of a world, in order of their first robots; None where all robots are of one."""
     robots = view.robots
     for column, names in ((robots.team, view.names.teams), (robots.type, view.names.types)):
@@ -62,9 +62,9 @@ def sides_of(view: WorldView) -> Sides | None:
             order = np.argsort(first)
             place = np.empty_like(order)
             place[order] = np.arange(len(order))
-            own = own_colors(view)
+            own = choose_robot_colors(view)
             chosen = _apart([own[robot] for robot in first[order].tolist()])
-            return Sides(
+            return TeamColors(
                 tuple(names[at].replace("_", " ") for at in found[order].tolist()), chosen, place[of]
             )
     return None

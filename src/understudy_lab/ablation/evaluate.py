@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy.analysis.evaluation import LENIENCE, Outcomes, measure_program
+from understudy.analysis.evaluation import LENIENCE, Outcomes, measure_program_outcomes
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
@@ -85,7 +85,7 @@ def judged(library: Library, variant: Variant, seed: int) -> Mapping[str, float]
         scenario = with_chances(scenario, list(library.taught))
         library = drawn_by_votes(library, corrected=variant.drawn == "corrected votes")
     limits = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
-    taught = measure_program(World(scenario, seeds), link(library, "forage"), limit_s=limits)
+    taught = measure_program_outcomes(World(scenario, seeds), link(library, "forage"), limit_s=limits)
     ratio = taught.food_per_s / expert.food_per_s
     return {"success": taught.success, "relative_to_expert": round(float(np.nanmedian(ratio)), 4)}
 

@@ -10,7 +10,7 @@ from typing import TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.evaluation import Decide
+from understudy.analysis.evaluation import DecideCommands
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column, Kind
 from understudy.model.lesson import LearnerOptions
@@ -44,14 +44,14 @@ class Rooms(World):
         super().__init__(laid_out(self.plots, solid=False), [0])
 
 
-def closes_the_loop(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+def closes_the_loop(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
     """Whether each robot goes all along the wall of its room in time, and never far from it."""
     rooms = cast(Rooms, world)
     tracks = record(rooms, lambda: rooms.act(decide(rooms.sense(keys))), WALL_LIMIT_S)
     return ~np.isnan(judge_wall_following(tracks, rooms.plots, LEFT).seconds)
 
 
-Judge: TypeAlias = Callable[[Robots, Decide, Sequence[ReadingKey]], NDArray[np.bool_]]
+Judge: TypeAlias = Callable[[Robots, DecideCommands, Sequence[ReadingKey]], NDArray[np.bool_]]
 """Whether each world [B] goes well under what decides."""
 
 
@@ -111,7 +111,7 @@ SERVOING = 1.5
 """So many times the time of a robot written by hand: twice is enough for policies that turn the wrong way."""
 
 
-def near_the_station(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+def near_the_station(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
     """Whether each robot, when it first rests, is within reach of the station, and rests in time."""
     there = np.zeros(world.agents, np.bool_)
     moving = np.ones(world.agents, np.bool_)
@@ -127,7 +127,7 @@ def near_the_station(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) 
     return there
 
 
-def brings_all_home(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+def brings_all_home(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
     """Whether each robot brings all food home within three times the time of a forager written by hand.
 
     One that neither loads nor unloads anything for so long that it could have crossed the arena twice is lost.
@@ -158,7 +158,7 @@ def _limits(seeds: tuple[int, ...]) -> Column:
     return np.array([dict(zip(known, seconds.tolist(), strict=True))[seed] for seed in seeds])
 
 
-def reaches_the_ball(world: Robots, decide: Decide, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
+def reaches_the_ball(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
     """Whether each robot is within 15 cm of the ball within SERVOING times the time of one written by hand.
 
     Every other one, the one written by hand too, is pushed aside on its way.

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.lesson_replay import replayed
+from understudy.analysis.lesson_replay import replay_lesson
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.uncertainty import UncertaintyModel
 from understudy.errors import UnderstudyError
@@ -216,7 +216,7 @@ def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
         "why": lambda: explain(lesson, first.state, first.values, transitions[first.state]),
         "what changed": lambda: (diff_automata(former, now), attribute_condition_changes(former, now)),
         "fewer questions": lambda: suggest_pruning(lesson),
-        "moments replayed": lambda: replayed(now, former),
+        "moments replayed": lambda: replay_lesson(now, former),
     }
 
 

@@ -90,7 +90,7 @@ def robots(as_json: Json = False) -> None:
 
 def _measure(*names: str, as_json: bool) -> None:
     """Run measurements; a module is loaded when its turn comes."""
-    from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.output import make_console, print_json
 
     results: dict[str, dict[str, Any]] = {}
     for name in names:
@@ -102,41 +102,41 @@ def _measure(*names: str, as_json: bool) -> None:
     if as_json:
         print_json(results[names[0]] if len(names) == 1 else {**results, "passed": passed})
     else:
-        console().print(f"[dim]{NOISE}[/]")
+        make_console().print(f"[dim]{NOISE}[/]")
     raise typer.Exit(0 if passed else 1)
 
 
 def _learning(result: dict[str, Any]) -> None:
-    from understudy.ui.cli.output import console, table
+    from understudy.ui.cli.output import make_console, make_table
 
-    made = table(
+    made = make_table(
         "#examples", "#ours ms", "#from a lesson ms", "#scikit-learn ms", "no slower", title="Learning"
     )
     for row in result["sizes"]:
         times = [f"{row[key]:.3g}" for key in ("ours_ms", "from_lesson_ms", "sklearn_ms")]
         made.add_row(str(row["examples"]), *times, _mark(row["as_fast"]))
-    console().print(made)
-    goals = table("5 % noise, ms", "#goal", "#ours", "#from a lesson", "reached")
+    make_console().print(made)
+    goals = make_table("5 % noise, ms", "#goal", "#ours", "#from a lesson", "reached")
     for row in result["goals"]:
         times = [f"{row[key]:.3g}" for key in ("goal_ms", "ours_ms", "from_lesson_ms")]
         goals.add_row(row["what"], *times, _mark(row["passed"]))
-    console().print(goals)
+    make_console().print(goals)
 
 
 def _looks(result: dict[str, Any]) -> None:
-    from understudy.ui.cli.output import console, table
+    from understudy.ui.cli.output import make_console, make_table
 
     title = f"Looking at {result['examples']} examples"
-    made = table("", "#ms", f"within {result['goal_ms']:g} ms", title=title)
+    made = make_table("", "#ms", f"within {result['goal_ms']:g} ms", title=title)
     for row in result["looks"]:
         made.add_row(row["what"], f"{row['ms']:.3g}", _mark(row["passed"]))
-    console().print(made)
+    make_console().print(made)
 
 
 def _interpreter(result: dict[str, Any]) -> None:
-    from understudy.ui.cli.output import console, table
+    from understudy.ui.cli.output import make_console, make_table
 
-    made = table("", "#µs", "goal", "reached", title="Deciding")
+    made = make_table("", "#µs", "goal", "reached", title="Deciding")
     ours, ratio = result["pulse_us"], result["ratio"]
     levels = " > ".join(result["path"])
     made.add_row(
@@ -150,25 +150,25 @@ def _interpreter(result: dict[str, Any]) -> None:
     )
     wanted = f"at least {result['goal_ratio']:g}"
     made.add_row("times faster", f"{ratio:.1f}", wanted, _mark(ratio >= result["goal_ratio"]))
-    console().print(made)
+    make_console().print(made)
 
 
 def _robots(result: dict[str, Any]) -> None:
-    from understudy.ui.cli.output import console, table
+    from understudy.ui.cli.output import make_console, make_table
 
     title = "From a reading to its command, ms"
-    made = table("~", "#messages", "#median", "#99 of 100", "#longest", "#lost", title=title)
+    made = make_table("~", "#messages", "#median", "#99 of 100", "#longest", "#lost", title=title)
     for row in result["results"]:
         times = [f"{row[key]:.2f}" for key in ("p50_ms", "p99_ms", "max_ms")]
         made.add_row(row["what"], str(row["messages"]), *times, str(row["lost"]))
-    console().print(made)
-    goals = table("~goal", "#at most", "#measured", "reached")
+    make_console().print(made)
+    goals = make_table("~goal", "#at most", "#measured", "reached")
     for row in result["goals"]:
         measured = "-" if row["passed"] is None else f"{row['value']:.2f}"
         goals.add_row(row["what"], f"{row['most']:g}", measured, _mark(row["passed"]))
-    console().print(goals)
+    make_console().print(goals)
     for peer in result["missing"]:
-        console().print(f"Not measured: {peer}.", markup=False)
+        make_console().print(f"Not measured: {peer}.", markup=False)
 
 
 def _mark(reached: bool | None) -> str:
@@ -176,11 +176,11 @@ def _mark(reached: bool | None) -> str:
 
 
 def _speeds(result: dict[str, Any]) -> None:
-    from understudy.ui.cli.output import console, table
-    from understudy.viz.appearance import grouped
+    from understudy.ui.cli.output import make_console, make_table
+    from understudy.viz.appearance import format_thousands
 
     title = "Running: robot-ticks per second"
-    made = table("~task", "#robots", "#threads", "#speed", "#spread", "#of by hand", title=title)
+    made = make_table("~task", "#robots", "#threads", "#speed", "#spread", "#of by hand", title=title)
     shares = {
         (row["task"], row["robots"], row["threads"]): row["of_by_hand"] for row in result.get("fractions", ())
     }
@@ -188,28 +188,30 @@ def _speeds(result: dict[str, Any]) -> None:
         key = task, robots, threads = row["task"], row["robots"], row["threads"]
         spread = f"{row['spread']:.0%}" if "spread" in row else ""
         share = f"{shares[key]:.0%}" if key in shares else ""
-        made.add_row(task, grouped(robots), str(threads), short(row["robot_ticks_per_s"]), spread, share)
-    console().print(made)
-    goals = table("~goal", "#wanted", "#measured", "reached")
+        made.add_row(
+            task, format_thousands(robots), str(threads), short(row["robot_ticks_per_s"]), spread, share
+        )
+    make_console().print(made)
+    goals = make_table("~goal", "#wanted", "#measured", "reached")
     for row in result["goals"]:
         wanted = f"at least {short(row['least'])}" if "least" in row else f"at most {short(row['most'])}"
         measured = "-" if row["passed"] is None else short(row["value"])
         goals.add_row(row["what"], wanted, measured, _mark(row["passed"]))
-    console().print(goals)
+    make_console().print(goals)
     for peer in result.get("missing", ()):
         extra = "bench-vmas" if "VMAS" in peer else "bench"
-        console().print(f"Not measured: {peer}. Install it with: pip install 'understudy\\[{extra}]'")
+        make_console().print(f"Not measured: {peer}. Install it with: pip install 'understudy\\[{extra}]'")
 
 
 def short(number: float) -> str:
     """A number to three digits, as people read it: 0.98, 57, 1 000, 20 k, 6.5 M."""
-    from understudy.viz.appearance import grouped
+    from understudy.viz.appearance import format_thousands
 
     rounded = float(f"{number:.3g}")
     for size, letter in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
         if abs(rounded) >= max(size, 10_000):
             return f"{rounded / size:g} {letter}"
-    return grouped(int(rounded)) if abs(rounded) >= 1000 else f"{rounded:g}"
+    return format_thousands(int(rounded)) if abs(rounded) >= 1000 else f"{rounded:g}"
 
 
 MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(

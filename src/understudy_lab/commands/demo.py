@@ -52,7 +52,7 @@ def demo(
     from time import perf_counter
 
     from understudy.errors import UnknownName
-    from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.output import make_console, print_json
     from understudy_lab.commands.demo_report import make_room
 
     if task not in TASKS:
@@ -60,7 +60,7 @@ def demo(
     began = perf_counter()
     folder = out or Path("demo" if task == TASKS[0] else f"demo-{task}")
     make_room(folder)
-    talk = console(err=as_json)
+    talk = make_console(err=as_json)
     talk.quiet = as_json
     result = import_module(f"understudy_lab.commands.demo_{task}").show(seed, folder, talk)
     if as_json:

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
-    from understudy.ui.cli.options import find_world
+    from understudy.ui.cli.options import open_scenario
     from understudy.ui.cli.output import compile_once
     from understudy_lab.commands.demo_report import keep, live, taught_with, tell_lessons
     from understudy_lab.forage.teach import teach
 
     talk.print("\n[bold]A robot learns to forage by being shown.[/]")
-    compile_once(learner=True, world=find_world("forage"), quiet=talk.quiet)
+    compile_once(learner=True, world=open_scenario("forage"), quiet=talk.quiet)
     with live(talk) as progress:
         teaching = teach(seed, progress=progress)
     library = teaching.library
@@ -44,20 +44,20 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 def _path(library: Library, folder: Path, seed: int) -> Path:
     """Draw one run."""
     from understudy.storage.atomic import convert_os_errors
-    from understudy.viz import path_png
+    from understudy.viz.path_png import draw_path_png
     from understudy_lab.forage.teach import frames_of, worlds_of
 
     world, picture = worlds_of(seed)[0], folder / "path.png"
     with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
-        path_png(frames_of(library, world), picture, title=f"Taught to forage: world {world}")
+        draw_path_png(frames_of(library, world), picture, title=f"Taught to forage: world {world}")
     return picture
 
 
 def _judge(library: Library, seed: int, *, quiet: bool) -> tuple[Evaluation, dict[str, float]]:
-    from understudy.ui.cli.output import progress
+    from understudy.ui.cli.output import show_progress
     from understudy_lab.forage.teach import judge, judge_corners
 
-    with progress("Foraging in unseen worlds", quiet=quiet) as report:
+    with show_progress("Foraging in unseen worlds", quiet=quiet) as report:
         return judge(library, seed, progress=report), judge_corners(library, seed)
 
 

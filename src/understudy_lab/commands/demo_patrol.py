@@ -52,14 +52,14 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 def _film(taught: Taught, folder: Path, world: int) -> Path:
     """A film of one patrol."""
     from understudy.storage.atomic import convert_os_errors
-    from understudy.viz import run_gif
+    from understudy.viz.run_gif import draw_run_gif
     from understudy_lab.patrol.evaluate import DEFER
     from understudy_lab.patrol.practice import coordinated
 
     team = coordinated(taught.robots.library, taught.coordinators.library, [world], DEFER)
     film = folder / "patrol.gif"
     with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
-        run_gif(_frames(team), film, speed=SPEED)
+        draw_run_gif(_frames(team), film, speed=SPEED)
     return film
 
 
@@ -75,14 +75,14 @@ def _frames(team: Any) -> list[RunFrame]:
 
 def _judge(taught: Taught, seed: int, *, quiet: bool) -> tuple[dict[str, Any], int]:
     """What they come to, and a world to film."""
-    from understudy.ui.cli.output import progress
+    from understudy.ui.cli.output import show_progress
     from understudy_lab.patrol import evaluate
     from understudy_lab.patrol.practice import alone, coordinated
     from understudy_lab.patrol.tracks import watch
 
     robots, coordinators = taught.robots.library, taught.coordinators.library
     worlds, ticks = evaluate.worlds_of(seed)[:WORLDS], evaluate.TICKS
-    with progress("Patrolling in unseen worlds", quiet=quiet) as report:
+    with show_progress("Patrolling in unseen worlds", quiet=quiet) as report:
         report(0, 3)
         by_themselves = evaluate.rounds(watch(alone(robots, worlds), ticks))
         report(1, 3)
@@ -109,7 +109,7 @@ def _eventful(tracks: Tracks) -> int:
 
 
 def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
-    from understudy.ui.cli.output import table
+    from understudy.ui.cli.output import make_table
     from understudy_lab.commands.demo_report import lasted, tell_next, tell_numbers
 
     numbers = {
@@ -119,7 +119,7 @@ def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
     }
     tell_numbers("How well they patrol", numbers, talk)
     alone, together, deferring = result["alone"], result["coordinated"], result["deferring"]
-    made = table("", "#alone", "#coordinated")
+    made = make_table("", "#alone", "#coordinated")
     for what, key, told in (
         ("robots at the capture of an intruder", "attackers", "{:.1f} of 4"),
         ("robot-seconds an hour on who is gone", "residual_s", "{:.0f}"),

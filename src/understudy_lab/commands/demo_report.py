@@ -34,12 +34,12 @@ def live(talk: Console) -> Iterator[Progress]:
     from rich.live import Live
     from rich.table import Table
 
-    from understudy.ui.cli.output import table
+    from understudy.ui.cli.output import make_table
 
     lessons: dict[str, tuple[str, Account]] = {}
 
     def drawn() -> Table:
-        made = table("lesson", "#examples", "#presses", "#time", "")
+        made = make_table("lesson", "#examples", "#presses", "#time", "")
         for name, (what, account) in lessons.items():
             minutes, seconds = divmod(round(account.seconds), 60)
             mark = "[green]✓[/] learned" if what == "learned" else f"[yellow]{what}[/]"
@@ -88,15 +88,17 @@ def keep(library: Library, folder: Path, pictures: Path) -> list[Path]:
     """Save a library, and a graph of each of its automata; the graphs."""
     from understudy.storage.atomic import convert_os_errors, write_atomically
     from understudy.storage.library_folder import save_automaton
-    from understudy.ui.cli.library_data import graph_conditions
-    from understudy.viz import automaton_svg
+    from understudy.ui.cli.library_data import list_conditions_by_switch
+    from understudy.viz.automaton_svg import draw_automaton_svg
 
     for taught in library.taught.values():
         save_automaton(folder, taught)
     graphs = {pictures / f"{name}.svg": taught for name, taught in library.taught.items()}
     with convert_os_errors(pictures, "writing the pictures", remedy="see that the disk has room"):
         for picture, taught in graphs.items():
-            write_atomically(picture, automaton_svg(taught.automaton, graph_conditions(taught)).encode())
+            write_atomically(
+                picture, draw_automaton_svg(taught.automaton, list_conditions_by_switch(taught)).encode()
+            )
     return list(graphs)
 
 

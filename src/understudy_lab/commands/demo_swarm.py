@@ -54,7 +54,7 @@ def _judge(
     libraries: Libraries, seed: int, folder: Path, *, quiet: bool
 ) -> tuple[dict[str, Any], list[Path]]:
     """What they gather, taught, by hand and without coordinators, and how fast ten thousand run; film and picture."""
-    from understudy.ui.cli.output import progress
+    from understudy.ui.cli.output import show_progress
     from understudy_lab.swarm.evaluate import ALONE, ANSWERING, THREE, WAYS, gathered, worlds_of
     from understudy_lab.swarm.practice import led
     from understudy_lab.tasks.swarm_world import hand_coded
@@ -67,7 +67,7 @@ def _judge(
         ALONE: led(libraries, worlds, way=WAYS[ALONE]),
     }
     made: dict[str, Any] = {}
-    with progress("Pulling boxes in unseen worlds", quiet=quiet) as said:
+    with show_progress("Pulling boxes in unseen worlds", quiet=quiet) as said:
         for done, (name, team) in enumerate(teams.items()):
             said(done, len(teams) + 2)
             made[name] = gathered(team, TICKS)
@@ -82,7 +82,7 @@ def _judge(
 def _film(team: Team, folder: Path) -> Path:
     """A film of the two hundred."""
     from understudy.storage.atomic import convert_os_errors
-    from understudy.viz import run_gif
+    from understudy.viz.run_gif import draw_run_gif
 
     film = folder / "swarm.gif"
     frames = [_frame(team)]
@@ -90,7 +90,7 @@ def _film(team: Team, folder: Path) -> Path:
         team.run(EVERY)
         frames.append(_frame(team))
     with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
-        run_gif(frames, film, speed=SPEED)
+        draw_run_gif(frames, film, speed=SPEED)
     return film
 
 
@@ -99,7 +99,7 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
     from time import perf_counter
 
     from understudy.storage.atomic import convert_os_errors
-    from understudy.viz import path_png
+    from understudy.viz.path_png import draw_path_png
     from understudy_lab.swarm.practice import led
     from understudy_lab.tasks.swarm_world import of_platoons
 
@@ -113,7 +113,7 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
         frames.append(_frame(team))
     picture = folder / "swarm-large.png"
     with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
-        path_png(frames, picture, title=f"{PLATOONS} platoons")
+        draw_path_png(frames, picture, title=f"{PLATOONS} platoons")
     return round((team.ground.time_s - begun) / taken, 1), picture
 
 
@@ -125,8 +125,8 @@ def _frame(team: Team) -> RunFrame:
 
 
 def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
-    from understudy.ui.cli.output import table
-    from understudy.viz.appearance import grouped
+    from understudy.ui.cli.output import make_table
+    from understudy.viz.appearance import format_thousands
     from understudy_lab.commands.demo_report import lasted, tell_next, tell_numbers
     from understudy_lab.swarm.evaluate import LOADS
     from understudy_lab.tasks.swarm_world import EACH
@@ -135,10 +135,12 @@ def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
         "in": f"{lasted(result['teaching_seconds'])} of watching the robots",
         "judged in": f"{result['worlds']} unseen worlds, ten minutes each",
-        f"{grouped(EACH * PLATOONS)} robots": f"{result['times_real_time']:.1f} times real time, at 10 ticks a second",
+        f"{format_thousands(EACH * PLATOONS)} robots": (
+            f"{result['times_real_time']:.1f} times real time, at 10 ticks a second"
+        ),
     }
     tell_numbers("How well they pull together", numbers, talk)
-    made = table("an hour", "#crates", "#containers", "#loads", "#of by hand")
+    made = make_table("an hour", "#crates", "#containers", "#loads", "#of by hand")
     by_hand = result["gathered"]["by hand"]["loads"]
     said = {"by hand": "coordinated, by hand", "taught": "coordinated, taught"}
     for name, each in result["gathered"].items():

@@ -53,7 +53,7 @@ def experiment(
     [dim]understudy experiment forage --quick[/]
     """
     from understudy.ui.cli.commands.eval import parse_seeds
-    from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.output import make_console, print_json
     from understudy_lab.study import find_experiment
 
     if name == "list":
@@ -71,7 +71,7 @@ def experiment(
         wrong, unknown = _compared(result, found)
         told[each] = {"result": result, "wrong": wrong, "uncompared": unknown, "passed": not wrong}
         if not as_json:
-            _tell(result, wrong, unknown, folder, console())
+            _tell(result, wrong, unknown, folder, make_console())
     passed = all(each["passed"] for each in told.values())
     if as_json:
         print_json(told | {"passed": passed} if name == "all" else told[name])
@@ -79,28 +79,28 @@ def experiment(
 
 
 def _list(*, as_json: bool) -> None:
-    from understudy.ui.cli.output import console, print_json, table
+    from understudy.ui.cli.output import make_console, make_table, print_json
 
     if as_json:
         print_json([{"name": name, "question": question} for name, question in QUESTIONS.items()])
         return
-    made = table("experiment", "~question")
+    made = make_table("experiment", "~question")
     for row in QUESTIONS.items():
         made.add_row(*row)
-    console().print(made)
+    make_console().print(made)
 
 
 def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool) -> Result:
     """Run it, and put its result and its figure into the folder."""
     from rich.markup import escape
 
-    from understudy.ui.cli.options import find_world
-    from understudy.ui.cli.output import compile_once, console, progress
+    from understudy.ui.cli.options import open_scenario
+    from understudy.ui.cli.output import compile_once, make_console, show_progress
     from understudy_lab import figures, results
     from understudy_lab.row_cache import Kept
     from understudy_lab.runner import missing, run
 
-    notes = console(err=True)
+    notes = make_console(err=True)
     for module, install in missing(found).items():
         notes.print(f"[yellow]Skipped:[/] what needs {module}, which is not installed: {escape(install)}")
     kept = Kept(found.name, folder)
@@ -110,9 +110,9 @@ def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool)
         notes.print(f"[dim]Going on: {len(kept)} pieces are in {folder} already.[/]")
     compile_once(learner=True, quiet=quiet)
     for world in found.worlds:
-        compile_once(world=find_world(world), quiet=quiet)
+        compile_once(world=open_scenario(world), quiet=quiet)
     try:
-        with progress(found.name, quiet=quiet) as report:
+        with show_progress(found.name, quiet=quiet) as report:
             rows = run(found, plan, kept, jobs=jobs, progress=report)
     except KeyboardInterrupt:
         notes.print(f"{len(kept)} pieces are kept in {folder}: the same command goes on from there.")
@@ -146,7 +146,7 @@ def _compared(result: Result, experiment: Experiment) -> tuple[list[str], list[s
 def _tell(result: Result, wrong: list[str], unknown: list[str], folder: Path, out: Console) -> None:
     from rich.markup import escape
 
-    from understudy.ui.cli.output import table
+    from understudy.ui.cli.output import make_table
 
     findings = result.findings
     out.print(f"[bold]{result.question}[/]")
@@ -154,12 +154,12 @@ def _tell(result: Result, wrong: list[str], unknown: list[str], folder: Path, ou
         out.print("[dim]The quick version: too few teachings to judge by.[/]")
     out.print(findings.headline + "\n")
     for each in findings.tables:
-        made = table(*each.columns, title=each.title)
+        made = make_table(*each.columns, title=each.title)
         for row in each.rows:
             made.add_row(*row)
         out.print(made)
     if not result.quick and findings.goals:
-        made = table("~goal", "#wanted", "#measured", "", title="What it was to reach")
+        made = make_table("~goal", "#wanted", "#measured", "", title="What it was to reach")
         for goal in findings.goals:
             made.add_row(goal.what, goal.wanted, goal.measured, "" if goal.held else "[red]short[/]")
         out.print(made)

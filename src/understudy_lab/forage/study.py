@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.analysis.evaluation import measure
+from understudy.analysis.evaluation import measure_outcomes
 from understudy.sim.forage import Forage
 from understudy_lab.figures import dots, panels
 from understudy_lab.forage.teach import METHODS, WORLDS, summary, teach_and_judge, worlds_of
@@ -108,7 +108,7 @@ def yardstick(seed: int) -> float:
     body = Forage(worlds_of(seed))
     bound = lower_bound(body)
     hand = HandForager(body.agents, body.settings)
-    seconds = measure(body, hand.decide, hand.keys, limit_s=10.0 * bound + 60.0).seconds
+    seconds = measure_outcomes(body, hand.decide, hand.keys, limit_s=10.0 * bound + 60.0).seconds
     return round(float(np.median(seconds / bound)), 4)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy.analysis.evaluation import LENIENCE, measure_program
+from understudy.analysis.evaluation import LENIENCE, measure_program_outcomes
 from understudy.model.kinds import Column
 from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library
@@ -164,7 +164,7 @@ def foraging_success(library: Library, seeds: range) -> float:
     """The share of worlds that are foraged in time."""
     first = seeds.start % BESIDE
     limits = _limits(seeds.start - first)[first : first + len(seeds)]
-    return measure_program(Forage(seeds), link(library, "forage"), limit_s=limits).success
+    return measure_program_outcomes(Forage(seeds), link(library, "forage"), limit_s=limits).success
 
 
 @lru_cache(maxsize=4)

@@ -133,7 +133,7 @@ def test_a_fault_of_ours_says_how_to_report_it(library: Path, monkeypatch: pytes
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("oh")
 
-    monkeypatch.setattr("understudy.ui.cli.library_data.look", broken)
+    monkeypatch.setattr("understudy.ui.cli.library_data.open_each_automaton", broken)
     result = run("list", "-l", library)
     assert result.exit_code == 70
     assert "ZeroDivisionError: oh" in result.stderr
@@ -145,7 +145,7 @@ def test_interrupted(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("understudy.ui.cli.library_data.look", interrupt)
+    monkeypatch.setattr("understudy.ui.cli.library_data.open_each_automaton", interrupt)
     assert run("list", "-l", library).exit_code == 130
 
 
@@ -173,8 +173,8 @@ def test_as_a_process(library: Path) -> None:
 def test_it_starts_quickly() -> None:
     code = (
         "import sys; sys.argv = ['understudy', '--help']\n"
-        "from understudy.ui.cli import main\n"
-        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "from understudy.ui.cli import run_command_line\n"
+        "try:\n    run_command_line()\nexcept SystemExit:\n    pass\n"
         "slow = {'numba', 'matplotlib', 'textual', 'sklearn', 'numpy', 'PIL'} & set(sys.modules)\n"
         "assert not slow, slow\n"
     )

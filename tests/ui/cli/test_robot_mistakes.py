@@ -10,7 +10,7 @@ from tests.ui.cli.commands import run
 
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.transport import Transport
-from understudy.ui.cli.robot_options import twin_of
+from understudy.ui.cli.robot_options import connect_twin
 
 for module in ("cyclonedds", "rosbags", "mcap"):
     pytest.importorskip(module, reason="needs the extra ros2")
@@ -99,7 +99,7 @@ def test_a_program_that_the_system_ends_leaves_as_it_should(
     left, transports = list[str](), list[Transport]()
 
     def ended() -> None:
-        with twin_of(files / "rover.toml", None, record=None, recorded=False) as twin:
+        with connect_twin(files / "rover.toml", None, record=None, recorded=False) as twin:
             twin.fleet.robots[0].close = left.append  # type: ignore[method-assign, assignment]
             transports.append(twin.fleet.robots[0].transport)
             signal.raise_signal(number)

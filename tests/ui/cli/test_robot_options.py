@@ -35,7 +35,7 @@ def test_two_that_begin_in_one_second_have_a_file_each(
 def test_nothing_is_left_of_what_never_began(tmp_path: Path) -> None:
     path = tmp_path / "rover.toml"
     path.write_text("format = 1", encoding="utf-8")
-    with pytest.raises(FileError), robot_options.twin_of(path, None, record=None, recorded=True):
+    with pytest.raises(FileError), robot_options.connect_twin(path, None, record=None, recorded=True):
         pass
     assert not (tmp_path / "recordings").exists()
 
@@ -47,7 +47,7 @@ def test_who_is_told_to_end_leaves_orderly(name: str) -> None:
     before = signal.signal(number, signal.SIG_DFL)
     try:
         how = KeyboardInterrupt if name == "SIGINT" else SystemExit
-        with robot_options.leaving_orderly(), pytest.raises(how) as left:
+        with robot_options.interrupt_on_termination(), pytest.raises(how) as left:
             signal.raise_signal(number)
         assert name == "SIGINT" or left.value.args == (128 + number,)
         assert signal.getsignal(number) == signal.SIG_DFL
@@ -59,7 +59,7 @@ def test_who_is_told_to_end_leaves_orderly(name: str) -> None:
 def test_a_hang_up_is_ignored_where_somebody_wants_that() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with robot_options.leaving_orderly():
+        with robot_options.interrupt_on_termination():
             signal.raise_signal(signal.SIGHUP)
     finally:
         signal.signal(signal.SIGHUP, before)

@@ -18,7 +18,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
 from understudy.storage.library_folder import save_automaton
-from understudy.ui.cli.options import behavior_of, find_kit, library_for
+from understudy.ui.cli.options import choose_behavior, find_kit, open_behavior_library
 from understudy_lab.bench.patrol import lead
 
 
@@ -171,12 +171,12 @@ def test_the_automaton_at_the_top_runs_when_none_is_named(
         if file.stem not in left:
             file.unlink()
     kit = find_kit(None, "forage")
-    found = library_for(None, library, kit)
+    found = open_behavior_library(None, library, kit)
     if top is not None:
-        assert behavior_of(found, None, library) == top
+        assert choose_behavior(found, None, library) == top
         return
     with pytest.raises(SettingError, match=r"give --behavior NAME: the automata of .* are") as refusal:
-        behavior_of(found, None, library)
+        choose_behavior(found, None, library)
     assert all(name in str(refusal.value) for name in [*left, "rotate_left"])
 
 

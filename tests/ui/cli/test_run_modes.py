@@ -7,7 +7,7 @@ from inspect import signature
 
 import pytest
 
-from understudy.ui.cli.commands.run import OPTION_MODES, RunMode, run
+from understudy.ui.cli.commands.run import OPTION_MODES, RunMode, run_behavior
 from understudy.ui.cli.commands.run_replay import ReplayOptions
 from understudy.ui.cli.commands.run_robot import RobotRunOptions
 from understudy.ui.cli.commands.run_simulated import SimulatedRunOptions
@@ -20,7 +20,7 @@ OPTIONS_OF = {
 
 
 def test_the_table_has_every_option() -> None:
-    assert set(OPTION_MODES) == set(signature(run).parameters) - {"context"}
+    assert set(OPTION_MODES) == set(signature(run_behavior).parameters) - {"context"}
 
 
 @pytest.mark.parametrize("mode", RunMode)

@@ -12,7 +12,7 @@ from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.commands import run, said
 from tests.ui.cli.forage_parts import goto
 
-from understudy.analysis.expectations import here, promise
+from understudy.analysis.expectations import add_expectation, make_expectation
 from understudy.learning.fit import learn_automaton
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
@@ -35,7 +35,7 @@ def fetching(library: Path) -> Path:
     session.direct("done")
     session.tick()
     session.reset(11)
-    promise(session, flag="done", within_s=60.0)
+    add_expectation(session, flag="done", within_s=60.0)
     save_automaton(library, session.taught())
     return library
 
@@ -127,9 +127,9 @@ def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     session.run_for(1.0)
     session.direct("done")
     session.tick()
-    outcome = here(session, flag="done", within_s=3.0)
+    outcome = make_expectation(session, flag="done", within_s=3.0)
     assert (outcome.sort, outcome.agent) == ("patrol", 0)
-    promise(session, flag="done", within_s=3.0)
+    add_expectation(session, flag="done", within_s=3.0)
     save_automaton(tmp_path / "patrol", session.taught())
     told = found(tmp_path)
     assert set(told) == {"wander", "servo", "patrol", "patrol/out"}

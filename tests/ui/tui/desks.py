@@ -19,12 +19,12 @@ from understudy.storage.library_folder import open_library
 from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 from understudy.ui.controller import journal_store
-from understudy.ui.controller.trainer import Desk
-from understudy.ui.controller.training_plan import Choices, Plan
-from understudy.ui.tui.app import Ended, Trainer
-from understudy.ui.tui.main_screen import Teaching
+from understudy.ui.controller.trainer import Trainer
+from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan
+from understudy.ui.tui.app import SessionEnd, TrainerApp
+from understudy.ui.tui.main_screen import TeachingScreen
 
-GOTO = Choices(
+GOTO = LessonChoices(
     states=["forward", "rotate_left", "rotate_right"],
     features=["distance_to(A)", "angle_to(A)"],
     flags=["done"],
@@ -43,25 +43,25 @@ class Wall:
         return self.now
 
 
-def plan(folder: Path, name: str = "goto", choices: Choices = GOTO, seed: int = 0) -> Plan:
+def plan(folder: Path, name: str = "goto", choices: LessonChoices = GOTO, seed: int = 0) -> TrainingPlan:
     library = open_library(folder, FORAGE_KIT, learn).library if folder.exists() else Library(FORAGE_KIT)
-    return Plan(name, folder, find_scenario("forage"), library, choices, seed)
+    return TrainingPlan(name, folder, find_scenario("forage"), library, choices, seed)
 
 
 class Hand:
     """A trainer that runs, and somebody who does nothing but press keys and wait."""
 
-    def __init__(self, trainer: Trainer, pilot: Pilot[Ended | UnderstudyError], wall: Wall) -> None:
+    def __init__(self, trainer: TrainerApp, pilot: Pilot[SessionEnd | UnderstudyError], wall: Wall) -> None:
         self.trainer, self.pilot, self.wall = trainer, pilot, wall
 
     @property
-    def desk(self) -> Desk:
+    def desk(self) -> Trainer:
         assert self.trainer.opened is not None
         return self.trainer.opened.desk
 
     @property
-    def teaching(self) -> Teaching:
-        assert isinstance(self.trainer.screen, Teaching), self.trainer.screen
+    def teaching(self) -> TeachingScreen:
+        assert isinstance(self.trainer.screen, TeachingScreen), self.trainer.screen
         return self.trainer.screen
 
     @property
@@ -136,12 +136,20 @@ def tolerable(screen: SessionView) -> str | None:
 
 @asynccontextmanager
 async def trainer(
-    made: Plan, *, size: tuple[int, int] = (80, 24), offer: bool = False, twin: DigitalTwin | None = None
+    made: TrainingPlan,
+    *,
+    size: tuple[int, int] = (80, 24),
+    offer: bool = False,
+    twin: DigitalTwin | None = None,
 ) -> AsyncIterator[Hand]:
     """The trainer on a screen nobody sees."""
     wall = Wall()
-    left = journal_store.unfinished(made.folder, made.name, made.world.name, made.library) if offer else None
-    app = Trainer(made, unfinished=left, wall=wall, twin=twin)
+    left = (
+        journal_store.find_interrupted_session(made.folder, made.name, made.world.name, made.library)
+        if offer
+        else None
+    )
+    app = TrainerApp(made, unfinished=left, wall=wall, twin=twin)
     try:
         async with app.run_test(size=size) as pilot:
             await pilot.pause()

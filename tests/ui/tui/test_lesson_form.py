@@ -6,16 +6,16 @@ import asyncio
 
 from textual.app import App, ComposeResult
 
-from understudy.ui.tui.lesson_form import Picks
+from understudy.ui.tui.lesson_form import MultiSelect
 
 
 class Page(App[None]):
     def compose(self) -> ComposeResult:
-        yield Picks(id="picks")
+        yield MultiSelect(id="picks")
 
     def on_mount(self) -> None:
-        self.query_one(Picks).offer(["one", "two", "three"], chosen=["three"])
-        self.query_one(Picks).focus()
+        self.query_one(MultiSelect).offer(["one", "two", "three"], chosen=["three"])
+        self.query_one(MultiSelect).focus()
 
 
 def test_space_chooses_where_the_list_begins() -> None:
@@ -23,6 +23,6 @@ def test_space_chooses_where_the_list_begins() -> None:
         page = Page()
         async with page.run_test() as pilot:
             await pilot.press("space", "down", "down", "space")
-            return page.query_one(Picks).chosen
+            return page.query_one(MultiSelect).chosen
 
     assert asyncio.run(keys()) == ["one"]

@@ -20,9 +20,9 @@ from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.target_lookup import find_target_place
 from understudy.storage.library_folder import list_versions, open_library
 from understudy.training.trainee import Mode
-from understudy.ui.controller.training_plan import Choices
-from understudy.ui.tui.app import Ended
-from understudy.ui.tui.main_screen import Teaching
+from understudy.ui.controller.training_plan import LessonChoices
+from understudy.ui.tui.app import SessionEnd
+from understudy.ui.tui.main_screen import TeachingScreen
 
 Test = Callable[..., Coroutine[Any, Any, None]]
 
@@ -68,7 +68,7 @@ async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_
             await hand.press("n")
         await hand.press("s", "q")
     ended = hand.trainer.return_value
-    assert isinstance(ended, Ended)
+    assert isinstance(ended, SessionEnd)
     assert ended.saved
     assert len(saved(tmp_path / "library").examples) == ended.examples
     assert ended.journal.exists()
@@ -195,7 +195,7 @@ async def test_what_is_saved_is_opened_again_and_goes_on(tmp_path: Path) -> None
         await hand.press("left")
         await hand.wait(0.3)
         await hand.press("s", "q")
-    async with trainer(plan(tmp_path, choices=Choices())) as hand:
+    async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:
         assert "open again" in hand.said
         assert hand.desk.screen.targets == {"A": "station"}
         assert not hand.desk.unsaved
@@ -214,15 +214,15 @@ async def test_quitting_asks_about_what_is_not_saved(tmp_path: Path) -> None:
         await hand.press("up")
         await hand.wait(0.2)
         await hand.press("q")
-        assert not isinstance(hand.trainer.screen, Teaching)
+        assert not isinstance(hand.trainer.screen, TeachingScreen)
         await hand.press("escape")
-        assert isinstance(hand.trainer.screen, Teaching)
+        assert isinstance(hand.trainer.screen, TeachingScreen)
         before = hand.desk.screen.time_s
         await hand.wait(0.5)
         assert hand.desk.screen.time_s > before
         await hand.press("ctrl+q", "x")
     ended = hand.trainer.return_value
-    assert isinstance(ended, Ended)
+    assert isinstance(ended, SessionEnd)
     assert not ended.saved
     assert not (tmp_path / "goto.json").exists()
 
@@ -258,7 +258,7 @@ async def test_a_killed_session_is_offered_and_nothing_shown_is_lost(tmp_path: P
 
 @run
 async def test_everything_is_chosen_on_the_first_page(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path, choices=Choices())) as hand:
+    async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:
         await hand.press("ctrl+g")
         told = hand.trainer.screen.query_one("#told").render()
         assert "No states yet" in str(told)
@@ -305,7 +305,7 @@ async def test_why_and_the_page_of_the_lesson(tmp_path: Path) -> None:
         await hand.press("x", "u", "x", "escape")
         assert len(hand.desk.session.examples) == 3
         await hand.press("h", "escape")
-        assert isinstance(hand.trainer.screen, Teaching)
+        assert isinstance(hand.trainer.screen, TeachingScreen)
 
 
 @run

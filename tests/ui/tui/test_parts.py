@@ -19,11 +19,11 @@ from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.target_lookup import find_target_place
 from understudy.ui.controller import journal_store, key_bindings
-from understudy.ui.controller.clock import BUSY_S, FASTEST, Pace
-from understudy.ui.controller.formatting import clock, number, spark
-from understudy.ui.controller.training_plan import Choices, checked
+from understudy.ui.controller.clock import BUSY_S, FASTEST, RealTimeClock
+from understudy.ui.controller.formatting import format_minutes, format_sparkline, parse_displayed_value
+from understudy.ui.controller.training_plan import LessonChoices, make_session_start
 from understudy.ui.tui import main_screen
-from understudy.ui.tui.world_view import ARROWS, facts, picture, size
+from understudy.ui.tui.world_view import ARROWS, describe_followed_robot, fit_arena, render_world
 
 ANGLE = BoundFeature(FORAGE_KIT.features["angle_to"], Binding(A="A"))
 DISTANCE = BoundFeature(FORAGE_KIT.features["distance_to"], Binding(A="A"))
@@ -33,7 +33,7 @@ LEFT = BoundFeature(FORAGE_KIT.features["food_left"])
 
 def test_ticks_are_due_in_real_time_and_time_stops_while_it_stands() -> None:
     wall = Wall()
-    pace = Pace(wall, tick_s=0.1)
+    pace = RealTimeClock(wall, tick_s=0.1)
     wall.now = 5.0
     assert (pace.due(), pace.time_s) == (0, 0.0)
     pace.go()
@@ -53,7 +53,7 @@ def test_ticks_are_due_in_real_time_and_time_stops_while_it_stands() -> None:
 
 
 def test_speeds_end_somewhere() -> None:
-    pace = Pace(Wall(), tick_s=0.1)
+    pace = RealTimeClock(Wall(), tick_s=0.1)
     for _ in range(20):
         pace.faster()
     assert pace.speed == FASTEST
@@ -66,7 +66,7 @@ def test_speeds_end_somewhere() -> None:
 
 def test_as_fast_as_it_goes_takes_what_fits_into_a_beat() -> None:
     wall = Wall()
-    pace = Pace(wall, tick_s=0.1)
+    pace = RealTimeClock(wall, tick_s=0.1)
     pace.speed = FASTEST
     assert list(pace.ticks()) == [], "time stands still"
     pace.go()
@@ -91,7 +91,7 @@ def test_as_fast_as_it_goes_takes_what_fits_into_a_beat() -> None:
 
 
 def test_no_key_of_a_state_is_a_key_of_a_command() -> None:
-    commands = {key for binding in main_screen.Teaching.BINDINGS for key in binding.key.split(",")}  # type: ignore[union-attr]
+    commands = {key for binding in main_screen.TeachingScreen.BINDINGS for key in binding.key.split(",")}  # type: ignore[union-attr]
     assert not commands & set(key_bindings.LETTERS + key_bindings.DIGITS + "0")
     assert not commands & set(key_bindings.ARROWS)
     assert len(set(key_bindings.LETTERS)) == len(key_bindings.LETTERS)
@@ -106,7 +106,7 @@ def test_keys_of_states() -> None:
         State("ahead_too", "forward"),
         *(State(f"load{number}", "load_food") for number in range(8)),
     )
-    found = key_bindings.state_keys(library, states)
+    found = key_bindings.bind_state_keys(library, states)
     assert found.leads["up"] == found.leads["1"] == "ahead"
     assert found.leads["right"] == found.leads["2"] == "rotate_right"
     assert found.leads["0"] == "start"
@@ -145,7 +145,7 @@ SAID = [
 
 @pytest.mark.parametrize(("bound", "text", "read"), SAID)
 def test_values_are_read_as_they_are_said(bound: BoundFeature, text: str, read: float) -> None:
-    assert number(bound, text) == pytest.approx(read, nan_ok=True)
+    assert parse_displayed_value(bound, text) == pytest.approx(read, nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_values_are_read_as_they_are_said(bound: BoundFeature, text: str, read: 
 )
 def test_what_is_no_value_is_refused(bound: BoundFeature, text: str, problem: str) -> None:
     with pytest.raises(KindError, match=problem):
-        number(bound, text)
+        parse_displayed_value(bound, text)
 
 
 def test_conditions_say_angles_like_readings() -> None:
@@ -164,10 +164,10 @@ def test_conditions_say_angles_like_readings() -> None:
 
 
 def test_bars() -> None:
-    assert spark(DISTANCE, [0.0, 7.0, nan], 4) == " ▁█ "
-    assert spark(ANGLE, [radians(181), 0.0, radians(179)], 3) == "▁▅█"
-    assert spark(LEFT, [0.0, 1.0], 2) == "▁█"
-    assert clock(128.34) == "2:08.3"
+    assert format_sparkline(DISTANCE, [0.0, 7.0, nan], 4) == " ▁█ "
+    assert format_sparkline(ANGLE, [radians(181), 0.0, radians(179)], 3) == "▁▅█"
+    assert format_sparkline(LEFT, [0.0, 1.0], 2) == "▁█"
+    assert format_minutes(128.34) == "2:08.3"
 
 
 @pytest.mark.parametrize(("columns", "lines"), [(80, 20), (20, 40), (1, 1)])
@@ -175,9 +175,9 @@ def test_the_picture_keeps_its_size_and_shows_what_there_is(columns: int, lines:
     world = Forage([5])
     view, station = world.view(), find_target_place(world, "station")
     assert station is not None
-    wide, tall = size(view, columns, lines)
+    wide, tall = fit_arena(view, columns, lines)
     aims = [station, (-4.0, 99.0)]
-    drawn = picture(view, [(1.0, 1.0), (99.0, -3.0)], aims, columns=wide, lines=tall, robot=0).plain
+    drawn = render_world(view, [(1.0, 1.0), (99.0, -3.0)], aims, columns=wide, lines=tall, robot=0).plain
     rows = drawn.split("\n")
     assert len(rows) == tall <= lines
     assert {len(row) for row in rows} == {wide}
@@ -189,30 +189,30 @@ def test_the_picture_keeps_its_size_and_shows_what_there_is(columns: int, lines:
 @pytest.mark.parametrize("robots", [1, 4, 30, 1000])
 def test_any_world_in_characters(robots: int) -> None:
     view = crossing(3, robots=robots)[-1].view
-    wide, tall = size(view, 90, 30)
-    rows = picture(view, columns=wide, lines=tall).plain.split("\n")
+    wide, tall = fit_arena(view, 90, 30)
+    rows = render_world(view, columns=wide, lines=tall).plain.split("\n")
     assert (len(rows), {len(row) for row in rows}) == (tall, {wide})
     arrows = sum(row.count(arrow) for row in rows for arrow in ARROWS)
     assert arrows == 0 if robots == 1000 else 0 < arrows <= robots
     assert all(sign in "".join(rows) for sign in ("3", "4", "⌂", "■", "⣿"))
-    assert facts(view, 90) == (
+    assert describe_followed_robot(view, 90) == (
         "" if robots == 1 else f"{'1 000' if robots == 1000 else robots} robots  home 0 of 7"
     )
 
 
 REFUSED = [
     ("forward", GOTO, "a basic behavior has this name already"),
-    ("goto", Choices(states=["fly"]), "no behavior 'fly'"),
-    ("goto", Choices(states=["forward"], features=["distance_to(B)"]), "no parameter or target 'B'"),
+    ("goto", LessonChoices(states=["fly"]), "no behavior 'fly'"),
+    ("goto", LessonChoices(states=["forward"], features=["distance_to(B)"]), "no parameter or target 'B'"),
     (
         "goto",
-        Choices(states=["forward"], features=["food_left"], targets={"A": "station"}),
+        LessonChoices(states=["forward"], features=["food_left"], targets={"A": "station"}),
         "no parameter 'A'",
     ),
     ("", GOTO, "no file can be called so"),
     (
         "goto",
-        Choices(states=["forward"], features=["food_left"], parameters=["A"], targets={"A": "x"}),
+        LessonChoices(states=["forward"], features=["food_left"], parameters=["A"], targets={"A": "x"}),
         "no target 'x'",
     ),
 ]
@@ -220,22 +220,22 @@ REFUSED = [
 
 @pytest.mark.parametrize(("name", "choices", "problem"), REFUSED)
 def test_a_plan_that_makes_no_sense_is_refused(
-    tmp_path: Path, name: str, choices: Choices, problem: str
+    tmp_path: Path, name: str, choices: LessonChoices, problem: str
 ) -> None:
     with pytest.raises(UnderstudyError, match=problem):
-        checked(plan(tmp_path, name, choices))
+        make_session_start(plan(tmp_path, name, choices))
 
 
 def test_a_plan_with_something_left_to_choose(tmp_path: Path) -> None:
-    assert checked(plan(tmp_path, choices=Choices(parameters=["A"]))) is None
+    assert make_session_start(plan(tmp_path, choices=LessonChoices(parameters=["A"]))) is None
 
 
 def test_only_the_last_ended_journals_are_kept_and_other_names_are_left_alone(tmp_path: Path) -> None:
     for name in ("goto", "goto-2"):
         for second in range(8):
-            path = journal_store.new_path(tmp_path, name, now=datetime(2026, 1, 1, 12, 0, second))
+            path = journal_store.make_journal_path(tmp_path, name, now=datetime(2026, 1, 1, 12, 0, second))
             path.touch()
-            journal_store.end(path, tmp_path, name)
+            journal_store.finish_journal(path, tmp_path, name)
     left = sorted(path.name for path in (tmp_path / journal_store.FOLDER).iterdir())
     assert len(left) == 2 * journal_store.KEPT
     assert left[-1] == "goto-2026-01-01-12.00.07.ended"
@@ -244,10 +244,10 @@ def test_only_the_last_ended_journals_are_kept_and_other_names_are_left_alone(tm
 def test_a_journal_in_use_is_locked(tmp_path: Path) -> None:
     path = tmp_path / "a.journal"
     path.touch()
-    lock = journal_store.Lock.tried(path)
+    lock = journal_store.JournalLock.tried(path)
     assert lock is not None
-    assert journal_store.Lock.tried(path) is None
+    assert journal_store.JournalLock.tried(path) is None
     lock.release()
-    again = journal_store.Lock.tried(path)
+    again = journal_store.JournalLock.tried(path)
     assert again is not None
     again.release()

@@ -15,14 +15,14 @@ from tests.ui.tui.test_main_screen import run
 
 from understudy.model.library import Library
 from understudy.sim.kit import make_scenario_kit
-from understudy.ui.controller.training_plan import Plan
+from understudy.ui.controller.training_plan import TrainingPlan
 
 
-def plan(rig: Rig, folder: Path) -> Plan:
+def plan(rig: Rig, folder: Path) -> TrainingPlan:
     """GoTo in the robot's world."""
     kit = make_scenario_kit(rig.twin.scenario)
     choices = replace(GOTO, targets={"A": "red_flag"})
-    return Plan("goto", folder, rig.twin.scenario, Library(kit), choices)
+    return TrainingPlan("goto", folder, rig.twin.scenario, Library(kit), choices)
 
 
 async def wait(hand: Hand, rig: Rig, seconds: float) -> None:

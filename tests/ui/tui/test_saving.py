@@ -12,26 +12,26 @@ from tests.ui.tui.desks import GOTO, Wall, plan
 from understudy.errors import SessionError
 from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import open_library
-from understudy.ui.controller.lesson_actions import promise
-from understudy.ui.controller.open_session import begun
-from understudy.ui.controller.save_report import told
-from understudy.ui.controller.trainer import Desk
-from understudy.ui.controller.training_plan import checked
+from understudy.ui.controller.lesson_actions import add_expectation_here
+from understudy.ui.controller.open_session import begin_session
+from understudy.ui.controller.save_report import format_saved_message
+from understudy.ui.controller.trainer import Trainer
+from understudy.ui.controller.training_plan import make_session_start
 
 
 @contextmanager
-def desk(folder: Path) -> Iterator[Desk]:
+def desk(folder: Path) -> Iterator[Trainer]:
     made = plan(folder, choices=GOTO)
-    start = checked(made)
+    start = make_session_start(made)
     assert start is not None
-    opened = begun(made, start, Wall())
+    opened = begin_session(made, start, Wall())
     try:
         yield opened.desk
     finally:
         opened.close()
 
 
-def press(desk: Desk, state: str) -> None:
+def press(desk: Trainer, state: str) -> None:
     desk.press(state)
     desk.tick()
 
@@ -62,7 +62,7 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         press(here, "done")
         here.again()
         here.save()
-        promise(here, "done", 1.0)
+        add_expectation_here(here, "done", 1.0)
         assert here.said.text.startswith("Promised from here: done within 1 s in forage, A = station")
         assert here.unsaved
         here.save()
@@ -74,14 +74,14 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         assert here.said.tone == "error"
         assert "goto no longer comes to done within 1 s in forage, A = station" in here.said.text
         with pytest.raises(SessionError, match="its flags are done"):
-            promise(here, "failed", 1.0)
+            add_expectation_here(here, "failed", 1.0)
     taught = open_library(tmp_path, FORAGE_KIT).library.taught["goto"]
     assert taught.lesson is not None
     assert len(taught.lesson.outcomes) == 1
 
 
 def test_only_some_is_said() -> None:
-    said = told(Path("goto.json"), ("a", "b", "c", "d"))
+    said = format_saved_message(Path("goto.json"), ("a", "b", "c", "d"))
     assert said == (
         "Saved in goto.json, but something that worked no longer does: a; b; and 2 more, which understudy test tells"
     )

@@ -18,9 +18,9 @@ from starlette.testclient import TestClient, WebSocketTestSession
 
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
-from understudy.ui.web.app import app, listen
-from understudy.ui.web.server import Studio
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.app import listen, make_app
+from understudy.ui.web.server import StudioServer
+from understudy.ui.web.session_host import SessionHost
 
 HOME = "http://127.0.0.1"
 GOTO: dict[str, Any] = {
@@ -50,11 +50,11 @@ def plain(data: object) -> Any:
     return msgspec.to_builtins(data)
 
 
-def studio(folder: Path, *, world: str = "forage", seed: int = 0, wall: Wall | None = None) -> Studio:
+def studio(folder: Path, *, world: str = "forage", seed: int = 0, wall: Wall | None = None) -> StudioServer:
     """A studio whose world moves only when told, and where pages may speak as fast as they like."""
     scenario = find_scenario(world)
-    stage = Stage(scenario, folder, make_scenario_kit(scenario), seed=seed, wall=wall or Wall())
-    return Studio(stage, wall=wall or Wall(glance=0.01))
+    stage = SessionHost(scenario, folder, make_scenario_kit(scenario), seed=seed, wall=wall or Wall())
+    return StudioServer(stage, wall=wall or Wall(glance=0.01))
 
 
 @dataclass
@@ -161,17 +161,17 @@ def page(client: TestClient, query: str = "") -> Iterator[Page]:
 
 
 @contextmanager
-def served(made: Studio) -> Iterator[TestClient]:
-    with TestClient(app(made), base_url=HOME) as client:
+def served(made: StudioServer) -> Iterator[TestClient]:
+    with TestClient(make_app(made), base_url=HOME) as client:
         yield client
 
 
 class Served:
     """A real server on a real socket, in a thread of its own."""
 
-    def __init__(self, made: Studio) -> None:
+    def __init__(self, made: StudioServer) -> None:
         self.address = listen("127.0.0.1", 0, None)
-        config = uvicorn.Config(app(made), log_level="error", ws_per_message_deflate=False)
+        config = uvicorn.Config(make_app(made), log_level="error", ws_per_message_deflate=False)
         self.server = uvicorn.Server(config)
         self.thread = threading.Thread(target=self.server.run, kwargs={"sockets": [self.address.listener]})
 

@@ -15,20 +15,20 @@ from tests.ui.web.test_lesson import step
 from understudy.coaching.give_advice import give_advice
 from understudy.training.reaction_time import ReactionEstimate
 from understudy.ui.controller import coach as coaching
-from understudy.ui.controller.trainer import Desk
-from understudy.ui.web.server import Studio
+from understudy.ui.controller.trainer import Trainer
+from understudy.ui.web.server import StudioServer
 
 PRESSES = ("rotate_left", "forward", "rotate_left", "forward")
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> Studio:
+def made(tmp_path: Path) -> StudioServer:
     """A studio whose world moves only when told."""
     return studio(tmp_path / "library", seed=4)
 
 
 @pytest.fixture
-def person(made: Studio) -> Iterator[Page]:
+def person(made: StudioServer) -> Iterator[Page]:
     """Somebody who has pressed four times, and let time stand still."""
     with served(made) as client, page(client) as person:
         person.done(**GOTO)
@@ -57,7 +57,7 @@ def sentences(person: Page) -> list[str]:
     return [each["sentence"] for each in advised(person)]
 
 
-def test_a_lesson_without_presses_says_so(made: Studio) -> None:
+def test_a_lesson_without_presses_says_so(made: StudioServer) -> None:
     with served(made) as client, page(client) as person:
         assert "Nothing is being trained" in person.say("advise")["error"].capitalize()
         person.done(**GOTO)
@@ -65,7 +65,7 @@ def test_a_lesson_without_presses_says_so(made: Studio) -> None:
         assert ready(person)["late"] is None
 
 
-def test_advice_with_a_place_is_set_up(person: Page, made: Studio) -> None:
+def test_advice_with_a_place_is_set_up(person: Page, made: StudioServer) -> None:
     given = advised(person)
     weights = [each["weight"] for each in given]
     assert weights == sorted(weights, reverse=True)
@@ -86,7 +86,7 @@ def test_advice_with_a_place_is_set_up(person: Page, made: Studio) -> None:
     assert "out of date" in person.say("set_up", sentence=chosen["sentence"])["error"]
 
 
-def test_what_cannot_be_set_up_is_said(made: Studio) -> None:
+def test_what_cannot_be_set_up_is_said(made: StudioServer) -> None:
     """A robot that carries nothing cannot be made to carry much."""
     carry: dict[str, Any] = {"do": "new", "name": "carry", "states": ["forward", "rotate_left"], "flags": []}
     with served(made) as client, page(client) as person:
@@ -103,7 +103,7 @@ def test_what_cannot_be_set_up_is_said(made: Studio) -> None:
         assert answer["sentence"] == "I could not set it up whole: food_stored is not as I meant."
 
 
-def test_who_looks_on_hears_the_advice_and_may_not_follow_it(made: Studio) -> None:
+def test_who_looks_on_hears_the_advice_and_may_not_follow_it(made: StudioServer) -> None:
     with served(made) as client, page(client) as person, page(client) as other:
         person.done(**GOTO)
         (few, *_) = advised(other)
@@ -112,7 +112,7 @@ def test_who_looks_on_hears_the_advice_and_may_not_follow_it(made: Studio) -> No
             assert "directs" in other.send(message)["error"]
 
 
-def test_advice_is_asked_for_again_only_when_the_lesson_changed(person: Page, made: Studio) -> None:
+def test_advice_is_asked_for_again_only_when_the_lesson_changed(person: Page, made: StudioServer) -> None:
     edition = person.desk["desk"]["edition"]
     for _ in range(3):
         step(person)
@@ -125,7 +125,7 @@ def test_advice_is_asked_for_again_only_when_the_lesson_changed(person: Page, ma
 
 
 def test_a_large_lesson_is_looked_over_beside_the_world(
-    person: Page, made: Studio, monkeypatch: pytest.MonkeyPatch
+    person: Page, made: StudioServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     go = Event()
     monkeypatch.setattr(
@@ -158,7 +158,7 @@ def step_or_ask(person: Page) -> None:
     person.until_desk()
 
 
-def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: Studio) -> None:
+def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: StudioServer) -> None:
     person.done("ask_when", when="pause")
     person.done("turn")
     question = asked(person)
@@ -182,7 +182,7 @@ def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: St
     assert len(desk.session.examples) == known
 
 
-def test_a_question_is_of_one_situation(person: Page, made: Studio) -> None:
+def test_a_question_is_of_one_situation(person: Page, made: StudioServer) -> None:
     person.done("ask_when", when="pause")
     person.done("turn")
     asked(person)
@@ -198,7 +198,7 @@ def test_a_question_is_of_one_situation(person: Page, made: Studio) -> None:
 
 
 @pytest.mark.parametrize("way", ["carry on", "keep"])
-def test_carrying_on_records_nothing_and_keeping_confirms(person: Page, made: Studio, way: str) -> None:
+def test_carrying_on_records_nothing_and_keeping_confirms(person: Page, made: StudioServer, way: str) -> None:
     person.done("ask_when", when="pause")
     person.done("turn")
     asked(person)
@@ -214,7 +214,7 @@ def test_carrying_on_records_nothing_and_keeping_confirms(person: Page, made: St
     assert (desk.coach.question, desk.screen.mode.value, made.stage.paused) == (None, "testing", False)
 
 
-def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: Studio) -> None:
+def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: StudioServer) -> None:
     """Ticks that were due together are not taken any more."""
     person.done("ask_when", when="pause")
     person.done("speed", speed=16)
@@ -230,7 +230,7 @@ def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: Studio
     assert desk.body.time_s == desk.coach.question.time_s
 
 
-def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: Studio) -> None:
+def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: StudioServer) -> None:
     person.done("ask_when", when="mark")
     person.done("turn")
     began = made.stage.world.time_s
@@ -251,7 +251,7 @@ def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: Stu
     assert "no moment 99" in person.say("go_to_mark", number=99)["error"]
 
 
-def test_marks_of_another_run_are_gone_back_to(person: Page, made: Studio) -> None:
+def test_marks_of_another_run_are_gone_back_to(person: Page, made: StudioServer) -> None:
     person.done("ask_when", when="mark")
     person.done("turn")
     for _ in range(60):
@@ -263,7 +263,7 @@ def test_marks_of_another_run_are_gone_back_to(person: Page, made: Studio) -> No
     assert made.stage.trained.coach.question is not None
 
 
-def test_what_was_left_by_going_back_is_in_no_run(person: Page, made: Studio) -> None:
+def test_what_was_left_by_going_back_is_in_no_run(person: Page, made: StudioServer) -> None:
     person.done("ask_when", when="mark")
     person.done("turn")
     began = made.stage.world.time_s
@@ -285,7 +285,7 @@ def test_how_it_asks_stays_from_one_lesson_to_the_next(person: Page) -> None:
 
 
 def test_a_reaction_time_is_offered_taken_and_undone(
-    person: Page, made: Studio, monkeypatch: pytest.MonkeyPatch
+    person: Page, made: StudioServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = ReactionEstimate(0.55, 0.4, 0.7, 9, "Taken 0.55 s earlier, they agree.")
     monkeypatch.setattr(coaching, "estimate_reaction_time", lambda lesson, *, steady: found)
@@ -302,7 +302,7 @@ def test_a_reaction_time_is_offered_taken_and_undone(
     assert "reaction_s is 7" in person.say("use_reaction", reaction_s=7)["error"]
 
 
-def test_unlearning_is_chosen_among_the_options(made: Studio) -> None:
+def test_unlearning_is_chosen_among_the_options(made: StudioServer) -> None:
     with served(made) as client, page(client) as person:
         person.done(**GOTO, unlearning=True)
         assert person.until_desk()["desk"]["unlearning"] is True
@@ -313,7 +313,7 @@ def test_unlearning_is_chosen_among_the_options(made: Studio) -> None:
         assert not made.stage.trained.session.lesson.options.unlearning
 
 
-def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: Studio) -> None:
+def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: StudioServer) -> None:
     """Eight times it turned where A was to the left and went on where it was ahead; once the wrong button was hit."""
     desk = made.stage.trained
     desk.session.quarantine(dict.fromkeys((each.number for each in desk.session.examples), "in the way"))
@@ -332,7 +332,7 @@ def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: 
     assert "no state 'fly'" in person.say("mend", number=number, next="fly")["error"]
 
 
-def shown(desk: Desk, state: str, values: tuple[float, float], says: str) -> None:
+def shown(desk: Trainer, state: str, values: tuple[float, float], says: str) -> None:
     """An example as if it had been shown just so."""
     session = desk.session
     session.direct(state)

@@ -18,8 +18,8 @@ from understudy.sim.kit import make_scenario_kit
 from understudy.training.journal import TicksLogged, read_journal
 from understudy.ui.controller.clock import BUSY_S
 from understudy.ui.web.rewind import EVERY_S
-from understudy.ui.web.server import Studio
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.server import StudioServer
+from understudy.ui.web.session_host import SessionHost
 
 MOST_BEATS = 2
 """How many beats of about 1/60 s may begin before a press is answered: well within 50 ms."""
@@ -74,7 +74,7 @@ def test_other_speeds_are_refused(tmp_path: Path, speed: object) -> None:
 @pytest.mark.parametrize("world", ["forage", "soccer"])
 def test_a_press_is_heard_between_beats(tmp_path: Path, world: str) -> None:
     scenario = find_scenario(world)
-    made = Studio(Stage(scenario, tmp_path, make_scenario_kit(scenario)))
+    made = StudioServer(SessionHost(scenario, tmp_path, make_scenario_kit(scenario)))
     behavior = next(iter(made.stage.kit.behaviors))
     beats, beat = count(), made.beat
     begun = [0]

@@ -16,8 +16,8 @@ from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.ui.web.actions import dispatch
 from understudy.ui.web.messages import session as m
-from understudy.ui.web.server import Studio
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.server import StudioServer
+from understudy.ui.web.session_host import SessionHost
 
 
 def test_a_feature_of_somebodys_own_that_fails(tmp_path: Path) -> None:
@@ -31,8 +31,8 @@ def test_a_feature_of_somebodys_own_that_fails(tmp_path: Path) -> None:
         return robot.food_stored * 1.0
 
     wall, scenario = Wall(), find_scenario("forage")
-    stage = Stage(scenario, tmp_path, make_scenario_kit(scenario) + Kit.of(risky), wall=wall)
-    with served(Studio(stage, wall=Wall(glance=0.01))) as client, page(client) as person:
+    stage = SessionHost(scenario, tmp_path, make_scenario_kit(scenario) + Kit.of(risky), wall=wall)
+    with served(StudioServer(stage, wall=Wall(glance=0.01))) as client, page(client) as person:
         person.done(**{**GOTO, "features": ["risky"], "parameters": [], "targets": {}})
         person.done("press", state="forward")
         failing = True
@@ -49,12 +49,12 @@ def test_a_feature_of_somebodys_own_that_fails(tmp_path: Path) -> None:
 def test_a_fault_of_the_program(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    def broken(_: Stage, __: m.Undo) -> None:
+    def broken(_: SessionHost, __: m.Undo) -> None:
         raise KeyError("nowhere")
 
     monkeypatch.setattr(dispatch, "ACTIONS", MappingProxyType({**dispatch.ACTIONS, m.Undo: broken}))
     scenario = find_scenario("forage")
-    made = Studio(Stage(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()))
+    made = StudioServer(SessionHost(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()))
     with caplog.at_level(logging.CRITICAL), served(made) as client, page(client) as person:
         assert "something broke inside Understudy: KeyError" in person.say("undo")["error"]
         person.done("pause", paused=True)
@@ -62,7 +62,9 @@ def test_a_fault_of_the_program(
 
 def test_a_picture_that_cannot_be_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = find_scenario("forage")
-    made = Studio(Stage(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()), wall=Wall(glance=0.01))
+    made = StudioServer(
+        SessionHost(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()), wall=Wall(glance=0.01)
+    )
     with served(made) as client, page(client) as person:
         person.done(**GOTO)
         with monkeypatch.context() as patched:

@@ -16,15 +16,15 @@ from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import list_builtin_scenarios
 from understudy.sim.scenario.schema import Sonar
-from understudy.ui.controller.training_plan import Choices
+from understudy.ui.controller.training_plan import LessonChoices
 from understudy.ui.web.actions import session
-from understudy.ui.web.frames import frame
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.frames import encode_frame
+from understudy.ui.web.session_host import SessionHost
 
 NONE = 65535
 
 
-def same(read: Frame, stage: Stage) -> None:
+def same(read: Frame, stage: SessionHost) -> None:
     view = stage.world.view()
     robots = view.robots
     expected = np.column_stack([robots.x, robots.y, robots.heading]).astype(np.float32)
@@ -61,9 +61,9 @@ def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
 
 def test_a_frame_of_a_desk(tmp_path: Path) -> None:
     stage = studio(tmp_path, world="forage-team").stage
-    session.choose_agent(stage, 1)
+    session.select_agent(stage, 1)
     fields = {key: value for key, value in GOTO.items() if key not in ("do", "name")}
-    session.begin(stage, "goto", Choices(**fields), discard=False)
+    session.begin_automaton(stage, "goto", LessonChoices(**fields), discard=False)
     desk = stage.trained
     desk.press("rotate_left")
     for _ in range(7):
@@ -81,7 +81,7 @@ def test_a_frame_of_a_desk(tmp_path: Path) -> None:
 def test_absent_values_and_numbers_that_are_too_large(tmp_path: Path) -> None:
     stage = studio(tmp_path).stage
     stage.world.state.objects["amount"][0] = 2_000_000
-    data = frame(stage.world.view(), tick=2**40, agent=0, features=(nan, 1.5), sonar=(nan,))
+    data = encode_frame(stage.world.view(), tick=2**40, agent=0, features=(nan, 1.5), sonar=(nan,))
     read = Frame.read(data)
     assert read.tick == 0
     assert isnan(read.features[0])
@@ -96,7 +96,7 @@ def test_a_robot_type_with_300_sonar_sectors(tmp_path: Path) -> None:
     forager = forage.types["forager"]
     scanning = replace(forager, sensors=(*forager.sensors, Sonar(sectors=sectors)))
     scenario = replace(forage, types={"forager": scanning})
-    stage = Stage(scenario, tmp_path, make_scenario_kit(scenario), seed=3, wall=Wall())
+    stage = SessionHost(scenario, tmp_path, make_scenario_kit(scenario), seed=3, wall=Wall())
     stage.world.state.robots["delivered"][0] = 7
     read = Frame.read(stage.frame())
     same(read, stage)

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from understudy.ui.controller.status import Said
-from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.status import StatusMessage
+from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.actions.handlers import handlers, replies
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.session import Redo, Undo
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.session_host import SessionHost
 
 
 class Reply(Data, frozen=True):
@@ -22,25 +22,25 @@ class Reply(Data, frozen=True):
     number: int
 
 
-def undo(stage: Stage, message: Undo) -> Reply | Said:
+def undo(stage: SessionHost, message: Undo) -> Reply | StatusMessage:
     """Take something back."""
     return Reply(message.id)
 
 
-def undo_too(stage: Stage, message: Undo) -> None:
+def undo_too(stage: SessionHost, message: Undo) -> None:
     """Take back the same."""
 
 
-def redo(desk: Desk, message: Redo) -> Said:
+def redo(desk: Trainer, message: Redo) -> StatusMessage:
     """Do something again."""
-    return Said(f"{desk.name} {message.id}")
+    return StatusMessage(f"{desk.name} {message.id}")
 
 
-def helper(stage: Stage, name: str) -> None:
+def helper(stage: SessionHost, name: str) -> None:
     """Take no message."""
 
 
-def _redo(stage: Stage, message: Redo) -> None:
+def _redo(stage: SessionHost, message: Redo) -> None:
     """Be private."""
 
 
@@ -69,7 +69,7 @@ def test_they_are_found_by_the_message_they_take() -> None:
 
 def test_one_that_acts_on_the_desk_is_given_what_is_trained_and_shows_it_anew() -> None:
     stage: Any = Trained()
-    assert handlers(module(redo))[Redo](stage, Redo(id=3)) == Said("goto 3")
+    assert handlers(module(redo))[Redo](stage, Redo(id=3)) == StatusMessage("goto 3")
     assert stage.moved == 1
 
 

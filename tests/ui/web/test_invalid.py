@@ -15,18 +15,18 @@ from tests.ui.web.pages import GOTO, studio
 
 from understudy.robots.twin import find_drawn_world
 from understudy.ui.web.actions.dispatch import ACTIONS
-from understudy.ui.web.clients import Viewer
+from understudy.ui.web.clients import Client
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Message
-from understudy.ui.web.server import Studio
+from understudy.ui.web.server import StudioServer
 
 
 class Room:
     """A studio with a lesson begun and a page that directs, without a network between them."""
 
     def __init__(self, folder: Path) -> None:
-        self.studio: Studio = studio(folder)
-        self.viewer: Viewer = self.studio.arrive(None)
+        self.studio: StudioServer = studio(folder)
+        self.viewer: Client = self.studio.arrive(None)
         self.say(GOTO)
         self.say({"do": "pause", "paused": True})
         for state in ("forward", "rotate_left", "forward"):
@@ -334,6 +334,6 @@ def obeyed_or_refused(room: Room, text: str) -> None:
 
 
 def test_messages_of_a_length_are_refused_before_they_are_read() -> None:
-    with pytest.raises(m.UnusableMessage, match="longer"):
-        m.read(json.dumps({"id": 1, "do": "undo", "x": "é" * 40_000}))
-    assert isinstance(m.read(msgspec.json.encode({"id": 1, "do": "undo"})), m.Undo)
+    with pytest.raises(m.InvalidMessage, match="longer"):
+        m.parse_message(json.dumps({"id": 1, "do": "undo", "x": "é" * 40_000}))
+    assert isinstance(m.parse_message(msgspec.json.encode({"id": 1, "do": "undo"})), m.Undo)

@@ -21,7 +21,7 @@ from websockets.sync.client import ClientConnection, connect
 @contextmanager
 def running(folder: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
     """A studio, and its port."""
-    code = "from understudy.ui.cli import main; main()"
+    code = "from understudy.ui.cli import run_command_line; run_command_line()"
     command = [sys.executable, "-c", code, "studio", "--library", str(folder), "--no-browser", "--port", "0"]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     process = subprocess.Popen(

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 
-from understudy.ui.web.server import Studio
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.server import StudioServer
+from understudy.ui.web.session_host import SessionHost
 
 CARRY: dict[str, Any] = {
     "do": "new",
@@ -21,12 +21,12 @@ CARRY: dict[str, Any] = {
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> Studio:
+def made(tmp_path: Path) -> StudioServer:
     return studio(tmp_path / "library", world="forage-team")
 
 
 @pytest.fixture
-def person(made: Studio) -> Iterator[Page]:
+def person(made: StudioServer) -> Iterator[Page]:
     with served(made) as client, page(client) as here:
         yield here
 
@@ -38,16 +38,16 @@ def teach(person: Page, *states: str) -> None:
         person.done("step")
 
 
-def names(stage: Stage) -> list[str]:
+def names(stage: SessionHost) -> list[str]:
     return [row["name"] for row in plain(stage.library())["trained"]]
 
 
-def files(stage: Stage) -> list[str]:
+def files(stage: SessionHost) -> list[str]:
     folder = stage.shelf.folder
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*.json"))
 
 
-def test_unsaved_work_is_not_left_by_accident(made: Studio, person: Page) -> None:
+def test_unsaved_work_is_not_left_by_accident(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     teach(person, "forward")
     assert "not saved" in person.send({**GOTO, "name": "other"})["error"]
@@ -61,7 +61,7 @@ def test_unsaved_work_is_not_left_by_accident(made: Studio, person: Page) -> Non
     assert "goto is open again" in made.stage.said.text
 
 
-def test_a_copy_under_another_name(made: Studio, person: Page) -> None:
+def test_a_copy_under_another_name(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     teach(person, "forward")
     person.done("save", name="goto 2")
@@ -75,7 +75,7 @@ def test_a_copy_under_another_name(made: Studio, person: Page) -> None:
     assert made.stage.trained.screen.examples == 2
 
 
-def test_nothing_leaves_the_folder(made: Studio, person: Page) -> None:
+def test_nothing_leaves_the_folder(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     teach(person, "forward")
     person.done("save", name="../../escaped")
@@ -87,7 +87,7 @@ def test_nothing_leaves_the_folder(made: Studio, person: Page) -> None:
     assert sorted(path.name for path in made.stage.shelf.folder.parent.iterdir()) == ["library"]
 
 
-def test_the_trash_gives_back_what_was_removed_last(made: Studio, person: Page) -> None:
+def test_the_trash_gives_back_what_was_removed_last(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     assert "being trained" in person.say("remove", name="goto")["error"]
     for states in (["forward"], ["forward", "rotate_left"]):
@@ -102,7 +102,7 @@ def test_the_trash_gives_back_what_was_removed_last(made: Studio, person: Page) 
     assert row["examples"] == made.stage.trained.screen.examples
 
 
-def test_what_is_run_by_others_is_not_removed(made: Studio, person: Page) -> None:
+def test_what_is_run_by_others_is_not_removed(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     teach(person, "forward")
     person.done("save")
@@ -124,7 +124,7 @@ def test_what_is_run_by_others_is_not_removed(made: Studio, person: Page) -> Non
     assert "goto" in row["why_not"]
 
 
-def test_a_broken_document_hides_nothing(made: Studio, person: Page) -> None:
+def test_a_broken_document_hides_nothing(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     teach(person, "forward")
     person.done("save")
@@ -138,7 +138,7 @@ def test_a_broken_document_hides_nothing(made: Studio, person: Page) -> None:
     person.done("remove", name="broken")
 
 
-def test_which_robot_is_trained(made: Studio, person: Page) -> None:
+def test_which_robot_is_trained(made: StudioServer, person: Page) -> None:
     person.done("agent", agent=1)
     person.done(**GOTO)
     assert made.stage.trained.robot == 1
@@ -154,7 +154,7 @@ def test_which_robot_is_trained(made: Studio, person: Page) -> None:
     assert made.stage.trained.screen.examples == 2
 
 
-def test_the_world_by_hand(made: Studio, person: Page) -> None:
+def test_the_world_by_hand(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     person.done("pause", paused=True)
     discs = len(person.scene["discs"])
@@ -180,7 +180,7 @@ def test_the_world_by_hand(made: Studio, person: Page) -> None:
         person.hear()
 
 
-def test_choosing_anew_keeps_the_examples(made: Studio, person: Page) -> None:
+def test_choosing_anew_keeps_the_examples(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     teach(person, "forward", "rotate_left")
     person.done(
@@ -199,7 +199,9 @@ def test_choosing_anew_keeps_the_examples(made: Studio, person: Page) -> None:
     assert [each["number"] for each in plain(made.stage.picture())["examples"]] == [1, 3, 4]
 
 
-def test_the_automata_it_runs_are_told_with_their_states_and_transitions(made: Studio, person: Page) -> None:
+def test_the_automata_it_runs_are_told_with_their_states_and_transitions(
+    made: StudioServer, person: Page
+) -> None:
     person.done(**GOTO)
     teach(person, "forward", "done")
     person.done("save")
@@ -213,7 +215,7 @@ def test_the_automata_it_runs_are_told_with_their_states_and_transitions(made: S
     assert all(edge["when"] for edge in goto["edges"])
 
 
-def test_contradictions_are_marked(made: Studio, person: Page) -> None:
+def test_contradictions_are_marked(made: StudioServer, person: Page) -> None:
     person.done(**{**GOTO, "features": ["at_station"], "parameters": [], "targets": {}})
     teach(person, "forward")
     person.done("restart")
@@ -229,7 +231,7 @@ def test_contradictions_are_marked(made: Studio, person: Page) -> None:
     assert edge == {"from": "start", "to": "forward", "when": ["always"], "examples": [1]}
 
 
-def test_speed_and_time(made: Studio, person: Page) -> None:
+def test_speed_and_time(made: StudioServer, person: Page) -> None:
     person.done("speed", speed=4)
     person.done(**GOTO)
     assert made.stage.trained.pace.speed == 4

@@ -15,8 +15,8 @@ from tests.ui.web.pages import GOTO, HOME, Page, page, served, studio
 from tests.ui.web.test_library import files, names, teach
 
 from understudy.storage.library_folder import list_versions
-from understudy.ui.web.app import app
-from understudy.ui.web.server import Studio
+from understudy.ui.web.app import make_app
+from understudy.ui.web.server import StudioServer
 
 HERE = "/library.zip"
 
@@ -24,7 +24,7 @@ HERE = "/library.zip"
 class Desk:
     """A studio with goto saved, the page that directs it, and its post."""
 
-    def __init__(self, made: Studio, client: TestClient, person: Page) -> None:
+    def __init__(self, made: StudioServer, client: TestClient, person: Page) -> None:
         self.stage, self.client, self.person = made.stage, client, person
         self.key = person.hello["key"]
 
@@ -192,7 +192,7 @@ def test_only_who_directs_imports(desk: Desk) -> None:
 
 def test_a_token_and_the_own_site_are_asked_for(tmp_path: Path) -> None:
     made = studio(tmp_path)
-    with TestClient(app(made, token="secret"), base_url=HOME) as client:
+    with TestClient(make_app(made, token="secret"), base_url=HOME) as client:
         assert client.get(HERE).status_code == 403
         assert client.get(HERE, params={"token": "secret"}).status_code == 200
         assert (

@@ -92,7 +92,7 @@ def test_where_there_is_no_such_target_it_is_said(tmp_path: Path) -> None:
         )
         shown(somebody, "goto")
         somebody.done("save")
-    plain = "understudy.sim.forage:kit"
+    plain = "understudy.sim.forage:FORAGE_KIT"
     result = run(
         "run", "forage", "--kit", plain, "--library", tmp_path, "--behavior", "trip", "--seconds", "2"
     )

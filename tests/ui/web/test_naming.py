@@ -10,16 +10,16 @@ from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 from tests.ui.web.test_library import CARRY, files, names, teach
 
 from understudy.storage.library_folder import list_versions
-from understudy.ui.web.server import Studio
+from understudy.ui.web.server import StudioServer
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> Studio:
+def made(tmp_path: Path) -> StudioServer:
     return studio(tmp_path / "library")
 
 
 @pytest.fixture
-def person(made: Studio) -> Iterator[Page]:
+def person(made: StudioServer) -> Iterator[Page]:
     with served(made) as client, page(client) as here:
         here.done(**GOTO)
         teach(here, "forward")
@@ -27,7 +27,7 @@ def person(made: Studio) -> Iterator[Page]:
         yield here
 
 
-def test_what_is_trained_has_another_name(made: Studio, person: Page) -> None:
+def test_what_is_trained_has_another_name(made: StudioServer, person: Page) -> None:
     """It goes on under the new one, its former versions with it."""
     teach(person, "rotate_left")
     assert "save it first" in person.say("rename", name="goto", to="reach")["error"]
@@ -46,7 +46,7 @@ def test_what_is_trained_has_another_name(made: Studio, person: Page) -> None:
     assert [each.number for each in list_versions(made.stage.shelf.folder, "reach")] == [1, 2]
 
 
-def test_versions_go_behind_those_of_a_former_one(made: Studio, person: Page) -> None:
+def test_versions_go_behind_those_of_a_former_one(made: StudioServer, person: Page) -> None:
     person.done("duplicate", name="goto", to="reach")
     person.done("open", name="reach")
     teach(person, "rotate_left")
@@ -62,7 +62,7 @@ def test_versions_go_behind_those_of_a_former_one(made: Studio, person: Page) ->
     assert all(each["saved"] for each in kept)
 
 
-def test_what_others_run_keeps_its_name(made: Studio, person: Page) -> None:
+def test_what_others_run_keeps_its_name(made: StudioServer, person: Page) -> None:
     person.done(**{**CARRY, "states": ["goto(station)"]})
     assert "goto is run by carry" in person.say("rename", name="goto", to="reach")["error"]
     teach(person, "goto")
@@ -73,7 +73,7 @@ def test_what_others_run_keeps_its_name(made: Studio, person: Page) -> None:
 
 
 @pytest.mark.parametrize("do", ["rename", "duplicate"])
-def test_names_that_cannot_be(made: Studio, person: Page, do: str) -> None:
+def test_names_that_cannot_be(made: StudioServer, person: Page, do: str) -> None:
     person.done("duplicate", name="goto", to="twin")
     before = files(made.stage)
     assert "twin already" in person.say(do, name="goto", to="Twin")["error"]
@@ -85,7 +85,7 @@ def test_names_that_cannot_be(made: Studio, person: Page, do: str) -> None:
     assert files(made.stage) == before
 
 
-def test_a_copy_is_as_the_library_has_it(made: Studio, person: Page) -> None:
+def test_a_copy_is_as_the_library_has_it(made: StudioServer, person: Page) -> None:
     teach(person, "rotate_left")
     person.done("duplicate", name="goto", to="../twin")
     assert files(made.stage) == ["%2E%2E%2Ftwin.json", "goto.json"]
@@ -94,7 +94,7 @@ def test_a_copy_is_as_the_library_has_it(made: Studio, person: Page) -> None:
     assert made.stage.trained.unsaved
 
 
-def test_versions_and_what_changed(made: Studio, person: Page) -> None:
+def test_versions_and_what_changed(made: StudioServer, person: Page) -> None:
     assert person.done("versions", name="goto")["versions"] == []
     for state in ("rotate_left", "rotate_right"):
         teach(person, state)
@@ -118,7 +118,7 @@ def test_versions_and_what_changed(made: Studio, person: Page) -> None:
     assert "no version '7'" in person.say("changes", name="goto", version=7)["error"]
 
 
-def test_back_to_a_version_and_forth(made: Studio, person: Page) -> None:
+def test_back_to_a_version_and_forth(made: StudioServer, person: Page) -> None:
     teach(person, "rotate_left")
     assert "save it first" in person.say("go_back", name="goto", version=1)["error"]
     person.done("save")
@@ -135,13 +135,13 @@ def test_back_to_a_version_and_forth(made: Studio, person: Page) -> None:
     assert names(made.stage) == ["reach"]
 
 
-def test_who_looks_on_may_read_versions(made: Studio, person: Page) -> None:
+def test_who_looks_on_may_read_versions(made: StudioServer, person: Page) -> None:
     with served(made) as client, page(client) as other:
         assert other.done("versions", name="goto")["versions"] == []
         assert "only watches" in other.say("rename", name="goto", to="reach")["error"]
 
 
-def test_a_copy_can_be_used_at_once(made: Studio, person: Page) -> None:
+def test_a_copy_can_be_used_at_once(made: StudioServer, person: Page) -> None:
     person.done(**{**CARRY, "states": ["goto(station)"]})
     assert "twin" in person.say("choose", states=["twin(station)"], features=["done"])["error"]
     person.done("duplicate", name="goto", to="twin")
@@ -152,7 +152,7 @@ def test_a_copy_can_be_used_at_once(made: Studio, person: Page) -> None:
 
 
 @pytest.mark.parametrize("name", ["goto 2", "go to it", "x" * 150])
-def test_any_name_can_be_chosen_as_a_state(made: Studio, person: Page, name: str) -> None:
+def test_any_name_can_be_chosen_as_a_state(made: StudioServer, person: Page, name: str) -> None:
     person.done("duplicate", name="goto", to=name)
     person.done(**{**CARRY, "states": [f"{name}(nearest_food)"]})
     teach(person, name)
@@ -160,7 +160,7 @@ def test_any_name_can_be_chosen_as_a_state(made: Studio, person: Page, name: str
 
 
 @pytest.mark.parametrize("name", ["goto(A)", "a,b", "a=b"])
-def test_a_name_that_could_not_is_refused(made: Studio, person: Page, name: str) -> None:
+def test_a_name_that_could_not_is_refused(made: StudioServer, person: Page, name: str) -> None:
     for way in ({"do": "duplicate", "name": "goto", "to": name}, {"do": "save", "name": name}):
         assert "could not be chosen as a state" in person.send(way)["error"]
     assert "could not be chosen as a state" in person.send({**GOTO, "name": name})["error"]

@@ -9,28 +9,28 @@ import pytest
 from tests.ui.web.pages import GOTO, Page, Wall, page, plain, served, studio
 from tests.ui.web.test_library import teach
 
-from understudy.ui.web.server import Studio
+from understudy.ui.web.server import StudioServer
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> Studio:
+def made(tmp_path: Path) -> StudioServer:
     return studio(tmp_path / "library", world="forage-team")
 
 
 @pytest.fixture
-def person(made: Studio) -> Iterator[Page]:
+def person(made: StudioServer) -> Iterator[Page]:
     with served(made) as client, page(client) as here:
         here.done(**GOTO)
         here.done("pause", paused=True)
         yield here
 
 
-def places(made: Studio) -> list[tuple[float, float]]:
+def places(made: StudioServer) -> list[tuple[float, float]]:
     robots = made.stage.world.view().robots
     return list(zip(robots.x.tolist(), robots.y.tolist(), strict=True))
 
 
-def test_the_others_idle_or_run_a_behavior(made: Studio, person: Page) -> None:
+def test_the_others_idle_or_run_a_behavior(made: StudioServer, person: Page) -> None:
     before = places(made)
     person.done("step")
     assert places(made) == before
@@ -47,7 +47,7 @@ def test_the_others_idle_or_run_a_behavior(made: Studio, person: Page) -> None:
     assert plain(made.stage.picture())["others"] is None
 
 
-def test_the_others_run_what_was_just_saved(made: Studio, person: Page) -> None:
+def test_the_others_run_what_was_just_saved(made: StudioServer, person: Page) -> None:
     teach(person, "forward")
     assert "goto" in person.say("others", behavior="goto", targets={"A": "station"})["error"]
     person.done("save")
@@ -70,7 +70,7 @@ WRONG = [
 
 @pytest.mark.parametrize(("behavior", "targets", "said"), WRONG)
 def test_what_the_others_cannot_do(
-    made: Studio, person: Page, behavior: str, targets: dict[str, str], said: str
+    made: StudioServer, person: Page, behavior: str, targets: dict[str, str], said: str
 ) -> None:
     teach(person, "forward")
     person.done("save")
@@ -89,7 +89,7 @@ def test_one_robot_has_no_company(tmp_path: Path) -> None:
         assert "one robot" in person.say("others", behavior="forward")["error"]
 
 
-def test_nobody_watches(made: Studio, person: Page) -> None:
+def test_nobody_watches(made: StudioServer, person: Page) -> None:
     assert "presses only" in person.say("watch")["error"]
     person.done("choose", states=["forward", "rotate_left"], features=["angle_to(A)"], watched=True)
     teach(person, "forward")
@@ -143,7 +143,7 @@ def test_others_that_the_library_has_no_more_idle_after_a_kill(tmp_path: Path) -
         person.done("step")
 
 
-def test_robots_are_counted_as_they_are_drawn(made: Studio, person: Page) -> None:
+def test_robots_are_counted_as_they_are_drawn(made: StudioServer, person: Page) -> None:
     """The page writes 1 beside the first of them."""
     person.done("agent", agent=1)
     assert made.stage.said.text == "goto is trained with robot 2 now"

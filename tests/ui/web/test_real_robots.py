@@ -20,9 +20,9 @@ from understudy.robots.recording.teach_from_recording import list_recorded_press
 from understudy.sim.kit import make_scenario_kit
 from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode
-from understudy.ui.web.clients import PER_SECOND, Viewer
-from understudy.ui.web.server import Studio
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.clients import PER_SECOND, Client
+from understudy.ui.web.server import StudioServer
+from understudy.ui.web.session_host import SessionHost
 
 ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
 
@@ -40,12 +40,14 @@ class Lab:
     ) -> None:
         self.rig, self.wall = Rig(names, world=world, recorder=recorder), Wall()
         twin = self.rig.twin
-        stage = Stage(twin.scenario, folder, make_scenario_kit(twin.scenario), wall=self.wall, twin=twin)
-        self.studio = Studio(stage, wall=self.wall)
+        stage = SessionHost(
+            twin.scenario, folder, make_scenario_kit(twin.scenario), wall=self.wall, twin=twin
+        )
+        self.studio = StudioServer(stage, wall=self.wall)
         self.page = self.studio.arrive(None)
         self.rig.seen()
 
-    def say(self, viewer: Viewer | None = None, **message: Any) -> dict[str, Any]:
+    def say(self, viewer: Client | None = None, **message: Any) -> dict[str, Any]:
         """Say something, and hear the answer."""
         viewer = viewer or self.page
         while viewer.next() is not None:

@@ -10,7 +10,7 @@ import pytest
 from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 
 from understudy.robots.twin import find_drawn_world
-from understudy.ui.web.server import Studio
+from understudy.ui.web.server import StudioServer
 
 FETCH: dict[str, Any] = {
     "do": "new",
@@ -22,12 +22,12 @@ FETCH: dict[str, Any] = {
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> Studio:
+def made(tmp_path: Path) -> StudioServer:
     return studio(tmp_path / "library")
 
 
 @pytest.fixture
-def person(made: Studio) -> Iterator[Page]:
+def person(made: StudioServer) -> Iterator[Page]:
     with served(made) as client, page(client) as here:
         yield here
 
@@ -46,12 +46,12 @@ def begin(person: Page) -> None:
     person.done("save")
 
 
-def desk(made: Studio) -> dict[str, Any]:
+def desk(made: StudioServer) -> dict[str, Any]:
     shown: dict[str, Any] = plain(made.stage.picture())
     return shown
 
 
-def test_why_names_every_level_and_who_showed_it(made: Studio, person: Page) -> None:
+def test_why_names_every_level_and_who_showed_it(made: StudioServer, person: Page) -> None:
     begin(person)
     person.done(**FETCH)
     teach(person, "goto")
@@ -85,7 +85,7 @@ def test_why_names_every_level_and_who_showed_it(made: Studio, person: Page) -> 
     assert person.done("why")["last"]["automaton"] == "goto(station)"
 
 
-def test_why_goes_back_with_time(made: Studio, person: Page) -> None:
+def test_why_goes_back_with_time(made: StudioServer, person: Page) -> None:
     """A switch that has not happened yet is no reason; the one before is one again."""
     begin(person)
     person.done("turn")
@@ -111,7 +111,7 @@ def test_in_training_somebody_else_decides(person: Page) -> None:
     assert level["says"] == "It goes from start to forward, always."
 
 
-def test_a_promise_is_listed_withdrawn_and_undone(made: Studio, person: Page) -> None:
+def test_a_promise_is_listed_withdrawn_and_undone(made: StudioServer, person: Page) -> None:
     begin(person)
     assert (desk(made)["flags"], desk(made)["outcomes"]) == (["done"], [])
     edition = desk(made)["edition"]
@@ -127,7 +127,7 @@ def test_a_promise_is_listed_withdrawn_and_undone(made: Studio, person: Page) ->
     assert "its flags are done" in person.say("promise", flag="failed", within_s=5)["error"]
 
 
-def test_one_can_go_to_where_it_was_promised(made: Studio, person: Page) -> None:
+def test_one_can_go_to_where_it_was_promised(made: StudioServer, person: Page) -> None:
     begin(person)
     person.done("reset", seed=3)
     person.done("promise", flag="done", within_s=5)
@@ -142,7 +142,7 @@ def test_one_can_go_to_where_it_was_promised(made: Studio, person: Page) -> None
     assert made.stage.paused
 
 
-def test_what_a_test_finds(made: Studio, person: Page) -> None:
+def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
     """Whoever changes goto is told of fetch, which runs it and promised something."""
     begin(person)
     person.done(**FETCH)
@@ -175,7 +175,7 @@ def test_what_a_test_finds(made: Studio, person: Page) -> None:
     assert person.done("test", name="goto")["tested"]["else"] == ["changed since version 1; fetch runs it"]
 
 
-def test_nothing_is_simpler_before_it_is_kept(made: Studio, person: Page) -> None:
+def test_nothing_is_simpler_before_it_is_kept(made: StudioServer, person: Page) -> None:
     begin(person)
     shown = person.done("simplify")["simpler"]
     assert (shown["suggested"], shown["enough"], shown["pruning"]) == (None, 30, 1.0)
@@ -197,7 +197,7 @@ def test_nothing_is_simpler_before_it_is_kept(made: Studio, person: Page) -> Non
     assert [edge["to"] for edge in desk(made)["edges"]] == ["forward", "done"]
 
 
-def test_those_who_look_on_may_ask_but_not_change(made: Studio) -> None:
+def test_those_who_look_on_may_ask_but_not_change(made: StudioServer) -> None:
     with served(made) as client, page(client) as first, page(client) as second:
         begin(first)
         looking: list[tuple[str, dict[str, Any]]] = [

@@ -8,7 +8,7 @@ import pytest
 from starlette.testclient import TestClient
 from tests.ui.web.pages import GOTO, HOME, Wall, page, served, studio
 
-from understudy.ui.web.app import app
+from understudy.ui.web.app import make_app
 
 
 def test_the_first_page_directs_and_the_second_watches(tmp_path: Path) -> None:
@@ -103,7 +103,7 @@ REFUSED = [  # query, headers, what it says
 @pytest.mark.parametrize(("query", "headers", "said"), REFUSED)
 def test_who_may_not_connect(tmp_path: Path, query: str, headers: dict[str, str], said: str) -> None:
     made = studio(tmp_path)
-    with TestClient(app(made, token="secret"), base_url=HOME) as client:
+    with TestClient(make_app(made, token="secret"), base_url=HOME) as client:
         with client.websocket_connect(f"ws://127.0.0.1/ws{query}", headers=headers) as socket:
             closed = socket.receive()
         assert closed["type"] == "websocket.close"
@@ -138,14 +138,14 @@ def test_too_many_messages_are_refused_and_undone_by_waiting(tmp_path: Path) -> 
 def test_the_page_and_nothing_outside_of_it(tmp_path: Path) -> None:
     static = tmp_path / "static"
     made = studio(tmp_path / "library")
-    with TestClient(app(made, static=static), base_url=HOME) as client:
+    with TestClient(make_app(made, static=static), base_url=HOME) as client:
         answer = client.get("/")
         assert answer.status_code == 503
         assert "not built" in answer.text
     static.mkdir()
     (static / "index.html").write_text("<title>Studio</title>")
     (tmp_path / "secret").write_text("secret")
-    with TestClient(app(made, static=static), base_url=HOME) as client:
+    with TestClient(make_app(made, static=static), base_url=HOME) as client:
         assert "Studio" in client.get("/").text
         for path in ("/../secret", "/%2e%2e/secret", "/..%2fsecret", "/static/../../secret"):
             assert client.get(path).status_code in (400, 404)

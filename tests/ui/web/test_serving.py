@@ -18,9 +18,9 @@ from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.ui.web import clients
 from understudy.ui.web.app import is_loopback, listen
-from understudy.ui.web.clients import Viewer
-from understudy.ui.web.server import Studio
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.clients import Client
+from understudy.ui.web.server import StudioServer
+from understudy.ui.web.session_host import SessionHost
 
 
 def test_the_next_free_port(tmp_path: Path) -> None:
@@ -61,7 +61,7 @@ def test_an_address_that_is_not_here() -> None:
 
 
 def test_a_slow_page_misses_frames_and_nothing_else() -> None:
-    viewer = Viewer("key", Wall())
+    viewer = Client("key", Wall())
     for number in range(100):
         viewer.show(frame=bytes([number]), desk=b"desk %d" % number)
     for number in range(5):
@@ -78,7 +78,7 @@ def test_a_slow_page_misses_frames_and_nothing_else() -> None:
 
 
 def test_a_page_that_never_reads_is_let_go() -> None:
-    viewer = Viewer("key", Wall())
+    viewer = Client("key", Wall())
     for _ in range(clients.MOST_WAITING + 1):
         viewer.tell(b"answer")
     assert viewer.closing
@@ -89,7 +89,7 @@ def test_a_page_that_does_not_read_holds_up_nobody(tmp_path: Path) -> None:
     """One page stops reading while the world runs fast; the director's presses are answered at once all the same."""
     scenario = find_scenario("arena")
     kit = make_scenario_kit(scenario)
-    made = Studio(Stage(scenario, tmp_path, kit))
+    made = StudioServer(SessionHost(scenario, tmp_path, kit))
     behavior, feature = next(iter(kit.behaviors)), "time_in_state"
 
     async def drive(address: str) -> tuple[list[float], int]:

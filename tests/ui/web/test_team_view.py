@@ -13,7 +13,7 @@ from tests.ui.web.pages import Frame, Page, page, plain, served, studio
 from understudy.model.library import TrainedAutomaton
 from understudy.storage.library_folder import save_automaton
 from understudy.ui.web.frames import NONE
-from understudy.ui.web.server import Studio
+from understudy.ui.web.server import StudioServer
 
 LEAD: dict[str, Any] = {
     "do": "new",
@@ -25,7 +25,7 @@ LEAD: dict[str, Any] = {
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> Studio:
+def made(tmp_path: Path) -> StudioServer:
     folder = tmp_path / "library"
     for name in ROBOTS.taught:
         save_automaton(folder, TrainedAutomaton(ROBOTS.automaton(name)))
@@ -33,7 +33,7 @@ def made(tmp_path: Path) -> Studio:
 
 
 @pytest.fixture
-def person(made: Studio) -> Iterator[Page]:
+def person(made: StudioServer) -> Iterator[Page]:
     with served(made) as client, page(client) as here:
         yield here
 
@@ -43,12 +43,12 @@ def refused(person: Page, do: str, **fields: Any) -> str:
     return str(person.say(do, **fields)["error"])
 
 
-def test_the_team_is_told(made: Studio) -> None:
+def test_the_team_is_told(made: StudioServer) -> None:
     (patrol,) = plain(made.stage.scene())["squads"]
     assert (patrol["name"], patrol["squads"]) == ("patrol", [[0, 1, 2, 3]])
 
 
-def test_directing_a_coordinator_moves_its_squad(made: Studio, person: Page) -> None:
+def test_directing_a_coordinator_moves_its_squad(made: StudioServer, person: Page) -> None:
     person.done("agent", agent=0, sort="patrol")
     behaviors = {behavior["name"] for behavior in plain(made.stage.scene())["behaviors"]}
     assert {"wander", "servo", "forwards"} <= behaviors
@@ -64,7 +64,9 @@ def test_directing_a_coordinator_moves_its_squad(made: Studio, person: Page) -> 
     assert desk["examples"][0]["values"] == ["no", "4"]
 
 
-def test_what_a_squad_was_taught_is_kept_in_its_folder(made: Studio, person: Page, tmp_path: Path) -> None:
+def test_what_a_squad_was_taught_is_kept_in_its_folder(
+    made: StudioServer, person: Page, tmp_path: Path
+) -> None:
     person.done("agent", agent=0, sort="patrol")
     person.done(**LEAD)
     person.done("pause", paused=True)
@@ -79,7 +81,7 @@ def test_what_a_squad_was_taught_is_kept_in_its_folder(made: Studio, person: Pag
     assert "wander" in made.stage.shelf.library.taught
 
 
-def test_there_are_only_so_many(made: Studio, person: Page) -> None:
+def test_there_are_only_so_many(made: StudioServer, person: Page) -> None:
     """And what is refused changes nothing."""
     assert "from 1 to 1" in refused(person, "agent", agent=1, sort="patrol")
     assert "patrol" in refused(person, "agent", agent=0, sort="scouts")
@@ -87,7 +89,7 @@ def test_there_are_only_so_many(made: Studio, person: Page) -> None:
     assert (made.stage.sort, made.stage.agent) == (None, 0)
 
 
-def test_what_everybody_knows_has_what_is_trained_as_it_stands(made: Studio) -> None:
+def test_what_everybody_knows_has_what_is_trained_as_it_stands(made: StudioServer) -> None:
     ranks, mine = made.stage.ranks, made.stage.shelf.library
     robots = ranks.known(None, 0, mine)
     assert [sort for sort, library in robots.items() if library is mine] == ["pioneer"]
@@ -95,7 +97,7 @@ def test_what_everybody_knows_has_what_is_trained_as_it_stands(made: Studio) -> 
     assert ranks.known("patrol", 0, mine)["patrol"] is mine
 
 
-def test_a_coordinator_promises_and_says_why(made: Studio, person: Page) -> None:
+def test_a_coordinator_promises_and_says_why(made: StudioServer, person: Page) -> None:
     person.done("agent", agent=0, sort="patrol")
     person.done(
         "new", name="out", states=["wander"], features=["someone_sees(intruder)"], flags=["done"], targets={}

@@ -8,7 +8,7 @@ import sys
 INTERRUPTED = 130
 
 
-def main() -> None:
+def run_command_line() -> None:
     """Run the command that the arguments name, and end the process with its exit code."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -21,4 +21,4 @@ def main() -> None:
         sys.exit(INTERRUPTED)
 
 
-__all__ = ["main"]
+__all__ = ["run_command_line"]

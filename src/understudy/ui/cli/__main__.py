@@ -1,5 +1,5 @@
 """So that `python -m understudy.ui.cli` is the command line too."""
 
-from understudy.ui.cli import main
+from understudy.ui.cli import run_command_line
 
-main()
+run_command_line()

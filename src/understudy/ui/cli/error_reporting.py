@@ -17,7 +17,7 @@ FAULT = 70
 """Exit code of a fault in Understudy itself; 2 is for what the user gave, 1 for a result that is bad news."""
 
 
-class Group(TyperGroup):
+class ErrorReportingGroup(TyperGroup):
     """Commands whose errors are reported the same way everywhere."""
 
     def invoke(self, ctx: Any) -> Any:
@@ -27,7 +27,7 @@ class Group(TyperGroup):
         except UnderstudyError as error:
             if ctx.params.get("debug"):
                 raise
-            raise typer.Exit(report(error)) from error
+            raise typer.Exit(report_error(error)) from error
         except KeyboardInterrupt as error:
             typer.echo("\nInterrupted.", err=True)
             raise typer.Exit(INTERRUPTED) from error
@@ -39,7 +39,7 @@ class Group(TyperGroup):
         except OSError as error:
             if ctx.params.get("debug"):
                 raise
-            raise typer.Exit(report(_refused(error))) from error
+            raise typer.Exit(report_error(_refused(error))) from error
         except Exception as error:
             if ctx.params.get("debug") or _of_typer(error):
                 raise
@@ -79,7 +79,7 @@ def _of_typer(error: Exception) -> bool:
     return type(error).__module__.startswith(("typer", "click"))
 
 
-def report(error: UnderstudyError) -> int:
+def report_error(error: UnderstudyError) -> int:
     """Say what was wrong, on stderr and with --json on stdout too; the exit code."""
     typer.echo(f"Error: {error}", err=True)
     if "--json" in sys.argv:

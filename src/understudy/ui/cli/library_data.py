@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Shelf:
+class LibraryListing:
     """A library's folder looked at file by file: what opened, and what is wrong with what did not."""
 
     folder: Path
@@ -45,7 +45,7 @@ class Shelf:
     problems: dict[str, UnderstudyError]
 
 
-def look(folder: Path, kit: Kit | None, learn: Learn | None) -> Shelf:
+def open_each_automaton(folder: Path, kit: Kit | None, learn: Learn | None) -> LibraryListing:
     """Open each file of a library on its own, so that one bad file does not hide the others.
 
     Without a kit features are as the documents say, so that any library can be looked at.
@@ -60,10 +60,10 @@ def look(folder: Path, kit: Kit | None, learn: Learn | None) -> Shelf:
             opened[found.taught.automaton.name] = found
         except UnderstudyError as error:
             problems[path.name] = error
-    return Shelf(folder, library, opened, problems)
+    return LibraryListing(folder, library, opened, problems)
 
 
-def graph_conditions(taught: TrainedAutomaton) -> dict[tuple[str, str], list[str]]:
+def list_conditions_by_switch(taught: TrainedAutomaton) -> dict[tuple[str, str], list[str]]:
     """By state and next state, in words, when: for a picture."""
     automaton, names = taught.automaton, taught.automaton.state_names
     return {
@@ -77,7 +77,7 @@ def graph_conditions(taught: TrainedAutomaton) -> dict[tuple[str, str], list[str
     }
 
 
-def summary(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, Any]:
+def summarize_automaton(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, Any]:
     """One automaton in a line."""
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     path = folder / f"{make_file_stem(automaton.name)}.json"
@@ -88,7 +88,7 @@ def summary(folder: Path, library: Library, opened: LoadedDocument) -> dict[str,
         "features": len(automaton.features),
         "examples": 0 if lesson is None else sum(example.pressed for example in lesson.examples),
         "watched": 0 if lesson is None else sum(not example.pressed for example in lesson.examples),
-        "uses": uses(automaton, library),
+        "uses": list_used_automata(automaton, library),
         "used_by": library.users(automaton.name),
         "versions": len(list_versions(folder, automaton.name)),
         "saved": datetime.fromtimestamp(path.stat().st_mtime, UTC),
@@ -96,17 +96,17 @@ def summary(folder: Path, library: Library, opened: LoadedDocument) -> dict[str,
     }
 
 
-def uses(automaton: Automaton, library: Library) -> list[str]:
+def list_used_automata(automaton: Automaton, library: Library) -> list[str]:
     """The automata that its states run."""
     runs = dict.fromkeys(state.behavior or "" for state in automaton.states)
     return [name for name in runs if name in library.taught]
 
 
-def whole(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, Any]:
+def describe_automaton(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, Any]:
     """Everything about one automaton."""
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     return {
-        **summary(folder, library, opened),
+        **summarize_automaton(folder, library, opened),
         "states": automaton.states,
         "features": [
             {"name": str(bound), "kind": str(bound.kind), "unit": bound.feature.unit, "own": bound.own}
@@ -115,7 +115,7 @@ def whole(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, A
         "stateless": automaton.stateless,
         "conditions": describe_transitions(automaton, lesson),
         "options": None if lesson is None else describe_options(lesson),
-        "examples": [] if lesson is None else [example_row(each, automaton) for each in lesson.examples],
+        "examples": [] if lesson is None else [make_example_row(each, automaton) for each in lesson.examples],
         "versions": [
             {"number": version.number, "saved": version.saved, "file": version.path}
             for version in list_versions(folder, automaton.name)
@@ -123,7 +123,7 @@ def whole(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, A
     }
 
 
-def example_row(example: Example, automaton: Automaton) -> dict[str, Any]:
+def make_example_row(example: Example, automaton: Automaton) -> dict[str, Any]:
     """One example; categorical values as labels, absent ones null."""
     values = zip(automaton.features, example.values, strict=True)
     return {
@@ -142,16 +142,16 @@ ALONE = "robot"
 """What the sort of a robot without a scenario is called."""
 
 
-def known_now(where: Scenario | None, behavior: str | None, folder: Path, kit: Kit) -> Libraries:
+def load_current_libraries(where: Scenario | None, behavior: str | None, folder: Path, kit: Kit) -> Libraries:
     """What everybody of a scenario knows now, or a robot without one."""
-    from understudy.ui.cli.options import library_for, team_for
+    from understudy.ui.cli.options import open_behavior_library, open_team_libraries
 
     if where is None:
-        return {ALONE: library_for(behavior, folder, kit)}
-    return team_for(where, behavior, folder, kit)
+        return {ALONE: open_behavior_library(behavior, folder, kit)}
+    return open_team_libraries(where, behavior, folder, kit)
 
 
-def known_then(
+def load_recorded_libraries(
     where: Scenario | None,
     behavior: str | None,
     folder: Path,
@@ -163,7 +163,7 @@ def known_then(
     """
     from understudy.sim.team.libraries import find_type_folders
 
-    known = dict(known_now(where, behavior, folder, kit))
+    known = dict(load_current_libraries(where, behavior, folder, kit))
     places = {} if where is None else find_type_folders(where, folder, kit)
     former: dict[str, int] = {}
     for sort, marks in automata.items():
@@ -178,11 +178,11 @@ def known_then(
 
 def _as_it_was(library: Library, place: Path, name: str, mark: str) -> tuple[Library, int | None]:
     """The library with an automaton as its mark says, and which former version that is; None where it still is so."""
-    from understudy.analysis.explain_run import CannotRepeat
+    from understudy.analysis.explain_run import RunNotReproducible
     from understudy.errors import UnderstudyError
     from understudy.storage.document import fingerprint_automaton
     from understudy.storage.library_folder import list_versions, load_version
-    from understudy.ui.cli.options import learner
+    from understudy.ui.cli.options import import_learner
 
     now = library.taught.get(name)
     if now is not None and fingerprint_automaton(now) == mark:
@@ -190,11 +190,11 @@ def _as_it_was(library: Library, place: Path, name: str, mark: str) -> tuple[Lib
     for version in reversed(list_versions(place, name)):
         try:
             taught: TrainedAutomaton = load_version(
-                place, name, version.number, library.kit, learner()
+                place, name, version.number, library.kit, import_learner()
             ).taught
         except UnderstudyError:
             continue  # of another kit, or damaged: it is none of what was run, as far as anybody can tell
         if fingerprint_automaton(taught) == mark:
             return library.with_taught(taught), version.number
     problem = f"{name} in {place} {'is another by now' if now else 'is gone'}, and no former version is what was run"
-    raise CannotRepeat(problem=problem, remedy="run it again with --trace, and ask that")
+    raise RunNotReproducible(problem=problem, remedy="run it again with --trace, and ask that")

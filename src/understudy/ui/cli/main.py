@@ -23,11 +23,11 @@ from understudy.ui.cli.commands import (
     why,
     worlds,
 )
-from understudy.ui.cli.error_reporting import Group
+from understudy.ui.cli.error_reporting import ErrorReportingGroup
 from understudy.ui.cli.plugins import LIBRARY, RUNNING, TEACHING, Command, load_plugins, order_commands
 
 app = typer.Typer(
-    cls=Group,
+    cls=ErrorReportingGroup,
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
@@ -61,20 +61,20 @@ def understudy(
 
 
 COMMANDS = (
-    Command("studio", studio.studio, TEACHING),
+    Command("studio", studio.start_studio, TEACHING),
     Command("teach", teach.teach, TEACHING),
-    Command("learn", learn.learn, TEACHING),
+    Command("learn", learn.learn_lesson, TEACHING),
     Command("advise", advise.advise, TEACHING),
-    Command("run", run.run, RUNNING),
-    Command("why", why.why, RUNNING),
-    Command("eval", eval.evaluate, RUNNING),
-    Command("worlds", worlds.worlds, RUNNING),
+    Command("run", run.run_behavior, RUNNING),
+    Command("why", why.show_explanation, RUNNING),
+    Command("eval", eval.evaluate_behavior, RUNNING),
+    Command("worlds", worlds.list_worlds, RUNNING),
     Command("robots", robots.app, RUNNING),
-    Command("list", list.list_, LIBRARY),
-    Command("show", show.show, LIBRARY),
-    Command("diff", diff.diff, LIBRARY),
+    Command("list", list.list_automata, LIBRARY),
+    Command("show", show.show_automaton, LIBRARY),
+    Command("diff", diff.show_diff, LIBRARY),
     Command("validate", validate.validate, LIBRARY),
-    Command("test", test.check, LIBRARY),
+    Command("test", test.run_library_tests, LIBRARY),
     Command("simplify", simplify.simplify, LIBRARY),
     Command("rebuild", list.rebuild, LIBRARY),
 )

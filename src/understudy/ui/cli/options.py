@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from understudy.storage.document import Learn
     from understudy.storage.library_folder import LoadedLibrary
 
-Library: TypeAlias = Annotated[Path, typer.Option("--library", "-l", help="The folder the automata are in.")]
+LibraryOption: TypeAlias = Annotated[
+    Path, typer.Option("--library", "-l", help="The folder the automata are in.")
+]
 ScenarioName: TypeAlias = Annotated[
     str | None,
     typer.Argument(
@@ -34,7 +36,7 @@ ScenarioName: TypeAlias = Annotated[
         show_default=False,
     ),
 ]
-World: TypeAlias = Annotated[
+WorldOption: TypeAlias = Annotated[
     str,
     typer.Option("--world", "-w", metavar="SCENARIO", help="The scenario, and the kit that goes with it."),
 ]
@@ -65,7 +67,7 @@ BehaviorName: TypeAlias = Annotated[
         show_default=False,
     ),
 ]
-Names: TypeAlias = Annotated[
+AutomatonNames: TypeAlias = Annotated[
     list[str] | None, typer.Argument(metavar="[NAME]...", help="Which automata; all if none is named.")
 ]
 Json: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")]
@@ -81,14 +83,14 @@ WORLD = "forage"
 MAIN = "forage"
 
 
-def find_world(name: str) -> Scenario:
+def open_scenario(name: str) -> Scenario:
     """The built-in scenario of this name, or that of a file."""
     from understudy.sim.catalog import find_scenario as find
 
     return find(name)
 
 
-def chosen_world(argument: str | None, option: str | None) -> str:
+def choose_scenario_name(argument: str | None, option: str | None) -> str:
     """The scenario that was named, as an argument or as an option."""
     if argument is not None and option is not None and argument != option:
         raise SettingError(
@@ -107,7 +109,7 @@ def find_kit(named: str | None, world: str) -> Kit:
     if named is None:
         from understudy.sim.kit import make_scenario_kit
 
-        return make_scenario_kit(find_world(world))
+        return make_scenario_kit(open_scenario(world))
     module, _, name = named.partition(":")
     here = str(Path.cwd())
     if here not in sys.path:
@@ -123,7 +125,7 @@ def find_kit(named: str | None, world: str) -> Kit:
     return found
 
 
-def some_kit(named: str | None, world: str | None) -> Kit | None:
+def find_optional_kit(named: str | None, world: str | None) -> Kit | None:
     """The kit where one is named or a world is, otherwise None: features are as the documents say."""
     return None if named is None and world is None else find_kit(named, world or WORLD)
 
@@ -133,45 +135,47 @@ def _no_kit(named: str, problem: str) -> SettingError:
     return SettingError(where="--kit", setting=repr(named), problem=problem, remedy=remedy)
 
 
-def opened(library: Path, kit: Kit) -> LoadedLibrary:
+def open_library_with_notes(library: Path, kit: Kit) -> LoadedLibrary:
     """A library; transition functions that were built anew are reported on stderr."""
     from understudy.storage.library_folder import open_library
 
-    found = open_library(library, kit, learner())
+    found = open_library(library, kit, import_learner())
     for name, reason in found.rebuilt.items():
         if "classifier" not in reason:
             typer.echo(f"Note: {name} was learned again from its examples: {reason}.", err=True)
     return found
 
 
-def library_for(behavior: str | None, folder: Path, kit: Kit) -> Taught:
+def open_behavior_library(behavior: str | None, folder: Path, kit: Kit) -> Taught:
     """The library a behavior is in; a basic one, which the kit has, needs no folder."""
     from understudy.errors import UnknownName
     from understudy.model.library import Library
 
     if folder.exists():
-        return opened(folder, kit).library
+        return open_library_with_notes(folder, kit).library
     if behavior is not None and behavior not in kit.behaviors:
         where = f"there is no folder {folder} with automata, and the kit"
         raise UnknownName(what="behavior", name=behavior, where=where, known=list(kit.behaviors))
     return Library(kit)
 
 
-def team_for(scenario: Scenario, behavior: str | None, folder: Path, kit: Kit) -> Mapping[str, Taught]:
+def open_team_libraries(
+    scenario: Scenario, behavior: str | None, folder: Path, kit: Kit
+) -> Mapping[str, Taught]:
     """What everybody knows: squads, and types of robots that differ, have folders of their names in that of all."""
     from understudy.model.library import Library
     from understudy.sim.team.libraries import collect_libraries, load_type_libraries
 
     def look(where: Path, kit: Kit) -> Taught:
-        return opened(where, kit).library if where.is_dir() else Library(kit)
+        return open_library_with_notes(where, kit).library if where.is_dir() else Library(kit)
 
     if not folder.exists():
-        library_for(behavior, folder, kit)
+        open_behavior_library(behavior, folder, kit)
     robots = load_type_libraries(scenario, folder, kit, look)
     return collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
 
 
-def behavior_of(library: Taught, named: str | None, folder: Path) -> str:
+def choose_behavior(library: Taught, named: str | None, folder: Path) -> str:
     """The behavior that was named; if none was, the automaton at the top of the library, which no other uses.
 
     Of several at the top it is `forage`, if that is among them; otherwise SettingError, saying which there are.
@@ -219,22 +223,22 @@ def assign(
 ) -> Assignment:
     """Find the behavior that options name, and who runs it; mistakes are reported before anything is compiled or moves.
 
-    Raises what `team_for`, `behavior_of` and linking raise.
+    Raises what `open_team_libraries`, `choose_behavior` and linking raise.
     """
     from understudy.runtime.program import link
     from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
 
-    bound = bindings(bind)
-    known = team_for(scenario, behavior, folder, kit)
+    bound = parse_bindings(bind)
+    known = open_team_libraries(scenario, behavior, folder, kit)
     sort = find_behavior_sort(known, behavior)
-    found = behavior_of(known[sort], behavior and behavior.removeprefix(f"{sort}/"), folder)
+    found = choose_behavior(known[sort], behavior and behavior.removeprefix(f"{sort}/"), folder)
     link(known[sort], found, bound)
     return Assignment(
         known, sort, found, bound, dict.fromkeys(list_running_sorts(known, sort, found), (found, bound))
     )
 
 
-def learner() -> Learn:
+def import_learner() -> Learn:
     """What builds transition functions from a lesson; imported only when it is needed."""
 
     def learn(lesson: Lesson) -> Mapping[str, Transition]:
@@ -245,7 +249,7 @@ def learner() -> Learn:
     return learn
 
 
-def bindings(bound: list[str] | None) -> dict[str, str]:
+def parse_bindings(bound: list[str] | None) -> dict[str, str]:
     """What --bind options say."""
     pairs = {}
     for text in bound or []:
@@ -261,17 +265,17 @@ def bindings(bound: list[str] | None) -> dict[str, str]:
     return pairs
 
 
-def names_in(text: str | None) -> list[str] | None:
+def parse_names(text: str | None) -> list[str] | None:
     """What commas separate, but for those in parentheses; None where nothing was said."""
     if text is None:
         return None
     return [part.strip() for part in re.split(r",(?![^(]*\))", text) if part.strip()]
 
 
-def targets_in(text: str | None) -> dict[str, str]:
+def parse_targets(text: str | None) -> dict[str, str]:
     """What --targets says."""
     found = {}
-    for pair in names_in(text) or []:
+    for pair in parse_names(text) or []:
         parameter, equals, target = (part.strip() for part in pair.partition("="))
         if not (parameter and equals and target):
             remedy = "write PARAMETER=TARGET: A=station"

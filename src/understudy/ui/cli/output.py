@@ -37,7 +37,7 @@ def _plain(value: object) -> object:
     raise NotImplementedError(f"a {type(value).__name__} in a result")
 
 
-def console(*, err: bool = False) -> Console:
+def make_console(*, err: bool = False) -> Console:
     """Where text for people goes."""
     from rich.console import Console
 
@@ -48,7 +48,7 @@ def console(*, err: bool = False) -> Console:
     return Piped(stderr=err, highlight=False, emoji=False)
 
 
-def table(*columns: str, title: str | None = None) -> Table:
+def make_table(*columns: str, title: str | None = None) -> Table:
     """A light table; a column whose name begins with # holds numbers, one that begins with ~ text that may wrap."""
     from rich import box
     from rich.table import Table
@@ -62,12 +62,12 @@ def table(*columns: str, title: str | None = None) -> Table:
     return made
 
 
-def count(number: int, one: str, many: str | None = None) -> str:
+def format_count(number: int, one: str, many: str | None = None) -> str:
     """'1 example', '3 examples'."""
     return f"{number} {one if number == 1 else many or one + 's'}"
 
 
-def when(saved: datetime | None) -> str:
+def format_saved_time(saved: datetime | None) -> str:
     """A moment in the reader's own time."""
     return "" if saved is None else f"{saved.astimezone():%Y-%m-%d %H:%M}"
 
@@ -76,11 +76,11 @@ SLOW_S = 2.0
 
 
 @contextmanager
-def progress(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
+def show_progress(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
     """A function to call with how many are done of how many; it shows a bar until the block ends."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-    out = console(err=True)
+    out = make_console(err=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=out, transient=True, disable=quiet or not out.is_terminal) as bar:
         task = bar.add_task(what, total=None)
@@ -90,7 +90,7 @@ def progress(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int],
 def compile_once(*, learner: bool = False, world: Scenario | None = None, quiet: bool = False) -> None:
     """Have compiled what a command is going to need, and say so where that takes its time."""
 
-    out = console(err=True)
+    out = make_console(err=True)
     out.quiet = quiet
     began = perf_counter()
     with out.status("Compiling once; the next run starts at once …"):

@@ -21,7 +21,9 @@ SUFFIX = ".mcap"
 
 
 @contextmanager
-def recording(path: Path | None, team: Team, *, ran: Callable[[], RunInfo]) -> Iterator[Callable[[], None]]:
+def record_team_ticks(
+    path: Path | None, team: Team, *, ran: Callable[[], RunInfo]
+) -> Iterator[Callable[[], None]]:
     """What makes a team's ticks, recorded if the path is one of a recording; `ran` says what runs."""
     if path is None or not is_recording(path):
         yield team.tick
@@ -51,7 +53,7 @@ def ran_by(
     team: Team, assigned: Assignment, library: Path, *, scenario: str | None, seed: int, kit: str | None
 ) -> RunInfo:
     """What runs on a team, for the header of a recording or a trace."""
-    from understudy.analysis.run_header import marks
+    from understudy.analysis.run_header import fingerprint_libraries
     from understudy.robots.recording.header import RunInfo
 
     return RunInfo(
@@ -62,7 +64,7 @@ def ran_by(
         sorts=list(assigned.roots),
         behavior=assigned.behavior,
         binding=assigned.binding,
-        automata=marks(team, assigned.libraries),
+        automata=fingerprint_libraries(team, assigned.libraries),
     )
 
 
@@ -71,19 +73,19 @@ def is_recording(path: Path) -> bool:
     return path.suffix.lower() == SUFFIX
 
 
-def scenario_of(recording: Recording) -> Scenario | None:
+def read_recorded_scenario(recording: Recording) -> Scenario | None:
     """The scenario that it ran in, as it was then."""
     from understudy.robots.recording.header import SCENARIO
     from understudy.sim.scenario.files import parse_scenario
-    from understudy.ui.cli.options import find_world
+    from understudy.ui.cli.options import open_scenario
 
     kept, ran = recording.head.files.get(SCENARIO), recording.head.ran
     if kept is not None:
         return parse_scenario(kept, f"{recording.path} ({SCENARIO})")
-    return None if ran.scenario is None else find_world(ran.scenario)
+    return None if ran.scenario is None else open_scenario(ran.scenario)
 
 
-def kit_for(recording: Recording, named: str | None, where: Scenario | None) -> Kit:
+def choose_recording_kit(recording: Recording, named: str | None, where: Scenario | None) -> Kit:
     """The kit that was named, else the one that it ran with."""
     from understudy.errors import FileError
     from understudy.sim.kit import make_scenario_kit

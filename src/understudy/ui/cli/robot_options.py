@@ -19,11 +19,11 @@ from understudy.errors import SettingError
 if TYPE_CHECKING:
     from understudy.robots.twin import DigitalTwin
 
-RobotFile: TypeAlias = Annotated[
+RobotFileOption: TypeAlias = Annotated[
     Path | None,
     typer.Option("--robot", metavar="FILE", help="On a real robot, by its file.", show_default=False),
 ]
-TeamFile: TypeAlias = Annotated[
+TeamFileOption: TypeAlias = Annotated[
     Path | None,
     typer.Option("--team", metavar="FILE", help="On real robots, by their team's file.", show_default=False),
 ]
@@ -36,7 +36,7 @@ FOLDER = "recordings"
 """Where recordings are kept, beside the robot's file."""
 
 
-def named(robot: Path | None, team: Path | None, *, world: str | None) -> Path | None:
+def find_robots_file(robot: Path | None, team: Path | None, *, world: str | None) -> Path | None:
     """The file of real robots that was named; None where none was, and SettingError where two things were."""
     if robot is None and team is None:
         return None
@@ -52,7 +52,7 @@ def named(robot: Path | None, team: Path | None, *, world: str | None) -> Path |
 
 
 @contextmanager
-def twin_of(
+def connect_twin(
     robot: Path | None, team: Path | None, *, record: Path | None, recorded: bool
 ) -> Iterator[DigitalTwin]:
     """The robots of a file, connected, in their world; stopped and left at the end.
@@ -61,7 +61,7 @@ def twin_of(
     decided once `DigitalTwin.record` was called, and is not kept where that never was.
     """
     _see_record(record, recorded=recorded)
-    with leaving_orderly():
+    with interrupt_on_termination():
         yield from _twin_of(robot, team, record=record, recorded=recorded)
 
 
@@ -95,7 +95,7 @@ def _twin_of(
 
 
 @contextmanager
-def leaving_orderly() -> Iterator[None]:
+def interrupt_on_termination() -> Iterator[None]:
     """Who is told to end, or whose terminal is gone, leaves as on Ctrl-C: robots are stopped, and recordings whole.
 
     Ctrl-C itself counts even where a shell keeps it away; a hang-up that somebody wants ignored is.

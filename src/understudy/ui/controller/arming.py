@@ -6,7 +6,7 @@ from msgspec import Struct
 
 from understudy.errors import SessionError
 from understudy.robots.twin import DigitalTwin, Ground
-from understudy.ui.controller.clock import Wall
+from understudy.ui.controller.clock import WallClock
 
 SILENT_S = 0.6
 """Who directs armed robots says that they are there, several times a second; after so long they count as gone."""
@@ -22,10 +22,10 @@ class RobotStatus(Struct, frozen=True, kw_only=True):
     stopped: str
 
 
-class Robots:
+class RobotArming:
     """What a person does with real robots from a place such as "the studio"; with simulated ones nothing."""
 
-    def __init__(self, ground: Ground, wall: Wall, *, place: str) -> None:
+    def __init__(self, ground: Ground, wall: WallClock, *, place: str) -> None:
         self._place = place
         self._twin = ground if isinstance(ground, DigitalTwin) else None
         self._wall = wall

@@ -9,7 +9,7 @@ from typing import TypeAlias
 from understudy.errors import SettingError
 from understudy.robots.twin import DigitalTwin, Ground
 
-Wall: TypeAlias = Callable[[], float]
+WallClock: TypeAlias = Callable[[], float]
 """A clock that only goes forward, s."""
 
 FASTEST = inf
@@ -21,7 +21,7 @@ LONGEST_STALL_S = 0.25
 """What is made up for after a stall; a longer one is let go, so that the world never races."""
 
 
-def known_speed(speed: float, where: str, *, live: bool = False) -> float:
+def check_speed(speed: float, where: str, *, live: bool = False) -> float:
     """A speed that there is; SettingError where it is another. Time that is `live` passes as in life."""
     if live and speed != 1.0:
         problem = f"is {speed:g}, and real robots' time passes as it does"
@@ -33,10 +33,10 @@ def known_speed(speed: float, where: str, *, live: bool = False) -> float:
     return speed
 
 
-class Pace:
+class RealTimeClock:
     """The world's clockwork; it stands still at first. Where it is `live`, late ticks are not made up for."""
 
-    def __init__(self, wall: Wall, *, tick_s: float, live: bool = False) -> None:
+    def __init__(self, wall: WallClock, *, tick_s: float, live: bool = False) -> None:
         self.speed, self.live = 1.0, live
         self._wall, self._tick_s = wall, tick_s
         self._going = False
@@ -86,12 +86,12 @@ class Pace:
     def faster(self) -> None:
         """The next higher speed, if there is one."""
         faster = SPEEDS[min(SPEEDS.index(self.speed) + 1, len(SPEEDS) - 1)]
-        self.speed = known_speed(faster, "the trainer", live=self.live)
+        self.speed = check_speed(faster, "the trainer", live=self.live)
 
     def slower(self) -> None:
         """The next lower speed, if there is one."""
         slower = SPEEDS[max(SPEEDS.index(self.speed) - 1, 0)]
-        self.speed = known_speed(slower, "the trainer", live=self.live)
+        self.speed = check_speed(slower, "the trainer", live=self.live)
 
     def _advanced(self) -> float:
         self._advance()
@@ -105,11 +105,14 @@ class Pace:
             self._owed_s = 0.0 if isinf(self.speed) else self._owed_s + passed * self.speed
 
 
-class Idling:
+class IdleWorld:
     """A world in real time, without a desk."""
 
-    def __init__(self, world: Ground, wall: Wall) -> None:
-        self._world, self.pace = world, Pace(wall, tick_s=world.tick_s, live=isinstance(world, DigitalTwin))
+    def __init__(self, world: Ground, wall: WallClock) -> None:
+        self._world, self.pace = (
+            world,
+            RealTimeClock(wall, tick_s=world.tick_s, live=isinstance(world, DigitalTwin)),
+        )
         self.paused = True
 
     def pause(self, paused: bool) -> None:

@@ -20,11 +20,11 @@ from understudy.training.feature_values import list_steady_readings
 from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
-from understudy.ui.controller.explainer import Why
-from understudy.ui.controller.status import Said, says
+from understudy.ui.controller.explainer import DecisionExplainer
+from understudy.ui.controller.status import StatusMessage, says
 
 if TYPE_CHECKING:
-    from understudy.ui.controller.trainer import Desk
+    from understudy.ui.controller.trainer import Trainer
 
 TURN = (QueryPolicy.NEVER, QueryPolicy.PAUSE, QueryPolicy.MARK)
 WHEN_SAID = {
@@ -36,7 +36,7 @@ AS_GOOD_S = 0.1
 """A reaction time so near to what the lesson has is no news."""
 
 
-class Advised(NamedTuple):
+class AdviceReport(NamedTuple):
     """What the coach says of a lesson: advice, most useful first, and how late presses seem to come."""
 
     lesson: Lesson
@@ -57,26 +57,28 @@ def _advised(
     kit: Kit,
     steady: frozenset[str],
     meant: Mapping[int, float],
-) -> Advised:
+) -> AdviceReport:
     said = give_advice(lesson, transitions, kit=kit, meant=meant)
-    return Advised(lesson, said, estimate_reaction_time(lesson, steady=steady))
+    return AdviceReport(lesson, said, estimate_reaction_time(lesson, steady=steady))
 
 
-class Coach:
+class CoachController:
     """Advice on one session's lesson, made again only when the lesson changed; `asking` is off at first."""
 
-    def __init__(self, session: Session, why: Why) -> None:
+    def __init__(self, session: Session, why: DecisionExplainer) -> None:
         self.asking = UncertaintyQueries(session, QueryPolicy.NEVER)
         self._session, self._why = session, why
-        self.said: Advised | None = None  # last
-        self._making: tuple[Lesson, Future[Advised]] | None = None
+        self.said: AdviceReport | None = None  # last
+        self._making: tuple[Lesson, Future[AdviceReport]] | None = None
         self._meant: dict[int, float] = {}
         self._next = 0
         self._question: Question | None = None
 
     # What the lesson lacks
 
-    def advised(self, beside: Executor | None = None, *, patience_s: float | None = None) -> Advised | None:
+    def advised(
+        self, beside: Executor | None = None, *, patience_s: float | None = None
+    ) -> AdviceReport | None:
         """What there is to say of the lesson as it stands.
 
         A large lesson takes a while. Given where to make it `beside` the world, it is waited for `patience_s` at most,
@@ -160,7 +162,7 @@ OTHER_WORLDS = 4
 """So many further worlds are looked through for a situation that this one does not have."""
 
 
-def set_up(desk: Desk, wanted: Advice | None = None) -> SetupResult:
+def set_up_advised_situation(desk: Trainer, wanted: Advice | None = None) -> SetupResult:
     """Set up the situation that advice is about (None: the next that is about one); nothing is recorded."""
     chosen = desk.coach.next_place() if wanted is None else wanted
     if desk.driving:
@@ -175,16 +177,16 @@ def set_up(desk: Desk, wanted: Advice | None = None) -> SetupResult:
 
 
 @says
-def wait(desk: Desk, question: Question) -> Said:
+def pause_for_question(desk: Trainer, question: Question) -> StatusMessage:
     """Let time stand still at a question; going on is an answer, too."""
     if not desk.paused:
         desk.pause()
     desk.coach.question = question
-    return Said(f"{question.sentence} Space lets it go on", "correction")
+    return StatusMessage(f"{question.sentence} Space lets it go on", "correction")
 
 
 @says
-def answer(desk: Desk, state: str | None) -> Said:
+def answer_question(desk: Trainer, state: str | None) -> StatusMessage:
     """Answer the question that waits: the press (None: keep doing this) is recorded, and it decides by itself again.
 
     It goes on where it is, not afresh: what was learned of the answer counts from the next tick on.
@@ -209,30 +211,30 @@ def answer(desk: Desk, state: str | None) -> Said:
 
 
 @says
-def use_reaction(desk: Desk, reaction_s: float) -> Said:
+def change_reaction_time(desk: Trainer, reaction_s: float) -> StatusMessage:
     """Choose how late presses come, s; examples are computed again from the record."""
     desk.session.choose(options=replace(desk.session.lesson.options, reaction_s=reaction_s))
     desk.changed()
-    return Said(f"Presses count {reaction_s:g} s earlier from now on; undo takes that back")
+    return StatusMessage(f"Presses count {reaction_s:g} s earlier from now on; undo takes that back")
 
 
 @says
-def mend(desk: Desk, number: int, next: str) -> Said:
+def correct_slip(desk: Trainer, number: int, next: str) -> StatusMessage:
     """Say what a press was meant for."""
     desk.session.mend(number, next)
     desk.changed()
-    return Said(f"Example {number} says {next} now; undo takes that back")
+    return StatusMessage(f"Example {number} says {next} now; undo takes that back")
 
 
 @says
-def stand_by(desk: Desk, number: int) -> Said:
+def confirm_doubted_press(desk: Trainer, number: int) -> StatusMessage:
     """Say that a press that looks like a slip was meant."""
     desk.coach.stand_by(number)
-    return Said(f"Example {number} was meant")
+    return StatusMessage(f"Example {number} was meant")
 
 
 @says
-def ask_when(desk: Desk, when: QueryPolicy) -> Said:
+def change_query_policy(desk: Trainer, when: QueryPolicy) -> StatusMessage:
     """Choose what it does in testing where it is unsure."""
     desk.coach.asking.when = when
-    return Said(WHEN_SAID[when])
+    return StatusMessage(WHEN_SAID[when])

@@ -6,14 +6,14 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from understudy.analysis.explain_run import Level, Reason, reason
+from understudy.analysis.explain_run import DecisionReason, LevelExplanation, explain_query
 from understudy.analysis.explanation_text import (
     describe_intention,
     describe_present,
     describe_switch,
     list_examples,
 )
-from understudy.analysis.tracing import Query
+from understudy.analysis.tracing import TransitionQuery
 from understudy.learning.explain import Explanation, explain
 from understudy.learning.fit import learn
 from understudy.model.automaton import Transition
@@ -30,14 +30,14 @@ MOST_SWITCHES = 1_000
 
 
 @dataclass(frozen=True, slots=True)
-class Switch:
+class SwitchEvent:
     """A switch that what was learned made by itself, on whatever level: `call` is how its automaton ran."""
 
     automaton: str
     call: str
     before: str
     after: str
-    query: Query
+    query: TransitionQuery
 
     @property
     def time_s(self) -> float:
@@ -45,7 +45,7 @@ class Switch:
         return self.query.time_s
 
 
-class Why:
+class DecisionExplainer:
     """Explains one session; what the lesson says is learned again only when the lesson changed."""
 
     def __init__(self, session: Session) -> None:
@@ -53,7 +53,7 @@ class Why:
         self._for: tuple[object, ...] = ()
         self._lesson: Lesson = session.lesson
         self._transitions: dict[str, Transition] = {}
-        self._switches: deque[Switch] = deque(maxlen=MOST_SWITCHES)
+        self._switches: deque[SwitchEvent] = deque(maxlen=MOST_SWITCHES)
         self._followed: Interpreter | None = None
 
     def follow(self) -> None:
@@ -68,12 +68,14 @@ class Why:
     ) -> None:
         if answer != STAY:
             names = machine.automaton.state_names
-            query = Query(now, state, answer, tuple(values))
+            query = TransitionQuery(now, state, answer, tuple(values))
             call = str(machine.instance)
-            self._switches.append(Switch(machine.automaton.name, call, names[state], names[answer], query))
+            self._switches.append(
+                SwitchEvent(machine.automaton.name, call, names[state], names[answer], query)
+            )
 
     @property
-    def switch(self) -> Switch | None:
+    def switch(self) -> SwitchEvent | None:
         """The last switch of the automaton under training."""
         name = self._session.automaton.name
         return next((each for each in reversed(self._switches) if each.automaton == name), None)
@@ -82,11 +84,11 @@ class Why:
         """What happened before says nothing about now."""
         self._switches.clear()
 
-    def before(self, time_s: float) -> list[Switch]:
+    def before(self, time_s: float) -> list[SwitchEvent]:
         """The switches of this run before a time of the world, to be remembered once the run went back there."""
         return [each for each in self._switches if each.time_s < time_s]
 
-    def remember(self, switches: Sequence[Switch]) -> None:
+    def remember(self, switches: Sequence[SwitchEvent]) -> None:
         """These are the switches of this run so far."""
         self._switches = deque(switches, MOST_SWITCHES)
 
@@ -110,21 +112,21 @@ class Why:
         found = describe_transitions(taught.automaton, taught.lesson)
         return [(state, format_condition(line)) for state, lines in found.items() for line in lines]
 
-    def levels(self) -> tuple[Level, ...]:
+    def levels(self) -> tuple[LevelExplanation, ...]:
         """What every level, from the automaton under training down, would decide now by what was learned, and why."""
         session = self._session
         asked = session.trainee.queries(session.percept, session.body, session.agent)
         return tuple(self._level(machine, tuple(values)) for machine, values in asked)
 
-    def _level(self, machine: RunningAutomaton, values: tuple[float, ...]) -> Level:
+    def _level(self, machine: RunningAutomaton, values: tuple[float, ...]) -> LevelExplanation:
         name, call = machine.automaton.name, str(machine.instance)
         decision = None
         if machine.flag is None:
-            query = Query(self._session.body.time_s, machine.state, machine.state, values)
-            decision = reason(call, query, self._taught(name))
-        return Level(call, machine.state_name, machine.entered, decision, None, machine.flag)
+            query = TransitionQuery(self._session.body.time_s, machine.state, machine.state, values)
+            decision = explain_query(call, query, self._taught(name))
+        return LevelExplanation(call, machine.state_name, machine.entered, decision, None, machine.flag)
 
-    def last(self) -> tuple[Switch, Reason] | None:
+    def last(self) -> tuple[SwitchEvent, DecisionReason] | None:
         """The last switch of any level, of several in a tick that of the highest; and why, by what is known now."""
         if not self._switches:
             return None
@@ -132,7 +134,7 @@ class Why:
         switch = next(each for each in self._switches if each.time_s == latest)
         if switch.before not in self._taught(switch.automaton).automaton.state_names:
             return None  # states were chosen anew
-        return switch, reason(switch.call, switch.query, self._taught(switch.automaton))
+        return switch, explain_query(switch.call, switch.query, self._taught(switch.automaton))
 
     def _taught(self, name: str) -> TrainedAutomaton:
         lesson, transitions = self.learned()

@@ -15,7 +15,7 @@ from understudy.training.session_view import SessionView
 SPARKS = "▁▂▃▄▅▆▇█"
 
 
-def number(bound: BoundFeature, text: str) -> float:
+def parse_displayed_value(bound: BoundFeature, text: str) -> float:
     """A value as it is said, with its unit or without: the other way round."""
     said = text.strip().replace("−", "-")
     if said in ("", ABSENT):
@@ -35,15 +35,15 @@ def number(bound: BoundFeature, text: str) -> float:
     return radians(found) if is_angle(bound) else found
 
 
-def step(example: Example) -> str:
+def format_example(example: Example) -> str:
     """What an example says: "forward → done", or "forward stays"."""
     return f"{example.state} stays" if example.state == example.next else f"{example.state} → {example.next}"
 
 
-def recorded(examples: Sequence[Example], features: Sequence[BoundFeature]) -> str:
+def format_recorded_press(examples: Sequence[Example], features: Sequence[BoundFeature]) -> str:
     """What one press showed: "forward → rotate_left, angle_to(A) = 31°, with its default"."""
     first = examples[0]
-    parts = [f"{first.state} confirmed" if first.kind is ExampleKind.CONFIRMATION else step(first)]
+    parts = [f"{first.state} confirmed" if first.kind is ExampleKind.CONFIRMATION else format_example(first)]
     if features:
         parts.append(format_values(features, first.values))
     if any(example.kind is ExampleKind.DEFAULT for example in examples):
@@ -62,20 +62,20 @@ def switched(name: str, before: SessionView, after: SessionView, *, driving: boo
     return f"{name} raised {after.flag}. Right? Try another world. Wrong? Press what was right"
 
 
-def speed(times: float) -> str:
+def format_speed(times: float) -> str:
     """How fast the world goes: 4 times as fast as in life."""
     if times == inf:
         return "As fast as it goes"
     return "As fast as in life" if times == 1 else f"{times:g} times as fast as in life"
 
 
-def clock(seconds: float) -> str:
+def format_minutes(seconds: float) -> str:
     """Minutes and seconds: 0:48.3."""
     tenths = round(seconds * 10)
     return f"{tenths // 600}:{tenths // 10 % 60:02d}.{tenths % 10}"
 
 
-def spark(bound: BoundFeature, numbers: Sequence[float], width: int) -> str:
+def format_sparkline(bound: BoundFeature, numbers: Sequence[float], width: int) -> str:
     """The last values as little bars; angles from −180° to 180°, others between their least and most."""
     shown = list(numbers)[-width:]
     if is_angle(bound):
@@ -92,7 +92,7 @@ def _bar(number: float, low: float, high: float) -> str:
     return SPARKS[min(int(part * len(SPARKS)), len(SPARKS) - 1)]
 
 
-def standing(screen: SessionView) -> str:
+def format_targets(screen: SessionView) -> str:
     """What the parameters stand for: "(A = station)", or nothing."""
     inside = ", ".join(f"{parameter} = {target}" for parameter, target in screen.targets.items())
     return f"({inside})" if inside else ""

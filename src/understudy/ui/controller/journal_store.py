@@ -36,7 +36,7 @@ KEPT = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Unfinished:
+class InterruptedSession:
     """A session that was cut off before what it showed was saved."""
 
     path: Path
@@ -46,7 +46,7 @@ class Unfinished:
     """What its last step was."""
 
 
-def new_path(library: Path, name: str, *, now: datetime) -> Path:
+def make_journal_path(library: Path, name: str, *, now: datetime) -> Path:
     """Where the journal of a session that begins now goes."""
     folder = library / FOLDER
     with convert_os_errors(folder, "making the folder of journals"):
@@ -56,10 +56,12 @@ def new_path(library: Path, name: str, *, now: datetime) -> Path:
     return next(path for each in names if not (path := folder / f"{each}{RUNNING}").exists())
 
 
-def unfinished(library: Path, name: str, world: str, opened: Library) -> Unfinished | None:
+def find_interrupted_session(
+    library: Path, name: str, world: str, opened: Library
+) -> InterruptedSession | None:
     """The newest session of an automaton in this world that was killed with something shown and not saved."""
     for path in reversed(_of(library, name, RUNNING)):
-        lock = Lock.tried(path)
+        lock = JournalLock.tried(path)
         if lock is None:
             continue  # it is open elsewhere
         lock.release()
@@ -70,24 +72,28 @@ def unfinished(library: Path, name: str, world: str, opened: Library) -> Unfinis
         taught = opened.taught.get(name)
         saved = taught.lesson if taught is not None else None
         undoable, lesson = past.history.undoable, past.history.lesson
-        if past.about.get("world") == world and undoable and not (saved is not None and alike(saved, lesson)):
+        if (
+            past.about.get("world") == world
+            and undoable
+            and not (saved is not None and is_same_lesson(saved, lesson))
+        ):
             examples = sum(example.pressed for example in lesson.examples)
-            return Unfinished(path, _date(path), examples, undoable)
+            return InterruptedSession(path, _date(path), examples, undoable)
     return None
 
 
-def cut_off(library: Path, world: str, opened: Library) -> dict[str, Unfinished]:
+def list_interrupted_sessions(library: Path, world: str, opened: Library) -> dict[str, InterruptedSession]:
     """By name, the newest session of each automaton in this world that was killed with something not saved."""
     folder = library / FOLDER
     if not folder.is_dir():
         return {}
     found = (_NAMED.fullmatch(path.name) for path in folder.iterdir())
     names = sorted({unquote(match[1]) for match in found if match})
-    left = {name: unfinished(library, name, world, opened) for name in names}
+    left = {name: find_interrupted_session(library, name, world, opened) for name in names}
     return {name: each for name, each in left.items() if each is not None}
 
 
-def end(path: Path, library: Path, name: str) -> Path:
+def finish_journal(path: Path, library: Path, name: str) -> Path:
     """A session ended as it should, or is not wanted any more: mark its journal, and drop the oldest such."""
     ended = path.with_suffix(ENDED)
     with convert_os_errors(path, "marking the journal as ended"):
@@ -97,13 +103,13 @@ def end(path: Path, library: Path, name: str) -> Path:
     return ended
 
 
-def reopen(ended: Path) -> None:
+def reopen_journal(ended: Path) -> None:
     """A session that was marked as ended is cut off again."""
     with convert_os_errors(ended, "marking the journal as cut off"):
         ended.rename(ended.with_suffix(RUNNING))
 
 
-def alike(first: Lesson, second: Lesson) -> bool:
+def is_same_lesson(first: Lesson, second: Lesson) -> bool:
     """Whether two lessons hold the same examples, choices and options, wherever their records lie."""
     chosen = [(each.automaton, each.options, each.outcomes) for each in (first, second)]
     return chosen[0] == chosen[1] and (
@@ -141,7 +147,7 @@ def _date(path: Path) -> datetime:
     return datetime.strptime(found[0], "%Y-%m-%d-%H.%M.%S") if found else datetime.fromtimestamp(0)
 
 
-class Lock:
+class JournalLock:
     """Says to other terminals that a session still runs; the system lets go of it when the process ends."""
 
     def __init__(self, file: BufferedReader) -> None:

@@ -20,7 +20,7 @@ ARROWS: Mapping[str, str] = {"up": "↑", "down": "↓", "left": "←", "right":
 
 
 @dataclass(frozen=True, slots=True)
-class Keys:
+class KeyBindings:
     """Keys by what they lead to; `arrows` are a second key for some. `leads` is the way back."""
 
     plain: Mapping[str, str]
@@ -36,17 +36,17 @@ class Keys:
         return ARROWS.get(self.arrows.get(name, ""), " ") + self.plain.get(name, " ")
 
 
-def state_keys(library: Library, states: Sequence[State]) -> Keys:
+def bind_state_keys(library: Library, states: Sequence[State]) -> KeyBindings:
     """Keys for the states of an automaton; 0 is its start state."""
     start, *others = states
     plain = {start.name: "0", **_counted([state.name for state in others])}
     behaviors = {state.name: _basic(library, state.behavior) for state in others}
-    return Keys(plain, _arrows(behaviors))
+    return KeyBindings(plain, _arrows(behaviors))
 
 
-def drive_keys(behaviors: Sequence[Behavior]) -> Keys:
+def bind_drive_keys(behaviors: Sequence[Behavior]) -> KeyBindings:
     """Keys for basic behaviors that the robot is driven with."""
-    return Keys(
+    return KeyBindings(
         _counted([behavior.name for behavior in behaviors]),
         _arrows({behavior.name: behavior for behavior in behaviors}),
     )

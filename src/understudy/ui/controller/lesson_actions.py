@@ -5,32 +5,36 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from understudy.analysis import expectations
-from understudy.analysis.simplify_preview import Simpler, simpler, simplifiable
+from understudy.analysis.simplify_preview import (
+    SimplifyPreview,
+    get_simplifiable_lesson,
+    preview_simplification,
+)
 from understudy.errors import SessionError, join_names
 from understudy.learning.pruning_suggestions import replace_pruning
 from understudy.model.expectation import Expectation
-from understudy.ui.controller.status import Said, says
-from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.status import StatusMessage, says
+from understudy.ui.controller.trainer import Trainer
 
 BY_HAND = "Somebody put it there."
 
 
 @says
-def hold(desk: Desk, numbers: Sequence[int]) -> Said:
+def quarantine_examples(desk: Trainer, numbers: Sequence[int]) -> StatusMessage:
     """Let examples teach nothing for now: for what speaks against them, or because somebody wants it."""
     judgement = desk.session.judgement
     reasons = {} if judgement is None else judgement.reasons
     desk.session.quarantine({number: reasons.get(number, BY_HAND) for number in numbers})
     desk.changed()
-    return Said(f"{_examples(numbers)} in quarantine; undo takes that back")
+    return StatusMessage(f"{_examples(numbers)} in quarantine; undo takes that back")
 
 
 @says
-def release(desk: Desk, numbers: Sequence[int]) -> Said:
+def release_examples(desk: Trainer, numbers: Sequence[int]) -> StatusMessage:
     """Let examples teach again."""
     desk.session.quarantine(dict.fromkeys(numbers, ""))
     desk.changed()
-    return Said(f"{_examples(numbers)} out of quarantine; undo takes that back")
+    return StatusMessage(f"{_examples(numbers)} out of quarantine; undo takes that back")
 
 
 def _examples(numbers: Sequence[int]) -> str:
@@ -41,24 +45,24 @@ def _examples(numbers: Sequence[int]) -> str:
 
 
 @says
-def promise(desk: Desk, flag: str, within_s: float) -> Said:
+def add_expectation_here(desk: Trainer, flag: str, within_s: float) -> StatusMessage:
     """Let the lesson promise that from here on, started afresh, the automaton raises a flag in time."""
-    outcome = expectations.promise(desk.session, flag=flag, within_s=within_s)
+    outcome = expectations.add_expectation(desk.session, flag=flag, within_s=within_s)
     desk.changed()
-    return Said(f"Promised from here: {outcome}; undo takes it back")
+    return StatusMessage(f"Promised from here: {outcome}; undo takes it back")
 
 
 @says
-def withdraw(desk: Desk, number: int) -> Said:
+def remove_expectation(desk: Trainer, number: int) -> StatusMessage:
     """Let the lesson no longer promise its outcome of this number, from 0."""
-    outcome = promised(desk, number)
+    outcome = find_expectation(desk, number)
     kept = desk.session.lesson.outcomes
     desk.session.choose(outcomes=(*kept[:number], *kept[number + 1 :]))
     desk.changed()
-    return Said(f"No longer promised: {outcome}; undo takes that back")
+    return StatusMessage(f"No longer promised: {outcome}; undo takes that back")
 
 
-def promised(desk: Desk, number: int) -> Expectation:
+def find_expectation(desk: Trainer, number: int) -> Expectation:
     """The outcome of this number; SessionError where there is none."""
     kept = desk.session.lesson.outcomes
     if not 0 <= number < len(kept):
@@ -66,15 +70,17 @@ def promised(desk: Desk, number: int) -> Expectation:
     return kept[number]
 
 
-def seen(desk: Desk, pruning: float | None = None) -> Simpler:
+def preview_pruning(desk: Trainer, pruning: float | None = None) -> SimplifyPreview:
     """What pruning the lesson as it stands would come to; nothing is changed."""
-    return simpler(desk.session.taught(), pruning)
+    return preview_simplification(desk.session.taught(), pruning)
 
 
 @says
-def prune(desk: Desk, pruning: float) -> Said:
+def change_pruning(desk: Trainer, pruning: float) -> StatusMessage:
     """Learn the lesson with a pruning from now on; 0 takes it back."""
-    lesson = simplifiable(desk.session.taught())
+    lesson = get_simplifiable_lesson(desk.session.taught())
     desk.session.choose(options=replace_pruning(lesson, pruning).options)
     desk.changed()
-    return Said("It is as simple as you saw; undo takes that back" if pruning else "Nothing is pruned now")
+    return StatusMessage(
+        "It is as simple as you saw; undo takes that back" if pruning else "Nothing is pruned now"
+    )

@@ -12,17 +12,17 @@ from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.world import World
 from understudy.training.session import Session
-from understudy.ui.controller.clock import Pace, Wall
-from understudy.ui.controller.journal_store import Lock, new_path
-from understudy.ui.controller.status import Said
-from understudy.ui.controller.trainer import Desk
-from understudy.ui.controller.training_plan import Plan, Start
+from understudy.ui.controller.clock import RealTimeClock, WallClock
+from understudy.ui.controller.journal_store import JournalLock, make_journal_path
+from understudy.ui.controller.status import StatusMessage
+from understudy.ui.controller.trainer import Trainer
+from understudy.ui.controller.training_plan import SessionStart, TrainingPlan
 
 
-class Opened:
+class OpenSession:
     """A desk, the journal behind it, and the lock that tells others it is in use."""
 
-    def __init__(self, desk: Desk, journal: Path, lock: Lock) -> None:
+    def __init__(self, desk: Trainer, journal: Path, lock: JournalLock) -> None:
         self.desk, self.journal, self._lock = desk, journal, lock
         self._closed = False
 
@@ -34,20 +34,20 @@ class Opened:
             self._lock.release()
 
 
-def begun(
-    plan: Plan,
-    start: Start,
-    wall: Wall,
+def begin_session(
+    plan: TrainingPlan,
+    start: SessionStart,
+    wall: WallClock,
     *,
     body: Ground | CoordinatorBody | None = None,
     agent: int = 0,
     now: datetime | None = None,
-) -> Opened:
+) -> OpenSession:
     """A new session, with a journal that begins now; in a world of its own, or in one that is there as it is."""
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = _ground(body)
-    pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
-    journal = new_path(plan.folder, plan.name, now=now or datetime.now())
+    pace = RealTimeClock(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
+    journal = make_journal_path(plan.folder, plan.name, now=now or datetime.now())
     session = Session(
         body,
         plan.library,
@@ -58,24 +58,26 @@ def begun(
         journal=journal,
         about={"world": plan.world.name, "seed": plan.seed},
     )
-    desk = Desk(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
-    desk.said = Said(_welcome(desk))
+    desk = Trainer(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
+    desk.said = StatusMessage(_welcome(desk))
     _follow(session, ground)
-    return Opened(desk, journal, _locked(journal))
+    return OpenSession(desk, journal, _locked(journal))
 
 
-def resumed(plan: Plan, journal: Path, wall: Wall, *, body: Ground | CoordinatorBody | None = None) -> Opened:
+def resume_session(
+    plan: TrainingPlan, journal: Path, wall: WallClock, *, body: Ground | CoordinatorBody | None = None
+) -> OpenSession:
     """A session that was cut off goes on, paused; a world that is there becomes as it was then."""
     lock = _locked(journal)
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = _ground(body)
-    pace = Pace(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
+    pace = RealTimeClock(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
     session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
-    desk = Desk(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
+    desk = Trainer(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
     _follow(session, ground)
     desk.pause()
-    desk.said = Said("Everything shown is back. Space goes on, n begins in a new world")
-    return Opened(desk, journal, lock)
+    desk.said = StatusMessage("Everything shown is back. Space goes on, n begins in a new world")
+    return OpenSession(desk, journal, lock)
 
 
 def _ground(body: Ground | CoordinatorBody) -> Ground:
@@ -101,19 +103,19 @@ def _follow(session: Session, ground: Ground) -> None:
     ground.record(ran)
 
 
-def _saved(plan: Plan) -> Lesson | None:
+def _saved(plan: TrainingPlan) -> Lesson | None:
     taught = plan.library.taught.get(plan.name)
     return None if taught is None else taught.lesson
 
 
-def _locked(journal: Path) -> Lock:
-    lock = Lock.tried(journal)
+def _locked(journal: Path) -> JournalLock:
+    lock = JournalLock.tried(journal)
     if lock is None:
         raise SessionError(f"the session of {journal} is open elsewhere; end it there first")
     return lock
 
 
-def _welcome(desk: Desk) -> str:
+def _welcome(desk: Trainer) -> str:
     if desk.session.examples:
         return f"{desk.name} is open again: T lets it try, the keys of the states direct it, h is help"
     return f"Direct the robot with the keys of the states: that is how {desk.name} is taught. h is help"

@@ -11,7 +11,7 @@ TRAIL_POINTS = 400
 READINGS = 60
 
 
-class Memory:
+class RecentHistory:
     """The last moments of a run, forgotten where the world begins anew."""
 
     def __init__(self) -> None:

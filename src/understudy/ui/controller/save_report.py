@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from understudy.analysis.lesson_tests import NOBODY, lost
+from understudy.analysis.lesson_tests import NOBODY, find_regressions
 from understudy.errors import UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.library import Library, TrainedAutomaton
@@ -14,11 +14,13 @@ from understudy.storage.library_folder import make_file_stem, read_document
 MOST_SAID = 2
 
 
-def lost_since(
+def find_regressions_since_saved(
     folder: Path, library: Library, taught: TrainedAutomaton, libraries: Libraries = NOBODY
 ) -> tuple[str, ...]:
-    """What worked with the version in the folder and no longer does with this one, a sentence each: see `lost`."""
-    return lost(
+    """What worked with the version in the folder and no longer does with this one, a sentence each: see
+    `find_regressions`.
+    """
+    return find_regressions(
         library, taught, _former(folder / f"{make_file_stem(taught.automaton.name)}.json", library), libraries
     )
 
@@ -33,7 +35,7 @@ def _former(path: Path, library: Library) -> TrainedAutomaton | None:
         return None  # saving keeps it as a former version, whatever is wrong with it
 
 
-def told(path: Path, worse: tuple[str, ...]) -> str:
+def format_saved_message(path: Path, worse: tuple[str, ...]) -> str:
     """That it is saved, and what no longer works."""
     if not worse:
         return f"Saved in {path}"

@@ -11,7 +11,7 @@ Tone: TypeAlias = Literal["", "recorded", "correction", "error"]
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class StatusMessage:
     """The last thing the trainer said."""
 
     text: str
@@ -21,18 +21,18 @@ class Said:
 class Speaker(Protocol):
     """Has what was said last."""
 
-    said: Said
+    said: StatusMessage
 
 
 S = TypeVar("S", bound=Speaker)
 P = ParamSpec("P")
 
 
-def says(action: Callable[Concatenate[S, P], Said]) -> Callable[Concatenate[S, P], Said]:
+def says(action: Callable[Concatenate[S, P], StatusMessage]) -> Callable[Concatenate[S, P], StatusMessage]:
     """Let the sentence that an action returns be what its first argument said last."""
 
     @wraps(action)
-    def act(speaker: S, /, *args: P.args, **named: P.kwargs) -> Said:
+    def act(speaker: S, /, *args: P.args, **named: P.kwargs) -> StatusMessage:
         said = action(speaker, *args, **named)
         speaker.said = said
         return said

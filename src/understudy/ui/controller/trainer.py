@@ -21,25 +21,25 @@ from understudy.training.edits import ExampleChange
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting
-from understudy.ui.controller.clock import Pace, known_speed
-from understudy.ui.controller.coach import Coach, wait
-from understudy.ui.controller.explainer import Why
-from understudy.ui.controller.journal_store import alike
-from understudy.ui.controller.key_bindings import Keys, drive_keys, state_keys
-from understudy.ui.controller.recent_history import Memory
-from understudy.ui.controller.save_report import lost_since, told
-from understudy.ui.controller.status import Said, Tone, says
-from understudy.ui.controller.training_plan import Choices
+from understudy.ui.controller.clock import RealTimeClock, check_speed
+from understudy.ui.controller.coach import CoachController, pause_for_question
+from understudy.ui.controller.explainer import DecisionExplainer
+from understudy.ui.controller.journal_store import is_same_lesson
+from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
+from understudy.ui.controller.recent_history import RecentHistory
+from understudy.ui.controller.save_report import find_regressions_since_saved, format_saved_message
+from understudy.ui.controller.status import StatusMessage, Tone, says
+from understudy.ui.controller.training_plan import LessonChoices
 
 
-class Desk:
+class Trainer:
     """A session in a world, in real time. `saved` is the lesson as the library has it."""
 
     def __init__(
         self,
         session: Session,
         body: Ground,
-        pace: Pace,
+        pace: RealTimeClock,
         *,
         folder: Path,
         seed: int | None,
@@ -48,15 +48,15 @@ class Desk:
         self.session, self.body, self.pace = session, body, pace
         self.note = body.noted if isinstance(body, DigitalTwin) else skip_note
         self.folder, self.seed = folder, seed
-        self.memory, self.why = Memory(), Why(session)
-        self.coach = Coach(session, self.why)
-        self.said = Said("")
+        self.memory, self.why = RecentHistory(), DecisionExplainer(session)
+        self.coach = CoachController(session, self.why)
+        self.said = StatusMessage("")
         self.corrected = False
         self.driving = False
         self.steering: str | None = None
         self.held = False
         self.drivers = [each for each in session.library.kit.behaviors.values() if not each.parameters]
-        self.drive_keys = drive_keys(self.drivers)
+        self.drive_keys = bind_drive_keys(self.drivers)
         self._saved = saved
         self._compared: tuple[tuple[object, ...], bool] | None = None
         self.screen = session.screen()
@@ -64,7 +64,7 @@ class Desk:
         self._redraw_keys()
 
     def _redraw_keys(self) -> None:
-        self.keys: Keys = state_keys(self.session.library, self.session.automaton.states)
+        self.keys: KeyBindings = bind_state_keys(self.session.library, self.session.automaton.states)
 
     # What there is to see
 
@@ -101,7 +101,7 @@ class Desk:
         if self._compared is None or any(
             new is not old for new, old in zip(key, self._compared[0], strict=True)
         ):
-            unsaved = bool(session.examples) if saved is None else not alike(saved, session.lesson)
+            unsaved = bool(session.examples) if saved is None else not is_same_lesson(saved, session.lesson)
             self._compared = key, unsaved
         return self._compared[1]
 
@@ -127,7 +127,7 @@ class Desk:
     def tick(self) -> None:
         """One tick, and what it showed."""
         if (question := self.coach.asking.look()) is not None:
-            wait(self, question)
+            pause_for_question(self, question)
             return
         before, session = self.screen, self.session
         known = len(session.examples)
@@ -139,16 +139,16 @@ class Desk:
         shown = [example for example in session.examples[known:] if example.pressed]
         if shown:
             tone: Tone = "correction" if shown[0].correction else "recorded"
-            self.said = Said(formatting.recorded(shown, self.features), tone)
+            self.said = StatusMessage(formatting.format_recorded_press(shown, self.features), tone)
         elif said := formatting.switched(self.name, before, after, driving=self.driving):
-            self.said = Said(said)
+            self.said = StatusMessage(said)
 
     @says
-    def pause(self) -> Said:
+    def pause(self) -> StatusMessage:
         """Let time stand still, or go on."""
         self.session.paused = not self.session.paused
         self._set_pace()
-        return Said("Paused: . takes one step, space goes on" if self.paused else "Going on")
+        return StatusMessage("Paused: . takes one step, space goes on" if self.paused else "Going on")
 
     def step(self) -> None:
         """One tick, then pause."""
@@ -165,31 +165,31 @@ class Desk:
         self._set_pace()
 
     @says
-    def set_speed(self, speed: float) -> Said:
+    def set_speed(self, speed: float) -> StatusMessage:
         """The world goes at one of the speeds there are."""
-        self.pace.speed = known_speed(speed, "the trainer", live=self.pace.live)
-        return Said(formatting.speed(speed))
+        self.pace.speed = check_speed(speed, "the trainer", live=self.pace.live)
+        return StatusMessage(formatting.format_speed(speed))
 
     def _set_pace(self) -> None:
         stands = self.paused or self.held or (self.driving and self.steering is None)
         (self.pace.stop if stands else self.pace.go)()
 
     @says
-    def faster(self) -> Said:
+    def faster(self) -> StatusMessage:
         """The world goes faster."""
         self.pace.faster()
-        return Said(formatting.speed(self.pace.speed))
+        return StatusMessage(formatting.format_speed(self.pace.speed))
 
     @says
-    def slower(self) -> Said:
+    def slower(self) -> StatusMessage:
         """The world goes slower."""
         self.pace.slower()
-        return Said(formatting.speed(self.pace.speed))
+        return StatusMessage(formatting.format_speed(self.pace.speed))
 
     # Pressing
 
     @says
-    def press(self, name: str) -> Said:
+    def press(self, name: str) -> StatusMessage:
         """Direct the robot to a state; while driving, drive with a basic behavior."""
         if self.driving:
             return self._steer(name)
@@ -198,7 +198,7 @@ class Desk:
         return self._pressed(correction, f"{self.screen.state} → {name}", name)
 
     @says
-    def confirm(self) -> Said:
+    def confirm(self) -> StatusMessage:
         """Keep doing this."""
         if self.driving:
             raise SessionError("nothing is recorded while driving: press d to end it first")
@@ -206,17 +206,19 @@ class Desk:
         self.session.confirm()
         return self._pressed(correction, f"keep {self.screen.state}", None)
 
-    def _pressed(self, correction: bool, what: str, state: str | None) -> Said:
+    def _pressed(self, correction: bool, what: str, state: str | None) -> StatusMessage:
         self.note(self.robot, state)
         self.corrected = correction or (self.corrected and self.screen.waiting is not None)
         self.screen = self.session.screen()
         then = " when time goes on" if self.paused else ""
-        return Said(f"{'correction: ' if correction else ''}{what}{then}", "correction" if correction else "")
+        return StatusMessage(
+            f"{'correction: ' if correction else ''}{what}{then}", "correction" if correction else ""
+        )
 
     # Modes
 
     @says
-    def turn(self) -> Said:
+    def turn(self) -> StatusMessage:
         """From training to testing, or back."""
         self._end_driving()
         self.corrected = False
@@ -227,31 +229,31 @@ class Desk:
                 )
             self.session.test()
             self.note(self.robot, step="test")
-            said = Said("Testing: it decides by itself. Press a state's key where it does wrong")
+            said = StatusMessage("Testing: it decides by itself. Press a state's key where it does wrong")
         else:
             self.session.train()
             self.note(self.robot, step="train")
-            said = Said("Training: you decide")
+            said = StatusMessage("Training: you decide")
         self._look()
         return said
 
     @says
-    def restart(self) -> Said:
+    def restart(self) -> StatusMessage:
         """Start the automaton afresh where the robot is."""
         self.session.restart()
         self.note(self.robot, step="restart")
         self._look()
-        return Said(f"{self.name} started afresh; nothing recorded")
+        return StatusMessage(f"{self.name} started afresh; nothing recorded")
 
     @says
-    def again(self) -> Said:
+    def again(self) -> StatusMessage:
         """The same world from its beginning."""
         if self.seed is None:
             raise SessionError("the seed of a resumed world is not known any more: n begins a new one")
         return self._world(self.seed, f"World {self.seed} from its beginning")
 
     @says
-    def new_world(self) -> Said:
+    def new_world(self) -> StatusMessage:
         """The world of the next seed."""
         return self._world(0 if self.seed is None else self.seed + 1, f"World {self.seed_after}")
 
@@ -261,29 +263,31 @@ class Desk:
         return 0 if self.seed is None else self.seed + 1
 
     @says
-    def world(self, seed: int) -> Said:
+    def world(self, seed: int) -> StatusMessage:
         """The world of a seed from its beginning."""
         return self._world(seed, f"World {seed} from its beginning")
 
-    def _world(self, seed: int, what: str) -> Said:
+    def _world(self, seed: int, what: str) -> StatusMessage:
         self._end_driving()
         self.session.reset(seed)
         self.seed = seed
         self.memory.forget()
         self.why.forget()
         self._look()
-        return Said(f"{what}; nothing recorded")
+        return StatusMessage(f"{what}; nothing recorded")
 
     @says
-    def watch(self) -> Said:
+    def watch(self) -> StatusMessage:
         """I am not watching, or I am again."""
         if not self.watches:
             raise SessionError("this lesson records presses only: choose watched examples with c first")
         self.session.watching = not self.session.watching
-        return Said("You watch: silence is consent" if self.session.watching else "You are not watching")
+        return StatusMessage(
+            "You watch: silence is consent" if self.session.watching else "You are not watching"
+        )
 
     @says
-    def stand_for(self) -> Said:
+    def stand_for(self) -> StatusMessage:
         """Let the parameters stand for the next targets."""
         parameters, known = self.session.automaton.parameters, tuple(self.body.targets)
         if not parameters:
@@ -294,41 +298,41 @@ class Desk:
         return self.bind(dict(zip(parameters, way, strict=True)))
 
     @says
-    def bind(self, targets: Mapping[str, str]) -> Said:
+    def bind(self, targets: Mapping[str, str]) -> StatusMessage:
         """Let parameters stand for these targets."""
         self.session.stand_for(**targets)
         self.memory.forget()
         self._look()
-        return Said(f"Now {formatting.standing(self.screen)[1:-1]}")
+        return StatusMessage(f"Now {formatting.format_targets(self.screen)[1:-1]}")
 
     @says
-    def moved(self, what: str) -> Said:
+    def moved(self, what: str) -> StatusMessage:
         """Something in the world was put elsewhere by hand, which is said."""
         self.session.moved()
         self.memory.forget()
         self.why.forget()
         self._look()
-        return Said(f"{what}; nothing recorded")
+        return StatusMessage(f"{what}; nothing recorded")
 
     # Driving into position
 
     @says
-    def drive(self) -> Said:
+    def drive(self) -> StatusMessage:
         """Begin to drive the robot into position, or end it; nothing is recorded."""
         if self.driving:
             self._end_driving()
-            return Said(f"Driving ended; {self.name} goes on in {self.screen.state}")
+            return StatusMessage(f"Driving ended; {self.name} goes on in {self.screen.state}")
         self.driving, self.steering = True, None
         self._set_pace()
-        return Said("Drive it into position with the same keys; d ends it. Nothing is recorded")
+        return StatusMessage("Drive it into position with the same keys; d ends it. Nothing is recorded")
 
-    def _steer(self, name: str) -> Said:
+    def _steer(self, name: str) -> StatusMessage:
         self.steering = None if name == self.steering else name
         if self.steering is not None:
             self.session.drive(name)
             self.why.forget()
         self._set_pace()
-        return Said(
+        return StatusMessage(
             f"Driving: {name} (the same key stops it)" if self.steering else "Driving: it stands still"
         )
 
@@ -342,41 +346,41 @@ class Desk:
     # The lesson
 
     @says
-    def undo(self) -> Said:
+    def undo(self) -> StatusMessage:
         """Take back the last step that changed the lesson."""
         return self._changed(f"Undone: {self.session.undo()}")
 
     @says
-    def redo(self) -> Said:
+    def redo(self) -> StatusMessage:
         """Do the last undone step again."""
         return self._changed(f"Done again: {self.session.redo()}")
 
     @says
-    def delete(self, number: int) -> Said:
+    def delete(self, number: int) -> StatusMessage:
         """Delete an example."""
         self.session.delete(number)
         return self._changed(f"Example {number} deleted; undo takes that back")
 
     @says
-    def edit(self, number: int, **what: Unpack[ExampleChange]) -> Said:
+    def edit(self, number: int, **what: Unpack[ExampleChange]) -> StatusMessage:
         """Let an example say another state, next state or values."""
         self.session.edit(number, **what)
         return self._changed(f"Example {number} edited; undo takes that back")
 
     @says
-    def choose(self, choices: Choices) -> Said:
+    def choose(self, choices: LessonChoices) -> StatusMessage:
         """Choose what the lesson is about anew; examples stay where they can."""
         self.session.choose(**choices.anew(self._options))
         self.memory.forget()
         return self._changed("Chosen anew; the examples stay, and undo takes it back")
 
     @says
-    def save(self) -> Said:
+    def save(self) -> StatusMessage:
         """Save the automaton into the library, keeping the former version; says what worked and no longer does."""
         taught = self.session.taught()
-        worse = lost_since(self.folder, self.session.library, taught)
+        worse = find_regressions_since_saved(self.folder, self.session.library, taught)
         path = self.keep(taught)
-        return Said(told(path, worse), "error" if worse else "recorded")
+        return StatusMessage(format_saved_message(path, worse), "error" if worse else "recorded")
 
     def keep(self, taught: TrainedAutomaton) -> Path:
         """Save the automaton into the library, keeping the former version, without another look at what it does."""
@@ -384,9 +388,9 @@ class Desk:
         self._saved = taught.lesson
         return path
 
-    def _changed(self, said: str) -> Said:
+    def _changed(self, said: str) -> StatusMessage:
         self.changed()
-        return Said(said)
+        return StatusMessage(said)
 
     def changed(self) -> None:
         """See the lesson as it is now, after something changed it."""

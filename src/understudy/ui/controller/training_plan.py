@@ -19,7 +19,7 @@ from understudy.training.lesson_design import new_lesson, parse_feature
 
 
 @dataclass(frozen=True)
-class Choices:
+class LessonChoices:
     """What a person chose for a lesson; None where nothing was said."""
 
     states: Sequence[str | State] | None = None
@@ -55,14 +55,14 @@ class Choices:
 
 
 @dataclass(frozen=True)
-class Plan:
+class TrainingPlan:
     """One lesson in one world: the automaton's name, its library, what was chosen."""
 
     name: str
     folder: Path
     world: Scenario
     library: Library
-    choices: Choices = Choices()
+    choices: LessonChoices = LessonChoices()
     seed: int = 0
 
     @property
@@ -72,14 +72,14 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Start:
+class SessionStart:
     """What a session starts with."""
 
     lesson: Lesson
     targets: Mapping[str, str]
 
 
-def checked(plan: Plan) -> Start | None:
+def make_session_start(plan: TrainingPlan) -> SessionStart | None:
     """What the session starts with, or None where something is still to choose; what is wrong is raised."""
     make_file_stem(plan.name)
     for other in plan.library.taught:
@@ -92,12 +92,12 @@ def checked(plan: Plan) -> Start | None:
     if plan.known:
         return _again(plan)
     plan.library.with_taught(TrainedAutomaton(Automaton(plan.name)))  # refuses the name of a basic behavior
-    lesson = new(plan, plan.choices)
+    lesson = make_planned_lesson(plan, plan.choices)
     settled = plan.choices.states and plan.choices.features
-    return Start(lesson, targets(plan, lesson, plan.choices)) if settled else None
+    return SessionStart(lesson, choose_targets(plan, lesson, plan.choices)) if settled else None
 
 
-def new(plan: Plan, choices: Choices) -> Lesson:
+def make_planned_lesson(plan: TrainingPlan, choices: LessonChoices) -> Lesson:
     """An empty lesson of what was chosen."""
     lesson = new_lesson(
         plan.library,
@@ -112,7 +112,7 @@ def new(plan: Plan, choices: Choices) -> Lesson:
     return lesson
 
 
-def _again(plan: Plan) -> Start:
+def _again(plan: TrainingPlan) -> SessionStart:
     lesson = plan.library.taught[plan.name].lesson
     if lesson is None:
         raise SessionError(
@@ -141,11 +141,11 @@ def _again(plan: Plan) -> Start:
         choice["states"] = chosen.states
     if chosen.flags is not None:
         choice["flags"] = chosen.flags
-    stand_for = targets(plan, lesson, chosen)
-    return Start(change_design(lesson, plan.library, choice, stand_for), stand_for)
+    stand_for = choose_targets(plan, lesson, chosen)
+    return SessionStart(change_design(lesson, plan.library, choice, stand_for), stand_for)
 
 
-def targets(plan: Plan, lesson: Lesson, choices: Choices) -> dict[str, str]:
+def choose_targets(plan: TrainingPlan, lesson: Lesson, choices: LessonChoices) -> dict[str, str]:
     """What the parameters stand for: as chosen, else as last taught, else the first target."""
     known = list(plan.library.kit.targets)
     parameters = lesson.automaton.parameters

@@ -18,20 +18,25 @@ from textual.app import App
 from understudy.errors import UnderstudyError
 from understudy.robots.twin import DigitalTwin
 from understudy.ui.controller import journal_store
-from understudy.ui.controller.clock import Wall
-from understudy.ui.controller.journal_store import Unfinished
-from understudy.ui.controller.open_session import Opened, begun, resumed
-from understudy.ui.controller.training_plan import Choices, Plan, Start, checked
-from understudy.ui.tui.dialogs import Ask
-from understudy.ui.tui.lesson_form import Choose
-from understudy.ui.tui.main_screen import Teaching
+from understudy.ui.controller.clock import WallClock
+from understudy.ui.controller.journal_store import InterruptedSession
+from understudy.ui.controller.open_session import OpenSession, begin_session, resume_session
+from understudy.ui.controller.training_plan import (
+    LessonChoices,
+    SessionStart,
+    TrainingPlan,
+    make_session_start,
+)
+from understudy.ui.tui.dialogs import QuestionDialog
+from understudy.ui.tui.lesson_form import LessonForm
+from understudy.ui.tui.main_screen import TeachingScreen
 
 SIGNALED = 128
 """What exit codes of programs begin at that a signal ended."""
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class SessionEnd:
     """How a session ended: pressed examples in the lesson, and whether the library has it so."""
 
     examples: int
@@ -39,7 +44,7 @@ class Ended:
     journal: Path
 
 
-class Trainer(App[Ended | UnderstudyError]):
+class TrainerApp(App[SessionEnd | UnderstudyError]):
     """Teaches the automaton of a plan; it returns how that ended, None where nothing was begun."""
 
     ENABLE_COMMAND_PALETTE = False
@@ -50,16 +55,16 @@ class Trainer(App[Ended | UnderstudyError]):
 
     def __init__(
         self,
-        plan: Plan,
+        plan: TrainingPlan,
         *,
-        unfinished: Unfinished | None = None,
-        wall: Wall = monotonic,
+        unfinished: InterruptedSession | None = None,
+        wall: WallClock = monotonic,
         twin: DigitalTwin | None = None,
     ) -> None:
         super().__init__(ansi_color=True)
         self.twin = twin
         self.plan, self.unfinished, self.wall = plan, unfinished, wall
-        self.opened: Opened | None = None
+        self.opened: OpenSession | None = None
         self.theme = "ansi-dark"  # the terminal's own colors, so that it looks right on light and dark ones
 
     def on_mount(self) -> None:
@@ -76,7 +81,7 @@ class Trainer(App[Ended | UnderstudyError]):
             f"{found.examples} example{'s' * (found.examples != 1)}; the last step was “{found.steps}”."
         )
         ways = {"enter": "go on with it", "n": "leave it, and begin from the library", "escape": "quit"}
-        self.push_screen(Ask(question, ways), self._answered)
+        self.push_screen(QuestionDialog(question, ways), self._answered)
 
     def _cut_off(self, name: str) -> None:
         """The system ends the program: the journal is complete, and the session is offered next time."""
@@ -88,37 +93,37 @@ class Trainer(App[Ended | UnderstudyError]):
         if self.unfinished is None or way == "escape":
             self.exit(None)
         elif way == "enter":
-            self._teach(partial(resumed, self.plan, self.unfinished.path, self.wall, body=self.twin))
+            self._teach(partial(resume_session, self.plan, self.unfinished.path, self.wall, body=self.twin))
         else:
-            journal_store.end(self.unfinished.path, self.plan.folder, self.plan.name)
+            journal_store.finish_journal(self.unfinished.path, self.plan.folder, self.plan.name)
             self._begin()
 
     def _begin(self) -> None:
-        start = checked(self.plan)
+        start = make_session_start(self.plan)
         if start is None:
-            self.push_screen(Choose.new(self.plan), self._chosen)
+            self.push_screen(LessonForm.new(self.plan), self._chosen)
         else:
             self._start(start)
 
-    def _chosen(self, choices: Choices | None) -> None:
+    def _chosen(self, choices: LessonChoices | None) -> None:
         if choices is None:
             self.exit(None)
             return
         self.plan = replace(self.plan, choices=choices)
-        start = checked(self.plan)
+        start = make_session_start(self.plan)
         if start is not None:
             self._start(start)
 
-    def _start(self, start: Start) -> None:
-        self._teach(partial(begun, self.plan, start, self.wall, body=self.twin))
+    def _start(self, start: SessionStart) -> None:
+        self._teach(partial(begin_session, self.plan, start, self.wall, body=self.twin))
 
-    def _teach(self, opening: Callable[[], Opened]) -> None:
+    def _teach(self, opening: Callable[[], OpenSession]) -> None:
         try:
             self.opened = opening()
         except UnderstudyError as error:
             self.exit(error)
             return
-        self.push_screen(Teaching(self.opened.desk), self._ended)
+        self.push_screen(TeachingScreen(self.opened.desk), self._ended)
 
     def _ended(self, _: str | None) -> None:
         """The person left: the journal is complete, and not needed to go on."""
@@ -126,20 +131,20 @@ class Trainer(App[Ended | UnderstudyError]):
             return
         self.opened.close()
         desk = self.opened.desk
-        kept = journal_store.end(self.opened.journal, self.plan.folder, self.plan.name)
-        self.exit(Ended(desk.screen.examples, not desk.unsaved and bool(desk.session.examples), kept))
+        kept = journal_store.finish_journal(self.opened.journal, self.plan.folder, self.plan.name)
+        self.exit(SessionEnd(desk.screen.examples, not desk.unsaved and bool(desk.session.examples), kept))
 
     async def on_event(self, event: events.Event) -> None:
         """Escape stops real robots whatever lies on top of their screen, and does what else it does there."""
         if isinstance(event, events.Key) and event.key == "escape" and not event.is_forwarded:
             for screen in self.screen_stack:
-                if isinstance(screen, Teaching):
+                if isinstance(screen, TeachingScreen):
                     screen.action_stop()
         await super().on_event(event)
 
     async def action_quit(self) -> None:
         """Ctrl-Q: the same as q, so that nothing is lost unasked."""
-        if isinstance(self.screen, Teaching):
+        if isinstance(self.screen, TeachingScreen):
             self.screen.action_leave()
         elif self.opened is None:
             self.exit(None)

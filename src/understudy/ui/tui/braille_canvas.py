@@ -22,7 +22,7 @@ DENSE = (2, 6)
 """More than so many points in a character are dense, densest."""
 
 
-class Canvas:
+class BrailleCanvas:
     """So many columns and lines of characters that show a rectangle `width` x `height`, in m, y upward."""
 
     def __init__(self, columns: int, lines: int, *, width: float, height: float) -> None:

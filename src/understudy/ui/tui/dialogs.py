@@ -16,7 +16,7 @@ from textual.widgets import Static
 NAMES = {"escape": "esc"}
 
 
-class Ask(ModalScreen[str]):
+class QuestionDialog(ModalScreen[str]):
     """A question with a key for each answer; it ends with the key."""
 
     CSS = """
@@ -98,7 +98,7 @@ def _help() -> Text:
     return text.append(LAST)
 
 
-class Help(ModalScreen[None]):
+class HelpScreen(ModalScreen[None]):
     """All keys, and how teaching goes."""
 
     CSS = """

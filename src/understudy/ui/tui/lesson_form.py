@@ -21,10 +21,15 @@ from understudy.model.binding import format_bound_name
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.training.edits import DesignChange, change_design
-from understudy.ui.controller.training_plan import Choices, Plan, new, targets
+from understudy.ui.controller.training_plan import (
+    LessonChoices,
+    TrainingPlan,
+    choose_targets,
+    make_planned_lesson,
+)
 
 
-class Picks(OptionList):
+class MultiSelect(OptionList):
     """Some of a list of texts, in its order."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("space", "select", show=False)]
@@ -58,7 +63,7 @@ class Picks(OptionList):
         return Text.assemble((f"{mark} {text}", style))
 
 
-Check = Callable[[Choices], object]
+Check = Callable[[LessonChoices], object]
 NEW = (
     "Choose what it can do (states) and what it decides on (features): space chooses, tab goes on, "
     "ctrl+g begins, esc gives up. With a parameter such as A it is taught once and works for any target."
@@ -68,7 +73,7 @@ REACTION_S = "0"
 CONSENT = "silence is consent: what I watch and let pass counts"
 
 
-class Choose(Screen[Choices | None]):
+class LessonForm(Screen[LessonChoices | None]):
     """The page of choices; it ends with them, or with None where the person gave up."""
 
     CSS = """
@@ -88,18 +93,18 @@ class Choose(Screen[Choices | None]):
         Binding("escape", "give_up", show=False, priority=True),
     ]
 
-    def __init__(self, library: Library, name: str, now: Choices, check: Check, *, again: bool) -> None:
+    def __init__(self, library: Library, name: str, now: LessonChoices, check: Check, *, again: bool) -> None:
         super().__init__()
         self._library, self._name, self._now, self._check = library, name, now, check
         self._again = again
         self._kept = {state.name: state for state in now.states or () if isinstance(state, State)}
 
     @classmethod
-    def new(cls, plan: Plan) -> Self:
+    def new(cls, plan: TrainingPlan) -> Self:
         """For an automaton that the library does not have yet."""
 
-        def check(choices: Choices) -> None:
-            targets(plan, new(plan, choices), choices)
+        def check(choices: LessonChoices) -> None:
+            choose_targets(plan, make_planned_lesson(plan, choices), choices)
 
         return cls(plan.library, plan.name, _suggested(plan), check, again=False)
 
@@ -107,7 +112,7 @@ class Choose(Screen[Choices | None]):
     def again(cls, library: Library, lesson: Lesson) -> Self:
         """For a lesson that goes on."""
         automaton = lesson.automaton
-        now = Choices(
+        now = LessonChoices(
             states=[state for state in automaton.states[1:] if state.flag is None],
             features=[str(bound) for bound in automaton.features],
             flags=[state.flag for state in automaton.states if state.flag is not None],
@@ -116,7 +121,7 @@ class Choose(Screen[Choices | None]):
             reaction_s=lesson.options.reaction_s,
         )
 
-        def check(choices: Choices) -> None:
+        def check(choices: LessonChoices) -> None:
             choice = DesignChange(
                 states=choices.states or (),
                 features=choices.features or (),
@@ -137,7 +142,7 @@ class Choose(Screen[Choices | None]):
             for title, name in (("States", "states"), ("Features", "features")):
                 with Vertical(classes="list"):
                     yield Label(Text(title, "bold underline"))
-                    yield Picks(id=name)
+                    yield MultiSelect(id=name)
         if not self._again:
             yield from _row("Parameters", "parameters", ", ".join(now.parameters or ()), "A")
             stand = ", ".join(f"{parameter}={target}" for parameter, target in now.targets.items())
@@ -149,15 +154,17 @@ class Choose(Screen[Choices | None]):
         )
         with Horizontal(classes="row"):
             yield Label("Watched")
-            yield Picks(id="watched")
+            yield MultiSelect(id="watched")
         yield Static(id="told")
 
     def on_mount(self) -> None:
         """Fill the lists."""
         states = [_call(state) for state in self._now.states or ()]
         self._fill(states, [str(feature) for feature in self._now.features or ()])
-        self.query_one("#watched", Picks).offer([CONSENT], chosen=[CONSENT] if self._now.watched else [])
-        self.query_one("#states", Picks).focus()
+        self.query_one("#watched", MultiSelect).offer(
+            [CONSENT], chosen=[CONSENT] if self._now.watched else []
+        )
+        self.query_one("#states", MultiSelect).focus()
 
     def _parameters(self) -> list[str]:
         if self._again:
@@ -179,28 +186,30 @@ class Choose(Screen[Choices | None]):
 
     def _offer(self, which: str, offered: Iterable[str], chosen: Sequence[str]) -> None:
         every = dict.fromkeys([*chosen, *offered])
-        self.query_one(which, Picks).offer(every, chosen=chosen)
+        self.query_one(which, MultiSelect).offer(every, chosen=chosen)
 
     def on_input_changed(self, event: Input.Changed) -> None:
         """Other parameters: other ways to bind what is offered."""
         if event.input.id == "parameters":
-            states, features = (self.query_one(f"#{name}", Picks).chosen for name in ("states", "features"))
+            states, features = (
+                self.query_one(f"#{name}", MultiSelect).chosen for name in ("states", "features")
+            )
             self._fill(states, features)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         """Enter goes on to the next line."""
         self.focus_next()
 
-    def _choices(self) -> Choices:
+    def _choices(self) -> LessonChoices:
         text = {each.id: each.value for each in self.query(Input)}
-        states = [*self.query_one("#states", Picks).chosen, *_listed(text["more"])]
-        features = self.query_one("#features", Picks).chosen
+        states = [*self.query_one("#states", MultiSelect).chosen, *_listed(text["more"])]
+        features = self.query_one("#features", MultiSelect).chosen
         parameters = self._parameters()
         if not self._again:  # one that was suggested and never used would only have to be bound
             used = {argument for call in (*states, *features) for argument in _arguments(call)}
             parameters = [parameter for parameter in parameters if parameter in used]
         stand = [pair.partition("=") for pair in _listed(text.get("targets", ""))]
-        return Choices(
+        return LessonChoices(
             states=_named(states, self._kept),
             features=features,
             flags=_listed(text["flags"]),
@@ -210,7 +219,7 @@ class Choose(Screen[Choices | None]):
                 for of, _, target in stand
                 if self._again or of.strip() in parameters
             },
-            watched=bool(self.query_one("#watched", Picks).chosen),
+            watched=bool(self.query_one("#watched", MultiSelect).chosen),
             reaction_s=_seconds(text["reaction"]),
         )
 
@@ -272,7 +281,7 @@ def _named(calls: Sequence[str], kept: dict[str, State]) -> list[str | State]:
     return named
 
 
-def _suggested(plan: Plan) -> Choices:
+def _suggested(plan: TrainingPlan) -> LessonChoices:
     """What was said, and where nothing was: a parameter, what it stands for, and a flag, as most lessons have."""
     said, kit_targets = plan.choices, plan.library.kit.targets
     parameters = ["A"] if said.parameters is None else said.parameters

@@ -14,7 +14,7 @@ from textual.widgets import DataTable, Static
 from understudy.errors import UnderstudyError
 from understudy.learning.report import find_contradictions
 from understudy.model import describe
-from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.trainer import Trainer
 from understudy.ui.tui.panels import DIM, TITLE, TONES
 
 
@@ -34,7 +34,7 @@ class LessonScreen(Screen[None]):
         Binding("escape,l,q", "close", show=False),
     ]
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: Trainer) -> None:
         super().__init__()
         self.desk = desk
 

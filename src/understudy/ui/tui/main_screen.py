@@ -17,16 +17,16 @@ from textual.widgets import Static
 from understudy.errors import UnderstudyError
 from understudy.robots.twin import find_drawn_world
 from understudy.sim.target_lookup import find_target_place
-from understudy.ui.controller.arming import Robots
-from understudy.ui.controller.coach import set_up
-from understudy.ui.controller.status import Said
-from understudy.ui.controller.trainer import Desk
-from understudy.ui.controller.training_plan import Choices
+from understudy.ui.controller.arming import RobotArming
+from understudy.ui.controller.coach import set_up_advised_situation
+from understudy.ui.controller.status import StatusMessage
+from understudy.ui.controller.trainer import Trainer
+from understudy.ui.controller.training_plan import LessonChoices
 from understudy.ui.tui import panels
-from understudy.ui.tui.dialogs import Ask, Help
-from understudy.ui.tui.lesson_form import Choose
+from understudy.ui.tui.dialogs import HelpScreen, QuestionDialog
+from understudy.ui.tui.lesson_form import LessonForm
 from understudy.ui.tui.lesson_screen import LessonScreen
-from understudy.ui.tui.world_view import facts, picture, size
+from understudy.ui.tui.world_view import describe_followed_robot, fit_arena, render_world
 
 BEAT_S = 1 / 30
 LEAST_SIDE = 38
@@ -43,7 +43,7 @@ ACTIONS = {
 """From a key to what the desk does."""
 
 
-class Teaching(Screen[str]):
+class TeachingScreen(Screen[str]):
     """The screen a robot is taught on. It ends with "quit"."""
 
     CSS = """
@@ -73,10 +73,10 @@ class Teaching(Screen[str]):
         Binding("q,ctrl+c", "leave", show=False),
     ]
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: Trainer) -> None:
         super().__init__()
         self.desk = desk
-        self.robots = Robots(desk.body, monotonic, place="the terminal")
+        self.robots = RobotArming(desk.body, monotonic, place="the terminal")
         self.explaining = False
         self._drawn: dict[str, Text] = {}
 
@@ -134,7 +134,7 @@ class Teaching(Screen[str]):
         try:
             action()
         except UnderstudyError as error:
-            self.desk.said = Said(str(error), "error")
+            self.desk.said = StatusMessage(str(error), "error")
             self.draw()
             return False
         return True
@@ -163,7 +163,7 @@ class Teaching(Screen[str]):
 
     def action_ask(self) -> None:
         """Ask where it is unsure, and wait, or go on and mark; or do not ask."""
-        self.desk.said = Said(self.desk.coach.ask_otherwise())
+        self.desk.said = StatusMessage(self.desk.coach.ask_otherwise())
         self.draw()
 
     def action_arm(self) -> None:
@@ -172,7 +172,7 @@ class Teaching(Screen[str]):
         def arm() -> None:
             self.robots.arm()
             self.desk.session.look()  # what it read before is old by now
-            self.desk.said = Said("Armed: it moves while time goes on. Esc stops it")
+            self.desk.said = StatusMessage("Armed: it moves while time goes on. Esc stops it")
 
         self._guarded(arm)
         self.draw()
@@ -181,17 +181,17 @@ class Teaching(Screen[str]):
         """Stop real robots at once."""
         if self.robots.real:
             self.robots.stop("stopped in the terminal")
-            self.desk.said = Said("Stopped. y arms it again", "error")
+            self.desk.said = StatusMessage("Stopped. y arms it again", "error")
             self.draw()
 
     def action_coach(self) -> None:
         """Set up the next situation that the coach wants to be shown."""
-        self._guarded(lambda: set_up(self.desk))
+        self._guarded(lambda: set_up_advised_situation(self.desk))
         self.draw()
 
     def action_help(self) -> None:
         """All keys, and how teaching goes."""
-        self.app.push_screen(Help())
+        self.app.push_screen(HelpScreen())
 
     def action_lesson(self) -> None:
         """All examples, and what was learned from them."""
@@ -200,9 +200,9 @@ class Teaching(Screen[str]):
     def action_choose(self) -> None:
         """Choose states, features and options anew."""
         session = self.desk.session
-        self.app.push_screen(Choose.again(session.library, session.lesson), self._chosen)
+        self.app.push_screen(LessonForm.again(session.library, session.lesson), self._chosen)
 
-    def _chosen(self, choices: Choices | None) -> None:
+    def _chosen(self, choices: LessonChoices | None) -> None:
         if choices is not None:
             self._guarded(lambda: self.desk.choose(choices))
             self.draw()
@@ -214,7 +214,7 @@ class Teaching(Screen[str]):
             return
         question = f"{self.desk.name} is not saved as it is now."
         ways = {"s": "save and quit", "x": "quit without saving", "escape": "go on teaching"}
-        self.app.push_screen(Ask(question, ways), self._left)
+        self.app.push_screen(QuestionDialog(question, ways), self._left)
 
     def _left(self, way: str | None) -> None:
         if way == "x" or (way == "s" and self._guarded(self.desk.save)):
@@ -228,21 +228,23 @@ class Teaching(Screen[str]):
             return
         desk, width = self.desk, self.size.width
         self.set_class(width >= WIDE, "wide")
-        self._show("header", panels.header(desk, width))
-        self._show("said", panels.said(desk))
-        self._show("keys", panels.commands(desk, width))
+        self._show("header", panels.render_header(desk, width))
+        self._show("said", panels.render_status(desk))
+        self._show("keys", panels.render_commands(desk, width))
         middle = self.query_one("#middle")
         lines = max(5, middle.size.height)
         world = self.query_one("#world", Static)
         view = desk.view
-        columns, tall = size(view, max(10, width - LEAST_SIDE - 4), lines - 2)
+        columns, tall = fit_arena(view, max(10, width - LEAST_SIDE - 4), lines - 2)
         world.styles.width, world.styles.height = columns + 2, tall + 2
         name = desk.body.scenario.name
         world.border_title = name if desk.seed is None else f"{name} {desk.seed}"
         if self.robots.real:
             world.border_title = self._standing()
-        world.border_subtitle = facts(view, columns, desk.robot)
-        drawn = picture(view, desk.memory.trail, _aims(desk), columns=columns, lines=tall, robot=desk.robot)
+        world.border_subtitle = describe_followed_robot(view, columns, desk.robot)
+        drawn = render_world(
+            view, desk.memory.trail, _aims(desk), columns=columns, lines=tall, robot=desk.robot
+        )
         self._show("world", drawn)
         self._draw_side(width - columns - 4, lines)
 
@@ -255,14 +257,18 @@ class Teaching(Screen[str]):
 
     def _draw_side(self, width: int, lines: int) -> None:
         desk = self.desk
-        states, readings = panels.states(desk, width), panels.readings(desk, width)
+        states, readings = panels.render_states(desk, width), panels.render_readings(desk, width)
         used = states.plain.count("\n") + readings.plain.count("\n") + 2
         tight = lines - used < 12
         self.query_one("#side").set_class(tight, "tight")
         left = lines - used - (0 if tight else 2)
         self._show("states", states)
         self._show("readings", readings)
-        lower = panels.why(desk, width) if self.explaining else panels.examples(desk, width, left)
+        lower = (
+            panels.render_explanation(desk, width)
+            if self.explaining
+            else panels.render_examples(desk, width, left)
+        )
         self._show("lower", lower)
 
     def _show(self, name: str, text: Text) -> None:
@@ -271,7 +277,7 @@ class Teaching(Screen[str]):
             self.query_one(f"#{name}", Static).update(text)
 
 
-def _aims(desk: Desk) -> list[tuple[float, float]]:
+def _aims(desk: Trainer) -> list[tuple[float, float]]:
     """Where the targets are that parameters stand for now."""
     session, body = desk.session, desk.body
     if session.body is not body:

@@ -11,7 +11,7 @@ from understudy.model.lesson import Example, ExampleKind
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting
 from understudy.ui.controller.clock import FASTEST
-from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.trainer import Trainer
 
 TITLE, DIM = "bold underline", "dim"
 LIT = "bold reverse"
@@ -30,10 +30,10 @@ SPARE = "cwU"
 """Keys left to the page of help, first to last, where two lines do not hold all of them."""
 
 
-def header(desk: Desk, width: int) -> Text:
+def render_header(desk: Trainer, width: int) -> Text:
     """What is taught, who decides, and how the session stands."""
     screen = desk.screen
-    left = Text.assemble((f" {desk.name}", "bold"), formatting.standing(screen), " ")
+    left = Text.assemble((f" {desk.name}", "bold"), formatting.format_targets(screen), " ")
     if desk.driving:
         left.append(" DRIVING ", DRIVING)
     elif desk.corrected:
@@ -46,7 +46,7 @@ def header(desk: Desk, width: int) -> Text:
         left.append(" PAUSED ", LIT)
     shown = screen.examples
     right = Text.assemble(
-        f"{shown} example{'s' * (shown != 1)}  {formatting.clock(screen.time_s)}  "
+        f"{shown} example{'s' * (shown != 1)}  {formatting.format_minutes(screen.time_s)}  "
         f"{'fastest' if desk.pace.speed == FASTEST else f'{desk.pace.speed:g}×'}  ",
         ("unsaved ", "bold") if desk.unsaved else ("saved " if shown else ""),
     )
@@ -55,7 +55,7 @@ def header(desk: Desk, width: int) -> Text:
     return left + right
 
 
-def states(desk: Desk, width: int) -> Text:
+def render_states(desk: Trainer, width: int) -> Text:
     """The states with their keys, the active one lit; while driving, the basic behaviors."""
     if desk.driving:
         return _drivers(desk, width)
@@ -81,7 +81,7 @@ def states(desk: Desk, width: int) -> Text:
     return Text("\n").join(lines)
 
 
-def _drivers(desk: Desk, width: int) -> Text:
+def _drivers(desk: Trainer, width: int) -> Text:
     lines = [_title("Drive", "into position; d ends it", width)]
     for behavior in desk.drivers:
         active = behavior.name == desk.steering
@@ -94,7 +94,7 @@ def _drivers(desk: Desk, width: int) -> Text:
     return Text("\n").join(lines)
 
 
-def readings(desk: Desk, width: int) -> Text:
+def render_readings(desk: Trainer, width: int) -> Text:
     """The features now, with their units and how they went."""
     lines = [_title("Readings", "", width)]
     labels = [str(bound) for bound in desk.features]
@@ -102,7 +102,7 @@ def readings(desk: Desk, width: int) -> Text:
     for label, bound in zip(labels, desk.features, strict=True):
         now = describe.format_value(bound, desk.screen.features[label])
         room = width - wide - 13
-        bars = formatting.spark(bound, desk.memory.readings(label), room) if room >= 4 else ""
+        bars = formatting.format_sparkline(bound, desk.memory.readings(label), room) if room >= 4 else ""
         lines.append(Text.assemble(f"{label:<{wide}} ", (f"{now:>10}", "bold"), (f"  {bars}", "cyan")))
         lines[-1].truncate(width)
     if not labels:
@@ -110,7 +110,7 @@ def readings(desk: Desk, width: int) -> Text:
     return Text("\n").join(lines)
 
 
-def examples(desk: Desk, width: int, height: int) -> Text:
+def render_examples(desk: Trainer, width: int, height: int) -> Text:
     """The last examples, newest first, a line for each press."""
     shown = [example for example in desk.session.examples if example.pressed]
     watched = len(desk.session.examples) - len(shown)
@@ -133,13 +133,13 @@ def examples(desk: Desk, width: int, height: int) -> Text:
         for press in presses
     ]
     wides = [max(map(len, column)) for column in zip(*told, strict=True)]
-    wide = max(len(formatting.step(press[0])) for press in presses)
+    wide = max(len(formatting.format_example(press[0])) for press in presses)
     digits = len(str(presses[0][0].number))
     for press, numbers in zip(presses, told, strict=True):
         aligned = "  ".join(f"{text:>{column}}" for text, column in zip(numbers, wides, strict=True))
         mark, style = _mark(press)
         number = f"{press[0].number:>{digits}}"
-        step = f"{formatting.step(press[0]):<{wide}}  "
+        step = f"{formatting.format_example(press[0]):<{wide}}  "
         lines.append(Text.assemble((number, DIM), (f"{mark} ", style), step, (aligned, DIM)))
         lines[-1].truncate(width, overflow="ellipsis")
     return Text("\n").join(lines)
@@ -164,20 +164,20 @@ def _presses(shown: Sequence[Example]) -> list[list[Example]]:
     return presses
 
 
-def why(desk: Desk, width: int) -> Text:
+def render_explanation(desk: Trainer, width: int) -> Text:
     """Why it does what it does, in place of the examples."""
     lines = [_title("Why?", "? shows the examples again", width)]
     lines += [Text(line) for line in desk.why.lines(desk.screen)]
     return Text("\n").join(lines)
 
 
-def said(desk: Desk) -> Text:
+def render_status(desk: Trainer) -> Text:
     """What was just recorded, or went wrong."""
     tone = desk.said.tone
     return Text(f" {MARKS[tone]} {desk.said.text}", TONES[tone])
 
 
-def commands(desk: Desk, width: int) -> Text:
+def render_commands(desk: Trainer, width: int) -> Text:
     """The keys of the commands, in two lines where that is possible."""
     useless = {"p" if not desk.session.automaton.parameters else "", "" if desk.watches else "w"}
     named = {"t": "train"} if desk.screen.mode is Mode.TESTING else {}

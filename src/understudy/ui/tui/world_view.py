@@ -9,11 +9,19 @@ from typing import TypeAlias
 from rich.text import Text
 
 from understudy.sim.view import WorldView
-from understudy.ui.tui.braille_canvas import Canvas
-from understudy.viz.appearance import FEW, Thing, grouped, obstacle_colors, reach, things, total
-from understudy.viz.palette import FOOD, HOME, INK, PAINTS, SOLID, THING, paint
+from understudy.ui.tui.braille_canvas import BrailleCanvas
+from understudy.viz.appearance import (
+    FEW,
+    ObjectMark,
+    choose_obstacle_colors,
+    count_food_units,
+    format_thousands,
+    list_object_marks,
+    measure_loading_reach,
+)
+from understudy.viz.palette import FOOD, HOME, INK, PAINTS, SOLID, THING, choose_drawing_color
 
-Point: TypeAlias = tuple[float, float]
+MapPoint: TypeAlias = tuple[float, float]
 
 ARROWS = "→↗↑↖←↙↓↘"
 ROBOT, OTHER, TRAIL, AIM, WALL, GONE = "bold reverse", "bold cyan", "", "dim", "bold", "dim"
@@ -28,30 +36,30 @@ MOST_ARROWS = 40
 """So many robots are arrows; more are dots."""
 
 
-def size(view: WorldView, columns: int, lines: int) -> tuple[int, int]:
+def fit_arena(view: WorldView, columns: int, lines: int) -> tuple[int, int]:
     """The most columns and lines that show the arena undistorted: a character is twice as high as wide."""
     lines = max(1, min(lines, int(columns * view.height / view.width / 2)))
     return max(1, min(columns, round(lines * 2 * view.width / view.height))), lines
 
 
-def picture(
+def render_world(
     view: WorldView,
-    trail: Iterable[Point] = (),
-    aims: Iterable[Point] = (),
+    trail: Iterable[MapPoint] = (),
+    aims: Iterable[MapPoint] = (),
     *,
     columns: int,
     lines: int,
     robot: int | None = None,
 ) -> Text:
     """The world. `robot` is the one that is followed: its trail, and dotted lines to the places it aims at."""
-    canvas = Canvas(columns, lines, width=view.width, height=view.height)
+    canvas = BrailleCanvas(columns, lines, width=view.width, height=view.height)
     _obstacles(canvas, view)
     few = 0 < len(view.robots) <= MOST_ARROWS
     if few and robot is not None:
         for aim in aims:
             canvas.line(_place(view, robot), aim, AIM, every=AIM_DOTS_M)
     canvas.dots(trail, TRAIL)
-    near, shown = reach(view), things(view)
+    near, shown = measure_loading_reach(view), list_object_marks(view)
     for thing in shown:
         if thing.served and thing.full and near is not None:
             canvas.circle(thing.x, thing.y, near, _style(thing.color))
@@ -66,14 +74,18 @@ def picture(
     return canvas.rendered()
 
 
-def facts(view: WorldView, columns: int, robot: int = 0) -> str:
+def describe_followed_robot(view: WorldView, columns: int, robot: int = 0) -> str:
     """What there is to know beside the picture: of one robot what it carries, with a bar where there is room."""
     robots = view.robots
     feeds = bool(robots.capacity.any())
     if len(robots) != 1:
-        home = f"  home {int(robots.delivered.sum())} of {total(view)}" if feeds and total(view) else ""
+        home = (
+            f"  home {int(robots.delivered.sum())} of {count_food_units(view)}"
+            if feeds and count_food_units(view)
+            else ""
+        )
         boxes = f"  boxes home {view.gathered}" if view.gathered or view.objects.pull.any() else ""
-        return f"{grouped(len(robots))} robots{home}{boxes}"
+        return f"{format_thousands(len(robots))} robots{home}{boxes}"
     if not feeds:
         return ""
     stored, capacity, delivered = (
@@ -84,9 +96,11 @@ def facts(view: WorldView, columns: int, robot: int = 0) -> str:
     return long if len(long) <= columns - 6 else f"carries {stored} of {capacity}  home {delivered}"
 
 
-def _obstacles(canvas: Canvas, view: WorldView) -> None:
+def _obstacles(canvas: BrailleCanvas, view: WorldView) -> None:
     discs = view.discs
-    rows = zip(discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), obstacle_colors(view), strict=True)
+    rows = zip(
+        discs.x.tolist(), discs.y.tolist(), discs.radius.tolist(), choose_obstacle_colors(view), strict=True
+    )
     for x, y, radius, color in rows:
         canvas.disc(x, y, radius, _style(color))
     for corners in view.polygons:
@@ -95,7 +109,7 @@ def _obstacles(canvas: Canvas, view: WorldView) -> None:
         canvas.line((x0, y0), (x1, y1), WALL, every=view.width / canvas.columns / 4)
 
 
-def _noses(canvas: Canvas, view: WorldView, robot: int | None) -> None:
+def _noses(canvas: BrailleCanvas, view: WorldView, robot: int | None) -> None:
     """A line ahead of each robot, if they are few; of more, only ahead of the one that is followed."""
     chosen = range(len(view.robots)) if len(view.robots) <= FEW else [] if robot is None else [robot]
     for at in chosen:
@@ -105,7 +119,7 @@ def _noses(canvas: Canvas, view: WorldView, robot: int | None) -> None:
         canvas.line((x, y), nose, style, every=view.width / canvas.columns / 2)
 
 
-def _arrows(canvas: Canvas, view: WorldView, robot: int | None) -> None:
+def _arrows(canvas: BrailleCanvas, view: WorldView, robot: int | None) -> None:
     """Every robot, the one that is followed on top."""
     for at in sorted(range(len(view.robots)), key=lambda at: at == robot):
         style = ROBOT if at == robot else _robot_style(view, at)
@@ -115,10 +129,10 @@ def _arrows(canvas: Canvas, view: WorldView, robot: int | None) -> None:
 
 def _robot_style(view: WorldView, robot: int) -> str:
     color = view.color(int(view.robots.color[robot]))
-    return OTHER if color is None else _style(paint(color))
+    return OTHER if color is None else _style(choose_drawing_color(color))
 
 
-def _sign(view: WorldView, thing: Thing) -> tuple[str, str]:
+def _sign(view: WorldView, thing: ObjectMark) -> tuple[str, str]:
     """The characters that stand for an object, and their style."""
     if thing.units is not None:
         return (str(thing.units), _style(thing.color)) if thing.units else ("×", GONE)
@@ -131,11 +145,11 @@ def _style(color: str) -> str:
     return STYLES.get(color, f"bold {color}")
 
 
-def _place(view: WorldView, robot: int) -> Point:
+def _place(view: WorldView, robot: int) -> MapPoint:
     return float(view.robots.x[robot]), float(view.robots.y[robot])
 
 
-def _beside_robots(view: WorldView, thing: Thing, near: float) -> Point:
+def _beside_robots(view: WorldView, thing: ObjectMark, near: float) -> MapPoint:
     """Where to write what is at a place, so that a robot there does not cover it."""
     if len(view.robots) > MOST_ARROWS or not near:
         return thing.x, thing.y

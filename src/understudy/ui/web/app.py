@@ -21,9 +21,9 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
 from understudy.errors import SettingError
-from understudy.ui.web.actions.camera import sight
-from understudy.ui.web.library_zip import post
-from understudy.ui.web.server import Studio
+from understudy.ui.web.actions.camera import make_camera_route
+from understudy.ui.web.library_zip import make_library_route
+from understudy.ui.web.server import StudioServer
 
 STATIC = Path(__file__).parent / "static"
 NOT_BUILT = "The studio's page is not built: run make page, then load this again.\n"
@@ -39,8 +39,8 @@ HEADERS = {
 }
 
 
-def app(
-    studio: Studio,
+def make_app(
+    studio: StudioServer,
     *,
     token: str | None = None,
     hosts: Collection[str] | None = LOOPBACK,
@@ -75,8 +75,8 @@ def app(
                 await clockwork
 
     files = StaticFiles(directory=static, check_dir=False)
-    library = post(studio, lambda request: _refusal(request, token, hosts))
-    camera = sight(studio.stage, lambda request: _refusal(request, token, hosts))
+    library = make_library_route(studio, lambda request: _refusal(request, token, hosts))
+    camera = make_camera_route(studio.stage, lambda request: _refusal(request, token, hosts))
     routes = [Route("/", page), WebSocketRoute("/ws", socket), library, camera, Mount("/", files)]
     return Starlette(routes=routes, lifespan=life)
 
@@ -104,7 +104,7 @@ MOST_FRAME = 256 * 1024
 
 
 @dataclass(frozen=True)
-class Address:
+class ListenAddress:
     """Where the studio listens; `token` is what it asks for, None on this machine's own address."""
 
     listener: socket.socket
@@ -133,7 +133,7 @@ def is_loopback(host: str) -> bool:
         return host == "localhost"
 
 
-def listen(host: str, port: int, token: str | None) -> Address:
+def listen(host: str, port: int, token: str | None) -> ListenAddress:
     """Take the port, or the next free one; other machines need a token."""
     if not token:
         token = None if is_loopback(host) else token_urlsafe(18)
@@ -153,7 +153,7 @@ def listen(host: str, port: int, token: str | None) -> Address:
                     "--host", f"is {host!r}: {error.strerror or error}", "give an address"
                 ) from error
         else:
-            return Address(listener, host, token)
+            return ListenAddress(listener, host, token)
     raise _wrong("--port", f"and the {TRIES} after it are taken from {port} on", "give another")
 
 
@@ -167,11 +167,11 @@ def _wrong(setting: str, problem: str, remedy: str) -> SettingError:
     return SettingError(where="understudy studio", setting=setting, problem=problem, remedy=remedy)
 
 
-def serve(studio: Studio, address: Address, *, ready: Callable[[], None] = lambda: None) -> None:
+def serve(studio: StudioServer, address: ListenAddress, *, ready: Callable[[], None] = lambda: None) -> None:
     """Serve until a signal ends it; then the journal is complete."""
     hosts = LOOPBACK if is_loopback(address.host) else None
     config = uvicorn.Config(
-        app(studio, token=address.token, hosts=hosts),
+        make_app(studio, token=address.token, hosts=hosts),
         log_level="warning",
         access_log=False,
         ws_max_size=MOST_FRAME,

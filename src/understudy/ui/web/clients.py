@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from secrets import token_urlsafe
 
 from understudy.errors import SessionError
-from understudy.ui.controller.clock import Wall
+from understudy.ui.controller.clock import WallClock
 
 SILENT_S = 30.0
 """How long a director may be silent before another may take its place."""
@@ -21,13 +21,13 @@ MOST_WAITING = 500
 MOST_KEYS = 1_000
 
 
-class Viewer:
+class Client:
     """One page, and what waits to be sent to it: answers in order, and the newest of everything else.
 
     A page that reads slowly misses frames in between; nobody waits for it.
     """
 
-    def __init__(self, key: str, wall: Wall) -> None:
+    def __init__(self, key: str, wall: WallClock) -> None:
         self.key = key
         self.closing = False
         self.spoke_s = wall()
@@ -89,28 +89,28 @@ class Viewer:
         return None
 
 
-class Viewers:
+class Clients:
     """All pages; at most one of them directs."""
 
-    def __init__(self, wall: Wall) -> None:
+    def __init__(self, wall: WallClock) -> None:
         self._wall = wall
-        self._here: dict[Viewer, None] = {}
+        self._here: dict[Client, None] = {}
         self._keys: dict[str, None] = {}
-        self.director: Viewer | None = None
+        self.director: Client | None = None
 
     def __len__(self) -> int:
         return len(self._here)
 
-    def __iter__(self) -> Iterator[Viewer]:
+    def __iter__(self) -> Iterator[Client]:
         return iter(tuple(self._here))
 
-    def arrive(self, key: str | None) -> Viewer:
+    def arrive(self, key: str | None) -> Client:
         """A page connects. It directs where nobody does, or where the one that directs is itself, cut off."""
         former = self.director
         returned = former is not None and key == former.key
         if returned or key not in self._keys or key is None:
             key = token_urlsafe(18)  # a new one, too, where two pages have the same: the former has lost it
-        viewer = Viewer(key, self._wall)
+        viewer = Client(key, self._wall)
         self._here[viewer] = self._keys[key] = None
         while len(self._keys) > MOST_KEYS:
             del self._keys[next(iter(self._keys))]
@@ -120,7 +120,7 @@ class Viewers:
             former.close()
         return viewer
 
-    def leave(self, viewer: Viewer) -> bool:
+    def leave(self, viewer: Client) -> bool:
         """A page is gone; whether it was the one that directed."""
         self._here.pop(viewer, None)
         directed = viewer is self.director
@@ -128,7 +128,7 @@ class Viewers:
             self.director = None
         return directed
 
-    def take(self, viewer: Viewer) -> None:
+    def take(self, viewer: Client) -> None:
         """Become director."""
         if self.director is not None and self.director is not viewer:
             silent_s = self._wall() - self.director.spoke_s
@@ -139,12 +139,12 @@ class Viewers:
                 )
         self.director = viewer
 
-    def hand_over(self, viewer: Viewer) -> None:
+    def hand_over(self, viewer: Client) -> None:
         """No longer direct."""
         self.refuse_others(viewer)
         self.director = None
 
-    def refuse_others(self, viewer: Viewer) -> None:
+    def refuse_others(self, viewer: Client) -> None:
         """SessionError unless it directs."""
         if viewer is not self.director:
             raise SessionError(

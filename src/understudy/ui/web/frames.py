@@ -38,7 +38,7 @@ OBJECT = np.dtype(
 )
 
 
-def frame(
+def encode_frame(
     view: WorldView,
     *,
     tick: int,

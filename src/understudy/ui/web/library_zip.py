@@ -24,10 +24,10 @@ from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.storage.atomic import convert_os_errors
 from understudy.storage.document import decode_document, encode_document, parse_document
 from understudy.storage.library_folder import list_documents, make_file_stem, save_automaton
-from understudy.ui.controller.status import Said
-from understudy.ui.web.server import Studio
-from understudy.ui.web.session_host import Stage, explained
-from understudy.ui.web.views.library import Shelf
+from understudy.ui.controller.status import StatusMessage
+from understudy.ui.web.server import StudioServer
+from understudy.ui.web.session_host import SessionHost, describe_error
+from understudy.ui.web.views.library import LibraryView
 
 MOST_PACKED = 16 * 2**20
 """Bytes of a zip that is taken in."""
@@ -38,7 +38,7 @@ _UNUSABLE = (BadZipFile, EOFError, NotImplementedError, OSError, RuntimeError, V
 """What reading a zip raises where it is cut, broken, encrypted or packed in another way."""
 
 
-def packed(folder: Path) -> bytes:
+def zip_library(folder: Path) -> bytes:
     """The documents of a library's folder; no former versions, no journals, no trash."""
     made = BytesIO()
     with convert_os_errors(folder, "packing the library"), ZipFile(made, "w", ZIP_DEFLATED) as archive:
@@ -48,7 +48,7 @@ def packed(folder: Path) -> bytes:
     return made.getvalue()
 
 
-def unpacked(data: bytes, kit: Kit) -> Library:
+def unzip_library(data: bytes, kit: Kit) -> Library:
     """The automata in a zip; FileError for the first thing in it that is no document of this kit."""
     library = Library(kit)
     left = MOST_UNPACKED
@@ -121,7 +121,7 @@ HEADERS = {
 }
 
 
-class AlreadyThere(SessionError, json_type="AlreadyThere"):
+class NameTaken(SessionError, json_type="AlreadyThere"):
     """The library has other automata of these names."""
 
     def __init__(self, names: list[str]) -> None:
@@ -131,7 +131,7 @@ class AlreadyThere(SessionError, json_type="AlreadyThere"):
         )
 
 
-def post(studio: Studio, refusal: Callable[[HTTPConnection], str | None]) -> Route:
+def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection], str | None]) -> Route:
     """The route of a studio's library; `refusal` says why somebody may not come."""
 
     def not_directing(request: Request) -> str | None:
@@ -147,12 +147,12 @@ def post(studio: Studio, refusal: Callable[[HTTPConnection], str | None]) -> Rou
         try:
             if request.method == "POST":
                 return await take(request)
-            content = await run_in_threadpool(packed, studio.stage.shelf.folder)
+            content = await run_in_threadpool(zip_library, studio.stage.shelf.folder)
             return Response(content, media_type="application/zip", headers=HEADERS)
-        except AlreadyThere as error:
+        except NameTaken as error:
             return JSONResponse({"error": str(error), "taken": error.names}, status_code=409)
         except Exception as error:
-            return _error(400 if isinstance(error, UnderstudyError) else 500, explained(error))
+            return _error(400 if isinstance(error, UnderstudyError) else 500, describe_error(error))
 
     async def take(request: Request) -> Response:
         taken = request.query_params.get("taken", "refuse")
@@ -168,11 +168,11 @@ def post(studio: Studio, refusal: Callable[[HTTPConnection], str | None]) -> Rou
                 return _error(
                     413, f"the zip is larger than {MOST_PACKED // 2**20} MB: give several smaller ones"
                 )
-        library = await run_in_threadpool(unpacked, bytes(content), studio.stage.kit)
+        library = await run_in_threadpool(unzip_library, bytes(content), studio.stage.kit)
         problem = not_directing(request)  # it took a while
         if problem is not None:
             return _error(403, problem)
-        said = take_in(studio.stage, library, taken)
+        said = import_automata(studio.stage, library, taken)
         studio.show()
         return JSONResponse({"said": said})
 
@@ -183,13 +183,13 @@ def _error(status: int, problem: str) -> Response:
     return JSONResponse({"error": problem}, status_code=status)
 
 
-def take_in(stage: Stage, given: Library, taken: str) -> str:
+def import_automata(stage: SessionHost, given: Library, taken: str) -> str:
     """Save automata into the library, all or none; what came of it in a sentence."""
     stage.look()
     here = stage.shelf
     different = [name for name, taught in given.taught.items() if _taken(here, taught)]
     if different and taken == "refuse":
-        raise AlreadyThere(different)
+        raise NameTaken(different)
     desk = stage.desk
     if desk is not None and desk.name in different and taken == "replace":
         raise SessionError(f"{desk.name} is being trained: open another before it is replaced")
@@ -204,11 +204,11 @@ def take_in(stage: Stage, given: Library, taken: str) -> str:
     replaced = [name for name in different if name in wanted]
     said = f"Imported {', '.join(new)}" if new else "Nothing new was in it"
     said += f"; replaced {', '.join(replaced)}, former versions are kept" if replaced else ""
-    stage.said = Said(said, "recorded")
+    stage.said = StatusMessage(said, "recorded")
     return said
 
 
-def _taken(shelf: Shelf, taught: TrainedAutomaton) -> bool:
+def _taken(shelf: LibraryView, taught: TrainedAutomaton) -> bool:
     """Whether the library has another automaton of this name; SessionError where it has one of a name like it."""
     name = taught.automaton.name
     if name in shelf.library.taught or name in shelf.problems:

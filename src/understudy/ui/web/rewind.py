@@ -13,7 +13,7 @@ from understudy.errors import SessionError
 from understudy.model.lesson import Example
 from understudy.training.other_agents import SessionSnapshot
 from understudy.training.session import Session
-from understudy.ui.controller.coach import Coach
+from understudy.ui.controller.coach import CoachController
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.coach import AskWhenName
 
@@ -31,7 +31,7 @@ class RunData(Data, frozen=True, kw_only=True):
     from_s: float
 
 
-class Frame(NamedTuple):
+class RewindPoint(NamedTuple):
     """A moment, when it was (s of the world's time), and how much room it takes."""
 
     time_s: float
@@ -39,11 +39,11 @@ class Frame(NamedTuple):
     size: int
 
 
-class Reel:
+class RewindBuffer:
     """The moments of one run of one session, oldest first."""
 
     def __init__(self) -> None:
-        self._frames: deque[Frame] = deque()
+        self._frames: deque[RewindPoint] = deque()
         self._size = 0
         self._examples: Sequence[Example] | None = None
         self._shown: dict[tuple[int, int | None], float | None] = {}  # when; None: not in this run
@@ -57,7 +57,7 @@ class Reel:
         if self._frames and now < self._frames[-1].time_s + EVERY_S - session.body.tick_s / 2:
             return
         instant = session.instant()
-        frame = Frame(now, instant, len(instant.body))
+        frame = RewindPoint(now, instant, len(instant.body))
         self._frames.append(frame)
         self._size += frame.size
         while len(self._frames) > 1 and (self._frames[0].time_s < now - KEPT_S or self._size > MOST_BYTES):
@@ -70,14 +70,14 @@ class Reel:
         shown = self._shown
         self._shown = {each: shown.get(each, now) for each in map(_which, examples)}
 
-    def at(self, time_s: float) -> Frame:
+    def at(self, time_s: float) -> RewindPoint:
         """The last moment kept before a time, or the first there is; SessionError where there is none."""
         if not self._frames:
             raise SessionError("nothing of this run is kept yet: let it go on for a moment")
         times = [frame.time_s for frame in self._frames]
         return self._frames[max(0, bisect_right(times, time_s + 1e-9) - 1)]
 
-    def of(self, number: int) -> Frame | None:
+    def of(self, number: int) -> RewindPoint | None:
         """The moment before an example was shown; None where it is not kept, or was in another run."""
         shown = next((time for (each, _), time in self._shown.items() if each == number), None)
         if shown is None:
@@ -124,7 +124,7 @@ class AskingData(Data, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class UncertainMoment:
     """A question that was not waited at; `run` is the number of its run, None where that was left for another."""
 
     number: int
@@ -140,13 +140,13 @@ class Mark:
         )
 
 
-class Unsure:
+class UncertainMoments:
     """The marks of one desk, oldest first."""
 
     def __init__(self) -> None:
-        self._marks: tuple[Mark, ...] = ()
-        self._open: tuple[Mark, ...] = ()
-        self._for: tuple[Sequence[Example], tuple[Mark, ...]] = (), ()
+        self._marks: tuple[UncertainMoment, ...] = ()
+        self._open: tuple[UncertainMoment, ...] = ()
+        self._for: tuple[Sequence[Example], tuple[UncertainMoment, ...]] = (), ()
         self._number, self._run, self._now = 0, 0, 0.0
 
     def see(self, marked: Sequence[Question], run: int, now: float) -> None:
@@ -159,16 +159,16 @@ class Unsure:
         self._run, self._now = run, now
         if marked and (not self._marks or marked[-1] is not self._marks[-1].question):
             self._number += 1
-            self._marks = (*self._marks, Mark(self._number, marked[-1], run))[-len(marked) :]
+            self._marks = (*self._marks, UncertainMoment(self._number, marked[-1], run))[-len(marked) :]
 
-    def data(self, coach: Coach) -> AskingData:
+    def data(self, coach: CoachController) -> AskingData:
         """For a page."""
         question = coach.question
         asked = None if question is None else QuestionData(sentence=question.sentence, next=question.next)
         marks = [mark.data for mark in self._still(coach.asking)]
         return AskingData(when=coach.asking.when.value, question=asked, marks=marks)
 
-    def _still(self, asking: UncertaintyQueries) -> tuple[Mark, ...]:
+    def _still(self, asking: UncertaintyQueries) -> tuple[UncertainMoment, ...]:
         """Those at which it would be unsure now, too."""
         examples, marks = asking.session.examples, self._marks
         if examples is not self._for[0] or marks is not self._for[1]:
@@ -176,7 +176,7 @@ class Unsure:
             self._open = tuple(mark for mark in marks if asking.still(mark.question))
         return self._open
 
-    def of(self, number: int) -> Mark:
+    def of(self, number: int) -> UncertainMoment:
         """The mark of a number; SessionError where there is none."""
         for mark in self._marks:
             if mark.number == number:

@@ -13,14 +13,14 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy.errors import SessionError
 from understudy.ui.controller.arming import RobotStatus
-from understudy.ui.controller.clock import FASTEST, Wall
-from understudy.ui.controller.status import Said, Tone
+from understudy.ui.controller.clock import FASTEST, WallClock
+from understudy.ui.controller.status import StatusMessage, Tone
 from understudy.ui.web.actions import dispatch
-from understudy.ui.web.clients import PER_SECOND, Viewer, Viewers
+from understudy.ui.web.clients import PER_SECOND, Client, Clients
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.rewind import RunData
-from understudy.ui.web.session_host import Stage, explained
+from understudy.ui.web.session_host import SessionHost, describe_error
 from understudy.ui.web.views.library import LibraryData
 from understudy.ui.web.views.scene import SceneData
 from understudy.ui.web.views.session import SessionData
@@ -90,16 +90,16 @@ class AnswerData(Data, frozen=True, kw_only=True):
     """How long a press took until it was in the journal."""
 
 
-class Studio:
+class StudioServer:
     """One stage and the pages that look at it. `wall` is the pages' time, for how fast and when they speak."""
 
-    def __init__(self, stage: Stage, *, wall: Wall = monotonic) -> None:
-        self.stage, self.viewers, self._wall = stage, Viewers(wall), wall
+    def __init__(self, stage: SessionHost, *, wall: WallClock = monotonic) -> None:
+        self.stage, self.viewers, self._wall = stage, Clients(wall), wall
         self._frame = b""
         self._moved = self._rebuilt = -1
         self._seen: tuple[SceneData, LibraryData] | None = None
         self._shown: SessionNewsData | None = None
-        self._directed: Viewer | None = None
+        self._directed: Client | None = None
         self._due_s = 0.0
 
     # Pages
@@ -121,7 +121,7 @@ class Studio:
                 with suppress(RuntimeError, WebSocketDisconnect, OSError):
                     await websocket.close()
 
-    async def _hear_all(self, viewer: Viewer, websocket: WebSocket) -> None:
+    async def _hear_all(self, viewer: Client, websocket: WebSocket) -> None:
         while not viewer.closing:
             received = await websocket.receive()
             if received["type"] == "websocket.disconnect":
@@ -130,7 +130,7 @@ class Studio:
             self.hear(viewer, text if text is not None else received.get("bytes") or b"")
             await asyncio.sleep(0)  # a page that sends without pause keeps nobody else waiting
 
-    def arrive(self, key: str | None) -> Viewer:
+    def arrive(self, key: str | None) -> Client:
         """A page connects, and is shown everything."""
         former = self.viewers.director
         viewer = self.viewers.arrive(key)
@@ -144,7 +144,7 @@ class Studio:
         viewer.show(desk=_encode(_to(shown, directs=directs)), frame=self.stage.frame())
         return viewer
 
-    def leave(self, viewer: Viewer) -> None:
+    def leave(self, viewer: Client) -> None:
         """A page is gone; without a director the robot stands still."""
         viewer.close()
         if self.viewers.leave(viewer):
@@ -152,40 +152,40 @@ class Studio:
             self.stage.pause(True, LEFT)
         self.show()
 
-    def hear(self, viewer: Viewer, text: str | bytes) -> None:
+    def hear(self, viewer: Client, text: str | bytes) -> None:
         """A page said something: it is done, and answered."""
         began = perf_counter()
         number: int | None = None
         try:
             if not viewer.may_speak() and not _stops(text):
-                number = m.number_of(text)
+                number = m.find_message_number(text)
                 raise SessionError(f"too many messages: at most {PER_SECOND} a second are heard")
             if isinstance(text, bytes):
-                raise m.UnusableMessage(problem="it is binary; send JSON text")
+                raise m.InvalidMessage(problem="it is binary; send JSON text")
             try:
-                message = m.read(text)
-            except m.UnusableMessage:
-                number = m.number_of(text)
+                message = m.parse_message(text)
+            except m.InvalidMessage:
+                number = m.find_message_number(text)
                 raise
             number = message.id
             reply = self._do(viewer, message)
-            timed = isinstance(message, m.Press | m.Confirm)
+            timed = isinstance(message, m.PressState | m.Confirm)
             ms = round((perf_counter() - began) * 1e3, 3) if timed else UNSET
             answer = AnswerData(re=number, ok=True, ms=ms)
         except Exception as error:
-            answer, reply = AnswerData(re=number, error=explained(error)), None
+            answer, reply = AnswerData(re=number, error=describe_error(error)), None
         viewer.tell(_encode({**msgspec.to_builtins(answer), **msgspec.to_builtins(reply or {})}))
         self.show()
 
-    def _do(self, viewer: Viewer, message: Message) -> Data | None:
+    def _do(self, viewer: Client, message: Message) -> Data | None:
         """Do what a message asks for, and return the fields of the answer.
 
         UnderstudyError where it cannot be done, and nothing is changed.
         """
-        if isinstance(message, m.Take):
+        if isinstance(message, m.TakeControl):
             self.viewers.take(viewer)
             return None
-        if isinstance(message, m.HandOver):
+        if isinstance(message, m.ReleaseControl):
             self.viewers.hand_over(viewer)
             self.stage.robots.leave(LEFT_ROBOTS)
             self.stage.pause(True, LEFT)
@@ -193,7 +193,7 @@ class Studio:
         if not message.by_anyone:
             self.viewers.refuse_others(viewer)
         came = dispatch.ACTIONS[type(message)](self.stage, message)
-        if isinstance(came, Said):
+        if isinstance(came, StatusMessage):
             self.stage.said = came
             return None
         return came
@@ -221,7 +221,7 @@ class Studio:
         try:
             self._show(desk=desk)
         except Exception as error:
-            problem = explained(error)
+            problem = describe_error(error)
             if self.stage.said.text != problem:
                 self.stage.halt(problem)
 
@@ -279,7 +279,7 @@ def _to(shown: SessionNewsData, *, directs: bool) -> SessionNewsData:
     return msgspec.structs.replace(shown, directs=directs)
 
 
-async def _send(viewer: Viewer, websocket: WebSocket) -> None:
+async def _send(viewer: Client, websocket: WebSocket) -> None:
     while not viewer.closing:
         await viewer.waits.wait()
         viewer.waits.clear()
@@ -294,8 +294,8 @@ async def _send(viewer: Viewer, websocket: WebSocket) -> None:
 def _stops(text: str | bytes) -> bool:
     """Whether a message stops robots, which is heard however many there are."""
     try:
-        return isinstance(text, str) and isinstance(m.read(text), m.Stop)
-    except m.UnusableMessage:
+        return isinstance(text, str) and isinstance(m.parse_message(text), m.EmergencyStop)
+    except m.InvalidMessage:
         return False
 
 

@@ -20,17 +20,17 @@ from understudy.sim.world import World
 from understudy.training.other_agents import SessionSnapshot
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting, journal_store
-from understudy.ui.controller.arming import Robots
-from understudy.ui.controller.clock import Idling, Wall, known_speed
-from understudy.ui.controller.open_session import Opened
-from understudy.ui.controller.status import Said, says
-from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.arming import RobotArming
+from understudy.ui.controller.clock import IdleWorld, WallClock, check_speed
+from understudy.ui.controller.open_session import OpenSession
+from understudy.ui.controller.status import StatusMessage, says
+from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
-from understudy.ui.web.rewind import Frame, Reel, RunData, Unsure
+from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
 from understudy.ui.web.views.library import CutOffData, LibraryData
-from understudy.ui.web.views.scene import SceneData, scene
-from understudy.ui.web.views.session import BehaviorCallData, Picture, SessionData
-from understudy.ui.web.views.team import Doing, Ranks
+from understudy.ui.web.views.scene import SceneData, describe_scene
+from understudy.ui.web.views.session import BehaviorCallData, SessionData, SessionViewBuilder
+from understudy.ui.web.views.team import ActivityNames, TrainableGroups
 
 NOTHING = "Nothing is being trained: begin a new automaton, or open one of the library"
 CARRY = "drive the robot there, or carry it"
@@ -39,7 +39,7 @@ _LONG = re.compile(r"-?\d+\.\d{3,}")
 _log = logging.getLogger(__name__)
 
 
-def explained(error: Exception) -> str:
+def describe_error(error: Exception) -> str:
     """What went wrong in a sentence; a fault of the program is logged, too."""
     if isinstance(error, UnderstudyError):
         return str(error)
@@ -53,7 +53,7 @@ def _as_on_the_page(text: str) -> str:
     return _LONG.sub(lambda found: f"{float(found[0]):.2f}", text)
 
 
-class Stage:
+class SessionHost:
     """The world, the library and the desk of one studio.
 
     `moved` grows whenever a frame would look different, `rebuilt` whenever the scene or the library does.
@@ -66,51 +66,53 @@ class Stage:
         kit: Kit,
         *,
         seed: int = 0,
-        wall: Wall = monotonic,
+        wall: WallClock = monotonic,
         twin: DigitalTwin | None = None,
     ) -> None:
         self.world: Ground = twin or World(scenario, [seed])
-        self.wall, self.robots = wall, Robots(self.world, wall, place="the studio")
-        self.ranks = Ranks(self.world.scenario, folder, kit)
+        self.wall, self.robots = wall, RobotArming(self.world, wall, place="the studio")
+        self.ranks = TrainableGroups(self.world.scenario, folder, kit)
         self.shelf = self.ranks.shelf_of(None)
         self.kit = self.shelf.library.kit
         self.sort: str | None = None  # the sort of squads that is trained; None: the robots
-        self.doing = Doing()
-        self.opened: Opened | None = None
+        self.doing = ActivityNames()
+        self.opened: OpenSession | None = None
         self.moved = self.rebuilt = 0
         self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
-        self._speed, self._idling = 1.0, Idling(self.world, wall)
-        self._said = Said(NOTHING)
-        self._picture: Picture | None = None
-        self.reel, self.unsure = Reel(), Unsure()
+        self._speed, self._idling = 1.0, IdleWorld(self.world, wall)
+        self._said = StatusMessage(NOTHING)
+        self._picture: SessionViewBuilder | None = None
+        self.reel, self.unsure = RewindBuffer(), UncertainMoments()
         self.beside = ThreadPoolExecutor(1)  # for what takes longer than a tick may
         self.run = RunData(number=0, from_s=0.0)
         self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
         self.look_for_cut_off()
         if self.cut_off:
-            self._said = Said(f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on")
+            self._said = StatusMessage(
+                f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on"
+            )
 
     # What there is to see
 
     @property
-    def desk(self) -> Desk | None:
+    def desk(self) -> Trainer | None:
         """The desk, where something is trained."""
         return None if self.opened is None else self.opened.desk
 
     @property
-    def trained(self) -> Desk:
+    def trained(self) -> Trainer:
         """The desk; SessionError where nothing is trained."""
         if self.opened is None:
             raise SessionError(NOTHING[0].lower() + NOTHING[1:])
         return self.opened.desk
 
     @property
-    def said(self) -> Said:
+    def said(self) -> StatusMessage:
         """What was said last."""
         return self._said if self.desk is None else self.desk.said
 
     @said.setter
-    def said(self, said: Said) -> None:
+    def said(self, said: StatusMessage) -> None:
         if self.desk is None:
             self._said = said
         else:
@@ -141,7 +143,7 @@ class Stage:
 
     def scene(self) -> SceneData:
         """What does not change from tick to tick."""
-        return scene(self.world, self.kit, self.ranks.data())
+        return describe_scene(self.world, self.kit, self.ranks.data())
 
     def library(self) -> LibraryData:
         """The library's folder, as it was looked at last."""
@@ -164,12 +166,12 @@ class Stage:
         tick = int(self.world.state.tick[0])
         bits = frames.PAUSED * self.paused
         if desk is None:
-            return frames.frame(
+            return frames.encode_frame(
                 self.world.view(), tick=tick, agent=self.agent, bits=bits, sonar=self._sonar()
             )
         screen = desk.screen
         bits |= frames.OPEN | frames.TESTING * (screen.mode is Mode.TESTING)
-        return frames.frame(
+        return frames.encode_frame(
             self.world.view(),
             tick=tick,
             agent=frames.NONE if self.sort else desk.robot,
@@ -180,7 +182,7 @@ class Stage:
             sonar=self._sonar(),
         )
 
-    def _doing(self, desk: Desk) -> list[int]:
+    def _doing(self, desk: Trainer) -> list[int]:
         """What each robot does that a trained coordinator orders about."""
         body = desk.session.body
         return self.doing.numbers(body.team.paths) if isinstance(body, CoordinatorBody) else []
@@ -210,14 +212,14 @@ class Stage:
                 if desk is not None:
                     desk.session.look()
         except Exception as error:
-            self.halt(explained(error))
+            self.halt(describe_error(error))
 
     def step(self) -> None:
         """One tick, then time stands still."""
         self.moved += 1
         if self.desk is None:
             self._idling.step()
-            self._said = Said("Paused")
+            self._said = StatusMessage("Paused")
         else:
             self.desk.step()
             self.saw()
@@ -229,11 +231,11 @@ class Stage:
             self.unsure.see(self.desk.coach.asking.marked, self.run.number, self.world.time_s)
 
     @says
-    def halt(self, problem: str) -> Said:
+    def halt(self, problem: str) -> StatusMessage:
         """Something went wrong, which is said; time stands still, and real robots have to be armed again."""
         self.robots.leave(problem)
         self.pause(True)
-        return Said(problem, "error")
+        return StatusMessage(problem, "error")
 
     def pause(self, paused: bool, why: str | None = None) -> None:
         """Let time stand still, or go on."""
@@ -243,23 +245,23 @@ class Stage:
                 self._idling.pause(paused)
             else:
                 self.desk.pause()
-            self.said = Said(why or ("Paused" if paused else "Going on"))
+            self.said = StatusMessage(why or ("Paused" if paused else "Going on"))
 
     def set_speed(self, speed: float) -> None:
         """How many times as fast as in life the world goes."""
-        self._speed = self._idling.pace.speed = known_speed(speed, "the studio", live=self._idling.pace.live)
+        self._speed = self._idling.pace.speed = check_speed(speed, "the studio", live=self._idling.pace.live)
         if self.desk is not None:
             self.desk.set_speed(speed)
 
     @says
-    def reset(self, seed: int | None) -> Said:
+    def reset(self, seed: int | None) -> StatusMessage:
         """The world of a seed from its beginning."""
         seed = self.seed if seed is None else seed
         if self.desk is None:
             if isinstance(self.world, DigitalTwin):
                 raise SessionError(f"the world of real robots cannot be reset: {CARRY}")
             self.world.reset([seed])
-            said = Said(f"World {seed} from its beginning")
+            said = StatusMessage(f"World {seed} from its beginning")
         else:
             said = self.desk.world(seed)
         self.anew()
@@ -274,7 +276,7 @@ class Stage:
         if self.desk is not None and isinstance(self.world, World):  # others cannot be gone back to
             self.reel.see(self.desk.session)
 
-    def rewind(self, frame: Frame) -> None:
+    def rewind(self, frame: RewindPoint) -> None:
         """Go back to a moment of the run, and stand still there; the lesson stays."""
         switches = self.trained.why.before(frame.time_s)
         self._back(frame.instant)
@@ -291,14 +293,14 @@ class Stage:
         self.changed()
 
     @says
-    def _back(self, instant: SessionSnapshot) -> Said:
+    def _back(self, instant: SessionSnapshot) -> StatusMessage:
         desk = self.trained
         self.pause(True)
         desk.session.rewind(instant)
         desk.moved("back")
         self.changed()
-        now = formatting.clock(self.world.time_s)
-        return Said(f"Back at {now}; the lesson stays, and going on begins here")
+        now = formatting.format_minutes(self.world.time_s)
+        return StatusMessage(f"Back at {now}; the lesson stays, and going on begins here")
 
     def changed(self) -> None:
         """The world was changed otherwise than by a tick."""
@@ -306,7 +308,7 @@ class Stage:
         self.rebuilt += 1
 
     @says
-    def put(self, change: Callable[[World], object], what: str) -> Said:
+    def put(self, change: Callable[[World], object], what: str) -> StatusMessage:
         """Change the world by hand."""
         if isinstance(self.world, DigitalTwin):
             raise SessionError(f"real robots and things are not moved by hand here: {CARRY}")
@@ -315,22 +317,22 @@ class Stage:
         except SettingError as error:
             raise SessionError(_as_on_the_page(str(error))) from error
         self.moved += 1
-        return Said(what) if self.desk is None else self.desk.moved(what)
+        return StatusMessage(what) if self.desk is None else self.desk.moved(what)
 
     # Opening and closing
 
-    def take(self, opened: Opened, said: str) -> None:
+    def take(self, opened: OpenSession, said: str) -> None:
         """Another desk takes the place of the present one, whose journal is not needed any more."""
         asked = QueryPolicy.NEVER if self.desk is None else self.desk.coach.asking.when
         self._leave()
         self._idling.pause(True)
         self.opened, desk = opened, opened.desk
-        self._picture, self.agent = Picture(desk), desk.robot
-        self.unsure, desk.coach.asking.when = Unsure(), asked
+        self._picture, self.agent = SessionViewBuilder(desk), desk.robot
+        self.unsure, desk.coach.asking.when = UncertainMoments(), asked
         self.began_with = len(desk.session.examples)
         desk.set_speed(self._speed)
         desk.hold(False)
-        desk.said = Said(said)
+        desk.said = StatusMessage(said)
         self._begin_reel()
         self.look_for_cut_off()
         self.changed()
@@ -339,7 +341,7 @@ class Stage:
         """Let another sort of agents be trained: what they know, and one of them; the present desk is left."""
         self._leave()
         self.sort, self.agent = sort, agent
-        self.doing = Doing()
+        self.doing = ActivityNames()
         self.look()
         self.look_for_cut_off()
         self.changed()
@@ -353,7 +355,7 @@ class Stage:
         if self.opened is not None:
             left, self.opened, self._picture = self.opened, None, None
             left.close()
-            journal_store.end(left.journal, self.shelf.folder, left.desk.name)
+            journal_store.finish_journal(left.journal, self.shelf.folder, left.desk.name)
 
     def close(self) -> None:
         """Put everything on disk; what is not saved is offered next time."""
@@ -381,7 +383,7 @@ class Stage:
     def look_for_cut_off(self) -> None:
         """See which sessions were cut off; their journals are read, which may take a moment."""
         world = self.world.scenario.name
-        found = journal_store.cut_off(self.shelf.folder, world, self.shelf.library)
+        found = journal_store.list_interrupted_sessions(self.shelf.folder, world, self.shelf.library)
         here = None if self.opened is None else self.opened.journal  # where journals cannot be locked
         self.cut_off = {name: each for name, each in found.items() if each.path != here}
         self.rebuilt += 1

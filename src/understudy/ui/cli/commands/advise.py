@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, Bind, Json, KitName, Library, SomeWorld
+from understudy.ui.cli.options import LIBRARY, Bind, Json, KitName, LibraryOption, SomeWorld
 
 if TYPE_CHECKING:
     from understudy.coaching.advice import Advice
@@ -17,7 +17,7 @@ MOST = 8
 
 def advise(
     name: Annotated[str, typer.Argument(help="The automaton.")],
-    library: Library = LIBRARY,
+    library: LibraryOption = LIBRARY,
     world: SomeWorld = None,
     kit: KitName = None,
     bind: Bind = None,
@@ -33,14 +33,14 @@ def advise(
     """
     from understudy.coaching.give_advice import give_advice
     from understudy.learning.fit import learn
-    from understudy.ui.cli.library_data import look
-    from understudy.ui.cli.options import learner, some_kit
+    from understudy.ui.cli.library_data import open_each_automaton
+    from understudy.ui.cli.options import find_optional_kit, import_learner
     from understudy.ui.cli.output import compile_once, print_json
 
     if bind and world is None:
         raise _refused("--bind", bind[0], "means nothing without a world", "add --world SCENARIO")
-    parts = some_kit(kit, world)
-    shelf = look(library, parts, learner())
+    parts = find_optional_kit(kit, world)
+    shelf = open_each_automaton(library, parts, import_learner())
     if name not in shelf.opened and (error := shelf.problems.get(f"{name}.json")):
         raise error
     shelf.library.automaton(name)
@@ -53,7 +53,7 @@ def advise(
     situations = None if world is None else _situations(lesson, world, bind)
     found = give_advice(lesson, learn(lesson), kit=parts, situations=situations)
     if as_json:
-        print_json({"name": name, "advice": [row(each, lesson) for each in found[:most]]})
+        print_json({"name": name, "advice": [make_advice_row(each, lesson) for each in found[:most]]})
     else:
         _show(name, found, most)
 
@@ -69,16 +69,16 @@ def _situations(lesson: Lesson, world: str, bind: list[str] | None) -> Any:
     from understudy.coaching.pose_sampling import sample_posed_situations
     from understudy.sim.world import World
     from understudy.training.lesson_design import check_parameter_targets
-    from understudy.ui.cli.options import bindings, find_world
+    from understudy.ui.cli.options import open_scenario, parse_bindings
 
-    body = World(find_world(world))
+    body = World(open_scenario(world))
     automaton = lesson.automaton
-    targets = dict.fromkeys(automaton.parameters, body.targets[0]) | bindings(bind)
+    targets = dict.fromkeys(automaton.parameters, body.targets[0]) | parse_bindings(bind)
     check_parameter_targets(automaton, targets, body.targets)
     return sample_posed_situations(body, automaton.features, targets)
 
 
-def row(each: Advice, lesson: Lesson) -> dict[str, Any]:
+def make_advice_row(each: Advice, lesson: Lesson) -> dict[str, Any]:
     """One piece of advice as plain data."""
     return {
         "kind": each.kind.value,
@@ -108,9 +108,9 @@ def _show(name: str, found: tuple[Advice, ...], most: int) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
-    from understudy.ui.cli.output import console
+    from understudy.ui.cli.output import make_console
 
-    out = console()
+    out = make_console()
     out.print(f"[bold]{escape(name)}[/]")
     if not found:
         out.print("nothing to say: what was shown hangs together")

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, Json, KitName, Library, SomeWorld
+from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SomeWorld
 
 if TYPE_CHECKING:
     from understudy.learning.change_attribution import ConditionChange
     from understudy.model.library import Kit, TrainedAutomaton
 
 
-def diff(
+def show_diff(
     name: Annotated[str, typer.Argument(help="The automaton.")],
     before: Annotated[
         str | None, typer.Option("--from", metavar="VERSION|FILE", help="By default the last former version.")
@@ -22,7 +22,7 @@ def diff(
     after: Annotated[
         str | None, typer.Option("--to", metavar="VERSION|FILE", help="By default the current version.")
     ] = None,
-    library: Library = LIBRARY,
+    library: LibraryOption = LIBRARY,
     world: SomeWorld = None,
     kit: KitName = None,
     as_json: Json = False,
@@ -35,10 +35,10 @@ def diff(
     from understudy.learning.change_attribution import attribute_condition_changes
     from understudy.model.diff import diff_automata
     from understudy.storage.library_folder import list_versions
-    from understudy.ui.cli.options import some_kit
+    from understudy.ui.cli.options import find_optional_kit
     from understudy.ui.cli.output import print_json
 
-    parts = some_kit(kit, world)
+    parts = find_optional_kit(kit, world)
     kept = list_versions(library, name)
     if before is None:
         if not kept:
@@ -60,22 +60,22 @@ def diff(
 
 def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> TrainedAutomaton:
     from understudy.storage.library_folder import load_version, make_file_stem, read_document
-    from understudy.ui.cli.options import learner
+    from understudy.ui.cli.options import import_learner
 
     if which is None:
-        return read_document(library / f"{make_file_stem(name)}.json", kit, learner()).taught
+        return read_document(library / f"{make_file_stem(name)}.json", kit, import_learner()).taught
     if which.isdecimal():
-        return load_version(library, name, int(which), kit, learner()).taught
-    return read_document(Path(which), kit, learner()).taught
+        return load_version(library, name, int(which), kit, import_learner()).taught
+    return read_document(Path(which), kit, import_learner()).taught
 
 
 def _show(told: dict[str, Any]) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
-    from understudy.ui.cli.output import console
+    from understudy.ui.cli.output import make_console
 
-    out = console()
+    out = make_console()
     out.print(f"[bold]{escape(told['name'])}[/] from {_called(told['from'])} to {_called(told['to'])}")
     if not told["changes"]:
         out.print("nothing changed")

@@ -15,7 +15,7 @@ from understudy.ui.cli.options import (
     Bind,
     Json,
     KitName,
-    Library,
+    LibraryOption,
     SameWorld,
     ScenarioName,
 )
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 MOST_SEEDS = 1_000_000
 
 
-def evaluate(
+def evaluate_behavior(
     scenario: ScenarioName = None,
     behavior: BehaviorName = None,
-    library: Library = LIBRARY,
+    library: LibraryOption = LIBRARY,
     world: SameWorld = None,
     seeds: Annotated[
         str, typer.Option("--seeds", metavar="A:B", help="One world per seed from A up to, not including, B.")
@@ -51,32 +51,32 @@ def evaluate(
     from msgspec import to_builtins
 
     from understudy.analysis.evaluation import evaluate as judge
-    from understudy.analysis.evaluation import judged as judged_program
+    from understudy.analysis.evaluation import link_for_evaluation as judged_program
     from understudy.ui.cli.options import (
-        behavior_of,
-        bindings,
-        chosen_world,
+        choose_behavior,
+        choose_scenario_name,
         find_kit,
-        find_world,
-        library_for,
+        open_behavior_library,
+        open_scenario,
+        parse_bindings,
     )
-    from understudy.ui.cli.output import compile_once, print_json, progress
+    from understudy.ui.cli.output import compile_once, print_json, show_progress
 
-    chosen, named = parse_seeds(seeds), chosen_world(scenario, world)
-    where, parts = find_world(named), find_kit(kit, named)
-    taught = library_for(behavior, library, parts)
-    behavior = behavior_of(taught, behavior, library)
-    bound = bindings(bind)
+    chosen, named = parse_seeds(seeds), choose_scenario_name(scenario, world)
+    where, parts = open_scenario(named), find_kit(kit, named)
+    taught = open_behavior_library(behavior, library, parts)
+    behavior = choose_behavior(taught, behavior, library)
+    bound = parse_bindings(bind)
     judged_program(taught, behavior, where, bound)  # mistakes are told at once, not when all is compiled
     compile_once(world=where, quiet=as_json)
     began = perf_counter()
-    with progress("Worlds run", quiet=as_json) as report:
+    with show_progress("Worlds run", quiet=as_json) as report:
         judged = judge(taught, behavior, where, chosen, binding=bound, progress=report)
-    found = result(judged, seconds=perf_counter() - began)
+    found = summarize_evaluation(judged, seconds=perf_counter() - began)
     if as_json:
-        print_json({**to_builtins(found), "results": rows(judged)} if each else found)
+        print_json({**to_builtins(found), "results": make_world_rows(judged)} if each else found)
     else:
-        _show(found, rows(judged) if each else [], named)
+        _show(found, make_world_rows(judged) if each else [], named)
     raise typer.Exit(0)
 
 
@@ -114,7 +114,7 @@ class EvaluationResult:
     seconds: float
 
 
-def result(judged: Evaluation, *, seconds: float) -> EvaluationResult:
+def summarize_evaluation(judged: Evaluation, *, seconds: float) -> EvaluationResult:
     """What an evaluation came to, without the single worlds."""
     import numpy as np
 
@@ -135,7 +135,7 @@ def result(judged: Evaluation, *, seconds: float) -> EvaluationResult:
     )
 
 
-def rows(judged: Evaluation) -> list[dict[str, Any]]:
+def make_world_rows(judged: Evaluation) -> list[dict[str, Any]]:
     """One world each."""
     taught, expert = judged.taught, judged.expert
     columns = {"seconds": taught.seconds, "delivered": taught.delivered, "gathered": taught.gathered}
@@ -151,9 +151,9 @@ def rows(judged: Evaluation) -> list[dict[str, Any]]:
 def _show(found: EvaluationResult, each: list[dict[str, Any]], named: str) -> None:
     from rich.markup import escape
 
-    from understudy.ui.cli.output import console
+    from understudy.ui.cli.output import make_console
 
-    out, seeds = console(), f"{found.seeds[0]}:{found.seeds[1]}"
+    out, seeds = make_console(), f"{found.seeds[0]}:{found.seeds[1]}"
     if each:
         _show_each(each)
     out.print(f"[bold]{found.behavior}[/] on {found.worlds} {found.world} worlds, seeds {seeds}")
@@ -177,20 +177,20 @@ def _show(found: EvaluationResult, each: list[dict[str, Any]], named: str) -> No
 
 
 def _show_each(each: list[dict[str, Any]]) -> None:
-    from understudy.ui.cli.output import console, table
+    from understudy.ui.cli.output import make_console, make_table
 
     columns = {"seconds": "#seconds", "expert_seconds": "#yardstick", "delivered": "#delivered"}
     if any(row["gathered"] for row in each):
         columns["gathered"] = "#gathered"
     columns = {key: title for key, title in {**columns, "relative": "#relative"}.items() if key in each[0]}
-    made = table("#seed", "finished", *columns.values())
+    made = make_table("#seed", "finished", *columns.values())
     for row in each:
         ended = "[green]yes[/]" if row["success"] else "[red]no[/]"
         cells = (
             _number(row[key], {"delivered": 0, "gathered": 0, "relative": 2}.get(key, 1)) for key in columns
         )
         made.add_row(str(row["seed"]), ended, *cells)
-    console().print(made)
+    make_console().print(made)
 
 
 def _number(value: float | None, digits: int) -> str:

@@ -26,7 +26,7 @@ OF_RECORDINGS = (
 """Options that say how a recording becomes a lesson."""
 
 
-def learn(
+def learn_lesson(
     context: typer.Context,
     lesson: Annotated[
         Path | None, typer.Argument(metavar="[LESSON.csv]", help="The examples.", show_default=False)
@@ -108,7 +108,7 @@ def learn(
         _only_table(context)
         shown = read_lesson_table(lesson, name=name)
     elif recording is not None and lesson is None:
-        asked = Asked(
+        asked = LearnOptions(
             name,
             library,
             presses,
@@ -122,7 +122,7 @@ def learn(
             session,
             kit,
         )
-        shown = recorded_lesson(recording, asked)
+        shown = learn_from_recording(recording, asked)
     else:
         problem = "is missing" if lesson is None else "is one too many beside a recording"
         remedy = "give either a table, or --recording FILE.mcap"
@@ -155,9 +155,9 @@ def _saved(folder: Path, taught: TrainedAutomaton) -> Path:
     """Where it was saved; refused where the automata of the folder would then contain themselves."""
     from understudy.model.library import Kit, Library
     from understudy.storage.library_folder import save_automaton
-    from understudy.ui.cli.library_data import look
+    from understudy.ui.cli.library_data import open_each_automaton
 
-    beside = look(folder, None, lambda _: {}).library if folder.is_dir() else Library(Kit.of())
+    beside = open_each_automaton(folder, None, lambda _: {}).library if folder.is_dir() else Library(Kit.of())
     beside.with_taught(taught)
     return save_automaton(folder, taught)
 
@@ -168,19 +168,19 @@ def _show(
     from rich.markup import escape
     from rich.padding import Padding
 
-    from understudy.ui.cli.output import console, count, table
+    from understudy.ui.cli.output import format_count, make_console, make_table
 
-    out = console()
+    out = make_console()
     for name, state in result.states.items():
-        size = f"{count(state.nodes, 'node')}, depth {state.depth}, {state.fit_ms:.2g} ms"
+        size = f"{format_count(state.nodes, 'node')}, depth {state.depth}, {state.fit_ms:.2g} ms"
         out.print(f"[cyan]{escape(name)}[/] [dim]{size}[/]")
         for line in state.conditions:
             out.print(Padding(escape(line), (0, 0, 0, 2), expand=False))
         for number, what in ((state.contradictions, "contradiction"), (state.disagreements, "disagreement")):
             if number:
-                out.print(Padding(f"[yellow]{count(number, what)}[/]", (0, 0, 0, 2), expand=False))
+                out.print(Padding(f"[yellow]{format_count(number, what)}[/]", (0, 0, 0, 2), expand=False))
     if rows is not None and following is not None:
-        made = table("#row", "state", "next")
+        made = make_table("#row", "state", "next")
         for index, (row, next_state) in enumerate(zip(rows, following, strict=True), 1):
             made.add_row(
                 str(index), escape(row.state), "[dim]stay[/]" if next_state == row.state else next_state
@@ -194,7 +194,7 @@ FLAGS = ("done", "failed")
 """States that are flags where they were pressed and nobody said which are."""
 
 
-class Asked(NamedTuple):
+class LearnOptions(NamedTuple):
     """What was asked for; None where nothing was said."""
 
     name: str | None
@@ -211,7 +211,7 @@ class Asked(NamedTuple):
     kit: str | None
 
 
-def recorded_lesson(path: Path, asked: Asked) -> Lesson:
+def learn_from_recording(path: Path, asked: LearnOptions) -> Lesson:
     """The lesson, with what an automaton of the library was taught before where it goes on with that."""
     from understudy.errors import SettingError
     from understudy.model.library import Library
@@ -221,28 +221,28 @@ def recorded_lesson(path: Path, asked: Asked) -> Lesson:
         read_presses,
         teach_from_recording,
     )
-    from understudy.ui.cli.options import library_for, targets_in
-    from understudy.ui.cli.recordings import kit_for, scenario_of
+    from understudy.ui.cli.options import open_behavior_library, parse_targets
+    from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
 
     recording = read_recording(path, run=asked.session)
     if not 0 <= asked.agent < len(recording.head.names):
         remedy = f"count from 0 to {len(recording.head.names) - 1}"
         raise SettingError(where=str(path), setting="--agent", problem=f"is {asked.agent}", remedy=remedy)
-    kit = kit_for(recording, asked.kit, scenario_of(recording))
-    library = library_for(None, asked.library, kit) if asked.library is not None else Library(kit)
+    kit = choose_recording_kit(recording, asked.kit, read_recorded_scenario(recording))
+    library = open_behavior_library(None, asked.library, kit) if asked.library is not None else Library(kit)
     presses = (
         list_recorded_presses(recording, asked.agent)
         if asked.presses is None
         else read_presses(asked.presses, recording)
     )
     lesson = _begun(library, asked, presses)
-    targets = targets_in(asked.targets)
+    targets = parse_targets(asked.targets)
     return teach_from_recording(
         recording, library, lesson, presses, targets=targets, agent=asked.agent
     ).lesson
 
 
-def _begun(library: Library, asked: Asked, presses: Sequence[RecordedPress]) -> Lesson:
+def _begun(library: Library, asked: LearnOptions, presses: Sequence[RecordedPress]) -> Lesson:
     """The lesson that the presses are added to: that of an automaton of the library, or an empty one."""
     from dataclasses import replace
 
@@ -250,7 +250,7 @@ def _begun(library: Library, asked: Asked, presses: Sequence[RecordedPress]) -> 
     from understudy.model.lesson import LearnerOptions
     from understudy.robots.recording.teach_from_recording import list_pressed_states
     from understudy.training.lesson_design import new_lesson
-    from understudy.ui.cli.options import names_in
+    from understudy.ui.cli.options import parse_names
 
     name = asked.name or "taught"
     former = library.taught[name].lesson if name in library.taught else None
@@ -262,22 +262,22 @@ def _begun(library: Library, asked: Asked, presses: Sequence[RecordedPress]) -> 
                 raise SettingError(where="learn", setting=option, problem=problem, remedy="leave it out")
         reaction_s = former.options.reaction_s if asked.reaction_s is None else asked.reaction_s
         return replace(former, options=replace(former.options, reaction_s=reaction_s))
-    features = names_in(asked.features)
+    features = parse_names(asked.features)
     if not features:
         known = ", ".join(library.features)
         remedy = f"give --features A,B(C): what to decide on, of {known}"
         raise SettingError(where="learn", setting="--features", problem="is missing", remedy=remedy)
     pressed = [state for state in list_pressed_states(presses) if state != "start"]
-    flags = names_in(asked.flags)
+    flags = parse_names(asked.flags)
     if flags is None:
         flags = [state for state in pressed if state in FLAGS and state not in library.kit.behaviors]
-    states = names_in(asked.states) or [state for state in pressed if state not in flags]
+    states = parse_names(asked.states) or [state for state in pressed if state not in flags]
     return new_lesson(
         library,
         name,
         states=states,
         features=features,
         flags=flags,
-        parameters=names_in(asked.parameters) or (),
+        parameters=parse_names(asked.parameters) or (),
         options=LearnerOptions(reaction_s=asked.reaction_s or 0.0),
     )

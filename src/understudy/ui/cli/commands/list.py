@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName, Library, Names, SomeWorld, World
+from understudy.ui.cli.options import (
+    LIBRARY,
+    WORLD,
+    AutomatonNames,
+    Json,
+    KitName,
+    LibraryOption,
+    SomeWorld,
+    WorldOption,
+)
 
 
-def list_(
-    library: Library = LIBRARY, world: SomeWorld = None, kit: KitName = None, as_json: Json = False
+def list_automata(
+    library: LibraryOption = LIBRARY, world: SomeWorld = None, kit: KitName = None, as_json: Json = False
 ) -> None:
     """List the automata of a library.
 
@@ -16,40 +25,49 @@ def list_(
     """
     from rich.markup import escape
 
-    from understudy.ui.cli.library_data import look, summary
-    from understudy.ui.cli.options import some_kit
-    from understudy.ui.cli.output import console, count, print_json, table, when
+    from understudy.ui.cli.library_data import open_each_automaton, summarize_automaton
+    from understudy.ui.cli.options import find_optional_kit
+    from understudy.ui.cli.output import (
+        format_count,
+        format_saved_time,
+        make_console,
+        make_table,
+        print_json,
+    )
 
-    shelf = look(library, some_kit(kit, world), lambda _: {})  # a list needs no transition functions
-    rows = [summary(library, shelf.library, opened) for opened in shelf.opened.values()]
+    shelf = open_each_automaton(
+        library, find_optional_kit(kit, world), lambda _: {}
+    )  # a list needs no transition functions
+    rows = [summarize_automaton(library, shelf.library, opened) for opened in shelf.opened.values()]
     problems = {name: str(error) for name, error in shelf.problems.items()}
     if as_json:
         print_json({"library": str(library), "automata": rows, "problems": problems})
     else:
-        made = table("automaton", "#states", "#shown", "#watched", "runs", "#former", "saved")
+        made = make_table("automaton", "#states", "#shown", "#watched", "runs", "#former", "saved")
         made.columns[4].no_wrap = False
         for row in rows:
             name = f"{row['name']}({', '.join(row['parameters'])})" if row["parameters"] else row["name"]
             numbers = [str(row[key] or "") for key in ("states", "examples", "watched")]
-            saved = when(row["saved"])
+            saved = format_saved_time(row["saved"])
             made.add_row(
                 escape(name), *numbers, escape(", ".join(row["uses"])), str(row["versions"] or ""), saved
             )
-        out = console()
+        out = make_console()
         out.print(
-            f"[bold]{escape(str(library))}[/]: {count(len(rows), 'automaton', 'automata')}", soft_wrap=True
+            f"[bold]{escape(str(library))}[/]: {format_count(len(rows), 'automaton', 'automata')}",
+            soft_wrap=True,
         )
         if rows:
             out.print(made)
         for problem in problems.values():
-            console(err=True).print(f"[red]Cannot be opened:[/] {escape(problem)}", soft_wrap=True)
+            make_console(err=True).print(f"[red]Cannot be opened:[/] {escape(problem)}", soft_wrap=True)
     raise typer.Exit(2 if problems else 0)
 
 
 def rebuild(
-    names: Names = None,
-    library: Library = LIBRARY,
-    world: World = WORLD,
+    names: AutomatonNames = None,
+    library: LibraryOption = LIBRARY,
+    world: WorldOption = WORLD,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -58,10 +76,10 @@ def rebuild(
     Needed after editing a document by hand, or with a new version of the learner; the former version is kept.
     """
     from understudy.storage.library_folder import open_library, save_automaton
-    from understudy.ui.cli.options import find_kit, learner
-    from understudy.ui.cli.output import console, count, print_json
+    from understudy.ui.cli.options import find_kit, import_learner
+    from understudy.ui.cli.output import format_count, make_console, print_json
 
-    opened = open_library(library, find_kit(kit, world), learner())
+    opened = open_library(library, find_kit(kit, world), import_learner())
     for name in names or []:
         opened.library.automaton(name)
     rebuilt = {}
@@ -73,5 +91,5 @@ def rebuild(
         print_json({"library": str(library), "rebuilt": rebuilt})
         return
     for name, reason in rebuilt.items():
-        console().print(name, "learned again and saved:", reason, markup=False)
-    console().print(f"{count(len(rebuilt), 'automaton', 'automata')} rebuilt")
+        make_console().print(name, "learned again and saved:", reason, markup=False)
+    make_console().print(f"{format_count(len(rebuilt), 'automaton', 'automata')} rebuilt")

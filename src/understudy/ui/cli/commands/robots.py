@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 RobotOf = Annotated[Path, typer.Argument(metavar="FILE", help="The robot's file.", show_default=False)]
 
 
-def stop(
+def stop_robots(
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="The file of a robot, or of a team.", show_default=False)
     ],
@@ -35,7 +35,7 @@ def stop(
 
     from understudy.robots.robot_file import list_robot_files, load_robot
     from understudy.robots.safety import emergency_stop
-    from understudy.ui.cli.output import console
+    from understudy.ui.cli.output import make_console
 
     def stopped(path: Path) -> tuple[str, bool]:
         robot = load_robot(path)
@@ -47,7 +47,7 @@ def stop(
         len(files)
     ) as all_at_once:  # a file that is wrong keeps no other from being stopped
         stops = [all_at_once.submit(stopped, each) for each in files]
-    out = console()
+    out = make_console()
     for said, there in [each.result() for each in stops]:
         out.print(said, markup=False)
         if not there:
@@ -56,7 +56,7 @@ def stop(
         raise typer.Exit(1)
 
 
-def stops(
+def show_stops(
     file: RobotOf,
     last: Annotated[int, typer.Option(help="Show so many, the newest.", min=1)] = 20,
     as_json: Json = False,
@@ -67,7 +67,7 @@ def stops(
     """
     from understudy.robots.robot_file import load_robot
     from understudy.robots.safety.stop_log import find_stop_log, read_stops
-    from understudy.ui.cli.output import console, print_json, table
+    from understudy.ui.cli.output import make_console, make_table, print_json
 
     robot = load_robot(file)
     log = find_stop_log(robot, file)
@@ -75,11 +75,11 @@ def stops(
     if as_json:
         print_json(found)
         return
-    out = console()
+    out = make_console()
     if not found:
         out.print(f"{log}: {robot.name} has never been stopped.", markup=False)
         return
-    made = table("time", "by", "~cause")
+    made = make_table("time", "by", "~cause")
     for each in found:
         made.add_row(f"{each.time.astimezone():%Y-%m-%d %H:%M:%S}", each.by, each.cause)
     out.print(made)
@@ -92,16 +92,16 @@ app = typer.Typer(no_args_is_help=True, help="Look at real robots and at what th
 
 
 @app.callback()
-def robots() -> None:
+def introduce_robots() -> None:
     """Look at real robots and at what their cameras see; stop them."""
 
 
-app.command("color")(robots_color.color)
-app.command("simulate")(robots_simulate.simulate)
+app.command("color")(robots_color.calibrate_color)
+app.command("simulate")(robots_simulate.simulate_robots)
 
 
 @app.command("check")
-def check(
+def check_robots(
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="The file of a robot, or of a team.", show_default=False)
     ],
@@ -134,15 +134,15 @@ def check(
         raise typer.Exit(1)
 
 
-app.command("stop")(stop)
-app.command("stops")(stops)
+app.command("stop")(stop_robots)
+app.command("stops")(show_stops)
 
 
 def _show(found: ConnectionReport) -> None:
     from understudy.errors import join_names
-    from understudy.ui.cli.output import console, table
+    from understudy.ui.cli.output import make_console, make_table
 
-    made = table("reading", "#rate", "#age", "~value", "~topic", title=found.name)
+    made = make_table("reading", "#rate", "#age", "~value", "~topic", title=found.name)
     for each in found.arrivals:
         made.add_row(
             each.name + "*" * each.required,
@@ -151,7 +151,7 @@ def _show(found: ConnectionReport) -> None:
             _values(each.values, each.unit),
             each.topic,
         )
-    out = console()
+    out = make_console()
     out.print(made)
     if any(each.required for each in found.arrivals):
         out.print("* required: the robot stops without it.", markup=False)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from understudy.robots.camera.image_folder import DetectionResult
 
 
-def color(
+def calibrate_color(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Images of the thing, PNG or JPEG.")],
     name: Annotated[str, typer.Option("--name", "-n", help="The target that is known by it, such as ball.")],
     robot: Annotated[
@@ -34,7 +34,7 @@ def color(
     from understudy.robots.camera.calibration import calibrate_from_images
     from understudy.robots.camera.config import HEADING, check_color_name, format_color_line, write_color
     from understudy.robots.camera.image_folder import detect_in_images, read_image_folder
-    from understudy.ui.cli.output import console, print_json, table
+    from understudy.ui.cli.output import make_console, make_table, print_json
 
     check_color_name(name)
     pictures = read_image_folder(folder)
@@ -46,7 +46,10 @@ def color(
         told = {"name": name, "color": found_color, "images": [_told(each) for each in found]}
         print_json(told if robot is None else {**told, "saved": str(robot)})
         return
-    out, made = console(), table("image", "#x (px)", "#size (px)", "#of it found", "#of the rest taken")
+    out, made = (
+        make_console(),
+        make_table("image", "#x (px)", "#size (px)", "#of it found", "#of the rest taken"),
+    )
     for each in found:
         x, size = ("not seen", "") if each.blob is None else (f"{each.blob.x:.1f}", f"{each.blob.size:.0f}")
         made.add_row(escape(each.name), x, size, _percent(each.thing), _percent(each.rest))

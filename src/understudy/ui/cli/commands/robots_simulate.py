@@ -30,7 +30,7 @@ LEAVING_S = 10.0
 """For so long they may take then, before they are killed."""
 
 
-def simulate(
+def simulate_robots(
     world: Annotated[str, typer.Argument(metavar="WORLD", help="A built-in world, or a scenario's file.")],
     seed: Annotated[int, typer.Option(help="Where everything is at first.", min=0, max=2**63 - 1)] = 0,
     domain: Annotated[int, typer.Option(help="ROS_DOMAIN_ID.", min=0, max=232)] = 0,
@@ -65,11 +65,11 @@ def simulate(
     from understudy.sim_mujoco.processes import REFEREE
     from understudy.sim_mujoco.robot_files import check_ros, list_robot_names
     from understudy.sim_mujoco.ros_robots import drop_derived_readings
-    from understudy.ui.cli.options import find_world
-    from understudy.ui.cli.output import console
+    from understudy.ui.cli.options import open_scenario
+    from understudy.ui.cli.output import make_console
 
-    out = console()
-    scenario = find_world(world)
+    out = make_console()
+    scenario = open_scenario(world)
     check_physics(scenario)
     check_ros(scenario)
     names = list_robot_names(scenario)
@@ -105,7 +105,7 @@ def _write(
     from understudy.robots.robot_file import parse_robot
     from understudy.sim_mujoco.robot_files import format_robot_file, format_team_file, list_robot_names
     from understudy.storage.atomic import convert_os_errors, write_atomically
-    from understudy.ui.cli.output import console
+    from understudy.ui.cli.output import make_console
 
     names = list_robot_names(scenario)
     files = {
@@ -126,7 +126,7 @@ def _write(
                 said = "Left {} as it is: it says something else; remove it, and it is written anew"
             else:
                 write_atomically(path, content.encode())
-            console().print(said.format(path), soft_wrap=True, markup=False)
+            make_console().print(said.format(path), soft_wrap=True, markup=False)
 
 
 @contextmanager

@@ -16,12 +16,12 @@ from understudy.ui.cli.options import (
     Bind,
     Json,
     KitName,
-    Library,
+    LibraryOption,
     SameWorld,
     ScenarioName,
 )
-from understudy.ui.cli.robot_options import NoRecording, RobotFile, TeamFile
-from understudy.ui.cli.robot_options import named as real
+from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, TeamFileOption
+from understudy.ui.cli.robot_options import find_robots_file as real
 
 if TYPE_CHECKING:
     pass
@@ -69,11 +69,11 @@ OPTION_MODES: Mapping[str, frozenset[RunMode]] = MappingProxyType(
 """By option, the modes in which it means something. Of several that mean nothing, the first here is refused."""
 
 
-def run(
+def run_behavior(
     context: typer.Context,
     scenario: ScenarioName = None,
     behavior: BehaviorName = None,
-    library: Library = LIBRARY,
+    library: LibraryOption = LIBRARY,
     world: SameWorld = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
     record: Annotated[
@@ -109,8 +109,8 @@ def run(
         ),
     ] = None,
     bind: Bind = None,
-    robot: RobotFile = None,
-    team: TeamFile = None,
+    robot: RobotFileOption = None,
+    team: TeamFileOption = None,
     no_record: NoRecording = False,
     kit: KitName = None,
     as_json: Json = False,

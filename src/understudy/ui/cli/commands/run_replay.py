@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.analysis.explanation_text import DecisionData
-    from understudy.analysis.replay_diff import Again, Difference
+    from understudy.analysis.replay_diff import DecisionDiff, ReplayDiff
     from understudy.model.library import Kit
     from understudy.robots.recording.header import RunInfo
     from understudy.robots.recording.reader import Recording
@@ -51,7 +51,7 @@ class DifferenceData:
     decision: DecisionData | None
 
     @classmethod
-    def of(cls, each: Difference) -> DifferenceData:
+    def of(cls, each: DecisionDiff) -> DifferenceData:
         """The data of a difference."""
         from understudy.analysis.explanation_text import DIGITS, DecisionData
 
@@ -81,7 +81,7 @@ class ReplayResult:
 def run_replay(options: ReplayOptions) -> None:
     """Decide again over a recording, and show where decisions differ. Exit code 1 where any does."""
     from understudy.robots.recording.reader import read_recording
-    from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.output import make_console, print_json
 
     recording = read_recording(options.replay)
     _check_taught(recording, options)
@@ -89,7 +89,7 @@ def run_replay(options: ReplayOptions) -> None:
     if options.as_json:
         print_json(result)
     else:
-        _show(result, again.differences, console())
+        _show(result, again.differences, make_console())
     if again.differences:
         raise typer.Exit(DIFFERENT)
 
@@ -105,15 +105,15 @@ def _check_taught(recording: Recording, options: ReplayOptions) -> None:
         raise SettingError(where=str(options.replay), setting=missing, problem=problem, remedy=remedy)
 
 
-def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[ReplayResult, Again]:
-    from understudy.analysis.replay_diff import decided_again
+def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[ReplayResult, ReplayDiff]:
+    from understudy.analysis.replay_diff import diff_replayed_decisions
     from understudy.analysis.rerun import Rerun
     from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
-    from understudy.ui.cli.options import behavior_of, bindings
-    from understudy.ui.cli.recordings import kit_for, scenario_of
+    from understudy.ui.cli.options import choose_behavior, parse_bindings
+    from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
 
-    ran, where = recording.head.ran, scenario_of(recording)
-    parts = kit_for(recording, options.kit, where)
+    ran, where = recording.head.ran, read_recorded_scenario(recording)
+    parts = choose_recording_kit(recording, options.kit, where)
     named = options.behavior or ran.behavior
     known, former = _known(ran, where, named, options.library, parts)
     folder = options.library or Path(ran.library)
@@ -121,13 +121,15 @@ def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[Replay
         named if options.behavior or not ran.sorts or ran.sorts[0] not in known else f"{ran.sorts[0]}/{named}"
     )
     sort = find_behavior_sort(known, asked)
-    name = behavior_of(known[sort], asked and asked.removeprefix(f"{sort}/"), folder)
-    bound = bindings(options.bind) if options.bind else dict(ran.binding) if name == ran.behavior else {}
+    name = choose_behavior(known[sort], asked and asked.removeprefix(f"{sort}/"), folder)
+    bound = (
+        parse_bindings(options.bind) if options.bind else dict(ran.binding) if name == ran.behavior else {}
+    )
     sorts = [each for each in ran.sorts if each in known and name == ran.behavior]
     rerun = Rerun(
         recording, known, sorts or list_running_sorts(known, sort, name), name, binding=bound, scenario=where
     )
-    again = decided_again(rerun)
+    again = diff_replayed_decisions(rerun)
     times = recording.times
     result = ReplayResult(
         recording=str(recording.path),
@@ -150,14 +152,14 @@ def _known(
     ran: RunInfo, where: Scenario | None, behavior: str | None, library: Path | None, kit: Kit
 ) -> tuple[Libraries, dict[str, int]]:
     """What everybody knows: of a library that was named, as it is; else as it was, where there are versions of it."""
-    from understudy.analysis.explain_run import CannotRepeat
-    from understudy.ui.cli.library_data import known_now, known_then
+    from understudy.analysis.explain_run import RunNotReproducible
+    from understudy.ui.cli.library_data import load_current_libraries, load_recorded_libraries
 
     folder = library or Path(ran.library)
     if library is None and behavior == ran.behavior:
-        with suppress(CannotRepeat):
-            return known_then(where, behavior, folder, kit, ran.automata)
-    return known_now(where, behavior, folder, kit), {}
+        with suppress(RunNotReproducible):
+            return load_recorded_libraries(where, behavior, folder, kit, ran.automata)
+    return load_current_libraries(where, behavior, folder, kit), {}
 
 
 def _changed(ran: RunInfo, known: Libraries) -> list[str]:
@@ -175,11 +177,11 @@ def _changed(ran: RunInfo, known: Libraries) -> list[str]:
     return found
 
 
-def _show(result: ReplayResult, differences: Sequence[Difference], out: Console) -> None:
+def _show(result: ReplayResult, differences: Sequence[DecisionDiff], out: Console) -> None:
     from rich.markup import escape
 
     from understudy.errors import join_names
-    from understudy.ui.cli.output import count
+    from understudy.ui.cli.output import format_count
 
     if not result.whole:
         out.print(
@@ -190,7 +192,7 @@ def _show(result: ReplayResult, differences: Sequence[Difference], out: Console)
         out.print(f"[dim]{escape(join_names(result.changed))} {are} since it was recorded[/]", soft_wrap=True)
     for name, version in result.former.items():
         out.print(f"[dim]{escape(name)} is another by now: this is its version {version}[/]", soft_wrap=True)
-    head = f"{result.behavior} over {count(result.ticks, 'tick')} ({result.seconds:.1f} s)"
+    head = f"{result.behavior} over {format_count(result.ticks, 'tick')} ({result.seconds:.1f} s)"
     if result.robots > 1:
         head += f" of {result.robots} robots"
     if not differences:
@@ -198,8 +200,8 @@ def _show(result: ReplayResult, differences: Sequence[Difference], out: Console)
         return
     other = result.decisions - result.same
     out.print(
-        f"{escape(head)}: [yellow]{other} of {count(result.decisions, 'decision')} differ[/], "
-        f"in {count(len(differences), 'stretch', 'stretches')}",
+        f"{escape(head)}: [yellow]{other} of {format_count(result.decisions, 'decision')} differ[/], "
+        f"in {format_count(len(differences), 'stretch', 'stretches')}",
         soft_wrap=True,
     )
     for each in differences[:MOST_SHOWN]:
@@ -208,10 +210,10 @@ def _show(result: ReplayResult, differences: Sequence[Difference], out: Console)
         out.print(f"\n[dim]and {len(differences) - MOST_SHOWN} more; --json has all[/]")
 
 
-def _show_difference(each: Difference, out: Console, *, several: bool) -> None:
+def _show_difference(each: DecisionDiff, out: Console, *, several: bool) -> None:
     from rich.markup import escape
 
-    from understudy.ui.cli.commands.why import rounded, show_decision
+    from understudy.ui.cli.commands.why import print_decision, rounded
 
     robot = f"robot {each.agent}, " if several else ""
     until = f" to {rounded(each.until_s)}" if each.ticks > 1 else ""
@@ -220,4 +222,4 @@ def _show_difference(each: Difference, out: Console, *, several: bool) -> None:
     out.print(f"\n[bold]{robot}{rounded(each.from_s)}{until} s[/]: {escape(said)}", soft_wrap=True)
     if each.reason is not None:
         out.print(f"  [cyan]{escape(each.reason.automaton)}[/]", soft_wrap=True)
-        show_decision(each.reason, out)
+        print_decision(each.reason, out)

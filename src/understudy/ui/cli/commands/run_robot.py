@@ -55,17 +55,19 @@ class RobotRunResult:
 
 def run_robots(options: RobotRunOptions) -> None:
     """Run a behavior on real robots until it is done, the time is over, or a key stops it."""
-    from understudy.ui.cli.output import console, print_json
-    from understudy.ui.cli.robot_options import twin_of
+    from understudy.ui.cli.output import make_console, print_json
+    from understudy.ui.cli.robot_options import connect_twin
 
-    with twin_of(options.robot, options.team, record=options.record, recorded=not options.no_record) as twin:
+    with connect_twin(
+        options.robot, options.team, record=options.record, recorded=not options.no_record
+    ) as twin:
         result = _run(twin, options)
         if options.as_json:
             print_json(result)
         else:
             late = f", {result.late_ticks} of them late" if result.late_ticks else ""
             said = f"{result.behavior}: {result.ended} after {result.ticks} ticks{late}. Stopped."
-            console().print(said, markup=False)
+            make_console().print(said, markup=False)
 
 
 def _run(twin: DigitalTwin, options: RobotRunOptions) -> RobotRunResult:
@@ -154,12 +156,12 @@ def _go(live: LiveRun, assigned: Assignment, seconds: float | None) -> str:
     """Tick until something ends it, which is said."""
     from rich.live import Live as Screen
 
-    from understudy.ui.cli.output import console
+    from understudy.ui.cli.output import make_console
 
     twin, until, flags = live.twin, inf, assigned.flags
     with (
         _keys() as pressed,
-        Screen(console=console(err=True), auto_refresh=False, transient=True) as screen,
+        Screen(console=make_console(err=True), auto_refresh=False, transient=True) as screen,
     ):
         shown = -SHOWN_S
         while True:
@@ -183,9 +185,9 @@ def _go(live: LiveRun, assigned: Assignment, seconds: float | None) -> str:
 
 
 def _told(twin: DigitalTwin, live: LiveRun, rests: str) -> Any:
-    from understudy.ui.cli.output import table
+    from understudy.ui.cli.output import make_table
 
-    made = table("robot", "doing", "~")
+    made = make_table("robot", "doing", "~")
     for robot, path in zip(twin.fleet, live.team.paths, strict=True):
         doing = " > ".join(path) or rests
         made.add_row(robot.file.name, doing, robot.stopped and f"stands: {robot.stopped}")

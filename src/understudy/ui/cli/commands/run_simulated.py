@@ -45,15 +45,15 @@ class SimulatedRunOptions:
 
 def run_simulated(options: SimulatedRunOptions) -> None:
     """Run a behavior in a simulated world: shown in the terminal as it goes, or drawn, recorded, traced."""
-    from understudy.ui.cli.output import console, print_json
-    from understudy.ui.cli.recordings import is_recording, recording
+    from understudy.ui.cli.output import make_console, print_json
+    from understudy.ui.cli.recordings import is_recording, record_team_ticks
 
     record = options.record
     _check_record(record)
-    running = Running.of(options)
-    shown = record is None and not options.as_json and console().is_terminal
+    running = RunSession.of(options)
+    shown = record is None and not options.as_json and make_console().is_terminal
     with (
-        recording(record, running.team, ran=running.ran) as running.tick_team,
+        record_team_ticks(record, running.team, ran=running.ran) as running.tick_team,
         running.tracing(options.trace) as trace,
     ):
         frames = _watch(running, options.speed, trace) if shown else _record(running, trace)
@@ -63,12 +63,12 @@ def run_simulated(options: SimulatedRunOptions) -> None:
     if options.as_json:
         print_json(running.result())
         return
-    console().print(_ending(running.result()))
+    make_console().print(_ending(running.result()))
     if record is not None:
         made = "Recorded" if is_recording(record) else "Drawn"
-        console().print(f"{made} in {record}", markup=False, soft_wrap=True)
+        make_console().print(f"{made} in {record}", markup=False, soft_wrap=True)
     if options.trace is not None:
-        console().print(f"Traced in {options.trace}", markup=False, soft_wrap=True)
+        make_console().print(f"Traced in {options.trace}", markup=False, soft_wrap=True)
 
 
 def _check_record(record: Path | None) -> None:
@@ -102,7 +102,7 @@ class SimulatedRunResult:
     record: str | None
 
 
-class Running:
+class RunSession:
     """One world in which all agents of some sorts run a behavior: the robots, or coordinators who order them about."""
 
     def __init__(self, options: SimulatedRunOptions, named: str, team: Team, assigned: Assignment) -> None:
@@ -122,14 +122,14 @@ class Running:
         self._flags = assigned.flags
 
     @classmethod
-    def of(cls, options: SimulatedRunOptions) -> Running:
+    def of(cls, options: SimulatedRunOptions) -> RunSession:
         """What the options ask for, about to begin."""
         from understudy.sim.team.libraries import make_team
-        from understudy.ui.cli.options import assign, chosen_world, find_kit, find_world
+        from understudy.ui.cli.options import assign, choose_scenario_name, find_kit, open_scenario
         from understudy.ui.cli.output import compile_once
 
-        named = chosen_world(options.scenario, options.world)
-        where, kit = find_world(named), find_kit(options.kit, named)
+        named = choose_scenario_name(options.scenario, options.world)
+        where, kit = open_scenario(named), find_kit(options.kit, named)
         assigned = assign(where, options.behavior, options.library, kit, options.bind)
         compile_once(world=where, quiet=options.as_json)
         team = make_team(where, [options.seed], assigned.libraries, assigned.roots)
@@ -234,10 +234,10 @@ def _ending(result: SimulatedRunResult) -> str:
     return f"{result.behavior} in {where} {result.seed}: {ended} after {result.seconds:.1f} s{brought}"
 
 
-def _record(running: Running, trace: TraceWriter | None) -> list[RunFrame]:
-    from understudy.viz.run_gif import Recording
+def _record(running: RunSession, trace: TraceWriter | None) -> list[RunFrame]:
+    from understudy.viz.run_gif import FrameBuffer
 
-    recording = Recording()
+    recording = FrameBuffer()
     recording.see(running.frame)
     while not running.ended:
         running.tick(trace)
@@ -245,19 +245,21 @@ def _record(running: Running, trace: TraceWriter | None) -> list[RunFrame]:
     return recording.frames
 
 
-def _watch(running: Running, speed: float, trace: TraceWriter | None) -> list[RunFrame]:
+def _watch(running: RunSession, speed: float, trace: TraceWriter | None) -> list[RunFrame]:
     """Show the run in the terminal as it goes; Ctrl-C ends it."""
     from rich.live import Live
 
-    from understudy.ui.cli.output import console
+    from understudy.ui.cli.output import make_console
 
-    out, body = console(), running.body
+    out, body = make_console(), running.body
     step = speed / FRAMES_PER_S
     with Live(console=out, auto_refresh=False, transient=False) as live:
         due = monotonic()
         while True:
             view = body.view()
-            live.update(screen(view, running.paths, wide=out.width, tall=out.height - 6), refresh=True)
+            live.update(
+                render_run_screen(view, running.paths, wide=out.width, tall=out.height - 6), refresh=True
+            )
             if running.ended:
                 return []
             until = body.time_s + step
@@ -269,30 +271,32 @@ def _watch(running: Running, speed: float, trace: TraceWriter | None) -> list[Ru
 
 def _draw(frames: list[RunFrame], path: Path, *, title: str, speed: float) -> None:
     from understudy.storage.atomic import convert_os_errors
-    from understudy.viz.path_png import path_png
-    from understudy.viz.run_gif import run_gif
+    from understudy.viz.path_png import draw_path_png
+    from understudy.viz.run_gif import draw_run_gif
 
     with convert_os_errors(
         path, "writing the picture", remedy="name a file in a folder that exists and that you may write to"
     ):
         if path.suffix.lower() == ".gif":
-            run_gif(frames, path, speed=speed)
+            draw_run_gif(frames, path, speed=speed)
         else:
-            path_png(frames, path, title=title)
+            draw_path_png(frames, path, title=title)
 
 
-def screen(view: WorldView, paths: Sequence[Sequence[str]], *, wide: int, tall: int) -> RenderableType:
+def render_run_screen(
+    view: WorldView, paths: Sequence[Sequence[str]], *, wide: int, tall: int
+) -> RenderableType:
     """The world, what its robot is doing on every level (of several: how many do what), and what there is."""
     from rich import box
     from rich.console import Group
     from rich.panel import Panel
     from rich.text import Text
 
-    from understudy.ui.tui.world_view import facts, picture, size
+    from understudy.ui.tui.world_view import describe_followed_robot, fit_arena, render_world
 
-    columns, lines = size(view, wide - 2, max(tall - 2, 6))
-    drawn = picture(view, columns=columns, lines=lines, robot=0 if len(paths) == 1 else None)
-    known = Text.assemble((f"{view.time_s:6.1f} s", "bold"), "   ", facts(view, wide))
+    columns, lines = fit_arena(view, wide - 2, max(tall - 2, 6))
+    drawn = render_world(view, columns=columns, lines=lines, robot=0 if len(paths) == 1 else None)
+    known = Text.assemble((f"{view.time_s:6.1f} s", "bold"), "   ", describe_followed_robot(view, wide))
     return Group(
         Panel(drawn, box=box.ROUNDED, width=columns + 2, padding=0, border_style="dim"),
         Text(_doing(paths), style="bold", no_wrap=True, overflow="ellipsis"),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, Json, KitName, Library, SomeWorld
+from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SomeWorld
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 SHOWN = 20
 
 
-def show(
+def show_automaton(
     name: Annotated[str, typer.Argument(help="The automaton.")],
-    library: Library = LIBRARY,
+    library: LibraryOption = LIBRARY,
     world: SomeWorld = None,
     kit: KitName = None,
     everything: Annotated[bool, typer.Option("--all", help="All examples, watched ones too.")] = False,
@@ -29,19 +29,19 @@ def show(
 
     [dim]understudy show goto --library demo/library[/]
     """
-    from understudy.ui.cli.library_data import look, whole
-    from understudy.ui.cli.options import learner, some_kit
-    from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.library_data import describe_automaton, open_each_automaton
+    from understudy.ui.cli.options import find_optional_kit, import_learner
+    from understudy.ui.cli.output import make_console, print_json
 
-    shelf = look(library, some_kit(kit, world), learner())
+    shelf = open_each_automaton(library, find_optional_kit(kit, world), import_learner())
     if name not in shelf.opened and (error := shelf.problems.get(f"{name}.json")):
         raise error
     automaton = shelf.library.automaton(name)
-    facts = whole(library, shelf.library, shelf.opened[name])
+    facts = describe_automaton(library, shelf.library, shelf.opened[name])
     if as_json:
         print_json(facts)
         return
-    out = console()
+    out = make_console()
     _head(facts, out)
     _structure(automaton, out)
     _conditions(automaton, facts["conditions"], out)
@@ -51,12 +51,12 @@ def show(
 def _head(facts: dict[str, Any], out: Console) -> None:
     from rich.markup import escape
 
-    from understudy.ui.cli.output import count, when
+    from understudy.ui.cli.output import format_count, format_saved_time
 
     called = facts["name"] + (f"({', '.join(facts['parameters'])})" if facts["parameters"] else "")
     out.print(f"[bold]{escape(called)}[/]" + (" [dim]stateless[/]" if facts["stateless"] else ""))
-    kept = count(len(facts["versions"]), "former version")
-    lines = [f"saved {when(facts['saved'])}, {kept}"]
+    kept = format_count(len(facts["versions"]), "former version")
+    lines = [f"saved {format_saved_time(facts['saved'])}, {kept}"]
     if facts["used_by"]:
         lines.append(f"used by {', '.join(facts['used_by'])}")
     chosen = facts["options"]
@@ -77,9 +77,9 @@ def _structure(automaton: Automaton, out: Console) -> None:
     from rich.markup import escape
 
     from understudy.model.binding import format_bound_name
-    from understudy.ui.cli.output import table
+    from understudy.ui.cli.output import make_table
 
-    states = table("state", "does")
+    states = make_table("state", "does")
     for state in automaton.states:
         does = (
             "[dim]idles[/]"
@@ -87,7 +87,7 @@ def _structure(automaton: Automaton, out: Console) -> None:
             else escape(format_bound_name(state.behavior, state.binding))
         )
         states.add_row(escape(state.name), does if state.flag is None else f"raises {escape(state.flag)}")
-    features = table("feature", "kind", "unit")
+    features = make_table("feature", "kind", "unit")
     for bound in automaton.features:
         features.add_row(escape(str(bound)), escape(_kind(str(bound.kind))), bound.feature.unit)
     out.print(Columns([states, features] if automaton.features else [states], padding=(0, 4)))
@@ -114,14 +114,16 @@ def _conditions(automaton: Automaton, conditions: dict[str, list[str]], out: Con
 def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
     from rich.markup import escape
 
-    from understudy.ui.cli.output import count, table
+    from understudy.ui.cli.output import format_count, make_table
 
     rows = [row for row in facts["examples"] if everything or row["kind"] != "watched"]
     if not facts["examples"]:
         return
-    beside = f" [dim]beside {count(facts['watched'], 'watched example')}[/]" if facts["watched"] else ""
+    beside = (
+        f" [dim]beside {format_count(facts['watched'], 'watched example')}[/]" if facts["watched"] else ""
+    )
     out.print(f"\n[bold]What was shown[/]{'' if everything else beside}")
-    made = table("#", "state", "next", "kind", *(f"#{feature['name']}" for feature in facts["features"]))
+    made = make_table("#", "state", "next", "kind", *(f"#{feature['name']}" for feature in facts["features"]))
     made.columns[0].justify = "right"
     for row in rows if everything else rows[:SHOWN]:
         kind = row["kind"] + "*" * row["correction"] + "†" * row["edited"] + "‡" * bool(row["quarantined"])

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, Json, KitName, Library, SomeWorld
+from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SomeWorld
 
 if TYPE_CHECKING:
-    from understudy.analysis.simplify_preview import Simpler
+    from understudy.analysis.simplify_preview import SimplifyPreview
 
 MOST_DECISIONS = 12
 
 
 def simplify(
     name: Annotated[str, typer.Argument(help="The automaton.")],
-    library: Library = LIBRARY,
+    library: LibraryOption = LIBRARY,
     pruning: Annotated[
         float | None,
         typer.Option(
@@ -38,17 +38,17 @@ def simplify(
 
     [dim]understudy simplify goto --library demo/library[/]
     """
-    from understudy.analysis.simplify_preview import refused, simpler
+    from understudy.analysis.simplify_preview import make_simplify_error, preview_simplification
     from understudy.storage.library_folder import make_file_stem, read_document, save_automaton
-    from understudy.ui.cli.options import learner, some_kit
+    from understudy.ui.cli.options import find_optional_kit, import_learner
     from understudy.ui.cli.output import print_json
 
     path = library / f"{make_file_stem(name)}.json"
-    taught = read_document(path, some_kit(kit, world), learner()).taught
-    found = simpler(taught, pruning)
+    taught = read_document(path, find_optional_kit(kit, world), import_learner()).taught
+    found = preview_simplification(taught, pruning)
     if pruning is None and found.suggested is None and keep:
         problem, remedy = "has too few examples to tell what could go", "say how much with --pruning"
-        raise refused(name, problem, remedy)
+        raise make_simplify_error(name, problem, remedy)
     told = {**_facts(found), "kept": keep}
     if keep:
         save_automaton(library, found.after)
@@ -58,7 +58,7 @@ def simplify(
         _show(told, chosen=pruning is not None)
 
 
-def _facts(found: Simpler) -> dict[str, Any]:
+def _facts(found: SimplifyPreview) -> dict[str, Any]:
     """Conditions before and after, and the decisions on recorded moments that would change."""
     suggested, replay, leaves = found.suggested, found.replayed, found.leaves
     return {
@@ -97,12 +97,12 @@ def _show(told: dict[str, Any], *, chosen: bool) -> None:
     from rich.padding import Padding
 
     from understudy.learning.pruning_suggestions import ENOUGH
-    from understudy.ui.cli.output import console, count
+    from understudy.ui.cli.output import format_count, make_console
 
-    out, found = console(), told["suggested"]
+    out, found = make_console(), told["suggested"]
     before, after = told["leaves"]["before"], told["leaves"]["after"]
     head = f"[bold]{escape(told['name'])}[/] pruned by {told['pruning']:.3g}"
-    out.print(f"{head}: {count(before, 'answer')} before, {after} after", soft_wrap=True)
+    out.print(f"{head}: {format_count(before, 'answer')} before, {after} after", soft_wrap=True)
     if found is not None:
         wrong = f"{found['wrong_pruned']} of {found['left_out']} wrong, {found['wrong']} without pruning"
         out.print(

@@ -6,15 +6,15 @@ from typing import Annotated
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, KitName, Library, SameWorld, ScenarioName
-from understudy.ui.cli.robot_options import NoRecording, RobotFile, TeamFile, twin_of
-from understudy.ui.cli.robot_options import named as real
+from understudy.ui.cli.options import LIBRARY, KitName, LibraryOption, SameWorld, ScenarioName
+from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, TeamFileOption, connect_twin
+from understudy.ui.cli.robot_options import find_robots_file as real
 
 
-def studio(
+def start_studio(
     scenario: ScenarioName = None,
     world: SameWorld = None,
-    library: Library = LIBRARY,
+    library: LibraryOption = LIBRARY,
     kit: KitName = None,
     host: Annotated[
         str,
@@ -28,8 +28,8 @@ def studio(
     ] = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
-    robot: RobotFile = None,
-    team: TeamFile = None,
+    robot: RobotFileOption = None,
+    team: TeamFileOption = None,
     no_record: NoRecording = False,
 ) -> None:
     """Train a robot in the browser: it shows the world, and you press what the robot is to do.
@@ -43,32 +43,32 @@ def studio(
     from contextlib import ExitStack
 
     from understudy.sim.kit import make_scenario_kit
-    from understudy.ui.cli.options import chosen_world, find_kit, find_world
+    from understudy.ui.cli.options import choose_scenario_name, find_kit, open_scenario
     from understudy.ui.cli.output import compile_once
     from understudy.ui.web.app import listen, serve
-    from understudy.ui.web.server import Studio
-    from understudy.ui.web.session_host import Stage
+    from understudy.ui.web.server import StudioServer
+    from understudy.ui.web.session_host import SessionHost
     from understudy.ui.web.views.library import check_folder
 
     with ExitStack() as leaving:
         if real(robot, team, world=scenario or world) is None:
-            name, twin = chosen_world(scenario, world), None
-            found, parts = find_world(name), find_kit(kit, name)
+            name, twin = choose_scenario_name(scenario, world), None
+            found, parts = open_scenario(name), find_kit(kit, name)
         else:
-            twin = leaving.enter_context(twin_of(robot, team, record=None, recorded=not no_record))
+            twin = leaving.enter_context(connect_twin(robot, team, record=None, recorded=not no_record))
             found = twin.scenario
             parts = make_scenario_kit(found) if kit is None else find_kit(kit, found.name)
         check_folder(library)
         address = listen(host, port, token)
         compile_once(learner=True, world=found)
-        stage = Stage(found, library, parts, seed=seed, twin=twin)
+        stage = SessionHost(found, library, parts, seed=seed, twin=twin)
         typer.echo(f"The studio is at {address.link}  (Ctrl C ends it)")
 
         def ready() -> None:
             if not no_browser:
                 _open(address.link)
 
-        serve(Studio(stage), address, ready=ready)
+        serve(StudioServer(stage), address, ready=ready)
 
 
 def _open(link: str) -> None:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName, Library, SameWorld
-from understudy.ui.cli.robot_options import NoRecording, RobotFile, twin_of
-from understudy.ui.cli.robot_options import named as real
+from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName, LibraryOption, SameWorld
+from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, connect_twin
+from understudy.ui.cli.robot_options import find_robots_file as real
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from understudy.model.library import Library as Opened
     from understudy.robots.twin import DigitalTwin
     from understudy.sim.scenario.schema import Scenario
-    from understudy.ui.controller.training_plan import Plan
+    from understudy.ui.controller.training_plan import TrainingPlan
 
 
 def teach(
@@ -25,7 +25,7 @@ def teach(
         str, typer.Argument(help="The automaton: a new one, or one of the library to go on with.")
     ],
     world: SameWorld = None,
-    library: Library = LIBRARY,
+    library: LibraryOption = LIBRARY,
     states: Annotated[
         str | None,
         typer.Option(
@@ -54,7 +54,7 @@ def teach(
         typer.Option("--reaction", min=0.0, max=1.0, metavar="SECONDS", help="How late your presses come."),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
-    robot: RobotFile = None,
+    robot: RobotFileOption = None,
     no_record: NoRecording = False,
     kit: KitName = None,
     as_json: Json = False,
@@ -70,26 +70,26 @@ def teach(
     """
     from contextlib import ExitStack
 
-    from understudy.ui.cli.options import find_world, names_in, targets_in
-    from understudy.ui.controller.training_plan import Choices, Plan, checked
+    from understudy.ui.cli.options import open_scenario, parse_names, parse_targets
+    from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan, make_session_start
 
-    choices = Choices(
-        states=names_in(states),
-        features=names_in(features),
-        flags=names_in(flags),
-        parameters=names_in(parameters),
-        targets=targets_in(targets),
+    choices = LessonChoices(
+        states=parse_names(states),
+        features=parse_names(features),
+        flags=parse_names(flags),
+        parameters=parse_names(parameters),
+        targets=parse_targets(targets),
         watched=watched,
         reaction_s=reaction,
     )
     with ExitStack() as leaving:
         twin = None
         if real(robot, None, world=world) is not None:
-            twin = leaving.enter_context(twin_of(robot, None, record=None, recorded=not no_record))
+            twin = leaving.enter_context(connect_twin(robot, None, record=None, recorded=not no_record))
             _see_hold(twin)
-        where = find_world(world or WORLD) if twin is None else twin.scenario
-        plan = Plan(name, library, where, _library(library, kit, where), choices, seed)
-        checked(plan)
+        where = open_scenario(world or WORLD) if twin is None else twin.scenario
+        plan = TrainingPlan(name, library, where, _library(library, kit, where), choices, seed)
+        make_session_start(plan)
         _see_terminal()
         _teach(plan, twin, as_json=as_json)
 
@@ -107,16 +107,16 @@ def _see_hold(twin: DigitalTwin) -> None:
         )
 
 
-def _teach(plan: Plan, twin: DigitalTwin | None, *, as_json: bool) -> None:
+def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> None:
     from understudy.errors import UnderstudyError
     from understudy.ui.cli.error_reporting import FAULT
-    from understudy.ui.cli.output import compile_once, console, count, print_json
+    from understudy.ui.cli.output import compile_once, format_count, make_console, print_json
     from understudy.ui.controller import journal_store
-    from understudy.ui.tui.app import Trainer
+    from understudy.ui.tui.app import TrainerApp
 
     compile_once(learner=True, world=plan.world)
-    left = journal_store.unfinished(plan.folder, plan.name, plan.world.name, plan.library)
-    trainer = Trainer(plan, unfinished=left, twin=twin)
+    left = journal_store.find_interrupted_session(plan.folder, plan.name, plan.world.name, plan.library)
+    trainer = TrainerApp(plan, unfinished=left, twin=twin)
     ended = trainer.run()
     if isinstance(ended, UnderstudyError):
         raise ended
@@ -135,21 +135,23 @@ def _teach(plan: Plan, twin: DigitalTwin | None, *, as_json: bool) -> None:
     if as_json:
         print_json(facts)
     elif ended is None:
-        console().print(f"Nothing was begun of {plan.name}.")
+        make_console().print(f"Nothing was begun of {plan.name}.")
     elif ended.saved:
-        console().print(f"[bold]{plan.name}[/] is in {plan.folder}, with {count(ended.examples, 'example')}.")
+        make_console().print(
+            f"[bold]{plan.name}[/] is in {plan.folder}, with {format_count(ended.examples, 'example')}."
+        )
     else:
-        console().print(f"[bold]{plan.name}[/] was not saved.")
+        make_console().print(f"[bold]{plan.name}[/] was not saved.")
 
 
 def _library(folder: Path, kit: str | None, where: Scenario) -> Opened:
     """The library, or an empty one where the folder is still to be made."""
     from understudy.model.library import Library
     from understudy.sim.kit import make_scenario_kit
-    from understudy.ui.cli.options import find_kit, opened
+    from understudy.ui.cli.options import find_kit, open_library_with_notes
 
     found = make_scenario_kit(where) if kit is None else find_kit(kit, where.name)
-    return opened(folder, found).library if folder.exists() else Library(found)
+    return open_library_with_notes(folder, found).library if folder.exists() else Library(found)
 
 
 def _see_terminal() -> None:

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from understudy.analysis.lesson_tests import Examined
+    from understudy.analysis.lesson_tests import LessonTestResult
     from understudy.errors import UnderstudyError
     from understudy.model.library import Kit, Library, TrainedAutomaton
     from understudy.sim.scenario.schema import Scenario
 
 
-def check(
+def run_library_tests(
     folder: Annotated[
         Path | None,
         typer.Argument(
@@ -52,11 +52,11 @@ def check(
 
     [dim]understudy test demo/library[/]
     """
-    from understudy.analysis.lesson_tests import examined, lines
+    from understudy.analysis.lesson_tests import describe_test_result, run_lesson_test
     from understudy.errors import SettingError
     from understudy.storage.library_folder import list_documents
-    from understudy.ui.cli.options import find_kit, find_world, team_for
-    from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.options import find_kit, open_scenario, open_team_libraries
+    from understudy.ui.cli.output import make_console, print_json
 
     if folder is not None and same not in (None, folder):
         remedy = "name one of them"
@@ -65,23 +65,25 @@ def check(
     library = folder or same or LIBRARY
     list_documents(library)  # a folder that is not there is the first thing to say
     named = world or _fitting(library, kit)
-    where, parts = find_world(named), find_kit(kit, named)
-    known = team_for(where, None, library, parts)
+    where, parts = open_scenario(named), find_kit(kit, named)
+    known = open_team_libraries(where, None, library, parts)
     found = []
     for place, of in _places(where, library, parts, known):
         former = _former(place, of)
         formers = {name: taught for name, (_, taught) in former.items()}
         for name in of.taught:
-            seen = examined(of, name, formers, known)
+            seen = run_lesson_test(of, name, formers, known)
             version = former[name][0] if name in former else None
             label = str(place.relative_to(library) / name)
-            found.append((_facts(label, seen, version), list(lines(seen, f"version {version}"))))
+            found.append(
+                (_facts(label, seen, version), list(describe_test_result(seen, f"version {version}")))
+            )
     facts = [each for each, _ in found]
     told = {"library": str(library), "world": where.name, "works": all(each["works"] for each in facts)}
     if as_json:
         print_json({**told, "automata": facts})
     else:
-        _show(told, found, console())
+        _show(told, found, make_console())
     raise typer.Exit(0 if told["works"] else 1)
 
 
@@ -91,14 +93,14 @@ def _fitting(folder: Path, kit: str | None) -> str:
     """
     from understudy.errors import SettingError
     from understudy.sim.scenario.files import list_builtin_scenarios
-    from understudy.ui.cli.library_data import look
+    from understudy.ui.cli.library_data import open_each_automaton
     from understudy.ui.cli.options import find_kit
 
     if kit is not None:
         return WORLD
     nearest: list[UnderstudyError] = []
     for world in dict.fromkeys((WORLD, *list_builtin_scenarios())):
-        shelf = look(folder, find_kit(None, world), lambda _: {})
+        shelf = open_each_automaton(folder, find_kit(None, world), lambda _: {})
         if shelf.opened and not shelf.problems:
             return world
         if not nearest or 0 < len(shelf.problems) < len(nearest):
@@ -128,21 +130,24 @@ def _former(place: Path, library: Library) -> dict[str, tuple[int, TrainedAutoma
     """The last former version of each automaton that has one which can be opened, with its number."""
     from understudy.errors import UnderstudyError
     from understudy.storage.library_folder import list_versions, read_document
-    from understudy.ui.cli.options import learner
+    from understudy.ui.cli.options import import_learner
 
     found = {}
     for name in library.taught:
         kept = list_versions(place, name)
         if kept:
             try:
-                found[name] = kept[-1].number, read_document(kept[-1].path, library.kit, learner()).taught
+                found[name] = (
+                    kept[-1].number,
+                    read_document(kept[-1].path, library.kit, import_learner()).taught,
+                )
             except UnderstudyError as error:
                 typer.echo(f"Note: {name} is compared with no former version: {error}", err=True)
     return found
 
 
-def _facts(label: str, seen: Examined, former: int | None) -> dict[str, Any]:
-    from understudy.analysis.lesson_tests import sentences
+def _facts(label: str, seen: LessonTestResult, former: int | None) -> dict[str, Any]:
+    from understudy.analysis.lesson_tests import describe_lost_decisions
 
     replay = seen.replayed
     return {
@@ -153,7 +158,7 @@ def _facts(label: str, seen: Examined, former: int | None) -> dict[str, Any]:
         "former": former,
         "changed": seen.changed,
         "affected": seen.affected,
-        "no_longer": list(sentences(replay)),
+        "no_longer": list(describe_lost_decisions(replay)),
         "different": replay.different,
         "otherwise": [each.number for each in replay.otherwise],
         "changes_before": replay.changes,
@@ -176,18 +181,23 @@ def _show(told: dict[str, Any], found: list[tuple[dict[str, Any], list[str]]], o
     from rich.markup import escape
     from rich.padding import Padding
 
-    from understudy.ui.cli.output import count
+    from understudy.ui.cli.output import format_count
 
     for each, lines in found:
         mark = "[red]✗[/]" if not each["works"] else "[yellow]•[/]" if lines else "[green]✓[/]"
-        about = count(each["examples"], "example") if each["examples"] else "nothing recorded"
+        about = format_count(each["examples"], "example") if each["examples"] else "nothing recorded"
         if each["outcomes"]:
-            about += f", {count(len(each['outcomes']), 'outcome')}"
+            about += f", {format_count(len(each['outcomes']), 'outcome')}"
         out.print(f"{mark} [bold]{escape(each['name'])}[/] [dim]{about}[/]")
         for line in lines:
             out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
     bad = sum(not each["works"] for each, _ in found)
-    said = f"[red]{count(bad, 'does', 'do')} not do what was shown[/]" if bad else "[green]all as shown[/]"
+    said = (
+        f"[red]{format_count(bad, 'does', 'do')} not do what was shown[/]"
+        if bad
+        else "[green]all as shown[/]"
+    )
     out.print(
-        f"{escape(told['library'])}: {count(len(found), 'automaton', 'automata')}, {said}", soft_wrap=True
+        f"{escape(told['library'])}: {format_count(len(found), 'automaton', 'automata')}, {said}",
+        soft_wrap=True,
     )

@@ -7,19 +7,27 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName, Library, Names, World
+from understudy.ui.cli.options import (
+    LIBRARY,
+    WORLD,
+    AutomatonNames,
+    Json,
+    KitName,
+    LibraryOption,
+    WorldOption,
+)
 
 if TYPE_CHECKING:
     from understudy.model.library import Kit
     from understudy.model.library import Library as LibraryOf
     from understudy.storage.document import LoadedDocument
-    from understudy.ui.cli.library_data import Shelf
+    from understudy.ui.cli.library_data import LibraryListing
 
 
 def validate(
-    names: Names = None,
-    library: Library = LIBRARY,
-    world: World = WORLD,
+    names: AutomatonNames = None,
+    library: LibraryOption = LIBRARY,
+    world: WorldOption = WORLD,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -29,29 +37,31 @@ def validate(
 
     [dim]understudy validate --library demo/library[/]
     """
-    from understudy.ui.cli.library_data import look
-    from understudy.ui.cli.options import find_kit, learner
-    from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.library_data import open_each_automaton
+    from understudy.ui.cli.options import find_kit, import_learner
+    from understudy.ui.cli.output import make_console, print_json
 
     parts = find_kit(kit, world)
-    shelf = look(library, parts, learner())
+    shelf = open_each_automaton(library, parts, import_learner())
     for name in names or []:
         if f"{name}.json" not in shelf.problems:
             shelf.library.automaton(name)
     problems = {file.removesuffix(".json"): [str(error)] for file, error in shelf.problems.items()}
-    problems |= {name: found for name in shelf.opened if (found := unresolved(shelf.library, name))}
-    noted = {name: found for name in shelf.opened if (found := notes(shelf, name))}
+    problems |= {
+        name: found for name in shelf.opened if (found := find_unresolved_names(shelf.library, name))
+    }
+    noted = {name: found for name in shelf.opened if (found := find_warnings(shelf, name))}
     checked = [name for name in dict.fromkeys([*shelf.opened, *problems]) if not names or name in names]
     problems = {name: problems[name] for name in checked if name in problems}
     noted = {name: noted[name] for name in checked if name in noted}
-    advice = elsewhere(shelf) if problems and kit is None else None
+    advice = suggest_other_scenario(shelf) if problems and kit is None else None
     if as_json:
         result = {"library": str(library), "valid": not problems, "checked": checked}
         print_json({**result, "problems": problems, "notes": noted, "advice": advice})
     else:
         _show(library, checked, problems, noted)
         if advice is not None:
-            console().print(advice, soft_wrap=True, markup=False)
+            make_console().print(advice, soft_wrap=True, markup=False)
     raise typer.Exit(2 if problems else 0)
 
 
@@ -61,26 +71,28 @@ def _show(
     from rich.markup import escape
     from rich.padding import Padding
 
-    from understudy.ui.cli.output import console, count
+    from understudy.ui.cli.output import format_count, make_console
 
-    out = console()
+    out = make_console()
     for name in checked:
         mark = "[red]✗[/]" if name in problems else "[yellow]•[/]" if name in noted else "[green]✓[/]"
         out.print(f"{mark} [bold]{escape(name)}[/]")
         for text in (*problems.get(name, []), *noted.get(name, [])):
             out.print(Padding(escape(text), (0, 0, 0, 4), expand=False))
-    bad = f"[red]{count(len(problems), 'is', 'are')} invalid[/]" if problems else "[green]all valid[/]"
-    out.print(f"{escape(str(folder))}: {count(len(checked), 'automaton', 'automata')}, {bad}", soft_wrap=True)
+    bad = f"[red]{format_count(len(problems), 'is', 'are')} invalid[/]" if problems else "[green]all valid[/]"
+    out.print(
+        f"{escape(str(folder))}: {format_count(len(checked), 'automaton', 'automata')}, {bad}", soft_wrap=True
+    )
 
 
-def elsewhere(shelf: Shelf) -> str | None:
+def suggest_other_scenario(shelf: LibraryListing) -> str | None:
     """What to do about a library with problems if it is of another scenario; None where no kit could help."""
     from understudy.sim.scenario.files import list_builtin_scenarios
-    from understudy.ui.cli.library_data import look
+    from understudy.ui.cli.library_data import open_each_automaton
     from understudy.ui.cli.options import find_kit
 
-    def others(kit: Kit | None) -> Shelf:
-        return look(shelf.folder, kit, lambda _: {})  # names need no transition functions
+    def others(kit: Kit | None) -> LibraryListing:
+        return open_each_automaton(shelf.folder, kit, lambda _: {})  # names need no transition functions
 
     looked = {world: others(find_kit(None, world)) for world in list_builtin_scenarios()}
     fitting = [f"--world {world}" for world, other in looked.items() if not _missing(other)]
@@ -92,13 +104,13 @@ def elsewhere(shelf: Shelf) -> str | None:
     return "If it was taught in another scenario, give --world SCENARIO; with a kit of your own, --kit MODULE:NAME."
 
 
-def _missing(shelf: Shelf) -> set[str]:
+def _missing(shelf: LibraryListing) -> set[str]:
     """The automata that cannot be opened, or could not run."""
     files = {file.removesuffix(".json") for file in shelf.problems}
-    return files | {name for name in shelf.opened if unresolved(shelf.library, name)}
+    return files | {name for name in shelf.opened if find_unresolved_names(shelf.library, name)}
 
 
-def unresolved(library: LibraryOf, name: str) -> list[str]:
+def find_unresolved_names(library: LibraryOf, name: str) -> list[str]:
     """Why an automaton could not run: names that stand for nothing, parameters bound to nothing."""
     from understudy.errors import UnderstudyError
     from understudy.runtime.program import link
@@ -114,7 +126,7 @@ def unresolved(library: LibraryOf, name: str) -> list[str]:
     return []
 
 
-def notes(shelf: Shelf, name: str) -> list[str]:
+def find_warnings(shelf: LibraryListing, name: str) -> list[str]:
     """What is worth a look: stale trees, contradictions, idle features, states never entered."""
     from understudy.errors import join_names
     from understudy.model.tree import Tree
@@ -141,7 +153,7 @@ def notes(shelf: Shelf, name: str) -> list[str]:
 
 def _lesson_notes(opened: LoadedDocument) -> list[str]:
     from understudy.learning.report import find_contradictions, find_disagreements
-    from understudy.ui.cli.output import count
+    from understudy.ui.cli.output import format_count
 
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     found: list[str] = []
@@ -157,6 +169,6 @@ def _lesson_notes(opened: LoadedDocument) -> list[str]:
         if against:
             which = ", ".join(str(example.number) for example in against)
             found.append(
-                f"in {state}, {count(len(against), 'example')} decided otherwise than shown: {which}"
+                f"in {state}, {format_count(len(against), 'example')} decided otherwise than shown: {which}"
             )
     return found

@@ -12,14 +12,14 @@ from understudy.ui.cli.options import Json
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from understudy.analysis.explain_run import Asked, Reason, Why
+    from understudy.analysis.explain_run import AgentExplanation, DecisionReason, RunExplanation
     from understudy.analysis.explanation_text import WhyData
 
 NEAR_S = 1e-6
 """Times this near are one."""
 
 
-def why(
+def show_explanation(
     run: Annotated[Path, typer.Argument(help="What `understudy run` wrote: a trace, or a recording.")],
     time_s: Annotated[float, typer.Option("--time", "-t", min=0, help="The moment, s.")],
     robot: Annotated[int, typer.Option("--agent", "-a", min=0, help="Which robot, from 0.")] = 0,
@@ -45,7 +45,7 @@ def why(
 
     [dim]understudy why run.jsonl --time 12.5[/]
     """
-    from understudy.ui.cli.output import console, print_json
+    from understudy.ui.cli.output import make_console, print_json
     from understudy.ui.cli.recordings import is_recording
 
     if is_recording(run):
@@ -55,45 +55,49 @@ def why(
     if as_json:
         print_json(data)
     else:
-        _show(said, data, console())
+        _show(said, data, make_console())
 
 
 def _of_trace(
     run: Path, time_s: float, robot: int, library: Path | None, world: str | None, *, quiet: bool
-) -> tuple[Why, WhyData]:
+) -> tuple[RunExplanation, WhyData]:
     """Of a simulated run, which is made again."""
-    from understudy.analysis.explain_run import CannotRepeat
-    from understudy.analysis.explain_run import why as reasons
+    from understudy.analysis.explain_run import RunNotReproducible
+    from understudy.analysis.explain_run import explain_run as reasons
     from understudy.analysis.explanation_text import WhyData
-    from understudy.analysis.run_header import recorded, world_mark
-    from understudy.ui.cli.library_data import known_then
-    from understudy.ui.cli.options import find_kit, find_world
+    from understudy.analysis.run_header import fingerprint_scenario, read_recorded_tick
+    from understudy.ui.cli.library_data import load_recorded_libraries
+    from understudy.ui.cli.options import find_kit, open_scenario
     from understudy.ui.cli.output import compile_once
 
-    found = recorded(run, robot=robot, time_s=time_s)
+    found = read_recorded_tick(run, robot=robot, time_s=time_s)
     ran = found.ran
-    where = find_world(world or found.scenario)
-    if world_mark(where) != ran.world:
+    where = open_scenario(world or found.scenario)
+    if fingerprint_scenario(where) != ran.world:
         remedy = "run it again with --trace, or name the scenario as it was with --world"
-        raise CannotRepeat(problem=f"the scenario {where.name} is another by now", remedy=remedy)
+        raise RunNotReproducible(problem=f"the scenario {where.name} is another by now", remedy=remedy)
     parts = find_kit(ran.kit, world or found.scenario)
-    known, former = known_then(where, found.behavior, library or Path(ran.library), parts, ran.automata)
+    known, former = load_recorded_libraries(
+        where, found.behavior, library or Path(ran.library), parts, ran.automata
+    )
     compile_once(world=where, quiet=quiet)
     header, row = found.header, found.row
     said = reasons(found, where, known)
     return said, WhyData.of(said, former, header.scenario, header.seed, row.robot, row.doing)
 
 
-def _of_recording(run: Path, time_s: float, robot: int, library: Path | None) -> tuple[Why, WhyData]:
+def _of_recording(
+    run: Path, time_s: float, robot: int, library: Path | None
+) -> tuple[RunExplanation, WhyData]:
     """Of a recording, whose readings are decided on again."""
     from understudy.analysis.explanation_text import WhyData
-    from understudy.analysis.replay_diff import why_recorded
+    from understudy.analysis.replay_diff import explain_recorded_tick
     from understudy.analysis.rerun import Rerun
     from understudy.analysis.run_trace import BETWEEN
     from understudy.errors import SettingError
     from understudy.robots.recording.reader import read_recording
-    from understudy.ui.cli.library_data import known_then
-    from understudy.ui.cli.recordings import kit_for, scenario_of
+    from understudy.ui.cli.library_data import load_recorded_libraries
+    from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
 
     recording = read_recording(run)
     ran, names = recording.head.ran, recording.head.names
@@ -106,19 +110,19 @@ def _of_recording(run: Path, time_s: float, robot: int, library: Path | None) ->
     if ran.behavior is None:
         problem, remedy = "ran: a person taught", "give a recording of a run"
         raise SettingError(where=str(run), setting="no automaton", problem=problem, remedy=remedy)
-    where = scenario_of(recording)
-    folder, parts = library or Path(ran.library), kit_for(recording, None, where)
-    known, former = known_then(where, ran.behavior, folder, parts, ran.automata)
+    where = read_recorded_scenario(recording)
+    folder, parts = library or Path(ran.library), choose_recording_kit(recording, None, where)
+    known, former = load_recorded_libraries(where, ran.behavior, folder, parts, ran.automata)
     sorts = [each for each in ran.sorts if each in known] or list(known)[:1]
     rerun = Rerun(recording, known, sorts, ran.behavior, binding=ran.binding, scenario=where)
     tick = max(0, int(sum(recording.times <= time_s + NEAR_S)) - 1)
-    said = why_recorded(rerun, robot, tick)
+    said = explain_recorded_tick(rerun, robot, tick)
     called = names[robot] if where is None else where.name
     doing = BETWEEN.join(recording.paths[robot][tick])
     return said, WhyData.of(said, former, called, ran.seed, robot, doing)
 
 
-def _show(said: Why, data: WhyData, out: Console) -> None:
+def _show(said: RunExplanation, data: WhyData, out: Console) -> None:
     from rich.markup import escape
 
     head = f"robot {data.robot} of {data.scenario} {data.seed} at {data.time_s:g} s"
@@ -132,10 +136,10 @@ def _show(said: Why, data: WhyData, out: Console) -> None:
         out.print(
             f"\n[bold]The last switch[/], at {rounded(last.time_s)} s, of {escape(last.automaton)}",
         )
-        show_decision(last, out)
+        print_decision(last, out)
 
 
-def _show_agent(each: Asked, out: Console, *, several: bool) -> None:
+def _show_agent(each: AgentExplanation, out: Console, *, several: bool) -> None:
     from rich.markup import escape
 
     from understudy.analysis.explanation_text import describe_rest
@@ -152,10 +156,10 @@ def _show_agent(each: Asked, out: Console, *, several: bool) -> None:
         if level.decision is None:
             out.print(f"  stays: {escape(describe_rest(level))}", soft_wrap=True)
         else:
-            show_decision(level.decision, out)
+            print_decision(level.decision, out)
 
 
-def show_decision(reason: Reason, out: Console) -> None:
+def print_decision(reason: DecisionReason, out: Console) -> None:
     """Print a decision and what was behind it for people."""
     from rich.markup import escape
     from rich.padding import Padding

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from understudy.sim.scenario.schema import Scenario
 
 
-def worlds(
+def list_worlds(
     name: Annotated[
         str | None,
         typer.Argument(metavar="[SCENARIO]", help="Print the file of this one.", show_default=False),
@@ -26,26 +26,26 @@ def worlds(
     import msgspec
 
     from understudy.sim.scenario.files import list_builtin_scenarios, read_scenario_text
-    from understudy.ui.cli.options import find_world
-    from understudy.ui.cli.output import console, print_json, table
+    from understudy.ui.cli.options import open_scenario
+    from understudy.ui.cli.output import make_console, make_table, print_json
 
     if name is not None:
-        scenario = find_world(name)
+        scenario = open_scenario(name)
         if as_json:
             print_json(msgspec.to_builtins(scenario))
         else:
             typer.echo(read_scenario_text(name), nl=False)
         return
-    rows = [_row(find_world(each)) for each in list_builtin_scenarios()]
+    rows = [_row(open_scenario(each)) for each in list_builtin_scenarios()]
     if as_json:
         print_json(rows)
         return
-    made = table("scenario", "#robots", "about")
+    made = make_table("scenario", "#robots", "about")
     made.columns[-1].no_wrap = False
     for row in rows:
         made.add_row(row["name"], str(row["robots"]), row["about"])
-    console().print(made)
-    console().print("[dim]A file of your own: understudy worlds forage > mine.toml[/]")
+    make_console().print(made)
+    make_console().print("[dim]A file of your own: understudy worlds forage > mine.toml[/]")
 
 
 def _row(scenario: Scenario) -> dict[str, Any]:

@@ -15,17 +15,17 @@ from understudy.robots.camera.config import write_color
 from understudy.robots.camera.live_camera import LiveCamera
 from understudy.robots.robot import Robot
 from understudy.robots.twin import DigitalTwin
-from understudy.ui.controller.status import Said
+from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.session import PickColor
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.session_host import SessionHost
 
 PATH = "/camera/{robot:int}.jpg"
 NUMBER = "X-Image"
 """The header that says which image it is, so that clicks can say into which they were."""
 
 
-def sight(stage: Stage, refusal: Callable[[HTTPConnection], str | None]) -> Route:
+def make_camera_route(stage: SessionHost, refusal: Callable[[HTTPConnection], str | None]) -> Route:
     """The route of what a robot's camera saw last; `refusal` says why somebody may not come."""
 
     async def serve(request: Request) -> Response:
@@ -61,17 +61,19 @@ class ColorReply(Data, frozen=True, kw_only=True):
     color: ColorData
 
 
-def pick(stage: Stage, message: PickColor) -> ColorReply:
+def handle_pick_color(stage: SessionHost, message: PickColor) -> ColorReply:
     """Learn a color from clicks, look for it from now on, and write it into the robot's file."""
     robot, eye = _eye(stage, message.robot)
     color = eye.learn(message.name, message.image, [(x, y) for x, y in message.points])
     if robot.path.is_file():
         write_color(robot.path, message.name, color)
-    stage.said = Said(f"{message.name} is looked for by this color, in {robot.path.name} too", "recorded")
+    stage.said = StatusMessage(
+        f"{message.name} is looked for by this color, in {robot.path.name} too", "recorded"
+    )
     return ColorReply(color=ColorData(**structs.asdict(color)))
 
 
-def _eye(stage: Stage, number: int) -> tuple[Robot, LiveCamera]:
+def _eye(stage: SessionHost, number: int) -> tuple[Robot, LiveCamera]:
     """A robot with its camera's eye."""
     if not isinstance(stage.world, DigitalTwin):
         raise SessionError("these robots are simulated: their cameras know colors already")

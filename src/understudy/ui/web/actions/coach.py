@@ -9,14 +9,14 @@ from understudy.coaching.pose_sampling import Placeable
 from understudy.coaching.queries import QueryPolicy
 from understudy.errors import SessionError
 from understudy.ui.controller import coach
-from understudy.ui.controller.coach import Advised
-from understudy.ui.controller.status import Said
-from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.coach import AdviceReport
+from understudy.ui.controller.status import StatusMessage
+from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages import coach as m
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.session import Confirm, Press
-from understudy.ui.web.rewind import Frame
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.messages.session import Confirm, PressState
+from understudy.ui.web.rewind import RewindPoint
+from understudy.ui.web.session_host import SessionHost
 
 PATIENCE_S = 0.05
 """So long a page's question is waited at; a large lesson takes longer, and is looked over beside the world."""
@@ -65,7 +65,7 @@ class SituationReply(Data, frozen=True, kw_only=True):
     run: int
 
 
-def advise(stage: Stage, _: m.Advise) -> AdviceReply:
+def advise(stage: SessionHost, _: m.RequestAdvice) -> AdviceReply:
     """Say what the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
     desk = stage.trained
     said = desk.coach.advised(stage.beside, patience_s=PATIENCE_S)
@@ -74,7 +74,7 @@ def advise(stage: Stage, _: m.Advise) -> AdviceReply:
     return AdviceReply(advice=[_advice(desk, each) for each in said.advice], late=_late(said))
 
 
-def _advice(desk: Desk, advice: Advice) -> AdviceData:
+def _advice(desk: Trainer, advice: Advice) -> AdviceData:
     return AdviceData(
         kind=advice.kind.value,
         sentence=advice.sentence,
@@ -85,12 +85,12 @@ def _advice(desk: Desk, advice: Advice) -> AdviceData:
     )
 
 
-def _says(desk: Desk, advice: Advice) -> PressSaysData:
+def _says(desk: Trainer, advice: Advice) -> PressSaysData:
     example = next(each for each in desk.session.examples if each.number == advice.examples[0])
     return PressSaysData(state=example.state, next=example.next)
 
 
-def _late(said: Advised) -> LateData | None:
+def _late(said: AdviceReport) -> LateData | None:
     late, now = said.news, said.lesson.options.reaction_s
     if late is None:
         return None
@@ -103,7 +103,7 @@ def _late(said: Advised) -> LateData | None:
     return LateData(reaction_s=late.reaction_s, sentence=f"{seems} {late.evidence}")
 
 
-def set_up(stage: Stage, message: m.SetUp) -> SituationReply:
+def handle_set_up_situation(stage: SessionHost, message: m.SetUpSituation) -> SituationReply:
     """Put the robot where the advice of a sentence is about, and let time stand still there."""
     desk = stage.trained
     said = desk.coach.said
@@ -111,34 +111,34 @@ def set_up(stage: Stage, message: m.SetUp) -> SituationReply:
     wanted = next((each for each in given if each.sentence == message.sentence), None)
     if wanted is None:
         raise SessionError("this advice is out of date: the lesson has changed since")
-    staged = coach.set_up(desk, wanted)
+    staged = coach.set_up_advised_situation(desk, wanted)
     stage.pause(True)
-    desk.said = Said("The robot is set up; nothing recorded")
+    desk.said = StatusMessage("The robot is set up; nothing recorded")
     stage.anew()
     return SituationReply(sentence=staged.sentence, run=stage.run.number)
 
 
-def ask_when(stage: Stage, message: m.AskWhen) -> None:
+def handle_set_query_policy(stage: SessionHost, message: m.SetQueryPolicy) -> None:
     """Choose what it does in testing where it is unsure."""
-    coach.ask_when(stage.trained, QueryPolicy(message.when))
+    coach.change_query_policy(stage.trained, QueryPolicy(message.when))
 
 
-def press(stage: Stage, message: Press) -> None:
+def press_state(stage: SessionHost, message: PressState) -> None:
     """Direct to a state, or answer the question that waits."""
     _press(stage, message.state)
 
 
-def confirm(stage: Stage, _: Confirm) -> None:
+def confirm(stage: SessionHost, _: Confirm) -> None:
     """Keep doing this, or answer the question that waits so."""
     _press(stage, None)
 
 
-def _press(stage: Stage, state: str | None) -> None:
+def _press(stage: SessionHost, state: str | None) -> None:
     """Direct to a state (None: keep doing this); where a question waits, that is the answer."""
     desk = stage.trained
     stage.moved += 1
     if desk.coach.question is not None:
-        coach.answer(desk, state)
+        coach.answer_question(desk, state)
         stage.saw()
     elif state is None:
         desk.confirm()
@@ -146,7 +146,7 @@ def _press(stage: Stage, state: str | None) -> None:
         desk.press(state)
 
 
-def go_to_mark(stage: Stage, message: m.GoToMark) -> None:
+def handle_go_to_uncertain(stage: SessionHost, message: m.GoToUncertain) -> None:
     """Go back to a marked moment, where the question waits for an answer."""
     desk = stage.trained
     mark = stage.unsure.of(message.number)
@@ -154,22 +154,22 @@ def go_to_mark(stage: Stage, message: m.GoToMark) -> None:
     if question.instant is None:  # pragma: no cover - worlds can be rewound
         raise SessionError("this moment is not kept")
     if mark.run == stage.run.number:
-        stage.rewind(Frame(question.time_s, question.instant, 0))
+        stage.rewind(RewindPoint(question.time_s, question.instant, 0))
     else:
         stage.go_back(question.instant)
-    coach.wait(desk, question)
+    coach.pause_for_question(desk, question)
 
 
-def use_reaction(desk: Desk, message: m.UseReaction) -> None:
+def handle_set_reaction_time(desk: Trainer, message: m.SetReactionTime) -> None:
     """Choose how late presses come."""
-    coach.use_reaction(desk, message.reaction_s)
+    coach.change_reaction_time(desk, message.reaction_s)
 
 
-def mend(desk: Desk, message: m.Mend) -> None:
+def handle_correct_slip(desk: Trainer, message: m.CorrectSlip) -> None:
     """Say what a press was meant for."""
-    coach.mend(desk, message.number, message.next)
+    coach.correct_slip(desk, message.number, message.next)
 
 
-def stand_by(stage: Stage, message: m.StandBy) -> None:
+def handle_confirm_press(stage: SessionHost, message: m.ConfirmPress) -> None:
     """Say that a press was meant."""
-    coach.stand_by(stage.trained, message.number)
+    coach.confirm_doubted_press(stage.trained, message.number)

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import MappingProxyType, ModuleType
 from typing import Any, TypeAlias, get_args, get_type_hints
 
-from understudy.ui.controller.status import Said
-from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.status import StatusMessage
+from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data, Message
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.session_host import SessionHost
 
-Handler: TypeAlias = Callable[[Stage, Any], Data | Said | None]
+Handler: TypeAlias = Callable[[SessionHost, Any], Data | StatusMessage | None]
 """Do what a message asks for; return the fields of the answer, or what the studio says of it."""
 
 
@@ -26,7 +26,7 @@ def handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:
     for function, (first, message, _) in _annotated(modules):
         if message in found:
             raise TypeError(f"two functions handle {message.__name__}: the second is {function.__qualname__}")
-        found[message] = _on_desk(function) if first is Desk else function
+        found[message] = _on_desk(function) if first is Trainer else function
     return MappingProxyType(found)
 
 
@@ -46,8 +46,8 @@ def _annotated(modules: Iterable[ModuleType]) -> Iterator[tuple[Callable[..., An
                     yield function, types
 
 
-def _on_desk(function: Callable[[Desk, Any], Data | Said | None]) -> Handler:
-    def act(stage: Stage, message: Message) -> Data | Said | None:
+def _on_desk(function: Callable[[Trainer, Any], Data | StatusMessage | None]) -> Handler:
+    def act(stage: SessionHost, message: Message) -> Data | StatusMessage | None:
         came = function(stage.trained, message)
         stage.moved += 1
         return came

@@ -5,35 +5,35 @@ from __future__ import annotations
 from understudy.errors import SettingError, UnknownName
 from understudy.ui.controller import formatting, lesson_actions
 from understudy.ui.controller.clock import FASTEST
-from understudy.ui.controller.trainer import Desk
-from understudy.ui.controller.training_plan import Choices
+from understudy.ui.controller.trainer import Trainer
+from understudy.ui.controller.training_plan import LessonChoices
 from understudy.ui.web.actions import session
 from understudy.ui.web.messages import review as r
 from understudy.ui.web.messages import session as m
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.session_host import SessionHost
 
 
-def pause(stage: Stage, message: m.Pause) -> None:
+def pause(stage: SessionHost, message: m.Pause) -> None:
     """Let time stand still, or go on."""
     stage.pause(message.paused)
 
 
-def step(stage: Stage, _: m.Step) -> None:
+def step(stage: SessionHost, _: m.StepTick) -> None:
     """Take one tick."""
     stage.step()
 
 
-def set_speed(stage: Stage, message: m.Speed) -> None:
+def set_speed(stage: SessionHost, message: m.SetSpeed) -> None:
     """Choose how fast time goes."""
     stage.set_speed(FASTEST if message.speed == "fastest" else message.speed)
 
 
-def reset(stage: Stage, message: m.Reset) -> None:
+def reset(stage: SessionHost, message: m.ResetWorld) -> None:
     """Begin the world of a seed."""
     stage.reset(message.seed)
 
 
-def rewind(stage: Stage, message: m.Rewind) -> None:
+def rewind(stage: SessionHost, message: m.Rewind) -> None:
     """Go back to a time, or to an example."""
     if (message.time_s is None) == (message.example is None):
         problem, remedy = "says nothing, or two things", "give a time or an example"
@@ -44,14 +44,14 @@ def rewind(stage: Stage, message: m.Rewind) -> None:
         stage.rewind(stage.reel.at(message.time_s))
 
 
-def open_automaton(stage: Stage, message: m.Open) -> None:
+def open_automaton(stage: SessionHost, message: m.OpenAutomaton) -> None:
     """Train an automaton of the library on."""
-    session.go_on(stage, message.name, discard=message.discard)
+    session.open_automaton(stage, message.name, discard=message.discard)
 
 
-def begin_automaton(stage: Stage, message: m.New) -> None:
+def begin_automaton(stage: SessionHost, message: m.NewAutomaton) -> None:
     """Begin a new automaton."""
-    choices = Choices(
+    choices = LessonChoices(
         states=message.states,
         features=message.features,
         flags=message.flags,
@@ -61,50 +61,50 @@ def begin_automaton(stage: Stage, message: m.New) -> None:
         reaction_s=message.reaction_s,
         unlearning=message.unlearning,
     )
-    session.begin(stage, message.name, choices, discard=message.discard)
+    session.begin_automaton(stage, message.name, choices, discard=message.discard)
 
 
-def select_agent(stage: Stage, message: m.Agent) -> None:
+def select_agent(stage: SessionHost, message: m.SelectAgent) -> None:
     """Choose which robot is trained, or which coordinator."""
-    if message.sort != stage.sort or session.knows_other(stage, message.agent):
-        session.choose_sort(stage, message.sort, message.agent, discard=message.discard)
-    session.choose_agent(stage, message.agent)
+    if message.sort != stage.sort or session.has_other_library(stage, message.agent):
+        session.select_squad_sort(stage, message.sort, message.agent, discard=message.discard)
+    session.select_agent(stage, message.agent)
     stage.moved += 1
 
 
-def turn(desk: Desk, _: m.Turn) -> None:
+def turn(desk: Trainer, _: m.ToggleMode) -> None:
     """Go from training to testing, or back."""
     desk.turn()
 
 
-def restart(desk: Desk, _: m.Restart) -> None:
+def restart(desk: Trainer, _: m.RestartAutomaton) -> None:
     """Start the automaton afresh."""
     desk.restart()
 
 
-def stand_for(desk: Desk, message: m.StandFor) -> None:
+def stand_for(desk: Trainer, message: m.BindTargets) -> None:
     """Let parameters stand for other targets."""
     desk.bind(message.targets)
 
 
-def watch(desk: Desk, _: m.Watch) -> None:
+def watch(desk: Trainer, _: m.ToggleWatching) -> None:
     """Let silence be consent, or not."""
     desk.watch()
 
 
-def undo(desk: Desk, _: m.Undo) -> None:
+def undo(desk: Trainer, _: m.Undo) -> None:
     """Take back a step."""
     desk.undo()
 
 
-def redo(desk: Desk, _: m.Redo) -> None:
+def redo(desk: Trainer, _: m.Redo) -> None:
     """Do an undone step again."""
     desk.redo()
 
 
-def choose(desk: Desk, message: m.Choose) -> None:
+def choose(desk: Trainer, message: m.ChangeDesign) -> None:
     """Choose anew what the lesson is about."""
-    choices = Choices(
+    choices = LessonChoices(
         states=message.states,
         features=message.features,
         flags=message.flags,
@@ -116,41 +116,44 @@ def choose(desk: Desk, message: m.Choose) -> None:
     desk.choose(choices)
 
 
-def edit_example(stage: Stage, message: m.Edit) -> None:
+def edit_example(stage: SessionHost, message: m.EditExample) -> None:
     """Let an example say something else."""
     features = {str(bound): bound for bound in stage.trained.features}
     for label in message.values:
         if label not in features:
             raise UnknownName(what="feature", name=label, where="the lesson", known=list(features))
-    values = {label: formatting.number(features[label], text) for label, text in message.values.items()}
+    values = {
+        label: formatting.parse_displayed_value(features[label], text)
+        for label, text in message.values.items()
+    }
     stage.trained.edit(message.number, state=message.state, next=message.next, values=values)
 
 
-def delete_example(desk: Desk, message: m.Delete) -> None:
+def delete_example(desk: Trainer, message: m.DeleteExample) -> None:
     """Delete an example."""
     desk.delete(message.number)
 
 
-def hold_examples(desk: Desk, message: m.Quarantine) -> None:
+def hold_examples(desk: Trainer, message: m.QuarantineExamples) -> None:
     """Let examples teach nothing for now."""
-    lesson_actions.hold(desk, message.numbers)
+    lesson_actions.quarantine_examples(desk, message.numbers)
 
 
-def release_examples(desk: Desk, message: m.Release) -> None:
+def release_examples(desk: Trainer, message: m.ReleaseExamples) -> None:
     """Let examples teach again."""
-    lesson_actions.release(desk, message.numbers)
+    lesson_actions.release_examples(desk, message.numbers)
 
 
-def promise(desk: Desk, message: r.Promise) -> None:
+def promise(desk: Trainer, message: r.AddExpectation) -> None:
     """Let the lesson promise an outcome."""
-    lesson_actions.promise(desk, message.flag, message.within_s)
+    lesson_actions.add_expectation_here(desk, message.flag, message.within_s)
 
 
-def withdraw(desk: Desk, message: r.Withdraw) -> None:
+def withdraw(desk: Trainer, message: r.RemoveExpectation) -> None:
     """Let the lesson no longer promise an outcome."""
-    lesson_actions.withdraw(desk, message.outcome)
+    lesson_actions.remove_expectation(desk, message.outcome)
 
 
-def prune(desk: Desk, message: r.Prune) -> None:
+def prune(desk: Trainer, message: r.ApplyPruning) -> None:
     """Learn with fewer questions from now on."""
-    lesson_actions.prune(desk, message.pruning)
+    lesson_actions.change_pruning(desk, message.pruning)

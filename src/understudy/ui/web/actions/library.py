@@ -13,12 +13,20 @@ from understudy.model.library import TrainedAutomaton
 from understudy.storage import library_folder
 from understudy.storage.library_folder import list_versions, load_version, normalize_name, save_automaton
 from understudy.ui.controller import journal_store
-from understudy.ui.controller.status import Said
+from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.actions import session
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.review import Changes, Save, Versions
-from understudy.ui.web.messages.session import Discard, Duplicate, GoBack, Recall, Remove, Rename, Restore
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.messages.review import DiffVersions, ListVersions, SaveAutomaton
+from understudy.ui.web.messages.session import (
+    DiscardSession,
+    DuplicateBehavior,
+    RecallSession,
+    RenameBehavior,
+    RestoreBehavior,
+    RevertVersion,
+    TrashBehavior,
+)
+from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views import lesson_test, library
 
 
@@ -28,29 +36,29 @@ class NotSavedReply(Data, frozen=True, kw_only=True):
     worse: list[str]
 
 
-def save_current_automaton(stage: Stage, message: Save) -> NotSavedReply | Said:
+def save_current_automaton(stage: SessionHost, message: SaveAutomaton) -> NotSavedReply | StatusMessage:
     """Save what is trained; under another name, a copy of it. Where something that worked no longer does, that is
     answered instead, unless it is to be saved `anyway`.
     """
     desk, name = stage.trained, message.name
     if name is None or name == desk.name:
         stage.look()
-        worse = () if message.anyway else lesson_test.worse(stage)
+        worse = () if message.anyway else lesson_test.find_unsaved_regressions(stage)
         if worse:
-            desk.said = Said(f"{desk.name} is not saved yet: something that worked no longer does")
+            desk.said = StatusMessage(f"{desk.name} is not saved yet: something that worked no longer does")
             return NotSavedReply(worse=list(worse))
         desk.keep(desk.session.taught())
-        said = Said(f"{desk.name} is saved", "recorded")
+        said = StatusMessage(f"{desk.name} is saved", "recorded")
     else:
         stage.look()
         stage.shelf.refuse_new(name, remedy="give another name")
         library.save_copy(stage.shelf, desk.session.taught(), name)
-        said = Said(f"A copy of {desk.name} is saved as {name}", "recorded")
+        said = StatusMessage(f"A copy of {desk.name} is saved as {name}", "recorded")
     stage.look()
     return said
 
 
-def remove(stage: Stage, message: Remove) -> Said:
+def trash_behavior(stage: SessionHost, message: TrashBehavior) -> StatusMessage:
     """Move a trained behavior to the trash."""
     desk, name = stage.desk, message.name
     if desk is not None and normalize_name(name) == normalize_name(desk.name):
@@ -58,42 +66,42 @@ def remove(stage: Stage, message: Remove) -> Said:
     if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
         raise SessionError(f"{desk.name}, which is being trained, runs {name}: choose its states first")
     stage.look()
-    library.remove(stage.shelf, name)
+    library.move_to_trash(stage.shelf, name)
     stage.look()
-    return Said(f"{name} is in the trash, from where it can be restored")
+    return StatusMessage(f"{name} is in the trash, from where it can be restored")
 
 
-def restore(stage: Stage, message: Restore) -> Said:
+def restore_behavior(stage: SessionHost, message: RestoreBehavior) -> StatusMessage:
     """Bring a trained behavior back from the trash."""
     name = message.name
     stage.look()
-    library.restore(stage.shelf, name)
+    library.restore_from_trash(stage.shelf, name)
     stage.look()
-    return Said(f"{name} is back in the library")
+    return StatusMessage(f"{name} is back in the library")
 
 
-def discard(stage: Stage, message: Discard) -> Said:
+def discard_session(stage: SessionHost, message: DiscardSession) -> StatusMessage:
     """Throw away a lesson that was cut off; its journal stays among those that ended."""
     name = message.name
     stage.look_for_cut_off()
     if name not in stage.cut_off:
         where, known = "the lessons that were cut off", list(stage.cut_off)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
-    stage.discarded[name] = journal_store.end(stage.cut_off[name].path, stage.shelf.folder, name)
+    stage.discarded[name] = journal_store.finish_journal(stage.cut_off[name].path, stage.shelf.folder, name)
     stage.look_for_cut_off()
-    return Said(f"The lesson of {name} that was cut off is thrown away")
+    return StatusMessage(f"The lesson of {name} that was cut off is thrown away")
 
 
-def recall(stage: Stage, message: Recall) -> Said:
+def recall_session(stage: SessionHost, message: RecallSession) -> StatusMessage:
     """Offer a lesson again that was thrown away since the studio was started."""
     name = message.name
     if name not in stage.discarded:
         where, known = "the lessons that were thrown away", list(stage.discarded)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
-    journal_store.reopen(stage.discarded[name])
+    journal_store.reopen_journal(stage.discarded[name])
     del stage.discarded[name]
     stage.look_for_cut_off()
-    return Said(f"The lesson of {name} that was cut off can go on again")
+    return StatusMessage(f"The lesson of {name} that was cut off can go on again")
 
 
 class VersionData(Data, frozen=True, kw_only=True):
@@ -143,7 +151,7 @@ class ChangesReply(Data, frozen=True, kw_only=True):
     moved: list[MovedData]
 
 
-def send_versions(stage: Stage, message: Versions) -> VersionsReply:
+def send_versions(stage: SessionHost, message: ListVersions) -> VersionsReply:
     """List the former versions, the latest first, and when each was saved."""
     stage.shelf.of(message.name)
     found = reversed(list_versions(stage.shelf.folder, message.name))
@@ -155,7 +163,7 @@ def send_versions(stage: Stage, message: Versions) -> VersionsReply:
     )
 
 
-def compare_versions(stage: Stage, message: Changes) -> ChangesReply:
+def compare_versions(stage: SessionHost, message: DiffVersions) -> ChangesReply:
     """Compare a former version with another, or with the present one: lines by topic, and how switches moved, with the
     examples responsible.
     """
@@ -184,26 +192,28 @@ def _moved(each: ConditionChange) -> MovedData:
     )
 
 
-def go_back(stage: Stage, message: GoBack) -> Said | None:
+def revert_version(stage: SessionHost, message: RevertVersion) -> StatusMessage | None:
     """Make a former version the present one; the present one becomes a former version."""
     name, number = message.name, message.version
-    here = session.settled(stage, name)
+    here = session.is_saved_in_training(stage, name)
     stage.look()
     stage.shelf.of(name)
-    taught = library.named(stage.shelf, _version(stage, name, number), name)  # it may have had another name
+    taught = library.make_renamed_copy(
+        stage.shelf, _version(stage, name, number), name
+    )  # it may have had another name
     save_automaton(stage.shelf.folder, taught)
     said = f"{name} is as it was in version {number}; what it was until now is kept as a version, too"
-    return session.changed(stage, name, said, here=here)
+    return session.reload_automaton(stage, name, said, here=here)
 
 
-def _version(stage: Stage, name: str, number: int) -> TrainedAutomaton:
+def _version(stage: SessionHost, name: str, number: int) -> TrainedAutomaton:
     return load_version(stage.shelf.folder, name, number, stage.kit, learn).taught
 
 
-def rename(stage: Stage, message: Rename) -> Said | None:
+def rename_behavior(stage: SessionHost, message: RenameBehavior) -> StatusMessage | None:
     """Give a trained behavior another name, with its former versions; not where others run it by the former one."""
     name, to = message.name, message.to
-    here = session.settled(stage, name)
+    here = session.is_saved_in_training(stage, name)
     desk = stage.desk
     stage.look()
     taught = stage.shelf.of(name)
@@ -216,11 +226,13 @@ def rename(stage: Stage, message: Rename) -> Said | None:
             f"{name} is run by {runs}: duplicate it instead, or choose the states of {runs} first"
         )
     stage.shelf.refuse_new(to, remedy="give another name")
-    library_folder.rename_automaton(stage.shelf.folder, name, library.named(stage.shelf, taught, to))
-    return session.changed(stage, to, f"{name} is called {to} now", here=here)
+    library_folder.rename_automaton(
+        stage.shelf.folder, name, library.make_renamed_copy(stage.shelf, taught, to)
+    )
+    return session.reload_automaton(stage, to, f"{name} is called {to} now", here=here)
 
 
-def duplicate(stage: Stage, message: Duplicate) -> Said:
+def duplicate_behavior(stage: SessionHost, message: DuplicateBehavior) -> StatusMessage:
     """Copy a trained behavior as the library has it."""
     name, to = message.name, message.to
     stage.look()
@@ -228,4 +240,4 @@ def duplicate(stage: Stage, message: Duplicate) -> Said:
     stage.shelf.refuse_new(to, remedy="give another name")
     library.save_copy(stage.shelf, taught, to)
     stage.look()
-    return Said(f"{to} is a copy of {name}", "recorded")
+    return StatusMessage(f"{to} is a copy of {name}", "recorded")

@@ -11,14 +11,19 @@ from understudy.sim.world import World
 from understudy.training.journal import LessonChanged, PressReceived, SnapshotTaken, read_journal
 from understudy.training.other_agents import SessionSnapshot
 from understudy.ui.controller import journal_store
-from understudy.ui.controller.open_session import begun, resumed
-from understudy.ui.controller.status import Said
-from understudy.ui.controller.training_plan import Choices, Plan, Start, checked
-from understudy.ui.web.messages.session import Others
-from understudy.ui.web.session_host import Stage
+from understudy.ui.controller.open_session import begin_session, resume_session
+from understudy.ui.controller.status import StatusMessage
+from understudy.ui.controller.training_plan import (
+    LessonChoices,
+    SessionStart,
+    TrainingPlan,
+    make_session_start,
+)
+from understudy.ui.web.messages.session import SetOtherAgents
+from understudy.ui.web.session_host import SessionHost
 
 
-def begin(stage: Stage, name: str, choices: Choices, *, discard: bool) -> None:
+def begin_automaton(stage: SessionHost, name: str, choices: LessonChoices, *, discard: bool) -> None:
     """Begin a new automaton."""
     _refuse_unsaved(stage, discard=discard)
     stage.look()
@@ -31,16 +36,16 @@ def begin(stage: Stage, name: str, choices: Choices, *, discard: bool) -> None:
             "discard it to begin anew"
         )
     plan = _plan(stage, name, choices)
-    start = checked(plan)
+    start = make_session_start(plan)
     if start is None:
         raise SessionError(f"{name} needs at least one state and one feature: choose what it can do")
-    opened = begun(plan, start, stage.wall, body=stage.body, agent=stage.agent)
+    opened = begin_session(plan, start, stage.wall, body=stage.body, agent=stage.agent)
     if left is not None:
-        journal_store.end(left.path, plan.folder, name)
+        journal_store.finish_journal(left.path, plan.folder, name)
     stage.take(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
 
 
-def go_on(stage: Stage, name: str, *, discard: bool) -> None:
+def open_automaton(stage: SessionHost, name: str, *, discard: bool) -> None:
     """Train an automaton of the library on, or go on with a session that was cut off."""
     _refuse_unsaved(stage, discard=discard)
     stage.look()
@@ -54,17 +59,17 @@ def go_on(stage: Stage, name: str, *, discard: bool) -> None:
     if name not in stage.shelf.library.taught:
         known = [*stage.shelf.library.taught, *stage.cut_off]
         raise UnknownName(what="automaton", name=name, where="the library", known=known)
-    start = checked(plan := _plan(stage, name))
+    start = make_session_start(plan := _plan(stage, name))
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
-    opened = begun(plan, start, stage.wall, body=stage.body, agent=stage.agent)
+    opened = begin_session(plan, start, stage.wall, body=stage.body, agent=stage.agent)
     stage.take(opened, f"{name} is open again: let it try, and press what is right where it does wrong")
 
 
-def _go_on_with_cut_off(stage: Stage, name: str, left: journal_store.Unfinished) -> None:
+def _go_on_with_cut_off(stage: SessionHost, name: str, left: journal_store.InterruptedSession) -> None:
     before = stage.world.snapshot() if isinstance(stage.world, World) else None
     try:
-        opened = resumed(_plan(stage, name), left.path, stage.wall, body=stage.body)
+        opened = resume_session(_plan(stage, name), left.path, stage.wall, body=stage.body)
     except UnderstudyError:
         if before is not None and isinstance(stage.world, World):
             stage.world.restore(before)
@@ -77,27 +82,27 @@ def _go_on_with_cut_off(stage: Stage, name: str, left: journal_store.Unfinished)
     )
 
 
-def choose_sort(stage: Stage, sort: str | None, agent: int, *, discard: bool) -> None:
+def select_squad_sort(stage: SessionHost, sort: str | None, agent: int, *, discard: bool) -> None:
     """Train coordinators of a sort of squads, or robots (None); what is not saved has to be, or to be discarded."""
     _refuse_beyond(stage, sort, agent)
     _refuse_unsaved(stage, discard=discard)
     stage.turn_to(sort, agent)
 
 
-def knows_other(stage: Stage, agent: int) -> bool:
+def has_other_library(stage: SessionHost, agent: int) -> bool:
     """Whether this robot has another library than the one that is trained: it is of a type that differs."""
     there = stage.sort is None and agent < stage.ranks.agents(None)
     return there and not stage.ranks.together(stage.agent, agent)
 
 
-def _refuse_beyond(stage: Stage, sort: str | None, agent: int) -> None:
+def _refuse_beyond(stage: SessionHost, sort: str | None, agent: int) -> None:
     most = stage.ranks.agents(sort)
     if agent >= most:
         problem, remedy = f"is {agent + 1}", f"give one from 1 to {most}"
         raise SettingError(where="the studio", setting=sort or "robot", problem=problem, remedy=remedy)
 
 
-def choose_agent(stage: Stage, agent: int) -> None:
+def select_agent(stage: SessionHost, agent: int) -> None:
     """Which robot is trained; not once something was shown in this session."""
     _refuse_beyond(stage, stage.sort, agent)
     desk = stage.desk
@@ -107,7 +112,7 @@ def choose_agent(stage: Stage, agent: int) -> None:
             who = (
                 f"Robot {agent + 1}" if stage.sort is None else f"The coordinator of {stage.sort} {agent + 1}"
             )
-            stage.said = Said(f"{who} is the one that will be trained")
+            stage.said = StatusMessage(f"{who} is the one that will be trained")
             stage.moved += 1
         return
     session = desk.session
@@ -116,12 +121,12 @@ def choose_agent(stage: Stage, agent: int) -> None:
             f"{desk.name} has been shown something by robot {desk.robot + 1}: save it and open it again to train "
             "it with another robot"
         )
-    start = Start(session.lesson, dict(desk.screen.targets))
-    opened = begun(_plan(stage, desk.name), start, stage.wall, body=stage.body, agent=agent)
+    start = SessionStart(session.lesson, dict(desk.screen.targets))
+    opened = begin_session(_plan(stage, desk.name), start, stage.wall, body=stage.body, agent=agent)
     stage.take(opened, f"{desk.name} is trained with robot {agent + 1} now")
 
 
-def settled(stage: Stage, name: str) -> bool:
+def is_saved_in_training(stage: SessionHost, name: str) -> bool:
     """Whether an automaton of the library is the one in training; SessionError where it has unsaved changes."""
     desk = stage.desk
     if desk is None or desk.name != name:
@@ -131,40 +136,44 @@ def settled(stage: Stage, name: str) -> bool:
     return True
 
 
-def changed(stage: Stage, name: str, said: str, *, here: bool) -> Said | None:
+def reload_automaton(stage: SessionHost, name: str, said: str, *, here: bool) -> StatusMessage | None:
     """An automaton was changed in the library; the one in training (`here`) goes on as it is there now, and says so."""
     stage.look()
     if not here:
-        return Said(said, "recorded")
+        return StatusMessage(said, "recorded")
     _reopen(stage, name, said)
     return None
 
 
-def _reopen(stage: Stage, name: str, said: str) -> None:
+def _reopen(stage: SessionHost, name: str, said: str) -> None:
     """Go on with what is trained as the library has it, perhaps under another name."""
     desk, paused = stage.trained, stage.paused
     lesson = stage.shelf.of(name).lesson
     targets = dict(desk.screen.targets)
-    choices = Choices(targets=targets if lesson and set(lesson.automaton.parameters) == set(targets) else {})
-    start = checked(plan := _plan(stage, name, choices))
+    choices = LessonChoices(
+        targets=targets if lesson and set(lesson.automaton.parameters) == set(targets) else {}
+    )
+    start = make_session_start(plan := _plan(stage, name, choices))
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
-    stage.take(begun(plan, start, stage.wall, body=stage.body, agent=desk.robot), said)
+    stage.take(begin_session(plan, start, stage.wall, body=stage.body, agent=desk.robot), said)
     stage.pause(paused, said)
 
 
-def _plan(stage: Stage, name: str, choices: Choices | None = None) -> Plan:
+def _plan(stage: SessionHost, name: str, choices: LessonChoices | None = None) -> TrainingPlan:
     shelf = stage.shelf
-    return Plan(name, shelf.folder, stage.world.scenario, shelf.library, choices or Choices(), stage.seed)
+    return TrainingPlan(
+        name, shelf.folder, stage.world.scenario, shelf.library, choices or LessonChoices(), stage.seed
+    )
 
 
-def _refuse_unsaved(stage: Stage, *, discard: bool) -> None:
+def _refuse_unsaved(stage: SessionHost, *, discard: bool) -> None:
     desk = stage.desk
     if desk is not None and desk.unsaved and not discard:
         raise SessionError(f"{desk.name} is not saved as it is now: save it first, or discard it")
 
 
-def occupy(stage: Stage, message: Others) -> Said:
+def set_other_agents(stage: SessionHost, message: SetOtherAgents) -> StatusMessage:
     """Let the others idle (None), or run a behavior of the library, its parameters standing for targets."""
     desk, library = stage.trained, stage.shelf.library
     behavior, targets = message.behavior, message.targets
@@ -188,10 +197,10 @@ def occupy(stage: Stage, message: Others) -> Said:
         raise
     doing = "idle" if behavior is None else f"run {format_bound_name(behavior, Binding(targets))}"
     stage.moved += 1
-    return Said(f"The others {doing} meanwhile")
+    return StatusMessage(f"The others {doing} meanwhile")
 
 
-def go_to_example(stage: Stage, number: int) -> None:
+def go_to_example(stage: SessionHost, number: int) -> None:
     """Go back to just before an example was shown; SessionError where that moment is not kept."""
     desk = stage.trained
     if all(example.number != number for example in desk.session.examples):

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from understudy.errors import SettingError
-from understudy.ui.controller.status import Said
+from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.messages import session as m
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.session_host import SessionHost
 
 FOOD = 10
 """Units in a source of food that somebody adds."""
 
 
-def place_robot(stage: Stage, message: m.Place) -> None:
+def place_robot(stage: SessionHost, message: m.MoveRobot) -> None:
     """Put a robot elsewhere."""
     if message.agent >= stage.world.robots:
         problem, remedy = f"is {message.agent + 1}", f"give one from 1 to {stage.world.robots}"
@@ -23,12 +23,12 @@ def place_robot(stage: Stage, message: m.Place) -> None:
     stage.put(lambda world: world.place(*place), f"Robot {message.agent + 1} was put elsewhere")
 
 
-def move_object(stage: Stage, message: m.MoveObject) -> None:
+def move_object(stage: SessionHost, message: m.MoveObject) -> None:
     """Put an object elsewhere."""
     stage.put(lambda world: world.move_object(message.slot, message.x, message.y), "An object was moved")
 
 
-def add_object(stage: Stage, message: m.AddObject) -> None:
+def add_object(stage: SessionHost, message: m.AddObject) -> None:
     """Add an object; a source of food has some."""
     kind = message.kind
     classes, rules = stage.world.names.classes, stage.world.rules.classes
@@ -36,48 +36,48 @@ def add_object(stage: Stage, message: m.AddObject) -> None:
     stage.put(lambda world: world.add_object(kind, message.x, message.y, amount=amount), f"{kind} was added")
 
 
-def remove_object(stage: Stage, message: m.RemoveObject) -> None:
+def remove_object(stage: SessionHost, message: m.RemoveObject) -> None:
     """Remove an object."""
     stage.put(lambda world: world.remove_object(message.slot), "An object was removed")
 
 
-def add_obstacle(stage: Stage, message: m.AddObstacle) -> None:
+def add_obstacle(stage: SessionHost, message: m.AddObstacle) -> None:
     """Add a round obstacle."""
     place = (message.x, message.y, message.radius)
     stage.put(lambda world: world.add_obstacle(*place), "An obstacle was added")
     stage.changed()
 
 
-def move_obstacle(stage: Stage, message: m.MoveObstacle) -> None:
+def move_obstacle(stage: SessionHost, message: m.MoveObstacle) -> None:
     """Put a round obstacle elsewhere."""
     place = (message.index, message.x, message.y)
     stage.put(lambda world: world.move_obstacle(*place), "An obstacle was moved")
     stage.changed()
 
 
-def remove_obstacle(stage: Stage, message: m.RemoveObstacle) -> None:
+def remove_obstacle(stage: SessionHost, message: m.RemoveObstacle) -> None:
     """Remove a round obstacle."""
     stage.put(lambda world: world.remove_obstacle(message.index), "An obstacle was removed")
     stage.changed()
 
 
-def arm(stage: Stage, _: m.Arm) -> Said:
+def arm(stage: SessionHost, _: m.Arm) -> StatusMessage:
     """Let real robots move from now on."""
     stage.robots.arm()
     if stage.desk is not None:
         stage.desk.session.look()  # what it read before is old by now
     stage.moved += 1
-    return Said("Armed: it moves when time goes on. Esc stops it")
+    return StatusMessage("Armed: it moves when time goes on. Esc stops it")
 
 
-def stop(stage: Stage, _: m.Stop) -> Said:
+def stop(stage: SessionHost, _: m.EmergencyStop) -> StatusMessage:
     """Stop real robots at once."""
     stage.robots.stop("stopped in the studio")
     stage.pause(True)
     stage.moved += 1
-    return Said("Stopped. Arm it again before it moves", "error")
+    return StatusMessage("Stopped. Arm it again before it moves", "error")
 
 
-def hear_holding(stage: Stage, message: m.Here) -> None:
+def hear_holding(stage: SessionHost, message: m.Heartbeat) -> None:
     """Hear that the page is there, and whether the key is held that real robots may move by."""
     stage.robots.hear(holding=message.holding)

@@ -9,14 +9,14 @@ from msgspec import Meta, Struct
 
 Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
-Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
+NameField: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Call: TypeAlias = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """What a state runs, or a feature of targets: a name and what it is called with, as goto(station)."""
-Value: TypeAlias = Annotated[str, Meta(max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
+ValueField: TypeAlias = Annotated[str, Meta(max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """A feature's value as it is shown: 3.42 m, −31°, yes, or nothing."""
 Calls: TypeAlias = Annotated[list[Call], Meta(max_length=200)]
-Names: TypeAlias = Annotated[list[Name], Meta(max_length=200)]
-Targets: TypeAlias = dict[Name, Name]
+NameListField: TypeAlias = Annotated[list[NameField], Meta(max_length=200)]
+Targets: TypeAlias = dict[NameField, NameField]
 """What parameters stand for, by parameter."""
 Index: TypeAlias = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 
@@ -49,7 +49,7 @@ _CALLED = {"to": "the new name", "reaction_s": "the reaction time", "within_s": 
 _KEYS = {"targets": "a parameter", "values": "a feature", "renamed": "a state"}
 
 
-def said(problem: str) -> str | None:
+def describe_schema_error(problem: str) -> str | None:
     """What a schema found wrong, as a sentence; None where it is no mistake in typing."""
     found = _FOUND.fullmatch(problem)
     if found is None:

@@ -15,44 +15,44 @@ AskWhenName: TypeAlias = Literal["never", "pause", "mark"]
 """What the robot does in testing where it is unsure: nothing, wait for an answer, or go on and mark the moment."""
 
 
-class Advise(Message, frozen=True, kw_only=True, tag="advise"):
+class RequestAdvice(Message, frozen=True, kw_only=True, tag="advise"):
     """Say what the lesson lacks, and how late presses seem to come."""
 
     by_anyone: ClassVar[bool] = True
 
 
-class SetUp(Message, frozen=True, kw_only=True, tag="set_up"):
+class SetUpSituation(Message, frozen=True, kw_only=True, tag="set_up"):
     """Put the robot into the situation that the advice of this sentence is about."""
 
     sentence: Sentence
 
 
-class AskWhen(Message, frozen=True, kw_only=True, tag="ask_when"):
+class SetQueryPolicy(Message, frozen=True, kw_only=True, tag="ask_when"):
     """What the robot does in testing where it is unsure."""
 
     when: AskWhenName
 
 
-class GoToMark(Message, frozen=True, kw_only=True, tag="go_to_mark"):
+class GoToUncertain(Message, frozen=True, kw_only=True, tag="go_to_mark"):
     """Go back to a moment at which the robot was unsure and went on."""
 
     number: Index
 
 
-class UseReaction(Message, frozen=True, kw_only=True, tag="use_reaction"):
+class SetReactionTime(Message, frozen=True, kw_only=True, tag="use_reaction"):
     """Choose how late presses come, s."""
 
     reaction_s: float
 
 
-class Mend(Message, frozen=True, kw_only=True, tag="mend"):
+class CorrectSlip(Message, frozen=True, kw_only=True, tag="mend"):
     """Say what the press of an example was meant for: it slipped."""
 
     number: Index
     next: Call
 
 
-class StandBy(Message, frozen=True, kw_only=True, tag="stand_by"):
+class ConfirmPress(Message, frozen=True, kw_only=True, tag="stand_by"):
     """Say that the press of an example was meant, odd as it looks."""
 
     number: Index

@@ -15,12 +15,12 @@ from understudy.ui.web.messages.base import (
     Id,
     Index,
     Message,
-    Name,
-    Names,
+    NameField,
+    NameListField,
     Seed,
     Targets,
-    Value,
-    said,
+    ValueField,
+    describe_schema_error,
 )
 
 MOST_BYTES = 64 * 1024
@@ -31,7 +31,7 @@ SpeedFactor: TypeAlias = float | Literal["fastest"]
 """How many times as fast as in life, or as fast as it goes."""
 
 
-class Press(Message, frozen=True, kw_only=True, tag="press"):
+class PressState(Message, frozen=True, kw_only=True, tag="press"):
     """Direct to a state; a correction in testing."""
 
     state: Call
@@ -41,7 +41,7 @@ class Confirm(Message, frozen=True, kw_only=True, tag="confirm"):
     """Keep doing this."""
 
 
-class Turn(Message, frozen=True, kw_only=True, tag="turn"):
+class ToggleMode(Message, frozen=True, kw_only=True, tag="turn"):
     """From training to testing, or back."""
 
 
@@ -59,23 +59,23 @@ class Pause(Message, frozen=True, kw_only=True, tag="pause"):
     paused: bool
 
 
-class Step(Message, frozen=True, kw_only=True, tag="step"):
+class StepTick(Message, frozen=True, kw_only=True, tag="step"):
     """One tick, then pause."""
 
 
-class Speed(Message, frozen=True, kw_only=True, tag="speed"):
+class SetSpeed(Message, frozen=True, kw_only=True, tag="speed"):
     """How many times as fast as in life, or as fast as it goes."""
 
     speed: SpeedFactor
 
 
-class Reset(Message, frozen=True, kw_only=True, tag="reset"):
+class ResetWorld(Message, frozen=True, kw_only=True, tag="reset"):
     """The world of a seed from its beginning; the same seed again where none is given."""
 
     seed: Seed | None = None
 
 
-class Restart(Message, frozen=True, kw_only=True, tag="restart"):
+class RestartAutomaton(Message, frozen=True, kw_only=True, tag="restart"):
     """The automaton afresh, the robot where it is."""
 
 
@@ -86,27 +86,27 @@ class Rewind(Message, frozen=True, kw_only=True, tag="rewind"):
     example: Index | None = None
 
 
-class StandFor(Message, frozen=True, kw_only=True, tag="stand_for"):
+class BindTargets(Message, frozen=True, kw_only=True, tag="stand_for"):
     """Let parameters stand for other targets."""
 
     targets: Targets
 
 
-class Open(Message, frozen=True, kw_only=True, tag="open"):
+class OpenAutomaton(Message, frozen=True, kw_only=True, tag="open"):
     """Train an automaton of the library on."""
 
-    name: Name
+    name: NameField
     discard: bool = False
 
 
-class New(Message, frozen=True, kw_only=True, tag="new"):
+class NewAutomaton(Message, frozen=True, kw_only=True, tag="new"):
     """Begin a new automaton."""
 
-    name: Name
+    name: NameField
     states: Calls
     features: Calls
-    parameters: Names = field(default_factory=list)
-    flags: Names = field(default_factory=list)
+    parameters: NameListField = field(default_factory=list)
+    flags: NameListField = field(default_factory=list)
     targets: Targets = field(default_factory=dict)
     watched: bool | None = None
     reaction_s: float | None = None
@@ -114,110 +114,110 @@ class New(Message, frozen=True, kw_only=True, tag="new"):
     discard: bool = False
 
 
-class Choose(Message, frozen=True, kw_only=True, tag="choose"):
+class ChangeDesign(Message, frozen=True, kw_only=True, tag="choose"):
     """Choose anew what the lesson is about; examples stay where they can, also those of states `renamed`."""
 
     states: Calls
     features: Calls
-    flags: Names = field(default_factory=list)
+    flags: NameListField = field(default_factory=list)
     renamed: dict[Call, Call] = field(default_factory=dict)
     watched: bool | None = None
     reaction_s: float | None = None
     unlearning: bool | None = None
 
 
-class Delete(Message, frozen=True, kw_only=True, tag="delete"):
+class DeleteExample(Message, frozen=True, kw_only=True, tag="delete"):
     """Delete an example."""
 
     number: Index
 
 
-class Quarantine(Message, frozen=True, kw_only=True, tag="quarantine"):
+class QuarantineExamples(Message, frozen=True, kw_only=True, tag="quarantine"):
     """Let examples teach nothing for now."""
 
     numbers: Annotated[list[Index], Meta(min_length=1, max_length=200)]
 
 
-class Release(Message, frozen=True, kw_only=True, tag="release"):
+class ReleaseExamples(Message, frozen=True, kw_only=True, tag="release"):
     """Let examples teach again."""
 
     numbers: Annotated[list[Index], Meta(min_length=1, max_length=200)]
 
 
-class Edit(Message, frozen=True, kw_only=True, tag="edit"):
+class EditExample(Message, frozen=True, kw_only=True, tag="edit"):
     """Let an example say another state, next state, or values, which are written as they are shown."""
 
     number: Index
     state: Call | None = None
     next: Call | None = None
-    values: dict[Call, Value] = field(default_factory=dict)
+    values: dict[Call, ValueField] = field(default_factory=dict)
 
 
-class Remove(Message, frozen=True, kw_only=True, tag="remove"):
+class TrashBehavior(Message, frozen=True, kw_only=True, tag="remove"):
     """Move a trained behavior to the trash."""
 
-    name: Name
+    name: NameField
 
 
-class Restore(Message, frozen=True, kw_only=True, tag="restore"):
+class RestoreBehavior(Message, frozen=True, kw_only=True, tag="restore"):
     """Bring a trained behavior back from the trash."""
 
-    name: Name
+    name: NameField
 
 
-class Discard(Message, frozen=True, kw_only=True, tag="discard"):
+class DiscardSession(Message, frozen=True, kw_only=True, tag="discard"):
     """Throw away a lesson that was cut off."""
 
-    name: Name
+    name: NameField
 
 
-class Recall(Message, frozen=True, kw_only=True, tag="recall"):
+class RecallSession(Message, frozen=True, kw_only=True, tag="recall"):
     """Offer a lesson again that was cut off and thrown away."""
 
-    name: Name
+    name: NameField
 
 
-class Rename(Message, frozen=True, kw_only=True, tag="rename"):
+class RenameBehavior(Message, frozen=True, kw_only=True, tag="rename"):
     """Give a trained behavior another name."""
 
-    name: Name
-    to: Name
+    name: NameField
+    to: NameField
 
 
-class Duplicate(Message, frozen=True, kw_only=True, tag="duplicate"):
+class DuplicateBehavior(Message, frozen=True, kw_only=True, tag="duplicate"):
     """Copy a trained behavior as it is in the library."""
 
-    name: Name
-    to: Name
+    name: NameField
+    to: NameField
 
 
-class GoBack(Message, frozen=True, kw_only=True, tag="go_back"):
+class RevertVersion(Message, frozen=True, kw_only=True, tag="go_back"):
     """Make a former version of a trained behavior the present one again."""
 
-    name: Name
+    name: NameField
     version: Index
 
 
-class Agent(Message, frozen=True, kw_only=True, tag="agent"):
+class SelectAgent(Message, frozen=True, kw_only=True, tag="agent"):
     """Which robot is trained, or which squad's coordinator: that of a squad of this sort."""
 
     agent: Index
-    sort: Name | None = None
+    sort: NameField | None = None
     discard: bool = False
 
 
-class Others(Message, frozen=True, kw_only=True, tag="others"):
+class SetOtherAgents(Message, frozen=True, kw_only=True, tag="others"):
     """What the robots do meanwhile that are not trained: idle, or a behavior of the library."""
 
-    behavior: Name | None
+    behavior: NameField | None
     targets: Targets = field(default_factory=dict)
 
 
-class Watch(Message, frozen=True, kw_only=True, tag="watch"):
+class ToggleWatching(Message, frozen=True, kw_only=True, tag="watch"):
     """I am not watching, so that silence is no consent; or I am again."""
 
 
-class Place(Message, frozen=True, kw_only=True, tag="place"):
+class MoveRobot(Message, frozen=True, kw_only=True, tag="place"):
     """Put a robot elsewhere; without a heading it keeps its own."""
 
     agent: Index
@@ -237,7 +237,7 @@ class MoveObject(Message, frozen=True, kw_only=True, tag="move_object"):
 class AddObject(Message, frozen=True, kw_only=True, tag="add_object"):
     """Add an object of a class."""
 
-    kind: Name
+    kind: NameField
     x: float
     y: float
 
@@ -270,7 +270,7 @@ class RemoveObstacle(Message, frozen=True, kw_only=True, tag="remove_obstacle"):
     index: Index
 
 
-class Take(Message, frozen=True, kw_only=True, tag="take"):
+class TakeControl(Message, frozen=True, kw_only=True, tag="take"):
     """Become director where nobody is, or where the present one has been silent for long."""
 
 
@@ -278,13 +278,13 @@ class Arm(Message, frozen=True, kw_only=True, tag="arm"):
     """Let real robots move from now on."""
 
 
-class Stop(Message, frozen=True, kw_only=True, tag="stop"):
+class EmergencyStop(Message, frozen=True, kw_only=True, tag="stop"):
     """Stop real robots at once: the emergency stop of every page."""
 
     by_anyone: ClassVar[bool] = True
 
 
-class Here(Message, frozen=True, kw_only=True, tag="here"):
+class Heartbeat(Message, frozen=True, kw_only=True, tag="here"):
     """The page is there still, and the person holds the key that real robots may move by, or does not."""
 
     holding: bool = False
@@ -294,12 +294,12 @@ class PickColor(Message, frozen=True, kw_only=True, tag="pick_color"):
     """Clicks (column, row) into an image of a robot's camera: that is the color of what is called so."""
 
     robot: Index
-    name: Name
+    name: NameField
     image: Annotated[int, Meta(ge=1)]
     points: Annotated[list[tuple[Index, Index]], Meta(min_length=1, max_length=200)]
 
 
-class HandOver(Message, frozen=True, kw_only=True, tag="hand_over"):
+class ReleaseControl(Message, frozen=True, kw_only=True, tag="hand_over"):
     """No longer direct: anyone may take."""
 
 
@@ -310,7 +310,7 @@ REQUESTS: tuple[type[Message], ...] = tuple(
 """All that a page may send."""
 
 
-class UnusableMessage(UnderstudyError, json_type="UnusableMessage"):
+class InvalidMessage(UnderstudyError, json_type="UnusableMessage"):
     """A message that is not one of those a page may send."""
 
     def __init__(self, *, problem: str) -> None:
@@ -318,7 +318,7 @@ class UnusableMessage(UnderstudyError, json_type="UnusableMessage"):
         super().__init__(f"the message cannot be used, and changed nothing: {problem}")
 
 
-class UnusableField(UnusableMessage, json_type="UnusableField"):
+class InvalidField(InvalidMessage, json_type="UnusableField"):
     """A message with something that a person typed and that cannot be used."""
 
     def __init__(self, *, problem: str) -> None:
@@ -334,18 +334,18 @@ _messages: msgspec.json.Decoder[Message] = msgspec.json.Decoder(Union[REQUESTS])
 _number = msgspec.json.Decoder(_Numbered).decode
 
 
-def read(text: str | bytes) -> Message:
+def parse_message(text: str | bytes) -> Message:
     """The message a page sent; UnusableMessage where it is none."""
     if len(text) > MOST_BYTES or (isinstance(text, str) and len(text.encode(errors="replace")) > MOST_BYTES):
-        raise UnusableMessage(problem=f"it is longer than {MOST_BYTES} bytes")
+        raise InvalidMessage(problem=f"it is longer than {MOST_BYTES} bytes")
     try:
         return _messages.decode(text)
     except (msgspec.MsgspecError, UnicodeError, RecursionError) as error:
-        typed = said(str(error))
-        raise UnusableField(problem=typed) if typed else UnusableMessage(problem=str(error)) from error
+        typed = describe_schema_error(str(error))
+        raise InvalidField(problem=typed) if typed else InvalidMessage(problem=str(error)) from error
 
 
-def number_of(text: str | bytes) -> int | None:
+def find_message_number(text: str | bytes) -> int | None:
     """The number of a message that could not be read, so that its answer can say which it was."""
     if len(text) > MOST_BYTES:
         return None

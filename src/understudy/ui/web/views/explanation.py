@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from understudy.analysis.explain_run import Level, Reason
+from understudy.analysis.explain_run import DecisionReason, LevelExplanation
 from understudy.analysis.explanation_text import (
     MOST_EXAMPLES,
     DecisionData,
@@ -14,10 +14,10 @@ from understudy.analysis.explanation_text import (
 )
 from understudy.model.lesson import ExampleKind
 from understudy.training.trainee import Mode
-from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.review import Why
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.messages.review import RequestExplanation
+from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views.session import ExampleKindName
 
 
@@ -67,7 +67,7 @@ class ReasonsReply(Data, frozen=True, kw_only=True):
     last: SwitchedData | None
 
 
-def explain(stage: Stage, _: Why) -> ReasonsReply:
+def explain(stage: SessionHost, _: RequestExplanation) -> ReasonsReply:
     """Explain what every level decides now, what held and who showed it; and the last switch of any of them."""
     desk = stage.trained
     levels = desk.why.levels()
@@ -76,7 +76,7 @@ def explain(stage: Stage, _: Why) -> ReasonsReply:
     )
 
 
-def _level(desk: Desk, level: Level, *, first: bool) -> LevelData:
+def _level(desk: Trainer, level: LevelExplanation, *, first: bool) -> LevelData:
     decision = level.decision
     return LevelData(
         automaton=level.automaton,
@@ -88,7 +88,7 @@ def _level(desk: Desk, level: Level, *, first: bool) -> LevelData:
     )
 
 
-def _last(desk: Desk) -> SwitchedData | None:
+def _last(desk: Trainer) -> SwitchedData | None:
     last = desk.why.last()
     if last is None:
         return None
@@ -97,7 +97,7 @@ def _last(desk: Desk) -> SwitchedData | None:
     return SwitchedData(automaton=switch.call, time_s=switch.time_s, says=says, **_behind(desk, reason))
 
 
-def _behind(desk: Desk, reason: Reason | None) -> dict[str, Any]:
+def _behind(desk: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
     """The fields of `BehindData` beside what is said."""
     if reason is None:
         return {"read": "", "by_hand": False, "here": False, "examples": [], "more": 0}

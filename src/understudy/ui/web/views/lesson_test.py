@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec import field
 
 from understudy.analysis import lesson_tests
-from understudy.analysis.lesson_tests import Examined, below, examined
+from understudy.analysis.lesson_tests import LessonTestResult, list_dependencies, run_lesson_test
 from understudy.errors import SessionError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
@@ -15,12 +15,12 @@ from understudy.sim.scenario.files import format_scenario
 from understudy.storage.library_folder import list_versions, load_version
 from understudy.training.other_agents import SessionSnapshot
 from understudy.ui.controller import lesson_actions
-from understudy.ui.controller.lesson_actions import seen
-from understudy.ui.controller.save_report import lost_since
-from understudy.ui.controller.status import Said
+from understudy.ui.controller.lesson_actions import preview_pruning
+from understudy.ui.controller.save_report import find_regressions_since_saved
+from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.review import Simplify, Test, Visit
-from understudy.ui.web.session_host import Stage
+from understudy.ui.web.messages.review import GoToExpectation, PreviewSimplify, TestLesson
+from understudy.ui.web.session_host import SessionHost
 
 SAVED = "it was saved"
 
@@ -54,23 +54,25 @@ class LessonTestReply(Data, frozen=True, kw_only=True):
     tested: TestedData
 
 
-def test_lesson(stage: Stage, message: Test) -> LessonTestReply:
+def test_lesson(stage: SessionHost, message: TestLesson) -> LessonTestReply:
     """Test one automaton on its lesson, beside what it was: what is trained counts as it stands."""
     name, library = message.name, _present(stage)
     library.automaton(name)
-    formers = {each: _former(stage, each) for each in below(library, name)}
+    formers = {each: _former(stage, each) for each in list_dependencies(library, name)}
     known = stage.ranks.known(stage.sort, stage.agent, library)
-    seen = examined(library, name, {each: taught for each, (_, taught) in formers.items() if taught}, known)
+    seen = run_lesson_test(
+        library, name, {each: taught for each, (_, taught) in formers.items() if taught}, known
+    )
     return LessonTestReply(tested=_tested(seen, formers[name][0]))
 
 
-def _present(stage: Stage) -> Library:
+def _present(stage: SessionHost) -> Library:
     """The library, with what is trained as it stands."""
     desk, library = stage.desk, stage.shelf.library
     return library if desk is None else library.with_taught(desk.session.taught())
 
 
-def _former(stage: Stage, name: str) -> tuple[str, TrainedAutomaton | None]:
+def _former(stage: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]:
     """What an automaton was before, and what that is called: the last former version, or what is saved."""
     desk, saved = stage.desk, stage.shelf.library.taught.get(name)
     if desk is not None and name == desk.name and desk.unsaved:
@@ -85,7 +87,7 @@ def _former(stage: Stage, name: str) -> tuple[str, TrainedAutomaton | None]:
     return f"version {kept[-1].number}", last
 
 
-def _tested(seen: Examined, former: str) -> TestedData:
+def _tested(seen: LessonTestResult, former: str) -> TestedData:
     return TestedData(
         name=seen.name,
         works=seen.works,
@@ -94,22 +96,22 @@ def _tested(seen: Examined, former: str) -> TestedData:
             PromiseTestedData(said=str(each.outcome), took_s=each.took_s, problem=each.problem)
             for each in seen.outcomes
         ],
-        worse=list(lesson_tests.worse(seen)),
-        else_=list(lesson_tests.otherwise(seen, former)),
+        worse=list(lesson_tests.describe_regressions(seen)),
+        else_=list(lesson_tests.describe_other_differences(seen, former)),
     )
 
 
-def worse(stage: Stage) -> tuple[str, ...]:
+def find_unsaved_regressions(stage: SessionHost) -> tuple[str, ...]:
     """What worked with what is saved and no longer does with what is trained, also in what is above it."""
     library, taught = stage.shelf.library, stage.trained.session.taught()
     known = stage.ranks.known(stage.sort, stage.agent, library)
-    return lost_since(stage.shelf.folder, library, taught, known)
+    return find_regressions_since_saved(stage.shelf.folder, library, taught, known)
 
 
-def visit(stage: Stage, message: Visit) -> Said:
+def go_to_expectation(stage: SessionHost, message: GoToExpectation) -> StatusMessage:
     """Go to where an outcome was promised, the automaton afresh; nothing is recorded."""
     desk = stage.trained
-    outcome = lesson_actions.promised(desk, message.outcome)
+    outcome = lesson_actions.find_expectation(desk, message.outcome)
     if outcome.scenario != format_scenario(stage.world.scenario) or outcome.sort != (stage.sort or ""):
         raise SessionError(f"that was promised in another world, as {outcome.world} was then")
     if outcome.agent != desk.session.agent:
@@ -118,7 +120,7 @@ def visit(stage: Stage, message: Visit) -> Said:
     stage.go_back(SessionSnapshot(outcome.snapshot, (), desk.session.mode, others))
     if dict(outcome.targets) != dict(desk.screen.targets):
         desk.bind(outcome.targets)
-    return Said(f"Here it was promised: {outcome}")
+    return StatusMessage(f"Here it was promised: {outcome}")
 
 
 class SuggestionData(Data, frozen=True, kw_only=True):
@@ -184,9 +186,9 @@ class SimplifyReply(Data, frozen=True, kw_only=True):
     simpler: SimplerData
 
 
-def preview(stage: Stage, message: Simplify) -> SimplifyReply:
+def preview(stage: SessionHost, message: PreviewSimplify) -> SimplifyReply:
     """Show conditions before and after, and the decisions that would change; nothing is changed yet."""
-    found = seen(stage.trained, message.pruning)
+    found = preview_pruning(stage.trained, message.pruning)
     before, after = found.leaves
     changed = sum(each.moments for each in found.replayed.changes)
     return SimplifyReply(

@@ -72,7 +72,7 @@ class LibraryData(Data, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True)
-class Shelf:
+class LibraryView:
     """A library's folder looked at file by file, so that one bad file does not hide the others."""
 
     folder: Path
@@ -162,7 +162,7 @@ def check_folder(folder: Path) -> None:
         raise FileError(path=folder, place="", problem=f"it cannot be made in {there}", remedy=remedy)
 
 
-def look(folder: Path, kit: Kit) -> Shelf:
+def read_library_folder(folder: Path, kit: Kit) -> LibraryView:
     """A library's folder as it is now; an empty shelf where it is still to be made."""
     library = Library(kit)
     problems: dict[str, str] = {}
@@ -171,15 +171,15 @@ def look(folder: Path, kit: Kit) -> Shelf:
             library = add_automaton(library, open_document(path, kit, learn).taught, path)
         except UnderstudyError as error:
             problems[unquote(path.stem)] = str(error)
-    return Shelf(folder, library, problems, tuple(sorted({name for name, _, _ in _trashed(folder)})))
+    return LibraryView(folder, library, problems, tuple(sorted({name for name, _, _ in _trashed(folder)})))
 
 
-def save_copy(shelf: Shelf, taught: TrainedAutomaton, name: str) -> None:
+def save_copy(shelf: LibraryView, taught: TrainedAutomaton, name: str) -> None:
     """Save an automaton under another name."""
-    save_automaton(shelf.folder, named(shelf, taught, name))
+    save_automaton(shelf.folder, make_renamed_copy(shelf, taught, name))
 
 
-def named(shelf: Shelf, taught: TrainedAutomaton, name: str) -> TrainedAutomaton:
+def make_renamed_copy(shelf: LibraryView, taught: TrainedAutomaton, name: str) -> TrainedAutomaton:
     """An automaton under another name; refused where that is a basic behavior's, or it would contain itself."""
     automaton, lesson = replace(taught.automaton, name=name), taught.lesson
     if lesson is not None:
@@ -189,7 +189,7 @@ def named(shelf: Shelf, taught: TrainedAutomaton, name: str) -> TrainedAutomaton
     return copy
 
 
-def remove(shelf: Shelf, name: str) -> None:
+def move_to_trash(shelf: LibraryView, name: str) -> None:
     """Move an automaton to the trash."""
     path = shelf.folder / f"{make_file_stem(name)}.json"
     if not path.is_file():
@@ -210,7 +210,7 @@ def remove(shelf: Shelf, name: str) -> None:
             sync_folder(shelf.folder)
 
 
-def restore(shelf: Shelf, name: str) -> None:
+def restore_from_trash(shelf: LibraryView, name: str) -> None:
     """Bring back what was removed last under a name."""
     kept = [(number, path) for known, number, path in _trashed(shelf.folder) if known == name]
     if not kept:

@@ -135,7 +135,7 @@ class SceneData(Data, frozen=True, kw_only=True):
     """The topmost sort first."""
 
 
-def scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> SceneData:
+def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> SceneData:
     """Everything a page needs in order to draw a world and to choose from a kit."""
     view, scenario = world.view(), world.scenario
     kinds = [scenario.types[name] for name in world.names.types]
@@ -170,7 +170,7 @@ def scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> SceneData:
                 label=name,
                 parameters=list(feature.parameters),
                 unit=feature.unit,
-                **described(feature.kind),
+                **describe_kind(feature.kind),
             )
             for name, feature in kit.features.items()
         ],
@@ -189,7 +189,7 @@ def _eyes(world: Ground) -> list[int]:
     return [number for number, robot in enumerate(world.fleet) if robot.senses.eye is not None]
 
 
-def described(kind: Kind) -> dict[str, Any]:
+def describe_kind(kind: Kind) -> dict[str, Any]:
     """The fields of `FeatureData` that say what a kind is."""
     if isinstance(kind, Categorical):
         return {"kind": "categorical", "labels": list(kind.labels)}

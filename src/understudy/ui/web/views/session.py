@@ -17,10 +17,10 @@ from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import Vectors, describe_tree_outcomes
 from understudy.ui.controller.key_bindings import Arrow
-from understudy.ui.controller.trainer import Desk
+from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import AskingData
-from understudy.ui.web.views.scene import FeatureData, described
+from understudy.ui.web.views.scene import FeatureData, describe_kind
 
 
 class NestedStateData(Data, frozen=True, kw_only=True):
@@ -49,7 +49,7 @@ class NestedAutomatonData(Data, frozen=True, kw_only=True):
     edges: list[WayData]
 
 
-class Nested:
+class NestedAutomata:
     """The trained automata that an automaton runs, directly or through others, each put in words once."""
 
     def __init__(self) -> None:
@@ -82,7 +82,7 @@ def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> Nes
         edges=[
             WayData(from_=state, to=following, when=when)
             for state, function in automaton.transitions.items()
-            for following, when in ways(automaton, function, (), list_shown_vectors(lesson, state))
+            for following, when in list_exits(automaton, function, (), list_shown_vectors(lesson, state))
             if following != state
         ],
     )
@@ -98,7 +98,7 @@ def state_fields(state: State, library: Library) -> dict[str, Any]:
     }
 
 
-def ways(
+def list_exits(
     automaton: Automaton, function: Transition, directed: Sequence[str], vectors: Vectors
 ) -> Iterator[tuple[str, list[str]]]:
     """Where a transition function learned from such vectors leads, and when; of a classifier, where it was directed."""
@@ -216,14 +216,14 @@ class SessionData(LessonData, frozen=True, kw_only=True):
     asking: AskingData
 
 
-class Picture:
+class SessionViewBuilder:
     """Pictures of one desk."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: Trainer) -> None:
         self._desk = desk
         self._of: Lesson | None = None
         self._lesson: LessonData | None = None
-        self._nested = Nested()
+        self._nested = NestedAutomata()
 
     def take(self, *, others: BehaviorCallData | None, doing: list[str], asking: AskingData) -> SessionData:
         """The session as it is now."""
@@ -259,7 +259,7 @@ class Picture:
                 parameters=list(automaton.parameters),
                 states=[self._state(state) for state in automaton.states],
                 features=[
-                    FeatureData(label=str(bound), unit=bound.feature.unit, **described(bound.kind))
+                    FeatureData(label=str(bound), unit=bound.feature.unit, **describe_kind(bound.kind))
                     for bound in automaton.features
                 ],
                 examples=_examples(lesson),
@@ -281,7 +281,7 @@ class Picture:
         return StateData(key=key, arrow=arrow, **state_fields(state, self._desk.session.library))
 
 
-def _doubt(desk: Desk) -> DoubtData | None:
+def _doubt(desk: Trainer) -> DoubtData | None:
     """What the last correction came to where it raised a doubt that nobody has acted on."""
     judgement = desk.session.judgement
     if judgement is None:
@@ -333,6 +333,8 @@ def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[EdgeDa
         for example in lesson.examples:
             if example.state == state and example.next != state and example.pressed:
                 led.setdefault(example.next, []).append(example.number)
-        for following, when in ways(lesson.automaton, function, list(led), list_shown_vectors(lesson, state)):
+        for following, when in list_exits(
+            lesson.automaton, function, list(led), list_shown_vectors(lesson, state)
+        ):
             if following != state:
                 yield EdgeData(from_=state, to=following, when=when, examples=led.get(following, []))

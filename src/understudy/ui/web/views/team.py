@@ -21,7 +21,7 @@ from understudy.ui.web.views import library as shelf
 from understudy.ui.web.views.scene import SquadSortData
 
 
-class Ranks:
+class TrainableGroups:
     """The team of a scenario: the robots' automata are in `folder`, those of squads in one of their name inside; so are
     those of each type of robots where types differ.
     """
@@ -55,13 +55,13 @@ class Ranks:
         places = find_type_folders(self._scenario, self._folder, self._kit)
         return places[self.type_of(one)][0] == places[self.type_of(other)][0]
 
-    def shelf_of(self, sort: str | None, agent: int = 0) -> shelf.Shelf:
+    def shelf_of(self, sort: str | None, agent: int = 0) -> shelf.LibraryView:
         """The library of a robot (None), or of a sort of squads; UnknownName where there is no such sort."""
         if sort is None:
             where, kit = find_type_folders(self._scenario, self._folder, self._kit)[self.type_of(agent)]
-            return shelf.look(where, kit)
+            return shelf.read_library_folder(where, kit)
         self._check(sort)
-        return shelf.look(self._folder / sort, self._known()[sort].kit)
+        return shelf.read_library_folder(self._folder / sort, self._known()[sort].kit)
 
     def body(self, world: Ground, sort: str | None) -> Ground | CoordinatorBody:
         """What is trained: the robots of a world, or the squads of a sort with all below them."""
@@ -85,7 +85,7 @@ class Ranks:
 
     def _known(self) -> Libraries:
         def look(where: Path, kit: Kit) -> Library:
-            return shelf.look(where, kit).library
+            return shelf.read_library_folder(where, kit).library
 
         robots = load_type_libraries(self._scenario, self._folder, self._kit, look)
         return collect_libraries(self._scenario, robots, lambda name, kit: look(self._folder / name, kit))
@@ -106,7 +106,7 @@ class Ranks:
         return found[::-1]
 
 
-class Doing:
+class ActivityNames:
     """What robots do, as numbers that a page is told the names of."""
 
     def __init__(self) -> None:
