@@ -30,8 +30,8 @@ from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
 from understudy.sim.team.libraries import make_team
 from understudy.sim.world import World
 from understudy_lab.bench import standard_task
-from understudy_lab.bench.handwritten_baseline import Prototype
-from understudy_lab.tasks.swarm_world import SWARM, hand_coded, of_platoons
+from understudy_lab.bench.handwritten_baseline import HandwrittenBaseline
+from understudy_lab.tasks.swarm_world import SWARM, make_expert_libraries, of_platoons
 
 TICKS, MOST_ROBOTS, SEEDS = 40, 40, (5, 6)
 EVERYTHING = patch("understudy.sim.world.find_world_contents", lambda scenario, rules: (True,) * 7)
@@ -81,7 +81,7 @@ def _obey(make: Callable[..., World], number: int) -> bytes:
 def _lead() -> bytes:
     """A platoon under its coordinators."""
     with EVERYTHING:
-        team = make_team(of_platoons(1), [0], hand_coded(), {SWARM: ("swarm_work", {})})
+        team = make_team(of_platoons(1), [0], make_expert_libraries(), {SWARM: ("swarm_work", {})})
     team.run(TICKS)
     world: Any = team.ground
     return _state(world)
@@ -121,7 +121,9 @@ def _state(world: World) -> bytes:
 
 def _by_hand() -> bytes:
     """The tick that benchmarks compare with."""
-    subject = Prototype(30, standard_task.make_full_library(), standard_task.FULL, sonar=True, threads=1)
+    subject = HandwrittenBaseline(
+        30, standard_task.make_full_library(), standard_task.FULL, sonar=True, threads=1
+    )
     subject.reset()
     subject.run(TICKS)
     return subject.place.tobytes()

@@ -7,12 +7,12 @@ from typing import Any
 
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import Tree
-from understudy_lab.statistics import told
+from understudy_lab.statistics import format_median
 from understudy_lab.study import Row
-from understudy_lab.teachers.teacher import Teaching
+from understudy_lab.teachers.teacher import TeachingResult
 
 
-def described(taught: TrainedAutomaton, seconds: float) -> dict[str, Any]:
+def describe_lesson(taught: TrainedAutomaton, seconds: float) -> dict[str, Any]:
     """One lesson as plain data: how many features, states and press-made examples it has, the nodes of the tree of
     each state that has one, and how long it took to teach, s.
     """
@@ -34,11 +34,11 @@ def nodes(taught: TrainedAutomaton) -> list[int]:
     return [len(tree.nodes) for tree in trees if isinstance(tree, Tree)]
 
 
-def lessons_of(teaching: Teaching) -> list[dict[str, Any]]:
+def lessons_of(teaching: TeachingResult) -> list[dict[str, Any]]:
     """The lessons of one teaching, in the order in which they were taught."""
     accounts: Mapping[str, Any] = teaching.accounts
     return [
-        described(teaching.library.taught[name], account.seconds)
+        describe_lesson(teaching.library.taught[name], account.seconds)
         for name, account in accounts.items()
         if name in teaching.library.taught
     ]
@@ -55,6 +55,6 @@ def lessons_in(rows: Sequence[Row]) -> list[tuple[str, ...]]:
     for who, lessons in rows[0]["lessons"].items():
         for index, lesson in enumerate(lessons):
             of = [row["lessons"][who][index] for row in rows]
-            cells = (told([each[key] for each in of]) for key in ("examples", "seconds"))
+            cells = (format_median([each[key] for each in of]) for key in ("examples", "seconds"))
             made.append((who, lesson["name"], *cells, str(lesson["states"]), str(lesson["features"])))
-    return [*made, ("all", "", told(examples_in(rows)), "", "", "")]
+    return [*made, ("all", "", format_median(examples_in(rows)), "", "", "")]

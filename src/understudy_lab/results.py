@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 
 from understudy.storage.atomic import convert_os_errors, write_atomically
-from understudy_lab.study import Experiment, Findings, Row, folder_of
+from understudy_lab.study import Row, Study, StudyFindings, folder_of
 
 EXPECTED = "expected.json"
 CLOSE = 1e-6
@@ -22,18 +22,18 @@ NEAR, ENOUGH = 0.2, 10
 
 
 @dataclass(frozen=True)
-class Result:
+class StudyResult:
     """A run of an experiment: its findings with the rows behind them."""
 
     experiment: str
     question: str
     seeds: Sequence[int]
     quick: bool
-    findings: Findings
+    findings: StudyFindings
     rows: Sequence[Row]
 
 
-def save(result: Result, path: Path) -> None:
+def save(result: StudyResult, path: Path) -> None:
     """Put a result in a file, a row a line."""
     head = msgspec.json.format(msgspec.json.encode(replace(result, rows=[])), indent=1)
     rows = b",\n".join(msgspec.json.encode(row) for row in result.rows)
@@ -41,7 +41,7 @@ def save(result: Result, path: Path) -> None:
         write_atomically(path, head.replace(b'"rows": []', b'"rows": [\n' + rows + b"\n ]") + b"\n")
 
 
-def published(name: str) -> Result | None:
+def load_published(name: str) -> StudyResult | None:
     """The published result; None where there is none yet."""
     path = folder_of(name) / EXPECTED
     if not path.is_file():
@@ -49,12 +49,12 @@ def published(name: str) -> Result | None:
     return read(path)
 
 
-def read(path: Path) -> Result:
+def read(path: Path) -> StudyResult:
     """A result out of a file."""
-    return msgspec.json.decode(path.read_bytes(), type=Result)
+    return msgspec.json.decode(path.read_bytes(), type=StudyResult)
 
 
-def differences(rows: Sequence[Row], known: Result, experiment: Experiment) -> list[str]:
+def differences(rows: Sequence[Row], known: StudyResult, experiment: Study) -> list[str]:
     """Where rows are not as the published ones of the same tasks, in words.
 
     Of what varies from machine to machine, only the medians over seeds are compared, where there are ENOUGH.
@@ -68,7 +68,7 @@ def differences(rows: Sequence[Row], known: Result, experiment: Experiment) -> l
     return found
 
 
-def uncompared(rows: Sequence[Row], known: Result, experiment: Experiment) -> list[str]:
+def list_uncompared(rows: Sequence[Row], known: StudyResult, experiment: Study) -> list[str]:
     """What `differences` cannot tell of, in words."""
     pairs = _pairs(rows, known)
     found = []
@@ -83,7 +83,7 @@ def uncompared(rows: Sequence[Row], known: Result, experiment: Experiment) -> li
     return found
 
 
-def _pairs(rows: Sequence[Row], known: Result) -> list[tuple[Row, Row]]:
+def _pairs(rows: Sequence[Row], known: StudyResult) -> list[tuple[Row, Row]]:
     """Rows with what was published of the same tasks, that first."""
     by_task = {_task(row): row for row in known.rows}
     return [(by_task[_task(row)], row) for row in rows if _task(row) in by_task]

@@ -20,7 +20,7 @@ IRRELEVANT = ("ui", "viz", "testing.py")
 IMPORTED = re.compile(r"understudy_lab\.(\w+)")
 
 
-class Kept:
+class RowCache:
     """The rows of one experiment, by their tasks: in memory, and in a folder where one is given.
 
     Rows that another version of the program left there are put aside, never mixed with new ones.
@@ -86,7 +86,7 @@ def fingerprint(experiment: str) -> str:
     files = [
         *(path for path in product.rglob("*.py") if path.relative_to(product).parts[0] not in IRRELEVANT),
         *product.rglob("*.toml"),
-        *(path for used in used_by(experiment) for path in _sources(used)),
+        *(path for used in find_used_sources(experiment) for path in _sources(used)),
     ]
     digest = hashlib.sha256()
     for path in sorted(files):
@@ -95,7 +95,7 @@ def fingerprint(experiment: str) -> str:
     return digest.hexdigest()[:16]
 
 
-def used_by(experiment: str) -> set[str]:
+def find_used_sources(experiment: str) -> set[str]:
     """The folders and modules of the laboratory that an experiment imports, itself and through others."""
     found: set[str] = set()
     left = {FOLDERS.get(experiment, experiment)}

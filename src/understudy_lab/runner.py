@@ -13,17 +13,17 @@ from typing import TypeAlias
 
 import msgspec
 
-from understudy_lab.row_cache import Kept
-from understudy_lab.study import Experiment, Plan, Row, Task, find_experiment
+from understudy_lab.row_cache import RowCache
+from understudy_lab.study import Row, Study, StudyPlan, Task, find_experiment
 
 Progress: TypeAlias = Callable[[int, int], None]
 """Called with how many pieces are done, and of how many."""
 
 
 def run(
-    experiment: Experiment,
-    plan: Plan,
-    kept: Kept,
+    experiment: Study,
+    plan: StudyPlan,
+    kept: RowCache,
     *,
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
@@ -40,18 +40,18 @@ def run(
     return [kept[task] for task in tasks]
 
 
-def missing(experiment: Experiment) -> dict[str, str]:
+def find_missing_modules(experiment: Study) -> dict[str, str]:
     """The modules it asks for that are not here, each with what to install."""
     return {module: install for module, install in experiment.needs.items() if find_spec(module) is None}
 
 
-def row_of(experiment: Experiment, task: Task) -> Row:
+def row_of(experiment: Study, task: Task) -> Row:
     """Do a piece: its row, as JSON gives it back, with its task."""
     row: Row = msgspec.json.decode(msgspec.json.encode({"task": task, **experiment.work(task)}))
     return row
 
 
-def _worked(experiment: Experiment, tasks: Sequence[Task], jobs: int) -> Iterator[Row]:
+def _worked(experiment: Study, tasks: Sequence[Task], jobs: int) -> Iterator[Row]:
     if jobs <= 1:
         yield from (row_of(experiment, task) for task in tasks)
         return

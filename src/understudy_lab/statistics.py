@@ -19,7 +19,7 @@ def spread(values: Numbers) -> dict[str, float]:
     return {"min": round(float(low), 4), "median": round(float(middle), 4), "max": round(float(high), 4)}
 
 
-def told(values: Numbers, digits: int = 0, *, percent: bool = False) -> str:
+def format_median(values: Numbers, digits: int = 0, *, percent: bool = False) -> str:
     """Median, with the smallest and the largest: "40 (31–55)"; of shares in percent: "98 % (93–100)"."""
     if len(values) == 0:
         return "none"
@@ -45,7 +45,7 @@ def interval_of_median(values: Numbers, *, draws: int = 4_000) -> tuple[float, f
     return float(low), float(high)
 
 
-def differ_in_pairs(first: Numbers, second: Numbers) -> float:
+def compute_paired_p(first: Numbers, second: Numbers) -> float:
     """Two-sided p that pairs differ by chance alone (Wilcoxon 1945): normal, for ties, without equal pairs."""
     apart = np.asarray(first, np.float64) - np.asarray(second, np.float64)
     apart = apart[apart != 0]
@@ -60,7 +60,7 @@ def differ_in_pairs(first: Numbers, second: Numbers) -> float:
     return float(erfc(off / sqrt(variance) / sqrt(2)))
 
 
-def differ(first: Numbers, second: Numbers) -> float:
+def compute_unpaired_p(first: Numbers, second: Numbers) -> float:
     """Two-sided p that two groups come from one distribution (Mann and Whitney 1947): normal, corrected for ties."""
     sizes = n, m = len(first), len(second)
     pooled = np.concatenate([np.asarray(first, np.float64), np.asarray(second, np.float64)])
@@ -92,7 +92,7 @@ def pairs_differ(first: Sequence[bool], second: Sequence[bool]) -> float:
     return min(1.0, 2.0 * as_rare / (1 << (won + lost)))
 
 
-def remaining(chances: Sequence[float], level: float = 0.05) -> list[bool]:
+def apply_holm_correction(chances: Sequence[float], level: float = 0.05) -> list[bool]:
     """Which of these p remain where all of them together shall mislead in 5 % at most (Holm 1979)."""
     remain = [False] * len(chances)
     for passed, k in enumerate(sorted(range(len(chances)), key=lambda k: chances[k])):

@@ -26,7 +26,7 @@ Row: TypeAlias = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Plan:
+class StudyPlan:
     """What is to be run: teaching seeds; whether it is the quick version; a folder of data from elsewhere."""
 
     seeds: Sequence[int]
@@ -35,7 +35,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Table:
+class ResultTable:
     """A table of texts. A column whose name begins with # holds numbers."""
 
     title: str
@@ -44,7 +44,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Goal:
+class StudyGoal:
     """Something to reach: what, what was wanted and what was measured, in words."""
 
     what: str
@@ -54,23 +54,23 @@ class Goal:
 
 
 @dataclass(frozen=True)
-class Findings:
+class StudyFindings:
     """What follows from the rows. `numbers` has what the tables tell, for programs; `notes` what surprises in it."""
 
     headline: str
-    tables: Sequence[Table] = ()
-    goals: Sequence[Goal] = ()
+    tables: Sequence[ResultTable] = ()
+    goals: Sequence[StudyGoal] = ()
     notes: Sequence[str] = ()
     numbers: Mapping[str, Any] = field(default_factory=dict)
 
     @property
-    def misses(self) -> tuple[Goal, ...]:
+    def misses(self) -> tuple[StudyGoal, ...]:
         """The goals that were not reached."""
         return tuple(goal for goal in self.goals if not goal.held)
 
 
 @dataclass(frozen=True)
-class Experiment:
+class Study:
     """A published experiment.
 
     `tasks` says which pieces a plan takes; `work` does one, always with the same outcome on every machine, but for what
@@ -81,9 +81,9 @@ class Experiment:
     name: str
     seeds: range
     quick: int
-    tasks: Callable[[Plan], Sequence[Task]]
+    tasks: Callable[[StudyPlan], Sequence[Task]]
     work: Callable[[Task], Row]
-    conclude: Callable[[Sequence[Row]], Findings]
+    conclude: Callable[[Sequence[Row]], StudyFindings]
     draw: Callable[[Sequence[Row]], Figure]
     worlds: Sequence[str] = ()
     needs: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
@@ -125,11 +125,11 @@ FOLDERS: Mapping[str, str] = MappingProxyType(
 """The folders of experiments that are not called as their folder: published rows keep the experiments' names."""
 
 
-def find_experiment(name: str) -> Experiment:
+def find_experiment(name: str) -> Study:
     """An experiment by its name."""
     if name not in QUESTIONS:
         raise UnknownName(what="experiment", name=name, where="the catalog", known=list(QUESTIONS))
-    found: Experiment = import_module(f"understudy_lab.{FOLDERS.get(name, name)}.study").EXPERIMENT
+    found: Study = import_module(f"understudy_lab.{FOLDERS.get(name, name)}.study").EXPERIMENT
     return found
 
 

@@ -12,13 +12,13 @@ import pytest
 from understudy.analysis.evaluation import Outcomes, measure_outcomes
 from understudy.errors import SettingError
 from understudy.sim.forage import Forage, ForageSettings, make_corner_cases
-from understudy_lab.tasks.forage_expert import HandForager, lower_bound
+from understudy_lab.tasks.forage_expert import ExpertForager, lower_bound
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "hand_forager.json"
 
 
 def by_hand(world: Forage, limit_s: float = 3000.0) -> Outcomes:
-    forager = HandForager(world.agents, world.settings)
+    forager = ExpertForager(world.agents, world.settings)
     return measure_outcomes(world, forager.decide, forager.keys, limit_s=limit_s)
 
 
@@ -60,7 +60,7 @@ def test_bound_of_a_world_reckoned_by_hand() -> None:
 def test_each_world_stops_at_its_own_limit() -> None:
     alone = by_hand(Forage([0, 1, 2]))
     world = Forage([0, 1, 2])
-    forager = HandForager(3, world.settings)
+    forager = ExpertForager(3, world.settings)
     limits = np.array([alone.seconds[0], alone.seconds[1] - 0.1, 0.0])
     outcomes = measure_outcomes(world, forager.decide, forager.keys, limit_s=limits)
     assert outcomes.finished.tolist() == [True, False, False]
@@ -77,7 +77,7 @@ def test_a_limit_that_is_no_time() -> None:
 
 def test_yardstick_does_one_thing_at_a_time_and_does_not_chatter() -> None:
     world = Forage(range(20))
-    forager = HandForager(20, world.settings)
+    forager = ExpertForager(20, world.settings)
     turned, switches = np.zeros(20), np.zeros(20)
     for _ in range(3000):
         commands = forager.decide(world.sense(forager.keys))
@@ -100,7 +100,7 @@ def moment(world: Forage) -> dict[str, Any]:
 
 def test_golden_run() -> None:
     world = Forage([2011])
-    forager = HandForager(1, world.settings)
+    forager = ExpertForager(1, world.settings)
     run: list[dict[str, Any]] = []
     for tick in range(1001):
         if tick % 100 == 0:

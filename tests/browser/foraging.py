@@ -20,8 +20,8 @@ from tests.browser.teacher import Teacher
 
 from understudy.training.session_view import SessionView
 from understudy_lab.tasks import forage_teacher
-from understudy_lab.teachers.person import Seen, Verdict, Wish
-from understudy_lab.teachers.teacher import Topic
+from understudy_lab.teachers.person import Seen, TryResult, Wish
+from understudy_lab.teachers.teacher import LessonPlan
 
 FOOD = re.compile(r"(\d+) at home, (\d+) carried, (\d+) left")
 ARROWS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight"}
@@ -39,7 +39,7 @@ GOES_TO = {"harvest": "nearest_food", "deposit": "station"}
 class About:
     """What a person chooses in the form, and how fast time goes while they show it and while it tries."""
 
-    topic: Topic
+    topic: LessonPlan
     states: Sequence[str]
     features: Sequence[str]
     shows: int
@@ -211,10 +211,10 @@ class Forager(Teacher):
             return topic.show(screen)
 
         until = until or topic.finished
-        while self.watch(wish, until=until, limit_s=topic.limit_s, patience_s=PATIENCE_S) is Verdict.LOST:
+        while self.watch(wish, until=until, limit_s=topic.limit_s, patience_s=PATIENCE_S) is TryResult.LOST:
             self.correct_below(about)
 
-    def try_out(self, about: About) -> Verdict:
+    def try_out(self, about: About) -> TryResult:
         """Let it show what it learned, and correct the first thing that looks wrong."""
         topic = about.topic
         self.speed(about.tries)
@@ -243,7 +243,7 @@ class Forager(Teacher):
 
     def watch(
         self, wish: Wish, *, until: Seen, limit_s: float, patience_s: float = inf, corrects: bool = False
-    ) -> Verdict:
+    ) -> TryResult:
         """Press what they wish where it is not so, until they have seen enough or lost patience."""
         path: tuple[str, ...] = ()
         began = changed = self.screen().time_s
@@ -253,7 +253,7 @@ class Forager(Teacher):
             if wished is None or wished == screen.state:
                 hand = None
                 if screen.waiting is None and until(screen):
-                    return Verdict.ENOUGH
+                    return TryResult.ENOUGH
             elif hand is None or hand[0] != wished:
                 hand = wished, monotonic() + REACTION_S
             elif monotonic() >= hand[1]:
@@ -261,13 +261,13 @@ class Forager(Teacher):
                 if not corrects:
                     self.direct(wished)
                 elif self.correct(wish):
-                    return Verdict.CORRECTED
+                    return TryResult.CORRECTED
             if screen.path != path:
                 path, changed = screen.path, screen.time_s
             if screen.time_s - changed > patience_s:
-                return Verdict.LOST
+                return TryResult.LOST
             self.page.wait_for_timeout(20)
-        return Verdict.LOST
+        return TryResult.LOST
 
     def let_alone(self, *, limit_s: float) -> None:
         """Hands off, as fast as it goes, until all food is home."""
@@ -294,11 +294,11 @@ class Forager(Teacher):
                 )
             verdict = self.try_out(about)
             self._said(f"{about.topic.name}: try {tried} {verdict.name.lower()}")
-            passed = passed + 1 if verdict is Verdict.ENOUGH else 0
-            fresh = verdict is not Verdict.CORRECTED
-            if verdict is Verdict.LOST:
+            passed = passed + 1 if verdict is TryResult.ENOUGH else 0
+            fresh = verdict is not TryResult.CORRECTED
+            if verdict is TryResult.LOST:
                 self.help(about)
-            self.corrections += verdict is not Verdict.ENOUGH
+            self.corrections += verdict is not TryResult.ENOUGH
 
     def help(self, about: About) -> None:
         """Where it lost its way: correct what is below, or show it from there."""
@@ -321,13 +321,13 @@ class Forager(Teacher):
             above = path[path.index("goto") - 1] if path.index("goto") else about.topic.name
             self.stand_for(GOES_TO[above])
         corrections = self.corrections
-        while (verdict := self.try_out(below)) is Verdict.CORRECTED:
+        while (verdict := self.try_out(below)) is TryResult.CORRECTED:
             self.corrections += 1
         self._said(
             f"{below.topic.name}, in {'/'.join(path)}: {verdict.name.lower()}, "
             f"{self.corrections - corrections} corrections"
         )
-        if verdict is Verdict.LOST:
+        if verdict is TryResult.LOST:
             self.help(below)
         elif (
             below is GOTO and self.corrections == corrections and about is not DEPOSIT

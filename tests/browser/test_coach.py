@@ -22,7 +22,7 @@ from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.traits import drawn
+from understudy_lab.novices.traits import draw_traits
 
 Snap = Callable[[Page, str], None]
 SHOWN, AHEAD, UNSURE = (4, 5), "9", "13"
@@ -151,7 +151,7 @@ def test_late_presses_are_noticed_and_taken_earlier_on_a_click(
     chromium: Browser, tmp_path: Path, snap: Snap
 ) -> None:
     """A novice whose presses come half a second late."""
-    save_automaton(tmp_path / "late", Novice(drawn(1), 1).teach())
+    save_automaton(tmp_path / "late", Novice(draw_traits(1), 1).teach())
     made = Studio(tmp_path / "late", "soccer")
     made.start()
     try:

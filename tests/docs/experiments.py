@@ -11,8 +11,8 @@ from textwrap import fill
 from tests.docs.pages import ROOT
 
 from understudy_lab import figures
-from understudy_lab.results import Result, published
-from understudy_lab.study import FOLDERS, QUESTIONS, Findings, Table, find_experiment
+from understudy_lab.results import StudyResult, load_published
+from understudy_lab.study import FOLDERS, QUESTIONS, ResultTable, StudyFindings, find_experiment
 
 PAGE = ROOT / "docs" / "experiments.md"
 PICTURES = ROOT / "docs" / "pictures" / "experiments"
@@ -37,11 +37,11 @@ written from the published results (`python -m tests.docs.experiments`).
 
 def page() -> str:
     """The whole page."""
-    results = [found for name in QUESTIONS if (found := published(name)) is not None]
+    results = [found for name in QUESTIONS if (found := load_published(name)) is not None]
     return "\n".join([HEAD, *(line for result in results for line in told(result))])
 
 
-def told(result: Result) -> Iterator[str]:
+def told(result: StudyResult) -> Iterator[str]:
     """One experiment, line by line."""
     findings = result.findings
     yield f"## {result.experiment.capitalize()}\n"
@@ -62,13 +62,13 @@ def wrapped(text: str) -> Iterator[str]:
     yield from (*fill(text, 118, break_on_hyphens=False).splitlines(), "")
 
 
-def goals(findings: Findings) -> Table:
+def goals(findings: StudyFindings) -> ResultTable:
     """What was to be reached, as a table."""
     rows = [(each.what, each.wanted, each.measured, "" if each.held else "short") for each in findings.goals]
-    return Table("What it was to reach", ("goal", "#wanted", "#measured", ""), rows)
+    return ResultTable("What it was to reach", ("goal", "#wanted", "#measured", ""), rows)
 
 
-def as_markdown(table: Table) -> Iterator[str]:
+def as_markdown(table: ResultTable) -> Iterator[str]:
     """A table in Markdown."""
     names = [name.lstrip("#~") for name in table.columns]
     yield from wrapped(f"{table.title}:" if table.title else "")
@@ -82,7 +82,7 @@ def main() -> None:
     """Write the page and its figures."""
     PAGE.write_text(page(), encoding="utf-8")
     for name in QUESTIONS:
-        if (found := published(name)) is not None:
+        if (found := load_published(name)) is not None:
             figures.save(find_experiment(name).draw(found.rows), PICTURES / f"{name}.svg")
 
 

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from tests.docs.experiments import as_markdown, wrapped
 from tests.docs.pages import ROOT
 
-from understudy_lab.results import published
+from understudy_lab.results import load_published
 
 README, FORAGING, PICTURES = ROOT / "README.md", ROOT / "docs" / "foraging.md", ROOT / "docs" / "pictures"
 DEMO = "<!-- demo: python -m tests.docs.renew puts here what it prints -->\n", "<!-- end of demo -->"
@@ -61,7 +61,7 @@ def excerpt(printed: str) -> str:
 
 def tables() -> str:
     """The tables of what was published."""
-    known = published("forage")
+    known = load_published("forage")
     assert known is not None
     findings = known.findings
     lines = [line for table in findings.tables for line in as_markdown(table)]

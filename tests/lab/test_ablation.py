@@ -16,17 +16,17 @@ from understudy.training.session import Session
 from understudy_lab.ablation import study
 from understudy_lab.ablation.feature_variants import cosine_to, round_angle_to, signed_angle_to, sine_to
 from understudy_lab.ablation.simulated_people import ATTENTIVE_S, AWAY_S, Candid, Confirming, Inattentive
-from understudy_lab.ablation.stochastic_leaves import chance_of, drawing
+from understudy_lab.ablation.stochastic_leaves import make_stochastic_automaton, name_chance_reading
 from understudy_lab.ablation.variants import BASE, SILENT, VARIANTS
 from understudy_lab.forage.teach import make_practice
-from understudy_lab.results import differences, published
+from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.tasks.forage_teacher import GOTO
-from understudy_lab.teachers.person import Reaction
+from understudy_lab.teachers.person import ReactionTime
 
 
 def test_a_teaching_is_as_published() -> None:
-    known = published("ablation")
+    known = load_published("ablation")
     assert known is not None
     row = row_of(study.EXPERIMENT, {"variant": "defaults by hand, not watched", "seed": study.SEEDS[0]})
     assert differences([row], known, study.EXPERIMENT) == []
@@ -48,8 +48,8 @@ def test_leaves_draw_by_their_votes() -> None:
             ("go", [2], "go", "confirmation"),  # contradicts the two before
         ]
     )
-    automaton = drawing(TrainedAutomaton(learn_automaton(shown), shown), corrected=False)
-    assert str(automaton.features[-1]) == chance_of("lesson")
+    automaton = make_stochastic_automaton(TrainedAutomaton(learn_automaton(shown), shown), corrected=False)
+    assert str(automaton.features[-1]) == name_chance_reading("lesson")
     decide = automaton.transitions["go"].decide
     go, load = automaton.index("go"), automaton.index("load")
     assert [decide([9, draw]) for draw in (0.0, 0.5, 0.99)] == [go, go, go]
@@ -63,7 +63,7 @@ def test_leaves_draw_by_their_votes() -> None:
 
 def test_corrected_votes_leave_a_chance_to_every_state() -> None:
     shown = lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
-    automaton = drawing(TrainedAutomaton(learn_automaton(shown), shown), corrected=True)
+    automaton = make_stochastic_automaton(TrainedAutomaton(learn_automaton(shown), shown), corrected=True)
     decide = automaton.transitions["go"].decide
     start, go, load = range(3)
     assert [decide([2, draw]) for draw in (0.1, 0.3, 0.6)] == [start, go, load]  # 1, 1 and 2 of 4
@@ -72,7 +72,9 @@ def test_corrected_votes_leave_a_chance_to_every_state() -> None:
 def test_absence_never_shown_stays_whatever_is_drawn() -> None:
     shown = lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
     decide = (
-        drawing(TrainedAutomaton(learn_automaton(shown), shown), corrected=False).transitions["go"].decide
+        make_stochastic_automaton(TrainedAutomaton(learn_automaton(shown), shown), corrected=False)
+        .transitions["go"]
+        .decide
     )
     assert decide([float("nan"), 0.5]) == STAY
 
@@ -85,7 +87,7 @@ def session() -> Session:
     return Session(make_practice("an arena", 2**41), library, GOTO.choose(library), targets={"A": "station"})
 
 
-PROMPT = Reaction(0.0, 0.0, 0.05)
+PROMPT = ReactionTime(0.0, 0.0, 0.05)
 
 
 def test_who_confirms_makes_an_example_of_staying() -> None:

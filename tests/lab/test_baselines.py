@@ -10,17 +10,17 @@ import pytest
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy_lab.baselines import study
 from understudy_lab.baselines.compare import BUDGETS, LEARNERS, WITH, worlds_of
-from understudy_lab.baselines.demonstrations import demonstrated
+from understudy_lab.baselines.demonstrations import record_demonstrations
 from understudy_lab.baselines.flat_teachers import head_for
-from understudy_lab.baselines.inputs import Inputs, Lesson, Manner, Policy, lesson_of
-from understudy_lab.baselines.recording_body import RESTING, Ticks
+from understudy_lab.baselines.inputs import Inputs, InputSpec, LabeledTicks, Policy, lesson_of
+from understudy_lab.baselines.recording_body import RESTING, RecordedTicks
 from understudy_lab.baselines.sklearn_learners import CLASSICAL
 from understudy_lab.baselines.tasks import EXERCISES
-from understudy_lab.results import differences, published
+from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.teachers.teacher import FIRST_SEED
 
-TICKS = Ticks(
+TICKS = RecordedTicks(
     raw=np.array([[0.0], [1.0], [2.0], [3.0], [4.0]]),
     wanted=np.array([0, 0, 1, 0, 1]),
     before=np.array([RESTING, 0, 0, RESTING, 0]),
@@ -65,7 +65,7 @@ def test_what_was_chosen(name: str, chosen: list[int], of: int) -> None:
 
 
 def test_earlier_ticks_are_of_the_same_world() -> None:
-    found = lesson_of(TICKS, [Continuous()], Manner(lags=(2,), before=True), basics=2)
+    found = lesson_of(TICKS, [Continuous()], InputSpec(lags=(2,), before=True), basics=2)
     now, earlier = found.x[:, 0], found.x[:, 1]
     assert earlier.tolist() == [now[0], now[0], now[0], now[3], now[3]]
     assert found.x[:, 2:].argmax(axis=1).tolist() == [2, 0, 0, 2, 0]  # resting is last
@@ -78,14 +78,14 @@ def test_a_policy_remembers_what_it_saw_and_did() -> None:
         seen.append(inputs[0].tolist())
         return np.array([[0.0, 1.0]])
 
-    lesson = Lesson(
+    lesson = LabeledTicks(
         np.zeros((1, 1)),
         np.zeros(1, np.int64),
         np.ones(1),
         np.array([0, 1]),
         Inputs([BOOLEAN], np.zeros((1, 1))),
     )
-    policy = Policy(lesson, classify, Manner(lags=(1,), before=True), basics=2)
+    policy = Policy(lesson, classify, InputSpec(lags=(1,), before=True), basics=2)
     for reading in (0.0, 1.0, 1.0):
         assert policy.decide(np.array([[reading]])).tolist() == [1]
     assert seen == [[-1, -1, 0, 0, 1], [1, -1, 0, 1, 0], [1, 1, 0, 1, 0]]
@@ -110,7 +110,7 @@ def test_heading_for_something(bearing: float, state: str, pressed: str | None) 
 
 
 def test_a_flat_demonstration_has_basic_behaviors_and_few_presses() -> None:
-    ticks = demonstrated(EXERCISES["forage"], 7, 12)
+    ticks = record_demonstrations(EXERCISES["forage"], 7, 12)
     assert set(ticks.wanted.tolist()) <= set(range(5))
     assert ticks.decisions[-1] > 12
     assert len(ticks) > 10 * ticks.decisions[-1]
@@ -121,7 +121,7 @@ def test_a_flat_demonstration_has_basic_behaviors_and_few_presses() -> None:
 @pytest.mark.parametrize("name", CLASSICAL)
 def test_each_learns_what_a_threshold_tells(name: str) -> None:
     x = np.linspace(-1, 1, 200)[:, None]
-    lesson = Lesson(
+    lesson = LabeledTicks(
         x, (x[:, 0] > 0).astype(np.int64), np.ones(200), np.array([0, 1]), Inputs([Continuous()], x)
     )
     shares = CLASSICAL[name](lesson, 0)(np.array([[-0.7], [0.7]]))
@@ -134,7 +134,7 @@ def test_nets_learn_each_their_own() -> None:
 
     x = np.linspace(-1, 1, 200)[:, None]
     up, down = (x[:, 0] > 0).astype(np.int64), (x[:, 0] < 0).astype(np.int64)
-    both = [Lesson(x, y, np.ones(200), np.array([0, 1]), Inputs([Continuous()], x)) for y in (up, down)]
+    both = [LabeledTicks(x, y, np.ones(200), np.array([0, 1]), Inputs([Continuous()], x)) for y in (up, down)]
     found = [net(np.array([[-0.7], [0.7]])).argmax(axis=1).tolist() for net in fit_nets(both, 0, steps=200)]
     assert found == [[0, 1], [1, 0]]
 
@@ -144,7 +144,7 @@ AFTER = [(29.0, 0.0), (30.0, 0.5), (100.0, 0.5), (500.0, 1.0)]
 
 @pytest.mark.parametrize(("seconds", "success"), AFTER)
 def test_success_after_so_many_seconds(seconds: float, success: float) -> None:
-    assert study.after({"success": [0.5, 1.0], "seconds": [30.0, 101.0]}, seconds) == success
+    assert study.get_success_at_seconds({"success": [0.5, 1.0], "seconds": [30.0, 101.0]}, seconds) == success
 
 
 def test_no_learner_is_judged_where_it_was_shown_anything() -> None:
@@ -153,14 +153,14 @@ def test_no_learner_is_judged_where_it_was_shown_anything() -> None:
 
 
 def test_a_piece_is_as_published() -> None:
-    known = published("learners")
+    known = load_published("learners")
     assert known is not None
     task = {"task": "goto", "with": "understudy", "seed": study.TEACHINGS[0]}
     assert differences([row_of(study.EXPERIMENT, task)], known, study.EXPERIMENT) == []
 
 
 def test_findings_without_what_is_not_installed() -> None:
-    known = published("learners")
+    known = load_published("learners")
     assert known is not None
     alone = study.conclude([row for row in known.rows if row["task"]["with"] == "understudy"])
     assert alone.goals == ()
@@ -168,7 +168,7 @@ def test_findings_without_what_is_not_installed() -> None:
 
 
 def test_the_published_learners_are_all_there() -> None:
-    known = published("learners")
+    known = load_published("learners")
     assert known is not None
     assert {row["task"]["with"] for row in known.rows} == set(WITH)
     learners = {name for row in known.rows for name in row["learners"]}

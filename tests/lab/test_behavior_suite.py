@@ -16,32 +16,39 @@ from understudy_lab.behavior_suite import (
     wall_following,
     waypoints,
 )
-from understudy_lab.behavior_suite.study import EXPERIMENT, FEATS, TEACHINGS, goals_of, overall, thrown_away
-from understudy_lab.behavior_suite.teach import by_hand, share_done, worlds_of
-from understudy_lab.behavior_suite.tracks import (
-    Table,
-    Tracks,
-    distance_to_line,
-    gained,
-    held,
-    in_turn,
-    length_of,
-    medians,
-    signed,
-    turns,
+from understudy_lab.behavior_suite.study import (
+    EXPERIMENT,
+    FEATS,
+    TEACHINGS,
+    describe_discarded_lessons,
+    goals_of,
+    summarize_teachings,
 )
-from understudy_lab.results import differences, published
+from understudy_lab.behavior_suite.teach import make_expert_controller, share_done, worlds_of
+from understudy_lab.behavior_suite.tracks import (
+    GroundTruth,
+    Table,
+    count_reached_in_turn,
+    count_turns,
+    distance_to_line,
+    has_held_for,
+    length_of,
+    measure_gain,
+    medians,
+    wrap_signed,
+)
+from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.teachers.teacher import FIRST_SEED
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
 
 
-def tracks(x: Table, y: Table, objects: Table | None = None, tick_s: float = 1.0) -> Tracks:
+def tracks(x: Table, y: Table, objects: Table | None = None, tick_s: float = 1.0) -> GroundTruth:
     """Tracks of robots [T, N], and objects that stay [B, K, 2]."""
     things = np.zeros((x.shape[1], 0, 2)) if objects is None else objects
     stay = np.broadcast_to(things, (len(x), *things.shape))
-    return Tracks(tick_s, x, y, stay[..., 0], stay[..., 1])
+    return GroundTruth(tick_s, x, y, stay[..., 0], stay[..., 1])
 
 
 def column(*values: float) -> Table:
@@ -53,25 +60,25 @@ def column(*values: float) -> Table:
 
 def test_turns_count_counter_clockwise_and_wrap() -> None:
     angle = np.linspace(0, 2.5 * tau, 200)[:, None]
-    found = turns(np.cos(angle), np.sin(angle), np.zeros(1), np.zeros(1))
+    found = count_turns(np.cos(angle), np.sin(angle), np.zeros(1), np.zeros(1))
     assert found[-1, 0] == pytest.approx(2.5)
-    assert turns(np.cos(angle), -np.sin(angle), np.zeros(1), np.zeros(1))[-1, 0] == pytest.approx(-2.5)
-    assert abs(turns(np.cos(angle) + 5, np.sin(angle), np.zeros(1), np.zeros(1))[-1, 0]) < 0.1
+    assert count_turns(np.cos(angle), -np.sin(angle), np.zeros(1), np.zeros(1))[-1, 0] == pytest.approx(-2.5)
+    assert abs(count_turns(np.cos(angle) + 5, np.sin(angle), np.zeros(1), np.zeros(1))[-1, 0]) < 0.1
 
 
 def test_what_is_held_so_long() -> None:
     holds = column(1, 1, 0, 1, 1, 1, 1).astype(bool)
-    assert held(holds, 2)[:, 0].tolist() == [False] * 5 + [True, True]
+    assert has_held_for(holds, 2)[:, 0].tolist() == [False] * 5 + [True, True]
 
 
 def test_what_is_gained_begins_anew_where_it_was_lost() -> None:
     gone, near = column(0, 1, 2, 3, 4, 5), column(1, 1, 0, 0, 1, 1).astype(bool)
-    assert gained(gone, near)[:, 0].tolist() == [0, 1, 0, 0, 0, 1]
+    assert measure_gain(gone, near)[:, 0].tolist() == [0, 1, 0, 0, 0, 1]
 
 
 def test_places_count_in_turn_only() -> None:
     reached = np.array([[[0, 1]], [[1, 0]], [[1, 0]], [[0, 1]], [[1, 1]]], np.bool_)
-    assert in_turn(reached)[:, 0].tolist() == [0, 1, 1, 2, 3]
+    assert count_reached_in_turn(reached)[:, 0].tolist() == [0, 1, 1, 2, 3]
 
 
 LINES = [((1.0, -1.0), 1.0, 1.0), ((3.0, 1.0), 1.0, 3.0), ((1.0, 1.5), 0.5, 5.0), ((-3.0, -4.0), 5.0, 0.0)]
@@ -85,7 +92,7 @@ def test_distance_to_a_closed_line(point: tuple[float, float], far: float, along
 
 
 def test_angles_are_signed() -> None:
-    assert signed(np.array([0.1, tau - 0.1])) == pytest.approx([0.1, -0.1])
+    assert wrap_signed(np.array([0.1, tau - 0.1])) == pytest.approx([0.1, -0.1])
 
 
 def test_the_hare_is_to_be_acquired_and_kept() -> None:
@@ -145,8 +152,8 @@ def test_around_the_hull() -> None:
 
 
 def test_what_a_room_saves_at_its_corners() -> None:
-    assert wall_following.saved(SQUARE) == pytest.approx(8 * wall_following.AT_WALL_M)
-    assert wall_following.saved(random_rooms.rotated(SQUARE, 1.0)) == pytest.approx(
+    assert wall_following.compute_corner_savings(SQUARE) == pytest.approx(8 * wall_following.AT_WALL_M)
+    assert wall_following.compute_corner_savings(random_rooms.rotate_corners(SQUARE, 1.0)) == pytest.approx(
         8 * wall_following.AT_WALL_M
     )
 
@@ -169,7 +176,7 @@ CHEAP = ("chase", "triangle")
 
 @pytest.mark.parametrize("name", CHEAP)
 def test_the_first_teaching_is_as_published(name: str) -> None:
-    known = published("repertoire")
+    known = load_published("repertoire")
     assert known is not None
     row = row_of(EXPERIMENT, {"behavior": name, "seed": TEACHINGS[0]})
     assert differences([row], known, EXPERIMENT) == []
@@ -178,7 +185,7 @@ def test_the_first_teaching_is_as_published(name: str) -> None:
 @pytest.mark.parametrize("name", ["eight", "around_convex"])
 def test_the_yardstick_does_it(name: str) -> None:
     trial = FEATS[name].trial(range(10))
-    found = by_hand(trial, FEATS[name])
+    found = make_expert_controller(trial, FEATS[name])
     judged = trial.judge(found)
     assert share_done(judged) >= 0.9
     assert np.nanmin(judged.seconds / trial.bound(found)) >= 1.0
@@ -195,14 +202,14 @@ def test_a_miss_is_said() -> None:
 
 
 def test_both_criteria_and_lessons_thrown_away() -> None:
-    known = published("repertoire")
+    known = load_published("repertoire")
     assert known is not None
     rows = [row for row in known.rows if row["task"]["behavior"] == "patrol"]
     fast, slow, anew = {"ratio": 0.9}, {"ratio": 0.8}, {"lessons": [{"attempts": 2}]}
-    found = overall([{**rows[0], **what, "success": 0.96} for what in (fast, slow, slow)])
+    found = summarize_teachings([{**rows[0], **what, "success": 0.96} for what in (fast, slow, slow)])
     assert (found["teachings_reaching_95"], found["teachings_reaching_both"]) == (3, 1)
-    assert "in 0 of 1 teachings." in thrown_away([{**rows[0], "lessons": [{"attempts": 1}]}])
-    assert "in 1 of 2 teachings (patrol, " in thrown_away([rows[0], {**rows[0], **anew}])
+    assert "in 0 of 1 teachings." in describe_discarded_lessons([{**rows[0], "lessons": [{"attempts": 1}]}])
+    assert "in 1 of 2 teachings (patrol, " in describe_discarded_lessons([rows[0], {**rows[0], **anew}])
 
 
 def test_medians_of_what_was_there() -> None:

@@ -8,14 +8,14 @@ import pytest
 
 from understudy_lab.coaching_benefit import study
 from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, STEPS
-from understudy_lab.results import differences, published
+from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
-from understudy_lab.study import Plan
+from understudy_lab.study import StudyPlan
 
 
 @pytest.mark.parametrize("way", [ALONE, COACHED])
 def test_one_is_as_published(way: str) -> None:
-    known = published("coached")
+    known = load_published("coached")
     assert known is not None
     row = row_of(study.EXPERIMENT, {"exercise": "goto", "way": way, "seed": study.SEEDS[0]})
     assert differences([row], known, study.EXPERIMENT) == []
@@ -27,15 +27,15 @@ def row(*good: int) -> dict[str, Any]:
 
 
 def test_enough_is_where_trials_succeed_from_then_on() -> None:
-    assert study.enough([row(*STEPS[3:])]) == STEPS[3]
-    assert study.enough([row(*STEPS[3:5], *STEPS[6:])]) == STEPS[6]
-    assert study.enough([row(*STEPS[:-1])]) is None
-    assert study.enough([row(*STEPS)] * 8 + [row(), row()]) is None
-    assert study.enough([row(*STEPS)] * 9 + [row()]) == STEPS[0]
+    assert study.count_examples_needed([row(*STEPS[3:])]) == STEPS[3]
+    assert study.count_examples_needed([row(*STEPS[3:5], *STEPS[6:])]) == STEPS[6]
+    assert study.count_examples_needed([row(*STEPS[:-1])]) is None
+    assert study.count_examples_needed([row(*STEPS)] * 8 + [row(), row()]) is None
+    assert study.count_examples_needed([row(*STEPS)] * 9 + [row()]) == STEPS[0]
 
 
 def test_both_ways_are_the_same_novices() -> None:
-    made = study.tasks(Plan(study.SEEDS[:2]))
+    made = study.tasks(StudyPlan(study.SEEDS[:2]))
     assert {(task["way"], task["seed"]) for task in made} == {
         (way, seed) for way in (ALONE, COACHED) for seed in study.SEEDS[:2]
     }

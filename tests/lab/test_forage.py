@@ -9,22 +9,22 @@ import pytest
 from understudy.sim.forage import make_corner_cases
 from understudy.storage.document import encode_document
 from understudy_lab.forage import study
-from understudy_lab.forage.teach import Judged, summary, teach, teach_and_judge, worlds_of
-from understudy_lab.results import published
+from understudy_lab.forage.teach import JudgedTeaching, summary, teach, teach_and_judge, worlds_of
+from understudy_lab.results import load_published
 from understudy_lab.teachers.teacher import FIRST_SEED
 
-PUBLISHED = published("forage")
+PUBLISHED = load_published("forage")
 assert PUBLISHED is not None
 FINDINGS, ROWS = PUBLISHED.findings, PUBLISHED.rows
 EXPECTED = FINDINGS.numbers
 
 
 @pytest.fixture(scope="module")
-def judged() -> Judged:
+def judged() -> JudgedTeaching:
     return teach_and_judge(study.TEACHINGS[0])
 
 
-def test_the_first_teaching_is_as_published(judged: Judged) -> None:
+def test_the_first_teaching_is_as_published(judged: JudgedTeaching) -> None:
     before = ROWS[0]
     found = summary(judged)
     for exact in ("seed", "examples", "presses", "lessons", "worlds", "success", "corner_cases"):
@@ -33,7 +33,7 @@ def test_the_first_teaching_is_as_published(judged: Judged) -> None:
         assert found[close] == pytest.approx(before[close], abs=1e-4)
 
 
-def test_it_was_taught_well(judged: Judged) -> None:
+def test_it_was_taught_well(judged: JudgedTeaching) -> None:
     assert judged.evaluation.success >= 0.95
     assert judged.evaluation.relative_to_expert >= 0.9
     assert judged.teaching.examples <= 90
@@ -41,17 +41,17 @@ def test_it_was_taught_well(judged: Judged) -> None:
 
 
 @pytest.mark.parametrize("case", make_corner_cases())
-def test_corner_case(judged: Judged, case: str) -> None:
+def test_corner_case(judged: JudgedTeaching, case: str) -> None:
     assert judged.corners[case] >= 0.95  # all of its twenty worlds but one, at least
 
 
-def test_the_same_seed_gives_the_same_library(judged: Judged) -> None:
+def test_the_same_seed_gives_the_same_library(judged: JudgedTeaching) -> None:
     again = teach(judged.seed).library
     for name, taught in judged.teaching.library.taught.items():
         assert encode_document(again.taught[name]) == encode_document(taught)
 
 
-def test_it_presses_like_a_person(judged: Judged) -> None:
+def test_it_presses_like_a_person(judged: JudgedTeaching) -> None:
     """Far fewer presses than ticks: a policy copied by pressing every tick would be ten a second."""
     accounts = judged.teaching.accounts.values()
     assert sum(account.presses for account in accounts) < 0.2 * judged.teaching.seconds

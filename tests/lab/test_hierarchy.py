@@ -12,20 +12,20 @@ from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.hierarchy import study
-from understudy_lab.hierarchy.forage_variants import OneLayer, homeward, show_two_layers
-from understudy_lab.hierarchy.learning_curves import Curve, needed, success_at
+from understudy_lab.hierarchy.forage_variants import OneLayer, should_go_home, show_two_layers
+from understudy_lab.hierarchy.learning_curves import LearningCurve, find_first_success, success_at
 from understudy_lab.hierarchy.servo_variants import topics
-from understudy_lab.hierarchy.teach import MOST_LOOKS, Thorough, unseen
-from understudy_lab.results import differences, published
+from understudy_lab.hierarchy.teach import MOST_LOOKS, PartwiseTeacher, choose_unseen_worlds
+from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.tasks.soccer import Soccer
 from understudy_lab.tasks.soccer import kit as soccer_kit
-from understudy_lab.teachers.teacher import FIRST_SEED, Patience, Teacher
+from understudy_lab.teachers.teacher import FIRST_SEED, Patience, ScriptedTeacher
 
 
 @pytest.mark.parametrize("way", ["two automata", "three layers"])
 def test_a_teaching_is_as_published(way: str) -> None:
-    known = published("hierarchy")
+    known = load_published("hierarchy")
     assert known is not None
     row = row_of(study.EXPERIMENT, {"way": way, "seed": study.SEEDS[0]})
     assert differences([row], known, study.EXPERIMENT) == []
@@ -42,7 +42,7 @@ NEEDS = [
 
 @pytest.mark.parametrize(("successes", "first"), NEEDS)
 def test_four_looks_in_a_row(successes: list[float], first: int | None) -> None:
-    assert needed(successes) == first
+    assert find_first_success(successes) == first
 
 
 LOOKS = [  # what is seen at each look, how many are taken, whether four in a row went well
@@ -54,8 +54,8 @@ LOOKS = [  # what is seen at each look, how many are taken, whether four in a ro
 
 @pytest.mark.parametrize(("seen", "taken", "held"), LOOKS)
 def test_looks_go_on_until_four_or_failure(seen: list[float], taken: int, held: bool) -> None:
-    curve = Curve("forage", lambda library, look: seen[look])
-    curve.teacher = Teacher(Library(FORAGE_KIT), make_practice, 0, options={})
+    curve = LearningCurve("forage", lambda library, look: seen[look])
+    curve.teacher = ScriptedTeacher(Library(FORAGE_KIT), make_practice, 0, options={})
     assert curve.held("goto")
     assert curve.points == []
     assert curve.held("forage") is held
@@ -64,7 +64,9 @@ def test_looks_go_on_until_four_or_failure(seen: list[float], taken: int, held: 
 
 def test_no_world_is_looked_at_twice_or_judged_in_the_end() -> None:
     seed = study.SEEDS[0]
-    looks = [unseen(seed, look) for look in (0, 1, MOST_LOOKS - 1)] + [unseen(seed + 1, 0)]
+    looks = [choose_unseen_worlds(seed, look) for look in (0, 1, MOST_LOOKS - 1)] + [
+        choose_unseen_worlds(seed + 1, 0)
+    ]
     assert sorted(looks, key=lambda look: look.start) == looks
     assert all(before.stop <= after.start for before, after in pairwise(looks))
     assert looks[-1].stop < FIRST_SEED
@@ -79,7 +81,7 @@ def test_who_is_told_that_it_does_not_hold_goes_on_with_tries() -> None:
         told.append(teacher.accounts[name].seconds)
         return next(answers)
 
-    teacher = Thorough(
+    teacher = PartwiseTeacher(
         Library(soccer_kit), lambda _, world: Soccer([world]), 1, held=held, options={}, patience=Patience(99)
     )
     teacher.teach(*topics("left")["one automaton"])
@@ -95,8 +97,8 @@ def test_success_is_that_of_the_last_look() -> None:
 
 def test_a_teaching_that_never_gets_there_counts_with_all_its_examples() -> None:
     row = {"points": [(4, 10.0, 1.0), (8, 20.0, 0.5)]}
-    assert not study.reached(row)
-    assert (study.needs(row, 0), study.needs(row, 1)) == (8, 20.0)
+    assert not study.has_reached_goal(row)
+    assert (study.count_needed(row, 0), study.count_needed(row, 1)) == (8, 20.0)
 
 
 def screen(state: str, **features: float) -> SessionView:
@@ -160,5 +162,5 @@ def test_what_a_teacher_of_two_layers_wishes() -> None:
 
 
 def test_whoever_is_on_the_way_home_goes_on() -> None:
-    assert homeward(screen("go_home", food_stored=3.0))
-    assert not homeward(screen("start", food_stored=3.0))
+    assert should_go_home(screen("go_home", food_stored=3.0))
+    assert not should_go_home(screen("start", food_stored=3.0))

@@ -17,17 +17,17 @@ from understudy_lab.behavior_suite.study import FEATS
 from understudy_lab.forage.teach import METHODS
 from understudy_lab.lesson_size import study
 from understudy_lab.lesson_size.robocup import summary
-from understudy_lab.lesson_stats import described
-from understudy_lab.results import differences, published
+from understudy_lab.lesson_stats import describe_lesson
+from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
-from understudy_lab.study import Plan
+from understudy_lab.study import StudyPlan
 from understudy_lab.tasks.forage_teacher import TOPICS, WATCHED
 from understudy_lab.tasks.servo_teacher import topics
-from understudy_lab.teachers.person import Reaction
+from understudy_lab.teachers.person import ReactionTime
 
 
 def test_lessons_are_as_published() -> None:
-    known = published("small")
+    known = load_published("small")
     assert known is not None
     row = row_of(study.EXPERIMENT, {"source": "forage", "way": "watched", "seed": study.SEEDS[0]})
     assert differences([row], known, study.EXPERIMENT) == []
@@ -36,7 +36,7 @@ def test_lessons_are_as_published() -> None:
 def test_what_is_not_taught_again_is_taught_as_here() -> None:
     assert METHODS["watched"] is WATCHED
     base = VARIANTS[BASE]
-    assert (base.topics, base.options, base.reaction) == (TOPICS, WATCHED, Reaction())
+    assert (base.topics, base.options, base.reaction) == (TOPICS, WATCHED, ReactionTime())
     goto, foraging, servoing, walls = (EXERCISES[name] for name in ("goto", "forage", "servoing", "walls"))
     assert (goto.topics, goto.options) == (TOPICS[:1], WATCHED)
     assert (foraging.topics, foraging.options) == (TOPICS, WATCHED)
@@ -47,7 +47,7 @@ def test_what_is_not_taught_again_is_taught_as_here() -> None:
 def test_the_robocup_lessons_are_as_published(monkeypatch: pytest.MonkeyPatch) -> None:
     if not robocup_folder().is_dir():
         pytest.skip("the RoboCup lessons are not here")
-    known = published("small")
+    known = load_published("small")
     assert known is not None
     monkeypatch.setenv(study.FOLDER, str(robocup_folder()))
     assert differences([row_of(study.EXPERIMENT, {"source": study.ROBOCUP})], known, study.EXPERIMENT) == []
@@ -62,7 +62,7 @@ def test_what_is_counted_of_a_lesson() -> None:
             ("go", [5], "go", "watched"),
         ]
     )
-    assert described(TrainedAutomaton(learn_automaton(shown), shown), 12.34) == {
+    assert describe_lesson(TrainedAutomaton(learn_automaton(shown), shown), 12.34) == {
         "name": "lesson",
         "features": 1,
         "states": 3,
@@ -110,6 +110,6 @@ def test_a_folder_without_good_lessons(tmp_path: Path, text: str | None) -> None
 
 def test_without_data_the_team_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(study.FOLDER, "elsewhere")
-    plan = Plan(range(1))
+    plan = StudyPlan(range(1))
     assert {"source": study.ROBOCUP} not in study.tasks(plan)
-    assert {"source": study.ROBOCUP} in study.tasks(Plan(range(1), data=tmp_path))
+    assert {"source": study.ROBOCUP} in study.tasks(StudyPlan(range(1), data=tmp_path))

@@ -6,13 +6,13 @@ import pytest
 
 from understudy.model.library import Library
 from understudy.sim.world import World
-from understudy_lab.mixed_teams.evaluate import FAILS_TICK, brought, failing
+from understudy_lab.mixed_teams.evaluate import FAILS_TICK, measure_delivered, schedule_failures
 from understudy_lab.mixed_teams.practice import (
     CARRIER,
-    all_of,
     kits,
-    led,
-    only,
+    make_coordinated_team,
+    make_single_type_scenario,
+    make_single_type_team,
     practices,
     robots_world,
     squad_practices,
@@ -29,7 +29,7 @@ def test_practices_can_be(name: str) -> None:
 
 
 def test_a_third_of_each_world_fails_each_at_a_time_of_its_own() -> None:
-    found = failing(range(50))
+    found = schedule_failures(range(50))
     rows = sorted(row for each in found.values() for row in each)
     assert [sum(row // 12 == world for row in rows) for world in range(50)] == [4] * 50
     assert len(set(rows)) == 200
@@ -40,7 +40,8 @@ def test_a_third_of_each_world_fails_each_at_a_time_of_its_own() -> None:
 
 def test_a_team_of_one_type_has_as_many() -> None:
     assert (
-        World(only(CARRIER), [0]).robots == World(squad_practices()["wrecks with little in them"], [0]).robots
+        World(make_single_type_scenario(CARRIER), [0]).robots
+        == World(squad_practices()["wrecks with little in them"], [0]).robots
     )
 
 
@@ -53,7 +54,7 @@ def test_the_coordinator_orders_what_its_roles_know() -> None:
 def test_a_taught_mixed_team_outdoes_carriers() -> None:
     taught = teach(18)
     robots, seeds = taught.libraries, range(4)
-    together = brought(led(robots, taught.coordinator.library, seeds), 4000)
-    carriers = brought(all_of(CARRIER, robots, seeds, "gather"), 4000)
+    together = measure_delivered(make_coordinated_team(robots, taught.coordinator.library, seeds), 4000)
+    carriers = measure_delivered(make_single_type_team(CARRIER, robots, seeds, "gather"), 4000)
     assert together["rate"] > 1.5 * carriers["rate"] > 0
     assert carriers["total"] == together["total"] > 400

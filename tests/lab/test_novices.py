@@ -18,13 +18,13 @@ from understudy_lab.novices.failure_causes import (
     RESTS,
     SWINGS,
     WALKS_ON,
-    does_unseeing,
-    states_unseeing,
-    turned_back,
+    classify_blind_behavior,
+    count_turn_backs,
+    list_blind_states,
 )
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.sensitivity import SAID
-from understudy_lab.novices.success import everywhere, succeeded
+from understudy_lab.novices.success import has_succeeded, succeeds_everywhere
 from understudy_lab.novices.traits import (
     ALIKE,
     MINUTES_S,
@@ -33,12 +33,12 @@ from understudy_lab.novices.traits import (
     RANGES,
     SITUATIONS,
     UNDERSTOOD,
-    drawn,
-    habits,
+    draw_traits,
+    make_shared_traits,
 )
-from understudy_lab.results import differences, published
+from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
-from understudy_lab.statistics import pairs_differ, remaining, shares_differ
+from understudy_lab.statistics import apply_holm_correction, pairs_differ, shares_differ
 from understudy_lab.tasks.soccer import POSITIONS
 
 TASKS = [{"seed": study.SEEDS[0]}, {"seed": study.SEEDS[1], "trait": "lapses", "factor": 1.5}]
@@ -46,7 +46,7 @@ TASKS = [{"seed": study.SEEDS[0]}, {"seed": study.SEEDS[1], "trait": "lapses", "
 
 @pytest.mark.parametrize("task", TASKS)
 def test_some_are_as_published(task: dict[str, Any]) -> None:
-    known = published("novices")
+    known = load_published("novices")
     assert known is not None
     row = row_of(study.EXPERIMENT, task)
     assert differences([row], known, study.EXPERIMENT) == []
@@ -54,7 +54,7 @@ def test_some_are_as_published(task: dict[str, Any]) -> None:
 
 
 def test_traits_are_within_their_ranges() -> None:
-    all_ = [drawn(seed) for seed in range(300)]
+    all_ = [draw_traits(seed) for seed in range(300)]
     for name in ("reaction_s", "slips", "lapses", "misjudged", "off_middle_px"):
         least, most, _ = RANGES[name]
         found = [getattr(traits, name) for traits in all_]
@@ -67,7 +67,7 @@ def test_traits_are_within_their_ranges() -> None:
 
 def test_a_changed_trait_changes_nothing_else() -> None:
     for seed in range(20):
-        before, after = drawn(seed), drawn(seed, scaled={"slips": 1.5})
+        before, after = draw_traits(seed), draw_traits(seed, scaled={"slips": 1.5})
         assert after.slips == pytest.approx(1.5 * before.slips)
         assert replace(after, slips=before.slips) == before
 
@@ -75,12 +75,14 @@ def test_a_changed_trait_changes_nothing_else() -> None:
 @pytest.mark.parametrize("name", PARAMETERS)
 def test_every_parameter_can_be_changed(name: str) -> None:
     assert name in SAID
-    assert habits({}) == ALIKE
-    changed = [(drawn(seed, scaled={name: 1.5}), habits({name: 1.5})) for seed in range(40)]
-    assert changed != [(drawn(seed), ALIKE) for seed in range(40)]
+    assert make_shared_traits({}) == ALIKE
+    changed = [(draw_traits(seed, scaled={name: 1.5}), make_shared_traits({name: 1.5})) for seed in range(40)]
+    assert changed != [(draw_traits(seed), ALIKE) for seed in range(40)]
 
 
-PLAIN = replace(drawn(0), mistake=UNDERSTOOD, edge_px=0.0, off_middle_px=0.0, search="right", misjudged=0.0)
+PLAIN = replace(
+    draw_traits(0), mistake=UNDERSTOOD, edge_px=0.0, off_middle_px=0.0, search="right", misjudged=0.0
+)
 PRESSED = [  # what they misunderstood, the screens they see, what they would have last
     (UNDERSTOOD, [("start", nan)], "right"),
     (UNDERSTOOD, [("start", 20.0)], "forwardL"),
@@ -104,7 +106,7 @@ def test_who_misjudges_thinks_it_is_there_too_early() -> None:
 
 
 def test_five_minutes_and_no_more() -> None:
-    novice = Novice(drawn(1000), 1000)
+    novice = Novice(draw_traits(1000), 1000)
     assert novice.teach().lesson is not None
     assert novice.seconds == pytest.approx(MINUTES_S, abs=0.2)
     assert novice.presses > 10
@@ -128,7 +130,7 @@ SUCCESSES = [
 
 @pytest.mark.parametrize(("reached", "half", "each"), SUCCESSES)
 def test_success(reached: tuple[int, int, int], half: bool, each: bool) -> None:
-    assert (succeeded(made(*reached)), everywhere(made(*reached))) == (half, each)
+    assert (has_succeeded(made(*reached)), succeeds_everywhere(made(*reached))) == (half, each)
 
 
 PRESSED_BACK = [  # examples with nothing seen, what it then goes through, turns pressed back
@@ -152,8 +154,8 @@ def test_what_a_robot_does_while_it_sees_nothing(
 ) -> None:
     made = lesson([(before, [nan], after, kind) for before, after, kind in shown])
     taught = TrainedAutomaton(learn_automaton(made), made)
-    assert states_unseeing(taught) == states
-    assert turned_back(taught) == {"left": back[0], "right": back[1]}
+    assert list_blind_states(taught) == states
+    assert count_turn_backs(taught) == {"left": back[0], "right": back[1]}
 
 
 DOES = [
@@ -168,7 +170,7 @@ DOES = [
 
 @pytest.mark.parametrize(("states", "does"), DOES)
 def test_what_that_comes_to(states: list[str], does: str) -> None:
-    assert does_unseeing(states) == does
+    assert classify_blind_behavior(states) == does
 
 
 def test_chances_by_hand() -> None:
@@ -178,4 +180,8 @@ def test_chances_by_hand() -> None:
     assert shares_differ([True, False], [True, False]) == 1.0
     assert pairs_differ([False] * 5, [True] * 5) == pytest.approx(2 / 32)
     assert pairs_differ([True, False], [False, True]) == 1.0
-    assert remaining([0.04, 0.01, 0.03]) == [False, True, False]  # 0.01 < 0.05 / 3, but 0.03 > 0.05 / 2
+    assert apply_holm_correction([0.04, 0.01, 0.03]) == [
+        False,
+        True,
+        False,
+    ]  # 0.01 < 0.05 / 3, but 0.03 > 0.05 / 2

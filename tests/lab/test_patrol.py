@@ -12,24 +12,26 @@ from understudy.model.library import Library
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.world import World
 from understudy_lab.lesson_stats import lessons_of
-from understudy_lab.patrol.evaluate import DEFER, flattened, states_of
+from understudy_lab.patrol.evaluate import DEFER, count_flat_states, states_of
 from understudy_lab.patrol.metrics import (
     captures,
+    count_joint_attacks,
     cycles,
     encounters,
     false_homes,
-    joined_at_once,
     residual_s,
 )
-from understudy_lab.patrol.practice import coordinated, practices, squad_practices, squads_library
+from understudy_lab.patrol.practice import make_coordinated_team, practices, squad_practices, squads_library
 from understudy_lab.patrol.teach import teach
-from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, RUN_AWAY, Thing, Tracks, watch
-from understudy_lab.results import published
+from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, RUN_AWAY, ObjectTrack, PatrolTracks, watch
+from understudy_lab.results import load_published
 
 TICK_S = 1.0
 
 
-def tracks(*spans: tuple[int, int], until: int | None = None, away: float = 1.0, **given: Any) -> Tracks:
+def tracks(
+    *spans: tuple[int, int], until: int | None = None, away: float = 1.0, **given: Any
+) -> PatrolTracks:
     """One world with one robot `away` meters from home: for so many ticks it does this; an intruder `until` a tick."""
     doing = np.concatenate([np.full(ticks, what, np.int8) for what, ticks in spans])[:, None, None]
     shape = doing.shape
@@ -45,13 +47,13 @@ def tracks(*spans: tuple[int, int], until: int | None = None, away: float = 1.0,
         "heading": np.zeros(shape, np.float32),
         "sees": nothing,
         "sees_boss": nothing,
-        "intruder": Thing(there, place + 50.0, place),
-        "boss": Thing(np.ones(shape[:2], np.bool_), place - 4.0, place),
+        "intruder": ObjectTrack(there, place + 50.0, place),
+        "boss": ObjectTrack(np.ones(shape[:2], np.bool_), place - 4.0, place),
         "home": np.zeros((shape[2], 2)),
         "firsts": np.arange(shape[2]),
         "obstacles": np.zeros((1, 0, 3)),
     }
-    return Tracks(**(made | given))
+    return PatrolTracks(**(made | given))
 
 
 CYCLES = [  # what it does for how many ticks, when the intruder is gone, how far from home: complete or not
@@ -84,8 +86,8 @@ def test_going_home_with_the_intruder_still_there() -> None:
 def test_who_joins() -> None:
     sees = np.zeros((10, 1, 1), np.bool_)
     sees[5] = True
-    assert joined_at_once(tracks((DISPERSE, 5), (ATTACK, 5), sees=sees)) == (1, 1)
-    assert joined_at_once(tracks((DISPERSE, 6), (ATTACK, 4), sees=sees)) == (1, 0)
+    assert count_joint_attacks(tracks((DISPERSE, 5), (ATTACK, 5), sees=sees)) == (1, 1)
+    assert count_joint_attacks(tracks((DISPERSE, 6), (ATTACK, 4), sees=sees)) == (1, 0)
 
 
 def test_an_encounter() -> None:
@@ -120,20 +122,20 @@ def test_the_coordinator_knows_what_its_robots_know() -> None:
 
 
 def test_a_teaching_goes_as_published_and_its_team_patrols() -> None:
-    known = published("patrol")
+    known = load_published("patrol")
     assert known is not None
     taught = teach(known.rows[0]["task"]["seed"])
     lessons = [*lessons_of(taught.robots), *lessons_of(taught.coordinators)]
     assert lessons == known.rows[0]["lessons"]
     robots, coordinators = taught.robots.library, taught.coordinators.library
-    assert list(flattened(robots, coordinators, DEFER)) == [
+    assert list(count_flat_states(robots, coordinators, DEFER)) == [
         known.rows[0][f"states_of_{who}"] for who in ("one", "all")
     ]
-    seen = watch(coordinated(robots, coordinators, range(4), "collective_patrol"), 3000)
+    seen = watch(make_coordinated_team(robots, coordinators, range(4), "collective_patrol"), 3000)
     found = list(cycles(seen))
     assert len(found) > 10
     assert sum(cycle.complete for cycle in found) >= 0.8 * len(found)
-    sighted, joined = joined_at_once(seen)
+    sighted, joined = count_joint_attacks(seen)
     assert joined == sighted > 0
 
 
@@ -144,4 +146,4 @@ def test_how_large_a_patrol_would_be_in_one_piece() -> None:
     squads = squads_library(robots)
     coordinators = Library.of(squads.kit, automaton("both", ["wander", "stop"], library=squads))
     assert states_of(robots, "wander") == 2
-    assert flattened(robots, coordinators, "both") == (2 + 1, 2**4 + 1)
+    assert count_flat_states(robots, coordinators, "both") == (2 + 1, 2**4 + 1)

@@ -9,14 +9,14 @@ import pytest
 
 from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
-from understudy_lab.results import differences, published
+from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.servoing import study
 from understudy_lab.servoing.trials import HAND, opposite, search_side, trials
 from understudy_lab.tasks.servo_teacher import (
-    FourStates,
-    Stateless,
-    ThenStop,
+    ApproachAndStopTeacher,
+    StatefulServoTeacher,
+    StatelessServoTeacher,
     show_approach_then_stop,
     there,
 )
@@ -31,7 +31,7 @@ def seen(state: str, x: float, size: float = 500.0) -> SessionView:
 
 @pytest.mark.parametrize("method", [study.FOUR, HAND])
 def test_the_first_is_as_published(method: str) -> None:
-    known = published("servoing")
+    known = load_published("servoing")
     assert known is not None
     row = row_of(study.EXPERIMENT, {"method": method, "seed": study.SEEDS[0]})
     assert differences([row], known, study.EXPERIMENT) == []
@@ -55,7 +55,7 @@ FOUR = [  # state, ball's x, what the teacher of four states would have; None: c
 
 @pytest.mark.parametrize(("state", "x", "wished"), FOUR)
 def test_the_teacher_of_four_states(state: str, x: float, wished: str | None) -> None:
-    found = FourStates("left")(seen(state, x))
+    found = StatefulServoTeacher("left")(seen(state, x))
     assert found == wished or (wished is None and found == state)
 
 
@@ -73,15 +73,15 @@ POLICY = [  # state, x, without and with turning at the edge, for a teacher who 
 @pytest.mark.parametrize(("state", "x", "plain", "edges"), POLICY)
 def test_the_teachers_of_policies(state: str, x: float, plain: str | None, edges: str | None) -> None:
     if plain is not None:
-        assert Stateless("right")(seen(state, x)) == plain
-    assert Stateless("right", 30.0)(seen(state, x)) == edges
+        assert StatelessServoTeacher("right")(seen(state, x)) == plain
+    assert StatelessServoTeacher("right", 30.0)(seen(state, x)) == edges
 
 
 def test_stopping_in_one_automaton_and_in_two() -> None:
     near, far = seen("forwardL", 70.0, 5000.0), seen("forwardL", 70.0, 900.0)
     assert there(near)
     assert not there(far)
-    stops = ThenStop(FourStates("left"))
+    stops = ApproachAndStopTeacher(StatefulServoTeacher("left"))
     assert [stops(near), stops(far), stops(seen("done", 70.0, 5000.0))] == ["done", None, None]
     assert stops(seen("done", 90.0, 900.0)) == "forwardR"
     assert show_approach_then_stop(seen("approach", 70.0, 5000.0)) == "done"
@@ -117,13 +117,15 @@ def test_what_is_summed_up() -> None:
     assert study.times(row, study.AWAY) == [15.0] * 10
     assert study.times(row, study.TOWARD) == [25.0] * 10
     assert study.medians([row], study.FOUR, study.EITHER) == [20.0]
-    assert study.failed([row], study.FOUR) == (10, 50)
+    assert study.count_failures([row], study.FOUR) == (10, 50)
 
 
 def test_a_comparison() -> None:
     rows = [made(study.FOUR, search="left", left=10.0, right=10.0 + k / 10) for k in range(20)]
     rows += [made(study.LOST, search="left", left=10.0, right=20.0 + k / 5) for k in range(20)]
-    found = study.compared(rows, study.FACED)
+    found = study.compare_methods(rows, study.FACED)
     assert [found[what] for what in ("ratio", "low", "high")] == pytest.approx([2.0] * 3)
     assert found["p"] < 1e-3
-    assert study.compared(rows, study.FACED, with_=study.FOUR, to=study.LOST)["ratio"] == pytest.approx(0.5)
+    assert study.compare_methods(rows, study.FACED, with_=study.FOUR, to=study.LOST)[
+        "ratio"
+    ] == pytest.approx(0.5)

@@ -11,15 +11,23 @@ import pytest
 pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
 from understudy.sim.scenario.schema import ElapsedSensor
-from understudy_lab.results import differences, published
+from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.sim_to_sim import study
-from understudy_lab.sim_to_sim.trials import FLAT, GOTO, PATROL, PHYSICS, came, in_physics, quiet
+from understudy_lab.sim_to_sim.trials import (
+    FLAT,
+    GOTO,
+    PATROL,
+    PHYSICS,
+    count_successes,
+    make_physics_field,
+    make_quiet_patrol_scenario,
+)
 from understudy_lab.tasks import soccer
 
 
 def test_the_first_goto_is_as_published() -> None:
-    known = published("transfer")
+    known = load_published("transfer")
     assert known is not None
     row = row_of(study.EXPERIMENT, {"behavior": GOTO, "seed": study.SEEDS[0]})
     assert differences([row], known, study.EXPERIMENT) == []
@@ -29,7 +37,7 @@ def test_the_first_goto_is_as_published() -> None:
 def trial(behavior: str, flat: list[float | None], physics: list[float | None]) -> dict[str, Any]:
     """A row of a behavior; None where a trial failed."""
     both = {
-        world: came([nan if value is None else value for value in values])
+        world: count_successes([nan if value is None else value for value in values])
         for world, values in ((FLAT, flat), (PHYSICS, physics))
     }
     return {"task": {"behavior": behavior, "seed": 1}, "examples": 30, **both}
@@ -66,12 +74,12 @@ def test_cycles_are_counted_over_all(complete: int, cycles: int, held: bool) -> 
 
 
 def test_a_trial_without_a_value_failed() -> None:
-    assert came([3.0, nan, 1.0], least=2.0)["success"] == pytest.approx(1 / 3)
+    assert count_successes([3.0, nan, 1.0], least=2.0)["success"] == pytest.approx(1 / 3)
 
 
 def test_both_worlds_begin_alike() -> None:
     body = soccer.Soccer([7, 8], soccer.ANYWHERE)
-    ground = in_physics(body)
+    ground = make_physics_field(body)
     for world in (0, 1):
         flat, found = body.view(world), ground.view(world)
         assert found.robots.x == pytest.approx(flat.robots.x)
@@ -81,5 +89,7 @@ def test_both_worlds_begin_alike() -> None:
 
 def test_where_nobody_looks_nothing_is_drawn() -> None:
     assert not any(
-        isinstance(each, ElapsedSensor) for kind in quiet().types.values() for each in kind.sensors
+        isinstance(each, ElapsedSensor)
+        for kind in make_quiet_patrol_scenario().types.values()
+        for each in kind.sensors
     )

@@ -10,15 +10,24 @@ import pytest
 from tests.docs import experiments as docs
 
 from understudy.errors import UnknownName
-from understudy_lab.results import differences, published, read, save, uncompared
-from understudy_lab.row_cache import FORMER, NAME, Kept, used_by
+from understudy_lab.results import differences, list_uncompared, load_published, read, save
+from understudy_lab.row_cache import FORMER, NAME, RowCache, find_used_sources
 from understudy_lab.runner import run
-from understudy_lab.study import QUESTIONS, Experiment, Findings, Plan, Row, Task, find_experiment, folder_of
+from understudy_lab.study import (
+    QUESTIONS,
+    Row,
+    Study,
+    StudyFindings,
+    StudyPlan,
+    Task,
+    find_experiment,
+    folder_of,
+)
 
 
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_every_experiment_is_whole(name: str) -> None:
-    experiment, known = find_experiment(name), published(name)
+    experiment, known = find_experiment(name), load_published(name)
     assert experiment.name == name
     assert known is not None
     assert known.question == QUESTIONS[name]
@@ -26,7 +35,7 @@ def test_every_experiment_is_whole(name: str) -> None:
     assert not known.quick
     readme = (folder_of(name) / "README.md").read_text(encoding="utf-8")
     assert all(f"**{part}" in readme for part in ("Question", "Method", "Result"))
-    quick = experiment.tasks(Plan(experiment.seeds[: experiment.quick], quick=True))
+    quick = experiment.tasks(StudyPlan(experiment.seeds[: experiment.quick], quick=True))
     assert len({msgspec.json.encode(task, order="sorted") for task in quick}) == len(quick) > 0
     published_tasks = {msgspec.json.encode(row["task"], order="sorted") for row in known.rows}
     assert all(msgspec.json.encode(task, order="sorted") in published_tasks for task in quick)
@@ -34,7 +43,7 @@ def test_every_experiment_is_whole(name: str) -> None:
 
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_what_follows_from_the_published_rows_is_what_was_published(name: str) -> None:
-    known = published(name)
+    known = load_published(name)
     assert known is not None
     found = find_experiment(name).conclude(known.rows)
     assert msgspec.json.decode(msgspec.json.encode(found)) == msgspec.json.decode(
@@ -54,7 +63,7 @@ def test_an_unknown_one_is_named() -> None:
 # One of our own, to run and to cut off
 
 
-def made(worked: list[Task], *, until: int = 99, value: float = 0.5) -> Experiment:
+def made(worked: list[Task], *, until: int = 99, value: float = 0.5) -> Study:
     """Squares of numbers, until it is cut off."""
 
     def work(task: Task) -> Row:
@@ -63,30 +72,30 @@ def made(worked: list[Task], *, until: int = 99, value: float = 0.5) -> Experime
         worked.append(task)
         return {"square": task["seed"] ** 2, "share": value, "absent": float("nan")}
 
-    return Experiment(
+    return Study(
         name="forage",
         seeds=range(4),
         quick=1,
         tasks=lambda plan: [{"seed": seed} for seed in plan.seeds],
         work=work,
-        conclude=lambda rows: Findings("Found."),
+        conclude=lambda rows: StudyFindings("Found."),
         draw=lambda rows: None,  # type: ignore[arg-type,return-value]
     )
 
 
-PLAN = Plan(range(4))
+PLAN = StudyPlan(range(4))
 
 
 def test_a_run_that_is_cut_off_goes_on(tmp_path: Path) -> None:
     worked: list[Task] = []
     with pytest.raises(KeyboardInterrupt):
-        run(made(worked, until=2), PLAN, Kept("forage", tmp_path))
+        run(made(worked, until=2), PLAN, RowCache("forage", tmp_path))
     with (tmp_path / NAME).open("ab") as file:
         file.write(b'{"task": {"seed": 2}, "squa')  # killed in the middle of a line
-    rows = run(made(worked), PLAN, Kept("forage", tmp_path))
+    rows = run(made(worked), PLAN, RowCache("forage", tmp_path))
     assert [task["seed"] for task in worked] == [0, 1, 2, 3]
     assert [row["square"] for row in rows] == [0, 1, 4, 9]
-    assert rows == run(made([], until=0), PLAN, Kept("forage", tmp_path))
+    assert rows == run(made([], until=0), PLAN, RowCache("forage", tmp_path))
     assert rows[0]["absent"] is None
 
 
@@ -94,56 +103,56 @@ def test_rows_of_another_version_are_put_aside(tmp_path: Path) -> None:
     (tmp_path / NAME).write_text(
         '{"experiment": "forage", "source": "old"}\n{"task": {"seed": 0}, "square": 7}\n'
     )
-    kept = Kept("forage", tmp_path)
+    kept = RowCache("forage", tmp_path)
     assert kept.put_aside
     assert len(kept) == 0
     assert "7" in (tmp_path / FORMER).read_text()
 
 
 def test_rows_depend_on_every_experiment_that_theirs_imports() -> None:
-    used = used_by("ablation")
+    used = find_used_sources("ablation")
     assert {"ablation", "forage", "statistics"} <= used
     assert "novices" not in used
 
 
 def test_what_differs_from_the_published_is_said() -> None:
     experiment = made([])
-    rows = run(experiment, PLAN, Kept("forage"))
-    known = published("forage")
+    rows = run(experiment, PLAN, RowCache("forage"))
+    known = load_published("forage")
     assert known is not None
     known = replace(known, rows=rows)
     assert differences(rows, known, experiment) == []
-    assert differences(run(made([], value=0.5 + 1e-9), PLAN, Kept("forage")), known, experiment) == []
-    other = run(made([], value=0.6), PLAN, Kept("forage"))
+    assert differences(run(made([], value=0.5 + 1e-9), PLAN, RowCache("forage")), known, experiment) == []
+    other = run(made([], value=0.6), PLAN, RowCache("forage"))
     assert differences(other, known, experiment)[0] == "0: share is 0.6, published was 0.5"
 
 
 def test_what_varies_is_compared_by_its_medians() -> None:
-    known = published("forage")
+    known = load_published("forage")
     assert known is not None
-    plan, new = Plan(range(10)), Plan(range(12))
+    plan, new = StudyPlan(range(10)), StudyPlan(range(12))
     varying = replace(made([]), varies=("share",))
-    known = replace(known, rows=run(varying, plan, Kept("forage")))
-    near, far = (run(made([], value=value), new, Kept("forage")) for value in (0.65, 0.75))
+    known = replace(known, rows=run(varying, plan, RowCache("forage")))
+    near, far = (run(made([], value=value), new, RowCache("forage")) for value in (0.65, 0.75))
     assert differences(near, known, varying) == []
     assert differences(far, known, varying) == ["all: median of share is 75%, published was 50%"]
-    assert uncompared(far, known, varying) == ["2 pieces were not published, and not compared."]
+    assert list_uncompared(far, known, varying) == ["2 pieces were not published, and not compared."]
     assert differences(far[:9], known, varying) == []
-    assert "fewer than 10 seeds" in uncompared(far[:9], known, varying)[0]
+    assert "fewer than 10 seeds" in list_uncompared(far[:9], known, varying)[0]
 
 
 def test_processes_side_by_side_find_the_same(tmp_path: Path) -> None:
     experiment = find_experiment("forage")
-    plan = Plan(experiment.seeds[:1])
-    known = published("forage")
+    plan = StudyPlan(experiment.seeds[:1])
+    known = load_published("forage")
     assert known is not None
-    rows = run(experiment, plan, Kept("forage", tmp_path), jobs=2)
+    rows = run(experiment, plan, RowCache("forage", tmp_path), jobs=2)
     assert differences(rows, known, experiment) == []
     assert [row["task"]["method"] for row in rows] == ["watched", "plain"]
 
 
 def test_a_result_reads_back_as_it_was(tmp_path: Path) -> None:
-    known = published("forage")
+    known = load_published("forage")
     assert known is not None
     save(known, tmp_path / "result.json")
     assert read(tmp_path / "result.json") == known
@@ -152,6 +161,6 @@ def test_a_result_reads_back_as_it_was(tmp_path: Path) -> None:
 def test_what_goes_wrong_in_another_process_is_said_as_it_is(tmp_path: Path) -> None:
     """As where an extra is missing, which is found out by whoever works."""
     experiment = replace(find_experiment("small"), tasks=lambda _: [{"behavior": "a"}, {"behavior": "b"}])
-    kept = Kept("small", tmp_path)
+    kept = RowCache("small", tmp_path)
     with pytest.raises(KeyError):
-        run(experiment, Plan(range(2), quick=True), kept, jobs=2)
+        run(experiment, StudyPlan(range(2), quick=True), kept, jobs=2)

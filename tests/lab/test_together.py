@@ -5,9 +5,26 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from understudy_lab.patrol.four_patrols import HOMES, TOP, goal, guarding, judged, table, teach_all
+from understudy_lab.patrol.four_patrols import (
+    HOMES,
+    TOP,
+    goal,
+    make_guarding_team,
+    summarize_four_patrols,
+    table,
+    teach_all,
+)
 from understudy_lab.patrol.metrics import captures, cycles
-from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, OTHER, Thing, Told, Tracks, watch
+from understudy_lab.patrol.tracks import (
+    ATTACK,
+    DISPERSE,
+    HOME,
+    OTHER,
+    ObjectTrack,
+    OrderedActivity,
+    PatrolTracks,
+    watch,
+)
 
 A, D, H = ATTACK, DISPERSE, HOME
 GONE = 2  # the first tick without the intruder
@@ -32,12 +49,12 @@ CYCLES = [  # what two squads are told in each tick (of 10 s), where their robot
 ]
 
 
-def tracks(first: tuple[int, ...], second: tuple[int, ...], x: tuple[float, float]) -> Tracks:
+def tracks(first: tuple[int, ...], second: tuple[int, ...], x: tuple[float, float]) -> PatrolTracks:
     """One world with two squads of one robot each, whose homes are 9 m apart; ticks of 10 s."""
     doing = np.array([first, second], np.int8).T[:, None]
     nothing, place = np.zeros(doing.shape, np.bool_), np.zeros(doing.shape[:2], np.float32)
     there = np.arange(len(doing))[:, None] < GONE
-    return Tracks(
+    return PatrolTracks(
         tick_s=10.0,
         doing=doing,
         x=np.broadcast_to(np.array(x, np.float32), doing.shape),
@@ -45,8 +62,8 @@ def tracks(first: tuple[int, ...], second: tuple[int, ...], x: tuple[float, floa
         heading=np.zeros(doing.shape, np.float32),
         sees=nothing,
         sees_boss=nothing,
-        intruder=Thing(there, place, place),
-        boss=Thing(~there & False, place, place),
+        intruder=ObjectTrack(there, place, place),
+        boss=ObjectTrack(~there & False, place, place),
         home=np.array([[0.0, 0.0], [9.0, 0.0]]),
         firsts=np.array([0, 1]),
         obstacles=np.zeros((1, 0, 3)),
@@ -66,11 +83,11 @@ def test_taught_patrols_hunt_and_gather_together() -> None:
     """And whatever their coordinators have robots do while all are to gather, they are on their way home."""
     taught = teach_all(210)
     assert sum(part.examples for part in (taught.patrols, taught.garrison)) <= 40
-    found = judged(watch(guarding(taught, range(3)), 2400, homes=HOMES))
+    found = summarize_four_patrols(watch(make_guarding_team(taught, range(3)), 2400, homes=HOMES))
     assert found["cycles"] >= 6
     assert found["complete"] >= 0.8
-    team = guarding(taught, [5])
-    told = Told(team, 1, HOMES)
+    team = make_guarding_team(taught, [5])
+    told = OrderedActivity(team, 1, HOMES)
     assert told.squad.tolist() == [0] * 4 + [1] * 4 + [2] * 4 + [3] * 4
     seen = set()
     for _ in range(900):

@@ -10,17 +10,25 @@ import pytest
 
 from understudy.learning.correction_diagnosis import CorrectionDiagnosis, diagnose_correction
 from understudy.model.lesson import Example, Lesson, SklearnOptions
-from understudy_lab.study import Findings
+from understudy_lab.study import StudyFindings
 from understudy_lab.unlearning import correct, study
-from understudy_lab.unlearning.correct import LEARNERS, compared, corrected
-from understudy_lab.unlearning.datasets import DATA_SETS, NOISES, SIZES, Sparse, data_set, lesson_of, sparse
-from understudy_lab.unlearning.study import SETTINGS, Setting, outcomes
+from understudy_lab.unlearning.correct import LEARNERS, compare_with_unlearning, teach_and_correct
+from understudy_lab.unlearning.datasets import (
+    DATA_SETS,
+    NOISES,
+    SIZES,
+    SparseLesson,
+    data_set,
+    draw_sparse_lesson,
+    lesson_of,
+)
+from understudy_lab.unlearning.study import SETTINGS, Condition, outcomes
 
 
 @pytest.mark.parametrize("name", DATA_SETS)
 @pytest.mark.parametrize("size", SIZES)
 def test_lessons_are_sparse_and_apart_from_what_is_met(name: str, size: str) -> None:
-    drawn = sparse(name, size, 0.2, seed=1)
+    drawn = draw_sparse_lesson(name, size, 0.2, seed=1)
     classes = len(np.unique(data_set(name)[1]))
     assert len(drawn.shown) == (4 * classes if size == "4 a class" else 60)
     assert len(drawn.met) == len(drawn.test) <= 300
@@ -32,11 +40,11 @@ def test_lessons_are_sparse_and_apart_from_what_is_met(name: str, size: str) -> 
 
 def test_so_many_labels_are_wrong() -> None:
     for noise in NOISES:
-        shares = [sparse("digits", SIZES[1], noise, seed).bad.mean() for seed in range(40)]
+        shares = [draw_sparse_lesson("digits", SIZES[1], noise, seed).bad.mean() for seed in range(40)]
         assert np.mean(shares) == pytest.approx(noise, abs=0.02)
     vectors, labels = data_set("digits")
     known = {tuple(vector): label for vector, label in zip(vectors.tolist(), labels.tolist(), strict=True)}
-    drawn = sparse("digits", SIZES[1], 0.2, 1)
+    drawn = draw_sparse_lesson("digits", SIZES[1], 0.2, 1)
     truth = [known[tuple(row)] for row in drawn.shown.tolist()]
     assert (np.not_equal(truth, drawn.labels) == drawn.bad).all()
 
@@ -52,19 +60,19 @@ def test_features_are_in_units_of_their_spread() -> None:
 def test_nothing_is_shown_twice() -> None:
     assert len(np.unique(data_set("wine")[0], axis=0)) == 178, "all of them differ"
     for seed in range(5):
-        assert len(np.unique(sparse("wine", SIZES[1], 0.0, seed).shown, axis=0)) == 60
+        assert len(np.unique(draw_sparse_lesson("wine", SIZES[1], 0.0, seed).shown, axis=0)) == 60
 
 
 def line(
     shown: dict[float, int], met: dict[float, int], test: dict[float, int], bad: Collection[float] = ()
-) -> Sparse:
+) -> SparseLesson:
     """A lesson of one feature: labels by what was shown, what the robot meets, and what it is judged on."""
 
     def columns(of: dict[float, int]) -> tuple[Any, Any]:
         return np.array(list(of), np.float64).reshape(-1, 1), np.array(list(of.values()), np.int64)
 
     wrong = np.array([each in bad for each in shown])
-    return Sparse(*columns(shown), wrong, *columns(met), *columns(test))
+    return SparseLesson(*columns(shown), wrong, *columns(met), *columns(test))
 
 
 SPLIT = line(
@@ -80,7 +88,7 @@ wrong about 9.2. Then at 9.6, and right from there on. Of what they are judged o
 def test_one_is_met_after_another(learner: str) -> None:
     """The nearest neighbor has the boundary at the very same places."""
     learners = {**LEARNERS, "k-NN 1": SklearnOptions("KNeighborsClassifier", {"n_neighbors": 1})}
-    assert corrected(SPLIT, learners[learner], unlearn=False) == (0.75, 2, frozenset())
+    assert teach_and_correct(SPLIT, learners[learner], unlearn=False) == (0.75, 2, frozenset())
 
 
 MISLED = line(
@@ -93,18 +101,18 @@ MISLED = line(
 
 
 def test_bad_examples_are_found_one_after_the_other() -> None:
-    unlearned = corrected(MISLED, LEARNERS["trees"], unlearn=True)
+    unlearned = teach_and_correct(MISLED, LEARNERS["trees"], unlearn=True)
     assert unlearned == (1.0, 2, frozenset({6, 12}))
-    alone = corrected(MISLED, LEARNERS["trees"], unlearn=False)
+    alone = teach_and_correct(MISLED, LEARNERS["trees"], unlearn=False)
     assert (alone.corrections, alone.quarantined) == (4, frozenset())
     assert alone.accuracy < 1.0
-    assert compared(MISLED, LEARNERS["trees"]) == [alone.accuracy, 1.0, 4, 2, 2, 2, 10, 0]
+    assert compare_with_unlearning(MISLED, LEARNERS["trees"]) == [alone.accuracy, 1.0, 4, 2, 2, 2, 10, 0]
 
 
 def test_whom_a_correction_does_not_convince_is_not_corrected_again() -> None:
     """Two of the three nearest still say otherwise."""
     drawn = line({0.0: 0, 1.0: 0, 10.0: 1, 10.5: 1, 11.0: 1}, {10.2: 0, 0.5: 0}, {10.2: 0, 0.5: 0})
-    assert corrected(drawn, LEARNERS["k-NN"], unlearn=False) == (0.5, 1, frozenset())
+    assert teach_and_correct(drawn, LEARNERS["k-NN"], unlearn=False) == (0.5, 1, frozenset())
 
 
 def test_what_is_judged_is_a_correction(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -115,35 +123,35 @@ def test_what_is_judged_is_a_correction(monkeypatch: pytest.MonkeyPatch) -> None
         return diagnose_correction(lesson, correction)
 
     monkeypatch.setattr(correct, "diagnose_correction", noted)
-    corrected(MISLED, LEARNERS["trees"], unlearn=True)
+    teach_and_correct(MISLED, LEARNERS["trees"], unlearn=True)
     assert [(each.number, each.correction) for each in judged] == [(13, True), (14, True)]
 
 
 def test_good_ones_that_are_lost_are_counted() -> None:
     """Nobody slipped, but it is the same lesson."""
     nobody = MISLED._replace(bad=np.zeros(12, np.bool_))
-    assert compared(nobody, LEARNERS["trees"])[4:] == [0, 0, 12, 2]
+    assert compare_with_unlearning(nobody, LEARNERS["trees"])[4:] == [0, 0, 12, 2]
 
 
 def test_a_lesson_is_without_states() -> None:
-    lesson = lesson_of(sparse("iris", SIZES[0], 0.2, 1), LEARNERS["trees"])
+    lesson = lesson_of(draw_sparse_lesson("iris", SIZES[0], 0.2, 1), LEARNERS["trees"])
     assert lesson.automaton.stateless
     assert (len(lesson.examples), {each.state for each in lesson.examples}) == (12, {"start"})
 
 
 def test_corrections_are_few_and_right() -> None:
-    drawn = sparse("digits", SIZES[0], 0.2, 3)
-    alone = corrected(drawn, LEARNERS["trees"], unlearn=False)
+    drawn = draw_sparse_lesson("digits", SIZES[0], 0.2, 3)
+    alone = teach_and_correct(drawn, LEARNERS["trees"], unlearn=False)
     assert (alone.corrections, alone.quarantined) == (20, frozenset())
-    unlearned = corrected(drawn, LEARNERS["trees"], unlearn=True)
+    unlearned = teach_and_correct(drawn, LEARNERS["trees"], unlearn=True)
     assert unlearned.quarantined
     assert max(unlearned.quarantined) <= len(lesson_of(drawn, LEARNERS["trees"]).examples)
 
 
 def test_a_lesson_without_mistakes_loses_little() -> None:
     """Nobody is suspected where nobody slipped, but at the borders of classes."""
-    drawn = sparse("iris", SIZES[1], 0.0, 2)
-    *_, bad, found, good, lost = compared(drawn, LEARNERS["trees"])
+    drawn = draw_sparse_lesson("iris", SIZES[1], 0.0, 2)
+    *_, bad, found, good, lost = compare_with_unlearning(drawn, LEARNERS["trees"])
     assert (bad, found, good) == (0, 0, 60)
     assert lost <= 4
 
@@ -152,20 +160,20 @@ def test_outcomes_are_means_and_sums_by_setting() -> None:
     plain = [[0.5, 0.75, 20, 10, 4, 3, 56, 1]] * len(SETTINGS)
     better = [[0.5, 0.85, 20, 12, 2, 2, 58, 0], *plain[1:]]
     found = outcomes([{"outcomes": plain}, {"outcomes": better}])
-    first = found[Setting("iris", "4 a class", 0.05, "trees")]
+    first = found[Condition("iris", "4 a class", 0.05, "trees")]
     assert (first.alone, first.unlearned, first.gain) == (0.5, 0.8, 0.3)
     assert (first.corrections_unlearned, first.bad, first.found, first.lost) == (11, 6, 5, 1)
 
 
 def test_every_setting_has_its_own_lesson_and_learner(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(study, "sparse", lambda *which: which)
-    monkeypatch.setattr(study, "compared", lambda lesson, learner: (lesson, learner))
+    monkeypatch.setattr(study, "draw_sparse_lesson", lambda *which: which)
+    monkeypatch.setattr(study, "compare_with_unlearning", lambda lesson, learner: (lesson, learner))
     assert study.work({"seed": 5})["outcomes"] == [
         ((setting.data, setting.size, setting.noise, 5), LEARNERS[setting.learner]) for setting in SETTINGS
     ]
 
 
-def concluded(*rows: list[float]) -> Findings:
+def concluded(*rows: list[float]) -> StudyFindings:
     """What is concluded where the first settings come out so, and all others like the first."""
     outcomes = [*rows, *[rows[0]] * (len(SETTINGS) - len(rows))]
     return study.conclude([{"task": {"seed": 61_000}, "outcomes": outcomes}])

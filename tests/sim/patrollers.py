@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from understudy_lab.bench.patrol import known, lead, library, scenario
+from understudy_lab.bench.patrol import lead, library, make_libraries, scenario
 
-__all__ = ["ROBOTS", "SCENARIO", "known", "lead"]
+__all__ = ["ROBOTS", "SCENARIO", "lead", "make_libraries"]
 
 SCENARIO = scenario()
 ROBOTS = library()

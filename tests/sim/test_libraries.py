@@ -12,7 +12,7 @@ from understudy.runtime.team.squad_body import SquadBody
 from understudy.sim.scenario.squad_schema import CommsSpec
 from understudy.sim.team.libraries import collect_libraries, find_behavior_sort, make_team
 from understudy.sim.world import World
-from understudy_lab.bench.patrol import known
+from understudy_lab.bench.patrol import make_libraries
 
 
 def test_a_coordinator_knows_the_statistics_and_its_members_behaviors() -> None:
@@ -24,7 +24,7 @@ def test_a_coordinator_knows_the_statistics_and_its_members_behaviors() -> None:
 
 
 def test_whose_behavior_it_is() -> None:
-    libraries = known()
+    libraries = make_libraries()
     assert [find_behavior_sort(libraries, name) for name in ("lead", "wander", "forwards", "patrol/lead", None)] == [
         "patrol", "pioneer", "pioneer", "patrol", "patrol",
     ]  # fmt: skip
@@ -41,7 +41,7 @@ def orders(team) -> SquadBody:  # type: ignore[no-untyped-def]
 
 def test_all_are_ordered_in_the_tick_of_a_sighting() -> None:
     """And a robot that nobody ordered about runs nothing."""
-    team = make_team(SCENARIO, range(20), known(), {"patrol": ("lead", {})})
+    team = make_team(SCENARIO, range(20), make_libraries(), {"patrol": ("lead", {})})
     attacked = 0
     states = ["start"] * 20
     for _ in range(900):
@@ -57,7 +57,7 @@ def test_all_are_ordered_in_the_tick_of_a_sighting() -> None:
 
 
 def test_robots_alone_have_no_coordinator() -> None:
-    team = make_team(SCENARIO, [3], known(), {"pioneer": ("wander", {})})
+    team = make_team(SCENARIO, [3], make_libraries(), {"pioneer": ("wander", {})})
     team.run(20)
     assert len(team.layers) == 1
     assert all(path for path in team.paths)
@@ -66,7 +66,7 @@ def test_robots_alone_have_no_coordinator() -> None:
 def test_delayed_orders_come_later_and_lost_ones_are_made_up_for() -> None:
     """What is answered is told by when it was ordered: nobody takes an old report for a new one."""
     slow = msgspec.structs.replace(SCENARIO, radio=CommsSpec(delay_s=0.2, loss=0.3))
-    team = make_team(slow, [7], known(), {"patrol": ("lead", {})})
+    team = make_team(slow, [7], make_libraries(), {"patrol": ("lead", {})})
     team.tick()
     squads = orders(team)
     assert squads.ordering.issued.tolist() == [0.0]
@@ -79,13 +79,13 @@ def test_delayed_orders_come_later_and_lost_ones_are_made_up_for() -> None:
 
 def test_what_travels_is_counted() -> None:
     """Four orders of 12 bytes; four reports of 10, a reading (8) and a flag (1) in each: they grow with the members."""
-    team = make_team(SCENARIO, [7, 8], known(), {"patrol": ("lead", {})})
+    team = make_team(SCENARIO, [7, 8], make_libraries(), {"patrol": ("lead", {})})
     found = orders(team).traffic
     assert (found.messages, found.bytes) == (2 * 8, 8 * (12 + 10 + 8 + 1))
 
 
 def test_who_has_failed_is_counted_no_more() -> None:
-    team = make_team(SCENARIO, [7], known(), {"patrol": ("lead", {})})
+    team = make_team(SCENARIO, [7], make_libraries(), {"patrol": ("lead", {})})
     world = team.ground
     assert isinstance(world, World)
     squads = orders(team)
@@ -106,8 +106,8 @@ def test_who_has_failed_is_counted_no_more() -> None:
 
 def test_a_team_side_by_side_is_as_alone() -> None:
     slow = msgspec.structs.replace(SCENARIO, radio=CommsSpec(delay_s=0.1, loss=0.1))
-    together = make_team(slow, [5, 6, 7], known(), {"patrol": ("lead", {})})
-    alone = make_team(slow, [6], known(), {"patrol": ("lead", {})})
+    together = make_team(slow, [5, 6, 7], make_libraries(), {"patrol": ("lead", {})})
+    alone = make_team(slow, [6], make_libraries(), {"patrol": ("lead", {})})
     for _ in range(400):
         together.tick()
         alone.tick()
@@ -120,7 +120,7 @@ def test_a_team_side_by_side_is_as_alone() -> None:
 
 def test_many_ticks_in_one_go_are_as_tick_by_tick() -> None:
     """Also where a robot fails, and in whatever portions."""
-    slow, fast = (make_team(SCENARIO, range(6), known(), {"patrol": ("lead", {})}) for _ in range(2))
+    slow, fast = (make_team(SCENARIO, range(6), make_libraries(), {"patrol": ("lead", {})}) for _ in range(2))
     for portion in (1, 250, 3, 400):
         for team in (slow, fast):
             assert isinstance(team.ground, World)

@@ -15,15 +15,15 @@ from understudy_lab.tasks.soccer import (
     POSITIONS,
     PUSHED_LEFT,
     PUSHED_RIGHT,
-    Push,
+    Disturbance,
     Soccer,
-    Start,
+    StartPose,
     X,
     approach_by_hand,
 )
 
 EVEN = Gait(slip=0.0, veer_deg=0.0, sway_deg=0.0)
-FAR = Start((2.5, 2.5), (90.0, 90.0))
+FAR = StartPose((2.5, 2.5), (90.0, 90.0))
 WALK = {"drive": np.array([1.0])}
 
 
@@ -77,7 +77,7 @@ def test_positions(name: str, side: int) -> None:
 
 
 @pytest.mark.parametrize("push", [PUSHED_LEFT, PUSHED_RIGHT])
-def test_a_push_turns_the_ball_out_of_sight(push: Push) -> None:
+def test_a_push_turns_the_ball_out_of_sight(push: Disturbance) -> None:
     body = Soccer([11], AHEAD)
     before = body.view().robots.heading[0]
     for _ in range(8):

@@ -21,7 +21,7 @@ from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson
 from understudy.training.feature_values import list_steady_readings
 from understudy.training.reaction_time import estimate_reaction_time
 from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.traits import drawn
+from understudy_lab.novices.traits import draw_traits
 
 
 def demonstrated(
@@ -230,7 +230,7 @@ def test_what_was_not_recorded_says_nothing() -> None:
 
 
 def test_a_novice_who_reacts_in_half_a_second() -> None:
-    traits = drawn(1)
+    traits = draw_traits(1)
     taught = Novice(traits, 1).teach()
     assert taught.lesson is not None
     found = estimate_reaction_time(taught.lesson)

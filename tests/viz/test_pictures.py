@@ -36,7 +36,7 @@ from understudy.viz.palette import (
 from understudy.viz.path_png import draw_path_png
 from understudy.viz.run_gif import FrameBuffer, draw_run_gif
 from understudy.viz.sheet import choose_scale_length
-from understudy_lab.tasks.forage_expert import HandForager
+from understudy_lab.tasks.forage_expert import ExpertForager
 
 STATES = (
     START,
@@ -50,7 +50,7 @@ STATES = (
 
 def frames(seconds: float) -> Iterator[RunFrame]:
     world = Forage([3])
-    forager = HandForager(1, ForageSettings())
+    forager = ExpertForager(1, ForageSettings())
     while world.time_s < seconds:
         commands = forager.decide(world.sense(forager.keys))
         yield RunFrame(world.view(), ("turning" if commands["turn"][0] else "other",))

@@ -16,12 +16,12 @@ from understudy.runtime.program import link
 from understudy.sim.forage import ForageSettings
 from understudy.sim.world import World
 from understudy_lab.ablation.feature_variants import kit
-from understudy_lab.ablation.stochastic_leaves import drawn_by_votes, with_chances
+from understudy_lab.ablation.stochastic_leaves import add_chance_readings, randomize_leaves
 from understudy_lab.ablation.variants import VARIANTS, Variant
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.lesson_stats import lessons_of
-from understudy_lab.tasks.forage_expert import judge_expert
-from understudy_lab.teachers.teacher import Patience, Teacher, Teaching, Topic
+from understudy_lab.tasks.forage_expert import evaluate_expert
+from understudy_lab.teachers.teacher import LessonPlan, Patience, ScriptedTeacher, TeachingResult
 
 WORLDS, DRAWN_WORLDS = 40, 5
 """Unseen worlds each teaching is judged on; fewer where leaves draw, which is slow."""
@@ -31,16 +31,16 @@ PATIENCE = Patience(seconds=300.0)
 """Usual patience, but five minutes for an automaton at most: what cannot be taught would take hours."""
 
 
-def measured(name: str, seed: int) -> dict[str, Any]:
+def measure_variant(name: str, seed: int) -> dict[str, Any]:
     """What one teaching of a variant comes to."""
     variant = VARIANTS[name]
     full = _teach(variant, seed, variant.topics)
     shown = _teach(variant, seed, [replace(variant.topics[0], tries=0)])  # no trying, so no correcting
     accounts = full.accounts.values()
     return {
-        **judged(full.library, variant, seed),
-        "arrives": arriving(full.library, seed),
-        "arrives_as_shown": arriving(shown.library, seed),
+        **evaluate_variant(full.library, variant, seed),
+        "arrives": measure_arrivals(full.library, seed),
+        "arrives_as_shown": measure_arrivals(shown.library, seed),
         "examples": full.examples,
         "presses": sum(account.presses for account in accounts),
         "teaching_seconds": round(full.seconds, 1),
@@ -49,8 +49,8 @@ def measured(name: str, seed: int) -> dict[str, Any]:
     }
 
 
-def _teach(variant: Variant, seed: int, topics: Sequence[Topic]) -> Teaching:
-    teacher = Teacher(
+def _teach(variant: Variant, seed: int, topics: Sequence[LessonPlan]) -> TeachingResult:
+    teacher = ScriptedTeacher(
         Library(kit),
         make_practice,
         seed,
@@ -62,7 +62,7 @@ def _teach(variant: Variant, seed: int, topics: Sequence[Topic]) -> Teaching:
     return teacher.teach(*topics)
 
 
-def arriving(library: Library, seed: int) -> float:
+def measure_arrivals(library: Library, seed: int) -> float:
     """The share of ways, from where robots begin to the station and to food, that GoTo ends within reach of it."""
     seeds, arrived = worlds_of(seed)[:WORLDS], []
     for target in ("station", "nearest_food"):
@@ -75,15 +75,15 @@ def arriving(library: Library, seed: int) -> float:
     return sum(arrived) / len(arrived)
 
 
-def judged(library: Library, variant: Variant, seed: int) -> Mapping[str, float]:
+def evaluate_variant(library: Library, variant: Variant, seed: int) -> Mapping[str, float]:
     """Success on the unseen worlds of a seed, and food per second as a share of the yardstick's: the median."""
     scenario, seeds = ForageSettings().scenario(), worlds_of(seed)[:WORLDS]
     if variant.drawn:
         seeds = seeds[:DRAWN_WORLDS]
     expert = _yardstick(seeds)
     if variant.drawn:
-        scenario = with_chances(scenario, list(library.taught))
-        library = drawn_by_votes(library, corrected=variant.drawn == "corrected votes")
+        scenario = add_chance_readings(scenario, list(library.taught))
+        library = randomize_leaves(library, corrected=variant.drawn == "corrected votes")
     limits = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
     taught = measure_program_outcomes(World(scenario, seeds), link(library, "forage"), limit_s=limits)
     ratio = taught.food_per_s / expert.food_per_s
@@ -92,4 +92,4 @@ def judged(library: Library, variant: Variant, seed: int) -> Mapping[str, float]
 
 @lru_cache(maxsize=4)
 def _yardstick(seeds: range) -> Outcomes:
-    return judge_expert(ForageSettings(), seeds)
+    return evaluate_expert(ForageSettings(), seeds)

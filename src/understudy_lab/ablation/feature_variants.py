@@ -22,7 +22,7 @@ from understudy.training.lesson_design import parse_feature
 from understudy.training.session_view import SessionView
 from understudy_lab.tasks.forage_teacher import CAPACITY, TOPICS
 from understudy_lab.teachers.person import Seen, Wish
-from understudy_lab.teachers.teacher import Topic
+from understudy_lab.teachers.teacher import LessonPlan
 
 Translate: TypeAlias = Callable[[SessionView], Mapping[str, float]]
 """What of the usual features a person knows of a screen that does not show them."""
@@ -55,7 +55,7 @@ def cosine_to(robot: ReadingsView, A: ReadingsView) -> Column:
 kit = usual_kit + Kit.of(signed_angle_to, round_angle_to, sine_to, cosine_to)
 
 
-def with_angle_as(*features: str) -> tuple[Topic, ...]:
+def with_angle_as(*features: str) -> tuple[LessonPlan, ...]:
     """The usual topics, with these features in place of the angle."""
 
     def angle(screen: SessionView) -> Mapping[str, float]:
@@ -66,7 +66,7 @@ def with_angle_as(*features: str) -> tuple[Topic, ...]:
     return (_choosing(_seen_as(goto, angle), ("distance_to(A)", *features)), *others)
 
 
-def with_all_features() -> tuple[Topic, ...]:
+def with_all_features() -> tuple[LessonPlan, ...]:
     """The usual topics, each with every feature of the kit, of every target, in the order of the kit."""
     chosen = []
     for topic in TOPICS:
@@ -80,7 +80,7 @@ def with_all_features() -> tuple[Topic, ...]:
     return tuple(chosen)
 
 
-def with_features_of_all() -> tuple[Topic, ...]:
+def with_features_of_all() -> tuple[LessonPlan, ...]:
     """The usual topics, each with every feature that any of the four lessons needs."""
     own = ("done", "food_left", "food_stored", "food_below_me", "at_station")
     goto, *others = TOPICS
@@ -90,7 +90,7 @@ def with_features_of_all() -> tuple[Topic, ...]:
     )
 
 
-def without_flags() -> tuple[Topic, ...]:
+def without_flags() -> tuple[LessonPlan, ...]:
     """The usual topics, but no automaton sees the flag of the one below: it has to tell by other readings."""
     goto, harvest, deposit, forage = TOPICS
 
@@ -113,7 +113,7 @@ def without_flags() -> tuple[Topic, ...]:
     )
 
 
-def _choosing(topic: Topic, features: Sequence[str]) -> Topic:
+def _choosing(topic: LessonPlan, features: Sequence[str]) -> LessonPlan:
     """The topic with other features chosen for its lesson."""
 
     def choose(library: Library) -> Lesson:
@@ -124,7 +124,7 @@ def _choosing(topic: Topic, features: Sequence[str]) -> Topic:
     return replace(topic, choose=choose)
 
 
-def _seen_as(topic: Topic, translate: Translate) -> Topic:
+def _seen_as(topic: LessonPlan, translate: Translate) -> LessonPlan:
     """The topic for a person who translates what they see."""
 
     def known(screen: SessionView) -> SessionView:

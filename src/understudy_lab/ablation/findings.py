@@ -10,8 +10,8 @@ import numpy as np
 from understudy_lab.ablation.evaluate import WORLDS
 from understudy_lab.ablation.variants import BASE, SILENT, VARIANTS
 from understudy_lab.figures import COLORS, panels
-from understudy_lab.statistics import differ_in_pairs, told
-from understudy_lab.study import Findings, Row, Table
+from understudy_lab.statistics import compute_paired_p, format_median
+from understudy_lab.study import ResultTable, Row, StudyFindings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,14 +28,14 @@ MEASURES = {
 """What variants are compared by."""
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """Each variant beside what it is set against."""
-    found = {name: summed(rows, name) for name in VARIANTS}
+    found = {name: summarize_variant(rows, name) for name in VARIANTS}
     seeds = sorted({row["task"]["seed"] for row in rows})
-    return Findings(
+    return StudyFindings(
         headline=_headline(found),
         tables=(
-            Table(
+            ResultTable(
                 f"{len(seeds)} teachings each (seeds {seeds[0]} to {seeds[-1]}), judged on {WORLDS} unseen worlds: "
                 "medians with smallest and largest",
                 (
@@ -50,7 +50,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 ),
                 [_told(rows, name) for name in VARIANTS],
             ),
-            Table(
+            ResultTable(
                 f"Where it makes a difference (medians, means of success; signed ranks over seeds, p < {SURE}: about "
                 f"one of {len(MEASURES) * (len(VARIANTS) - 1)} by chance)",
                 ("", "set against", "differs in"),
@@ -74,7 +74,7 @@ def values(rows: Sequence[Row], name: str, measure: str) -> list[float]:
     return [float(row[measure] or 0.0) for row in mine]
 
 
-def summed(rows: Sequence[Row], name: str) -> dict[str, Any]:
+def summarize_variant(rows: Sequence[Row], name: str) -> dict[str, Any]:
     """A variant in numbers: medians (means of shares of successes), and in what it differs from what it is set
     against.
     """
@@ -82,7 +82,7 @@ def summed(rows: Sequence[Row], name: str) -> dict[str, Any]:
     differs = []
     for said, measure in MEASURES.items():
         ours, theirs = values(rows, name, measure), values(rows, against, measure)
-        if name != BASE and differ_in_pairs(ours, theirs) < SURE:
+        if name != BASE and compute_paired_p(ours, theirs) < SURE:
             of = _mean if measure in MEANS else _median
             digits = 0 if measure in ("presses", "teaching_seconds") else 2
             differs.append(f"{said} {of(theirs):.{digits}f} → {of(ours):.{digits}f}")
@@ -110,13 +110,16 @@ def _median(numbers: Sequence[float]) -> float:
 
 
 def _told(rows: Sequence[Row], name: str) -> tuple[str, ...]:
-    found = summed(rows, name)
+    found = summarize_variant(rows, name)
     return (
         name,
         VARIANTS[name].about,
         f"{found['teachings_reaching_95']} of {found['of']}",
-        told(values(rows, name, "relative_to_expert"), 2),
-        *(told(values(rows, name, measure)) for measure in ("examples", "presses", "teaching_seconds")),
+        format_median(values(rows, name, "relative_to_expert"), 2),
+        *(
+            format_median(values(rows, name, measure))
+            for measure in ("examples", "presses", "teaching_seconds")
+        ),
         f"{found['arrives_as_shown']:.0%}",
     )
 

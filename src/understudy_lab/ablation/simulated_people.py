@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from understudy.training.session import Session
-from understudy_lab.teachers.person import Person, Reaction, Seen, Verdict, Wish
+from understudy_lab.teachers.person import ReactionTime, Seen, SimulatedPerson, TryResult, Wish
 
 ATTENTIVE_S, AWAY_S = 8.0, 4.0
 """How long a person looks, and looks away, on average, s."""
@@ -13,10 +13,10 @@ CONTENT_S = 0.6
 """How long a person sees a robot do right before they say so, s."""
 
 
-class Inattentive(Person):
+class Inattentive(SimulatedPerson):
     """Looks away a third of the time, for spans that are drawn exponentially, and presses only while looking."""
 
-    def __init__(self, draws: np.random.Generator, reaction: Reaction = Reaction()) -> None:
+    def __init__(self, draws: np.random.Generator, reaction: ReactionTime = ReactionTime()) -> None:
         super().__init__(draws, reaction)
         self._spans = np.random.default_rng(int(draws.integers(2**63)))
         self._looking = True
@@ -41,28 +41,28 @@ class Candid(Inattentive):
         session.watching = self._looking
 
 
-class Confirming(Person):
+class Confirming(SimulatedPerson):
     """Says of every state they directed the robot to that it should go on so, a moment later.
 
     So a person would have to teach if staying were not recorded automatically.
     """
 
-    def __init__(self, draws: np.random.Generator, reaction: Reaction = Reaction()) -> None:
+    def __init__(self, draws: np.random.Generator, reaction: ReactionTime = ReactionTime()) -> None:
         super().__init__(draws, reaction)
         self._confirm_at: float | None = None
 
-    def show(self, session: Session, wish: Wish, *, until: Seen, limit_s: float) -> Verdict:
+    def show(self, session: Session, wish: Wish, *, until: Seen, limit_s: float) -> TryResult:
         """Direct the robot, and confirm where it stays."""
         self._confirm_at = None
         return super().show(session, wish, until=until, limit_s=limit_s)
 
     def test(
         self, session: Session, complaint: Wish, *, until: Seen, limit_s: float, patience_s: float
-    ) -> Verdict:
+    ) -> TryResult:
         """Let the robot try; after a correction see whether it goes well, and confirm that."""
         self._confirm_at = None
         verdict = super().test(session, complaint, until=until, limit_s=limit_s, patience_s=patience_s)
-        if verdict is Verdict.CORRECTED:
+        if verdict is TryResult.CORRECTED:
             session.run_for(CONTENT_S)
             self.seconds += CONTENT_S
             screen = session.screen()

@@ -23,7 +23,7 @@ from understudy.sim.scenario.schema import RandomSensor, Scenario
 
 
 @dataclass(frozen=True)
-class Drawing:
+class StochasticLeaves:
     """A tree whose leaves draw: by leaf, the outcomes with the shares up to each. The last value is what is drawn."""
 
     tree: Tree
@@ -40,28 +40,28 @@ class Drawing:
         return self.tree.path(values[:-1])
 
 
-def drawn_by_votes(library: Library, *, corrected: bool) -> Library:
+def randomize_leaves(library: Library, *, corrected: bool) -> Library:
     """The library with leaves that draw by their examples, a watched one a tenth of a press-made one.
 
     `corrected`: by the press-made ones, and each state counts once more than it was shown (Laplace's correction;
     Provost and Domingos 2003).
     """
     automata = [
-        drawing(taught, corrected=corrected)
+        make_stochastic_automaton(taught, corrected=corrected)
         for taught in library.taught.values()
         if taught.lesson is not None
     ]
     return Library.of(library.kit, *automata)
 
 
-def drawing(taught: TrainedAutomaton, *, corrected: bool) -> Automaton:
+def make_stochastic_automaton(taught: TrainedAutomaton, *, corrected: bool) -> Automaton:
     """A learned automaton with leaves that draw."""
     automaton, lesson = taught.automaton, taught.lesson or Lesson(taught.automaton)
-    name = chance_of(automaton.name)
+    name = name_chance_reading(automaton.name)
     feature = BoundFeature(Feature(name, Continuous(), reading=name))
     shown = group_examples_by_state(lesson)
     transitions = {
-        state: Drawing(tree, _shares(tree, shown[state], automaton.state_names, corrected=corrected))
+        state: StochasticLeaves(tree, _shares(tree, shown[state], automaton.state_names, corrected=corrected))
         for state, tree in automaton.transitions.items()
         if isinstance(tree, Tree)
     }
@@ -90,14 +90,14 @@ def _shares(
     return found
 
 
-def chance_of(automaton: str) -> str:
+def name_chance_reading(automaton: str) -> str:
     """The reading that an automaton draws by."""
     return f"chance_{automaton}"
 
 
-def with_chances(scenario: Scenario, automata: Sequence[str]) -> Scenario:
+def add_chance_readings(scenario: Scenario, automata: Sequence[str]) -> Scenario:
     """The scenario, with a random number for each of these automata at every tick."""
-    chances = tuple(RandomSensor(name=chance_of(name)) for name in automata)
+    chances = tuple(RandomSensor(name=name_chance_reading(name)) for name in automata)
     types = {
         name: msgspec.structs.replace(robot, sensors=(*robot.sensors, *chances))
         for name, robot in scenario.types.items()

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from understudy_lab.ablation.evaluate import measured
+from understudy_lab.ablation.evaluate import measure_variant
 from understudy_lab.ablation.findings import conclude, draw
 from understudy_lab.ablation.variants import BASE, VARIANTS
-from understudy_lab.study import Experiment, Plan, Row, Task
+from understudy_lab.study import Row, Study, StudyPlan, Task
 
 SEEDS = range(56_000, 56_020)
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each variant with each teaching seed; the variants of one seed share what they are judged by."""
     return [{"variant": name, "seed": seed} for seed in plan.seeds for name in VARIANTS]
 
 
 def work(task: Task) -> Row:
     """One teaching of a variant; with its lessons where it is the base."""
-    row = measured(task["variant"], task["seed"])
+    row = measure_variant(task["variant"], task["seed"])
     return row if task["variant"] == BASE else {key: row[key] for key in row if key != "lessons"}
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="ablation",
     seeds=SEEDS,
     quick=1,

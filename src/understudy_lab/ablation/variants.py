@@ -14,8 +14,8 @@ from understudy_lab.ablation.feature_variants import (
 )
 from understudy_lab.ablation.simulated_people import Candid, Confirming, Inattentive
 from understudy_lab.tasks.forage_teacher import TOPICS, WATCHED
-from understudy_lab.teachers.person import Person, Reaction
-from understudy_lab.teachers.teacher import MakesPerson, Topic
+from understudy_lab.teachers.person import ReactionTime, SimulatedPerson
+from understudy_lab.teachers.teacher import LessonPlan, MakesPerson
 
 BASE = "as the demo teaches"
 SILENT = "not watched"
@@ -31,9 +31,9 @@ class Variant:
     about: str
     against: str = BASE
     options: Mapping[str, LearnerOptions] = field(default_factory=lambda: WATCHED)
-    topics: tuple[Topic, ...] = TOPICS
-    reaction: Reaction = Reaction()
-    person: MakesPerson = Person
+    topics: tuple[LessonPlan, ...] = TOPICS
+    reaction: ReactionTime = ReactionTime()
+    person: MakesPerson = SimulatedPerson
     drawn: str = ""
 
 
@@ -49,11 +49,11 @@ def _late(seconds: float) -> Mapping[str, LearnerOptions]:
     return {**WATCHED, "goto": replace(WATCHED["goto"], reaction_s=seconds)}
 
 
-def _reaction(seconds: float) -> Reaction:
-    return Reaction(seconds, 0.4 * seconds, 0.4 * seconds)
+def _reaction(seconds: float) -> ReactionTime:
+    return ReactionTime(seconds, 0.4 * seconds, 0.4 * seconds)
 
 
-NEXT_TICK = Reaction(0.0, 0.0, 0.05)
+NEXT_TICK = ReactionTime(0.0, 0.0, 0.05)
 """No delay at all: what is seen at one tick is pressed for the next. (Pressing at the very tick would correct a robot
 before it has done anything.)"""
 SILENTLY = _options(watched=False)

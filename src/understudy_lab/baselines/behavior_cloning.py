@@ -8,21 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from understudy_lab.baselines.inputs import Lesson
-from understudy_lab.baselines.sklearn_learners import Layers
+from understudy_lab.baselines.inputs import LabeledTicks
+from understudy_lab.baselines.sklearn_learners import MlpWeights
 
 HIDDEN = 64
 
 
 def fit_nets(
-    lessons: Sequence[Lesson],
+    lessons: Sequence[LabeledTicks],
     seed: int,
     *,
     steps: int = 1_000,
     batch: int = 128,
     rate: float = 3e-3,
     decay: float = 1e-2,
-) -> list[Layers]:
+) -> list[MlpWeights]:
     """A net of two hidden layers for each lesson: AdamW, a cosine schedule (Loshchilov and Hutter 2017, 2019).
 
     Each net sees the ticks of its own lesson only.
@@ -70,9 +70,9 @@ def _padded(x: Any, width: int) -> Any:
     return np.hstack([x, np.zeros((len(x), width - x.shape[1]))]).astype(np.float32)
 
 
-def _net(layers: Sequence[tuple[Any, Any]], k: int, lesson: Lesson) -> Layers:
+def _net(layers: Sequence[tuple[Any, Any]], k: int, lesson: LabeledTicks) -> MlpWeights:
     """One of the nets by itself, as wide as its lesson."""
     plain = [[each[k].detach().numpy().astype(np.float64) for each in layer] for layer in layers]
     plain[0][0] = plain[0][0][: lesson.x.shape[1]]
     plain[-1] = [each[:, : len(lesson.behaviors)] for each in plain[-1]]
-    return Layers([(weights, offset[0]) for weights, offset in plain])
+    return MlpWeights([(weights, offset[0]) for weights, offset in plain])

@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from understudy_lab.baselines.behavior_cloning import fit_nets
-from understudy_lab.baselines.dagger import aggregated
-from understudy_lab.baselines.demonstrations import Taught, demonstrated, lessons
+from understudy_lab.baselines.dagger import aggregate_rounds
+from understudy_lab.baselines.demonstrations import LibraryAt, record_demonstrations, record_libraries
 from understudy_lab.baselines.evaluate import success_of_libraries, success_of_policies
-from understudy_lab.baselines.inputs import Lesson, Manner, Policy, lesson_of
-from understudy_lab.baselines.recording_body import Ticks
+from understudy_lab.baselines.inputs import InputSpec, LabeledTicks, Policy, lesson_of
+from understudy_lab.baselines.recording_body import RecordedTicks
 from understudy_lab.baselines.sklearn_learners import CLASSICAL
-from understudy_lab.baselines.tasks import EXERCISES, Exercise
+from understudy_lab.baselines.tasks import EXERCISES, BaselineTask
 
 BUDGETS = (10, 25, 50, 100, 200)
 """Decisions of the demonstrator after which everybody is judged."""
@@ -29,12 +29,12 @@ CHOSEN = ", chosen features"
 LEARNERS = (UNDERSTUDY, TREE, NEAREST, PERCEPTRON, CLONING, DAGGER, *(name + CHOSEN for name in CLASSICAL))
 NEURAL = (PERCEPTRON, CLONING, DAGGER, PERCEPTRON + CHOSEN)
 
-NOW = Manner(advance=2)
-EARLIER = Manner(advance=2, lags=(2, 4))
-REMEMBERED = Manner(advance=2, lags=(2, 4), before=True)
-WEIGHED = Manner(advance=2, lags=(2, 4), weigh=True)
-DRAWN = Manner(advance=2, lags=(2, 4), drawn=True)
-MANNERS: Mapping[str, Mapping[str, Manner]] = {
+NOW = InputSpec(advance=2)
+EARLIER = InputSpec(advance=2, lags=(2, 4))
+REMEMBERED = InputSpec(advance=2, lags=(2, 4), before=True)
+WEIGHED = InputSpec(advance=2, lags=(2, 4), weigh=True)
+DRAWN = InputSpec(advance=2, lags=(2, 4), drawn=True)
+MANNERS: Mapping[str, Mapping[str, InputSpec]] = {
     "goto": dict.fromkeys(LEARNERS, EARLIER),
     "forage": {TREE: WEIGHED, **dict.fromkeys((NEAREST, *NEURAL), DRAWN)},
     "servoing": dict.fromkeys(LEARNERS, REMEMBERED),
@@ -48,10 +48,10 @@ def worlds_of(seed: int) -> range:
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
-def understudy(exercise: Exercise, seed: int) -> Found:
+def evaluate_understudy(exercise: BaselineTask, seed: int) -> Found:
     """Taught as a hierarchy; after its teaching it stays as it is."""
-    stood = lessons(exercise, seed)
-    nothing = Taught(0, 0.0, exercise.library())
+    stood = record_libraries(exercise, seed)
+    nothing = LibraryAt(0, 0.0, exercise.library())
     points = [[nothing, *(each for each in stood if each.decisions <= budget)][-1] for budget in BUDGETS]
     return {
         UNDERSTUDY: {
@@ -63,9 +63,9 @@ def understudy(exercise: Exercise, seed: int) -> Found:
     }
 
 
-def classical(exercise: Exercise, seed: int) -> Found:
+def evaluate_classical(exercise: BaselineTask, seed: int) -> Found:
     """What scikit-learn learns from whole demonstrations; with chosen readings, too, where some were left out."""
-    ticks = demonstrated(exercise, seed, BUDGETS[-1])
+    ticks = record_demonstrations(exercise, seed, BUDGETS[-1])
     given = {"": list(range(len(exercise.kinds))), CHOSEN: exercise.chosen}
     if given[CHOSEN] == given[""]:
         del given[CHOSEN]
@@ -85,16 +85,16 @@ def classical(exercise: Exercise, seed: int) -> Found:
     )
 
 
-def neural(exercise: Exercise, seed: int) -> Found:
+def evaluate_neural(exercise: BaselineTask, seed: int) -> Found:
     """What PyTorch learns from the same demonstrations, and from labels for what it then does itself."""
     cloning, dagger = MANNERS[exercise.name][CLONING], MANNERS[exercise.name][DAGGER]
 
-    def learn(ticks: Ticks) -> Policy:
+    def learn(ticks: RecordedTicks) -> Policy:
         lesson = lesson_of(ticks, exercise.kinds, dagger, basics=len(exercise.basics))
         return _policies(exercise, [lesson], seed, dagger, steps=ROUND_STEPS)[0]
 
-    shown = demonstrated(exercise, seed, BUDGETS[-1])
-    labeled = aggregated(exercise, seed, learn, rounds=BUDGETS)
+    shown = record_demonstrations(exercise, seed, BUDGETS[-1])
+    labeled = aggregate_rounds(exercise, seed, learn, rounds=BUDGETS)
     return _judged(
         exercise,
         seed,
@@ -105,35 +105,37 @@ def neural(exercise: Exercise, seed: int) -> Found:
     )
 
 
-WITH: Mapping[str, Callable[[Exercise, int], Found]] = {
-    "understudy": understudy,
-    "scikit-learn": classical,
-    "PyTorch": neural,
+WITH: Mapping[str, Callable[[BaselineTask, int], Found]] = {
+    "understudy": evaluate_understudy,
+    "scikit-learn": evaluate_classical,
+    "PyTorch": evaluate_neural,
 }
 """What learns with what; a piece of work for each."""
 
 
-def compared(exercise: str, seed: int, *, by: str) -> Found:
+def compare_learners(exercise: str, seed: int, *, by: str) -> Found:
     """By learner: success, seconds and ticks at each number of decisions."""
     return WITH[by](EXERCISES[exercise], seed)
 
 
 def _lessons(
-    exercise: Exercise, ticks: Ticks, manner: Manner, chosen: Sequence[int] | None = None
-) -> list[Lesson]:
+    exercise: BaselineTask, ticks: RecordedTicks, manner: InputSpec, chosen: Sequence[int] | None = None
+) -> list[LabeledTicks]:
     kinds, basics = exercise.kinds, len(exercise.basics)
     return [lesson_of(ticks.upto(budget), kinds, manner, basics=basics, chosen=chosen) for budget in BUDGETS]
 
 
 def _policies(
-    exercise: Exercise, made: Sequence[Lesson], seed: int, manner: Manner, **how: int
+    exercise: BaselineTask, made: Sequence[LabeledTicks], seed: int, manner: InputSpec, **how: int
 ) -> list[Policy]:
     basics = len(exercise.basics)
     nets = fit_nets(made, seed, **how)
     return [Policy(lesson, net, manner, basics=basics) for lesson, net in zip(made, nets, strict=True)]
 
 
-def _judged(exercise: Exercise, seed: int, learned: Mapping[str, tuple[Ticks, list[Policy]]]) -> Found:
+def _judged(
+    exercise: BaselineTask, seed: int, learned: Mapping[str, tuple[RecordedTicks, list[Policy]]]
+) -> Found:
     """All policies of all learners side by side, and what each was learned from."""
     policies = [policy for _, each in learned.values() for policy in each]
     success = success_of_policies(exercise, policies, worlds_of(seed))

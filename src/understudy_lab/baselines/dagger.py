@@ -10,16 +10,18 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from understudy_lab.baselines.demonstrations import Demonstrator
-from understudy_lab.baselines.recording_body import Aboard, Ticks
-from understudy_lab.baselines.tasks import Exercise
+from understudy_lab.baselines.recording_body import OnboardPolicy, RecordedTicks
+from understudy_lab.baselines.tasks import BaselineTask
 
-Learn: TypeAlias = Callable[[Ticks], Aboard]
+Learn: TypeAlias = Callable[[RecordedTicks], OnboardPolicy]
 
 MOST_WORLDS = 25
 """So many worlds there are in a round, at most."""
 
 
-def aggregated(exercise: Exercise, seed: int, learn: Learn, *, rounds: Sequence[int]) -> Ticks:
+def aggregate_rounds(
+    exercise: BaselineTask, seed: int, learn: Learn, *, rounds: Sequence[int]
+) -> RecordedTicks:
     """All ticks of rounds that each end with so many decisions; the first round is demonstrated.
 
     In the others the teacher demonstrates in every other world: a policy that gets nowhere shows nothing of the rest.

@@ -9,10 +9,10 @@ import numpy as np
 from understudy.model.library import Library
 from understudy.training.session import Session
 from understudy.training.session_view import SessionView
-from understudy_lab.baselines.recording_body import Aboard, Recording, Ticks
-from understudy_lab.baselines.tasks import Exercise
-from understudy_lab.teachers.person import Person, Seen
-from understudy_lab.teachers.teacher import FIRST_SEED, LOOK_S, Account, Teacher
+from understudy_lab.baselines.recording_body import OnboardPolicy, RecordedTicks, RecordingWorld
+from understudy_lab.baselines.tasks import BaselineTask
+from understudy_lab.teachers.person import Seen, SimulatedPerson
+from understudy_lab.teachers.teacher import FIRST_SEED, LOOK_S, ScriptedTeacher, TeachingCost
 
 SAYING_S = 0.5
 """How long a robot is shown resting where it is to rest."""
@@ -23,12 +23,12 @@ LEFT_S = 25.0
 class Demonstrator:
     """A person who shows an exercise flat, world after world, through one session. Same seed, same ticks."""
 
-    def __init__(self, exercise: Exercise, seed: int) -> None:
+    def __init__(self, exercise: BaselineTask, seed: int) -> None:
         self._exercise, self._topic = exercise, exercise.flat
         self._draws = np.random.default_rng([seed, 2])
-        self._person = Person(self._draws)
+        self._person = SimulatedPerson(self._draws)
         self._worlds = 0
-        self._recording = Recording(
+        self._recording = RecordingWorld(
             exercise.world,
             [self._seed()],
             exercise.commands,
@@ -46,11 +46,11 @@ class Demonstrator:
         return self._person.presses
 
     @property
-    def ticks(self) -> Ticks:
+    def ticks(self) -> RecordedTicks:
         """What was recorded so far."""
         return self._recording.ticks()
 
-    def show(self, *, aboard: Aboard | None = None, most: int = 10**9) -> None:
+    def show(self, *, aboard: OnboardPolicy | None = None, most: int = 10**9) -> None:
         """One world, until the task is done or `most` presses were made.
 
         With a policy aboard, what is pressed is only a label; a robot that needs no other label for a while is left.
@@ -90,7 +90,7 @@ class Demonstrator:
         return FIRST_SEED + int(self._draws.integers(2**40))
 
 
-def demonstrated(exercise: Exercise, seed: int, decisions: int) -> Ticks:
+def record_demonstrations(exercise: BaselineTask, seed: int, decisions: int) -> RecordedTicks:
     """Whole demonstrations with at least so many presses."""
     demonstrator = Demonstrator(exercise, seed)
     while demonstrator.presses <= decisions:
@@ -99,7 +99,7 @@ def demonstrated(exercise: Exercise, seed: int, decisions: int) -> Ticks:
 
 
 @dataclass(frozen=True)
-class Taught:
+class LibraryAt:
     """A library at some time of its teaching."""
 
     decisions: int
@@ -107,15 +107,15 @@ class Taught:
     library: Library
 
 
-def lessons(exercise: Exercise, seed: int) -> list[Taught]:
+def record_libraries(exercise: BaselineTask, seed: int) -> list[LibraryAt]:
     """The library as it stood after each thing that its teacher did."""
-    stood: list[Taught] = []
+    stood: list[LibraryAt] = []
 
-    def see(name: str, what: str, account: Account) -> None:
+    def see(name: str, what: str, account: TeachingCost) -> None:
         accounts = teacher.accounts.values()
         presses, seconds = sum(each.presses for each in accounts), sum(each.seconds for each in accounts)
-        stood.append(Taught(presses, seconds, teacher.library))
+        stood.append(LibraryAt(presses, seconds, teacher.library))
 
-    teacher = Teacher(exercise.library(), exercise.make, seed, options=exercise.options, progress=see)
+    teacher = ScriptedTeacher(exercise.library(), exercise.make, seed, options=exercise.options, progress=see)
     teacher.teach(*exercise.topics)
     return stood

@@ -10,13 +10,15 @@ from understudy.model.features import Percept
 from understudy.runtime.body import Commands, list_reading_keys
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
-from understudy_lab.baselines.demonstrations import Taught
+from understudy_lab.baselines.demonstrations import LibraryAt
 from understudy_lab.baselines.inputs import Policy
 from understudy_lab.baselines.recording_body import RESTING
-from understudy_lab.baselines.tasks import Exercise
+from understudy_lab.baselines.tasks import BaselineTask
 
 
-def success_of_policies(exercise: Exercise, policies: Sequence[Policy], seeds: Sequence[int]) -> list[float]:
+def success_of_policies(
+    exercise: BaselineTask, policies: Sequence[Policy], seeds: Sequence[int]
+) -> list[float]:
     """The share of the worlds in which each policy succeeds."""
     world = exercise.world([seed for _ in policies for seed in seeds])
     keys, each = list_reading_keys(world), len(seeds)
@@ -36,7 +38,9 @@ def success_of_policies(exercise: Exercise, policies: Sequence[Policy], seeds: S
     return _shares(exercise.judge(world, decide, keys), len(policies))
 
 
-def success_of_libraries(exercise: Exercise, taught: Sequence[Taught], seeds: Sequence[int]) -> list[float]:
+def success_of_libraries(
+    exercise: BaselineTask, taught: Sequence[LibraryAt], seeds: Sequence[int]
+) -> list[float]:
     """The same for libraries; none succeeds that does not have the whole task yet."""
     root = exercise.topics[-1].name
     whole = [each for each in taught if root in each.library.taught]

@@ -7,7 +7,7 @@ from math import isnan, pi, tau
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.behavior_suite.wall_following import AHEAD, LEFT, wanted
+from understudy_lab.behavior_suite.wall_following import AHEAD, LEFT, choose_wall_action
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, FACING, all_home
 from understudy_lab.tasks.servo_teacher import (
     BASIC_STATES,
@@ -19,7 +19,7 @@ from understudy_lab.tasks.servo_teacher import (
     there,
 )
 from understudy_lab.teachers.person import after
-from understudy_lab.teachers.teacher import Topic
+from understudy_lab.teachers.teacher import LessonPlan
 
 FOLLOWING = ("forward", "rotate_right", "veer_left")
 """The basic behaviors of a robot with its left hand on the wall."""
@@ -50,7 +50,7 @@ def head_for(bearing: float, state: str) -> str | None:
     return toward if abs(bearing) > (ASTRAY if state == "forward" else ASIDE) else "forward"
 
 
-FLAT_FORAGE = Topic(
+FLAT_FORAGE = LessonPlan(
     "forage_flat",
     lambda library: new_lesson(
         library,
@@ -74,7 +74,7 @@ FLAT_FORAGE = Topic(
 )
 
 
-class Servo:
+class FlatServo:
     """Find the ball, walk to it, and where it is lost turn to the side where it was last seen."""
 
     def __init__(self, search: str = "left") -> None:
@@ -93,7 +93,7 @@ class Servo:
         return "walk_forward" if inside or not turning else None
 
 
-class Follower:
+class FlatWallFollower:
     """Go on until a wall is on the hand, along it, turn off where it ends ahead, and veer to it where it is far."""
 
     def __init__(self, hand: str) -> None:
@@ -104,28 +104,30 @@ class Follower:
         if screen.state == "start":
             self._seeking = True
         doing = {"forward": "seek" if self._seeking else "along"}.get(screen.state, screen.state)
-        wished = wanted(doing, screen.features[AHEAD], screen.features[f"sonar_{self._hand}"], self._hand)
+        wished = choose_wall_action(
+            doing, screen.features[AHEAD], screen.features[f"sonar_{self._hand}"], self._hand
+        )
         if wished is not None:
             self._seeking = wished == "seek"
         return "forward" if wished in ("seek", "along") else wished
 
 
-FLAT_WALLS = Topic(
+FLAT_WALLS = LessonPlan(
     "walls_flat",
     lambda library: new_lesson(library, "walls_flat", states=FOLLOWING, features=[AHEAD, f"sonar_{LEFT}"]),
-    Follower(LEFT),
-    Follower(LEFT),
+    FlatWallFollower(LEFT),
+    FlatWallFollower(LEFT),
     after(40.0),
     cases=(),
     tries=0,
     limit_s=60.0,
 )
 
-FLAT_SERVOING = Topic(
+FLAT_SERVOING = LessonPlan(
     "servoing_flat",
     lambda library: new_lesson(library, "servoing_flat", states=BASIC_STATES, features=FEATURES),
-    Servo(),
-    Servo(),
+    FlatServo(),
+    FlatServo(),
     there,
     cases=(),
     tries=0,

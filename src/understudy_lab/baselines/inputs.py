@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy_lab.baselines.recording_body import RESTING, Ints, Raw, Ticks
+from understudy_lab.baselines.recording_body import RESTING, Ints, Raw, RecordedTicks
 
 Floats: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Manner:
+class InputSpec:
     """How a flat learner is given its ticks.
 
     `lags` are the earlier ticks that it sees, too; `before` whether it sees what the robot did last; `advance` by
@@ -78,7 +78,7 @@ class Classifier(Protocol):
 
 
 @dataclass(frozen=True)
-class Lesson:
+class LabeledTicks:
     """What a classifier is fitted to: inputs [T, F], places among `behaviors` [T], and how much each tick counts."""
 
     x: Floats
@@ -89,20 +89,25 @@ class Lesson:
 
 
 def lesson_of(
-    ticks: Ticks, kinds: Sequence[Kind], manner: Manner, *, basics: int, chosen: Sequence[int] | None = None
-) -> Lesson:
+    ticks: RecordedTicks,
+    kinds: Sequence[Kind],
+    manner: InputSpec,
+    *,
+    basics: int,
+    chosen: Sequence[int] | None = None,
+) -> LabeledTicks:
     """The ticks as a flat learner is given them, with all readings or those chosen."""
     inputs = Inputs(kinds, ticks.raw, chosen)
     now = inputs(ticks.raw)
     parts = [now, *(now[_earlier(ticks.episode, lag)] for lag in manner.lags)]
     if manner.before:
-        parts.append(spelled(ticks.before, basics))
+        parts.append(encode_one_hot(ticks.before, basics))
     behaviors, y, counts = np.unique(ticks.advanced(manner.advance), return_inverse=True, return_counts=True)
     weight = (len(y) / (len(counts) * counts))[y] if manner.weigh else np.ones(len(y))
-    return Lesson(np.hstack(parts), y.astype(np.int64), weight, behaviors, inputs)
+    return LabeledTicks(np.hstack(parts), y.astype(np.int64), weight, behaviors, inputs)
 
 
-def spelled(behaviors: Ints, basics: int) -> Floats:
+def encode_one_hot(behaviors: Ints, basics: int) -> Floats:
     """Which behavior it is, a column each, with one for resting [N, basics + 1]."""
     return np.eye(basics + 1)[np.where(behaviors == RESTING, basics, behaviors)]
 
@@ -116,7 +121,7 @@ def _earlier(episode: Ints, lag: int) -> Ints:
 class Policy:
     """A classifier aboard N robots, with the memory that its manner asks for."""
 
-    def __init__(self, lesson: Lesson, classify: Classifier, manner: Manner, *, basics: int) -> None:
+    def __init__(self, lesson: LabeledTicks, classify: Classifier, manner: InputSpec, *, basics: int) -> None:
         self._lesson, self._classify, self._manner, self._basics = lesson, classify, manner, basics
         self._draws = np.random.default_rng(len(lesson.y))
         self.begin()
@@ -135,7 +140,7 @@ class Policy:
             parts += [self._past[lag] for lag in lags]
         if self._manner.before:
             before = np.full(len(raw), RESTING) if self._before is None else self._before
-            parts.append(spelled(before, self._basics))
+            parts.append(encode_one_hot(before, self._basics))
         shares = self._classify(np.hstack(parts))
         if self._manner.drawn:
             below = np.cumsum(shares, axis=1) < self._draws.random(len(raw))[:, None]

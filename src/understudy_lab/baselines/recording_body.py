@@ -29,7 +29,7 @@ RESTING = -1
 """No basic behavior: every channel at rest."""
 
 
-class Aboard(Protocol):
+class OnboardPolicy(Protocol):
     """A policy that decides instead of whoever presses."""
 
     def begin(self) -> None:
@@ -42,7 +42,7 @@ class Aboard(Protocol):
 
 
 @dataclass(frozen=True)
-class Ticks:
+class RecordedTicks:
     """T recorded ticks, in order."""
 
     raw: Raw  # [T, K]
@@ -69,7 +69,7 @@ class Ticks:
         return np.where(self.episode[later] == self.episode, self.wanted[later], self.wanted)
 
 
-class Recording:
+class RecordingWorld:
     """A world of one robot whose ticks are written down, once somebody has pressed.
 
     `make` makes a world from a seed; `basics` are the commands of the basic behaviors; `count` says how many presses
@@ -92,7 +92,7 @@ class Recording:
         self._keys = list_reading_keys(self._world)
         self._rows: list[tuple[list[float], int, int, int, int, float]] = []
         self._episode = 0
-        self.aboard: Aboard | None = None
+        self.aboard: OnboardPolicy | None = None
         self.on = True
         self._begin()
 
@@ -159,10 +159,10 @@ class Recording:
         doing = self._commands[self._did] if self._did != RESTING else {}
         self._world.act({name: np.array([value]) for name, value in doing.items()})
 
-    def ticks(self) -> Ticks:
+    def ticks(self) -> RecordedTicks:
         """What was written down."""
         raw, wanted, before, decisions, episode, seconds = zip(*self._rows, strict=True)
-        return Ticks(
+        return RecordedTicks(
             np.array(raw),
             np.array(wanted, np.int64),
             np.array(before, np.int64),

@@ -8,13 +8,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from understudy_lab.baselines.inputs import Classifier, Floats, Lesson
+from understudy_lab.baselines.inputs import Classifier, Floats, LabeledTicks
 
-Fit: TypeAlias = Callable[[Lesson, int], Classifier]
+Fit: TypeAlias = Callable[[LabeledTicks, int], Classifier]
 """Fits a classifier to a lesson, with a seed."""
 
 
-def fit_tree(lesson: Lesson, seed: int, *, leaf: int = 5) -> Classifier:
+def fit_tree(lesson: LabeledTicks, seed: int, *, leaf: int = 5) -> Classifier:
     """CART by entropy (Breiman et al. 1984), with at least so many ticks in a leaf."""
     from sklearn.tree import DecisionTreeClassifier
 
@@ -30,7 +30,7 @@ def fit_tree(lesson: Lesson, seed: int, *, leaf: int = 5) -> Classifier:
     return classify
 
 
-def fit_nearest(lesson: Lesson, seed: int, *, neighbors: int = 5) -> Classifier:
+def fit_nearest(lesson: LabeledTicks, seed: int, *, neighbors: int = 5) -> Classifier:
     """The majority of the nearest ticks (Fix and Hodges 1951), among all of them."""
     from sklearn.neighbors import KDTree
 
@@ -46,7 +46,7 @@ def fit_nearest(lesson: Lesson, seed: int, *, neighbors: int = 5) -> Classifier:
     return classify
 
 
-def fit_perceptron(lesson: Lesson, seed: int, *, alpha: float = 1e-4, steps: int = 1_500) -> Classifier:
+def fit_perceptron(lesson: LabeledTicks, seed: int, *, alpha: float = 1e-4, steps: int = 1_500) -> Classifier:
     """Two hidden layers of 64 (Rumelhart et al. 1986), by Adam."""
     from sklearn.neural_network import MLPClassifier
 
@@ -57,10 +57,10 @@ def fit_perceptron(lesson: Lesson, seed: int, *, alpha: float = 1e-4, steps: int
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that it might go on
         net.fit(lesson.x, lesson.y)
-    return Layers(list(zip(net.coefs_, net.intercepts_, strict=True)))
+    return MlpWeights(list(zip(net.coefs_, net.intercepts_, strict=True)))
 
 
-class Layers:
+class MlpWeights:
     """A net of rectified layers, by their weights and offsets."""
 
     def __init__(self, layers: list[tuple[Floats, Floats]]) -> None:

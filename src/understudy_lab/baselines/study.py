@@ -18,12 +18,12 @@ from understudy_lab.baselines.compare import (
     UNDERSTUDY,
     WITH,
     WORLDS,
-    compared,
+    compare_learners,
 )
 from understudy_lab.baselines.tasks import EXERCISES
 from understudy_lab.figures import COLORS, panels
-from understudy_lab.statistics import interval_of_median, told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.statistics import format_median, interval_of_median
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,7 +39,7 @@ TIMES_S = (30, 60, 120, 240, 480)
 """Seconds of the demonstrator's time after which success is told, too."""
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each task with each family of learners that is here, for each seed."""
     here = [by for by in WITH if by not in MODULES or find_spec(MODULES[by]) is not None]
     return [
@@ -49,15 +49,15 @@ def tasks(plan: Plan) -> list[Task]:
 
 def work(task: Task) -> Row:
     """What each learner of a family comes to."""
-    return {"learners": compared(task["task"], task["seed"], by=task["with"])}
+    return {"learners": compare_learners(task["task"], task["seed"], by=task["with"])}
 
 
-def at(found: Mapping[str, Any], decisions: int) -> float:
+def get_success_at_decisions(found: Mapping[str, Any], decisions: int) -> float:
     """Success after so many decisions."""
     return float(found["success"][BUDGETS.index(decisions)])
 
 
-def after(found: Mapping[str, Any], seconds: float) -> float:
+def get_success_at_seconds(found: Mapping[str, Any], seconds: float) -> float:
     """Success after so many seconds: that of the last judged decisions which were over by then."""
     spent = [
         share for share, until in zip(found["success"], found["seconds"], strict=True) if until <= seconds
@@ -65,7 +65,7 @@ def after(found: Mapping[str, Any], seconds: float) -> float:
     return float(spent[-1]) if spent else 0.0
 
 
-def found_by(rows: Sequence[Row], task: str) -> dict[str, list[Mapping[str, Any]]]:
+def collect_results(rows: Sequence[Row], task: str) -> dict[str, list[Mapping[str, Any]]]:
     """What each learner came to in a task, seed by seed."""
     found: dict[str, list[Mapping[str, Any]]] = {}
     for learner in LEARNERS:
@@ -83,16 +83,18 @@ def best_net(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -
     """The net with the highest mean success after so many decisions; None where there is none."""
     nets = [name for name in NEURAL if name in found]
     return max(
-        nets, key=lambda name: float(np.mean([at(each, decisions) for each in found[name]])), default=None
+        nets,
+        key=lambda name: float(np.mean([get_success_at_decisions(each, decisions) for each in found[name]])),
+        default=None,
     )
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """Who succeeds after how many decisions, and after how many seconds."""
-    found = {task: found_by(rows, task) for task in EXERCISES}
+    found = {task: collect_results(rows, task) for task in EXERCISES}
     seeds = sorted({row["task"]["seed"] for row in rows})
-    return Findings(
-        headline=headline(found),
+    return StudyFindings(
+        headline=write_headline(found),
         tables=(
             *(_by_decisions(task, each, seeds) for task, each in found.items()),
             *(_by_seconds(task, each) for task, each in found.items()),
@@ -104,8 +106,12 @@ def conclude(rows: Sequence[Row]) -> Findings:
         numbers={
             task: {
                 learner: {
-                    "decisions": {str(n): _middle([at(one, n) for one in each]) for n in BUDGETS},
-                    "seconds": {str(s): _middle([after(one, s) for one in each]) for s in TIMES_S},
+                    "decisions": {
+                        str(n): _middle([get_success_at_decisions(one, n) for one in each]) for n in BUDGETS
+                    },
+                    "seconds": {
+                        str(s): _middle([get_success_at_seconds(one, s) for one in each]) for s in TIMES_S
+                    },
                     "ticks": {
                         str(n): _middle([one["ticks"][k] for one in each]) for k, n in enumerate(BUDGETS)
                     },
@@ -121,37 +127,51 @@ def _middle(values: Sequence[float]) -> float:
     return round(float(np.median(values)), 4)
 
 
-def _by_decisions(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]], seeds: Sequence[int]) -> Table:
-    return Table(
+def _by_decisions(
+    task: str, found: Mapping[str, Sequence[Mapping[str, Any]]], seeds: Sequence[int]
+) -> ResultTable:
+    return ResultTable(
         f"{NAMES[task]}: success after so many decisions of the demonstrator, seeds {seeds[0]} to {seeds[-1]}, "
         f"{WORLDS} unseen worlds each",
         ("learner", *(f"#{n}" for n in BUDGETS)),
         [
-            (learner, *(told([at(each, n) for each in of], percent=True) for n in BUDGETS))
+            (
+                learner,
+                *(
+                    format_median([get_success_at_decisions(each, n) for each in of], percent=True)
+                    for n in BUDGETS
+                ),
+            )
             for learner, of in found.items()
         ],
     )
 
 
-def _by_seconds(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]]) -> Table:
-    return Table(
+def _by_seconds(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]]) -> ResultTable:
+    return ResultTable(
         f"{NAMES[task]}: success after so much of the demonstrator's time",
         ("learner", *(f"#{s} s" for s in TIMES_S)),
         [
-            (learner, *(told([after(each, s) for each in of], percent=True) for s in TIMES_S))
+            (
+                learner,
+                *(
+                    format_median([get_success_at_seconds(each, s) for each in of], percent=True)
+                    for s in TIMES_S
+                ),
+            )
             for learner, of in found.items()
         ],
     )
 
 
-def _behind(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[Table, ...]:
+def _behind(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[ResultTable, ...]:
     """Where Understudy loses: the highest mean success of any other learner, where it is higher."""
     limits = (
-        ("after so many decisions", "", BUDGETS, at),
-        ("after so much of the demonstrator's time", " s", TIMES_S, after),
+        ("after so many decisions", "", BUDGETS, get_success_at_decisions),
+        ("after so much of the demonstrator's time", " s", TIMES_S, get_success_at_seconds),
     )
     return tuple(
-        Table(
+        ResultTable(
             f"Where another learner has a higher mean success {said}: the best one, and Understudy's",
             ("task", *(f"#{limit}{unit}" for limit in of)),
             [
@@ -169,19 +189,25 @@ def _behind(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> t
     )
 
 
-def _gained(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[Table, ...]:
+def _gained(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[ResultTable, ...]:
     """What flat learners gain where they have chosen features only, seed by seed."""
     rows = []
     for task, each in found.items():
         for name in (name for name in each if name + CHOSEN in each):
             pairs = list(zip(each[name + CHOSEN], each[name], strict=True))
-            apart = {n: [100 * (at(one, n) - at(other, n)) for one, other in pairs] for n in BUDGETS}
+            apart = {
+                n: [
+                    100 * (get_success_at_decisions(one, n) - get_success_at_decisions(other, n))
+                    for one, other in pairs
+                ]
+                for n in BUDGETS
+            }
             rows.append((NAMES[task], name, *(_signed(apart[n]) for n in BUDGETS)))
     title = (
         "Success with chosen features above that with all readings, after so many decisions, percentage points: "
         "median over seeds, its 95 % interval"
     )
-    return (Table(title, ("task", "learner", *(f"#{n}" for n in BUDGETS)), rows),) if rows else ()
+    return (ResultTable(title, ("task", "learner", *(f"#{n}" for n in BUDGETS)), rows),) if rows else ()
 
 
 def _signed(values: Sequence[float]) -> str:
@@ -202,13 +228,13 @@ def _mean(values: Iterable[float]) -> float:
 NAMES = {"goto": "GoTo", "forage": "Forage", "servoing": "Servoing", "walls": "Wall following"}
 
 
-def ahead(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> dict[str, Any] | None:
+def measure_lead(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> dict[str, Any] | None:
     """How far Understudy's success lies above the best net's, percentage points, with a 95 % interval and p."""
     net = best_net(found, decisions)
     if net is None or UNDERSTUDY not in found:
         return None
-    ours = np.array([at(each, decisions) for each in found[UNDERSTUDY]])
-    theirs = np.array([at(each, decisions) for each in found[net]])
+    ours = np.array([get_success_at_decisions(each, decisions) for each in found[UNDERSTUDY]])
+    theirs = np.array([get_success_at_decisions(each, decisions) for each in found[net]])
     low, high = interval_of_median(100 * (ours - theirs))
     return {
         "net": net,
@@ -220,11 +246,11 @@ def ahead(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> d
     }
 
 
-def headline(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> str:
+def write_headline(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> str:
     """In a sentence or two."""
     parts = []
     for task, each in found.items():
-        lead = ahead(each, AT)
+        lead = measure_lead(each, AT)
         if lead is not None:
             parts.append(f"{NAMES[task]} {lead['ours']:.0%} against {lead['theirs']:.0%}")
     if not parts:
@@ -235,17 +261,17 @@ def headline(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> 
     )
 
 
-def goals(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[Goal, ...]:
+def goals(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[StudyGoal, ...]:
     """What was to be reached: at 100 decisions 30 points above the best net."""
     made = []
     for task in WORST:
-        lead = ahead(found[task], AT)
+        lead = measure_lead(found[task], AT)
         if lead is not None:
             said = (
                 f"{lead['points']:.0f} points above {lead['net']} ({lead['low']:.0f} to {lead['high']:.0f})"
             )
             made.append(
-                Goal(
+                StudyGoal(
                     f"{NAMES[task]}: success at {AT} decisions above the best net's",
                     f"{AHEAD:.0f} points",
                     said,
@@ -288,7 +314,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     names = list(EXERCISES)
     figure, axes = panels(2 * len(names), rows=2, wide=3.2, tall=2.6)
     for k, task in enumerate(names):
-        found = found_by(rows, task)
+        found = collect_results(rows, task)
         for learner, each in found.items():
             kind = learner.removesuffix(CHOSEN)
             color, style = COLORS[LEARNERS.index(kind)], "o-" if kind == learner else "o--"
@@ -317,7 +343,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="learners",
     seeds=TEACHINGS,
     quick=1,

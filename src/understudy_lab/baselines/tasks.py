@@ -22,31 +22,31 @@ from understudy.sim.forage import FORAGE_KIT, Forage, ForageSettings, make_pract
 from understudy.sim.world import World
 from understudy_lab.baselines.flat_teachers import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING
 from understudy_lab.baselines.recording_body import Robots
-from understudy_lab.behavior_suite.random_rooms import laid_out, room
+from understudy_lab.behavior_suite.random_rooms import make_scenario, room
 from understudy_lab.behavior_suite.tracks import record
 from understudy_lab.behavior_suite.wall_following import LEFT, WALL_LIMIT_S, WALL_TASKS, judge_wall_following
 from understudy_lab.forage.teach import make_practice
 from understudy_lab.tasks import servo_teacher, soccer
-from understudy_lab.tasks.forage_expert import judge_expert
+from understudy_lab.tasks.forage_expert import evaluate_expert
 from understudy_lab.tasks.forage_teacher import GOTO, TOPICS, WATCHED
 from understudy_lab.tasks.servo_teacher import BASIC_STATES, PUSH_S
 from understudy_lab.tasks.soccer import PUSHED_LEFT, PUSHED_RIGHT, Soccer, approach, approach_by_hand
-from understudy_lab.teachers.teacher import Push, Topic
+from understudy_lab.teachers.teacher import LessonPlan, PushAway
 
 (FEAT,) = (feat for feat in WALL_TASKS if feat.name == f"wall_{LEFT}")
 
 
-class Rooms(World):
+class RoomsWorld(World):
     """Random rooms side by side, a robot in each."""
 
     def __init__(self, seeds: Sequence[int]) -> None:
         self.plots = [room(seed) for seed in seeds]
-        super().__init__(laid_out(self.plots, solid=False), [0])
+        super().__init__(make_scenario(self.plots, solid=False), [0])
 
 
 def closes_the_loop(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
     """Whether each robot goes all along the wall of its room in time, and never far from it."""
-    rooms = cast(Rooms, world)
+    rooms = cast(RoomsWorld, world)
     tracks = record(rooms, lambda: rooms.act(decide(rooms.sense(keys))), WALL_LIMIT_S)
     return ~np.isnan(judge_wall_following(tracks, rooms.plots, LEFT).seconds)
 
@@ -56,7 +56,7 @@ Judge: TypeAlias = Callable[[Robots, DecideCommands, Sequence[ReadingKey]], NDAr
 
 
 @dataclass(frozen=True)
-class Exercise:
+class BaselineTask:
     """One task, to be learned by everybody: `topics` teach it to Understudy as a hierarchy, `flat` shows it whole."""
 
     name: str
@@ -64,14 +64,14 @@ class Exercise:
     world: Callable[[Sequence[int]], Robots]
     judge: Judge
     basics: tuple[str, ...]
-    flat: Topic
-    topics: tuple[Topic, ...]
+    flat: LessonPlan
+    topics: tuple[LessonPlan, ...]
     make: Callable[[str, int], Body]
     options: Mapping[str, LearnerOptions]
     targets: Mapping[str, str] = field(default_factory=dict)
     rests: bool = False
     """Whether resting is something to be learned: the robot has to say when it is there."""
-    pushes: tuple[Push | None, ...] = (None,)
+    pushes: tuple[PushAway | None, ...] = (None,)
     """Who drives the robot off its way, world after world, as in Understudy's lessons."""
 
     @property
@@ -153,7 +153,7 @@ def brings_all_home(world: Robots, decide: DecideCommands, keys: Sequence[Readin
 def _limits(seeds: tuple[int, ...]) -> Column:
     """Three times what a forager written by hand takes in each world, s."""
     known = list(dict.fromkeys(seeds))
-    by_hand = judge_expert(ForageSettings(), known)
+    by_hand = evaluate_expert(ForageSettings(), known)
     seconds = 3.0 * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
     return np.array([dict(zip(known, seconds.tolist(), strict=True))[seed] for seed in seeds])
 
@@ -172,7 +172,7 @@ def reaches_the_ball(world: Robots, decide: DecideCommands, keys: Sequence[Readi
     return seconds <= SERVOING * by_hand
 
 
-def _pushes(body: Soccer) -> dict[int, soccer.Push]:
+def _pushes(body: Soccer) -> dict[int, soccer.Disturbance]:
     """Who is pushed: two worlds in four, by their seeds, one to each side."""
     sides = {1: PUSHED_LEFT, 3: PUSHED_RIGHT}
     return {row: sides[seed % 4] for row, seed in enumerate(body.seeds) if seed % 4 in sides}
@@ -187,10 +187,10 @@ def _servoed(seeds: tuple[int, ...]) -> Column:
     return np.array([seconds[seed] for seed in seeds])
 
 
-EXERCISES: Mapping[str, Exercise] = {
+EXERCISES: Mapping[str, BaselineTask] = {
     exercise.name: exercise
     for exercise in (
-        Exercise(
+        BaselineTask(
             "goto",
             FORAGE_KIT,
             lambda seeds: Forage(seeds, ARENA),
@@ -203,7 +203,7 @@ EXERCISES: Mapping[str, Exercise] = {
             targets={"A": "station"},
             rests=True,
         ),
-        Exercise(
+        BaselineTask(
             "forage",
             FORAGE_KIT,
             Forage,
@@ -214,7 +214,7 @@ EXERCISES: Mapping[str, Exercise] = {
             make_practice,
             WATCHED,
         ),
-        Exercise(
+        BaselineTask(
             "servoing",
             soccer.kit,
             Soccer,
@@ -226,15 +226,15 @@ EXERCISES: Mapping[str, Exercise] = {
             {},
             pushes=(
                 None,
-                Push("walk_forward", "turn_left", PUSH_S),
+                PushAway("walk_forward", "turn_left", PUSH_S),
                 None,
-                Push("walk_forward", "turn_right", PUSH_S),
+                PushAway("walk_forward", "turn_right", PUSH_S),
             ),
         ),
-        Exercise(
+        BaselineTask(
             "walls",
             FEAT.kit,
-            Rooms,
+            RoomsWorld,
             closes_the_loop,
             FOLLOWING,
             FLAT_WALLS,

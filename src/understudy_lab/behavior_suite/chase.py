@@ -23,10 +23,18 @@ from understudy.sim.scenario.schema import (
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, Turning, bearing, rover
-from understudy_lab.behavior_suite.tracks import Table, Tracks, signed
+from understudy_lab.behavior_suite.task import (
+    SPEED,
+    BehaviorTask,
+    TaskResult,
+    TaskTrial,
+    TurnController,
+    bearing,
+    rover,
+)
+from understudy_lab.behavior_suite.tracks import GroundTruth, Table, wrap_signed
 from understudy_lab.teachers.person import after
-from understudy_lab.teachers.teacher import Case, Push, Topic
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 ACQUIRED_M, WITH_IT_M = 0.6, 1.5
 STAYS_S, LIMIT_S = 30.0, 60.0
@@ -74,7 +82,7 @@ def _wanted(screen: SessionView, *, astray: float, near: float, far: float) -> s
     return "forward" if -1.5 < ahead < FACING - slack else None
 
 
-TOPIC = Topic(
+TOPIC = LessonPlan(
     "chase",
     lambda library: new_lesson(
         library,
@@ -87,14 +95,14 @@ TOPIC = Topic(
     complain,
     after(25.0),
     cases=(
-        Case("chase", {"A": "hare"}, lambda screen: 0.8 < bearing(screen) < 2.6),
-        Case("chase", {"A": "hare"}, lambda screen: -2.6 < bearing(screen) < -0.8),
-        Case(
+        Situation("chase", {"A": "hare"}, lambda screen: 0.8 < bearing(screen) < 2.6),
+        Situation("chase", {"A": "hare"}, lambda screen: -2.6 < bearing(screen) < -0.8),
+        Situation(
             "chase",
             {"A": "hare"},
             lambda screen: screen.features["distance_to(A)"] > 4.0,
             lambda screen: screen.state == "forward",
-            push=Push("forward", "rotate_left", 0.8),
+            push=PushAway("forward", "rotate_left", 0.8),
         ),
     ),
     tries=6,
@@ -102,24 +110,24 @@ TOPIC = Topic(
 )
 
 
-class Hand:
+class ExpertChase:
     """Turns to the hare, drives, waits beside it."""
 
     keys: Sequence[ReadingKey] = (("range", "hare"), ("bearing", "hare"))
 
     def __init__(self, world: World) -> None:
-        self._turning = Turning(world.agents)
+        self._turning = TurnController(world.agents)
         self._resting = np.zeros(world.agents, np.bool_)
 
     def decide(self, percept: Percept) -> Commands:
         """What each robot does now."""
         distance = percept["range", "hare"]
         self._resting = distance < np.where(self._resting, FAR_M, NEAR_M)
-        turn = self._turning.toward(signed(percept["bearing", "hare"]), ~self._resting)
+        turn = self._turning.toward(wrap_signed(percept["bearing", "hare"]), ~self._resting)
         return {"drive": (~self._resting & (turn == 0)).astype(np.float64), "turn": turn}
 
 
-def judge(tracks: Tracks) -> Judged:
+def judge(tracks: GroundTruth) -> TaskResult:
     """When the hare was acquired, and the share of the time after that spent with it; done where at least 95 %."""
     far = distance(tracks)
     seconds = tracks.first(far <= ACQUIRED_M)
@@ -127,10 +135,10 @@ def judge(tracks: Tracks) -> Judged:
     ticks = tracks.ticks(STAYS_S)
     with_it = np.array([(far[b : b + ticks, w] <= WITH_IT_M).mean() for w, b in enumerate(begin)])
     done = (seconds <= LIMIT_S) & (with_it >= 0.95)
-    return Judged(np.where(done, seconds, np.nan), {"share of time with it": with_it})
+    return TaskResult(np.where(done, seconds, np.nan), {"share of time with it": with_it})
 
 
-def bound(tracks: Tracks) -> Column:
+def bound(tracks: GroundTruth) -> Column:
     """When a rover that knew all the hare's ways, and need not turn, would have it [W], s."""
     x, y = tracks.objects_x[:, :, 0], tracks.objects_y[:, :, 0]
     far = np.hypot(x - tracks.x[0], y - tracks.y[0]) - ACQUIRED_M
@@ -138,13 +146,13 @@ def bound(tracks: Tracks) -> Column:
     return np.maximum(tracks.first(far <= driven), tracks.tick_s)
 
 
-def distance(tracks: Tracks) -> Table:
+def distance(tracks: GroundTruth) -> Table:
     """From the rover to the hare [T+1, W], m."""
     far: Table = np.hypot(tracks.objects_x[:, :, 0] - tracks.x, tracks.objects_y[:, :, 0] - tracks.y)
     return far
 
 
-FEAT = Feat(
+FEAT = BehaviorTask(
     name="chase",
     does="tracks and acquires a target that walks at half its speed",
     measured="within 0.6 m of it in 60 s, then within 1.5 m for 95 % of 30 s",
@@ -153,6 +161,6 @@ FEAT = Feat(
     topics=(TOPIC,),
     options={"chase": LearnerOptions(watched=True, reaction_s=0.2)},
     practice=lambda practice, seed: World(SCENARIO, [seed]),
-    trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S + STAYS_S, judge, bound, ({"A": "hare"},)),
-    hand=Hand,
+    trial=lambda seeds: TaskTrial(World(SCENARIO, seeds), LIMIT_S + STAYS_S, judge, bound, ({"A": "hare"},)),
+    hand=ExpertChase,
 )

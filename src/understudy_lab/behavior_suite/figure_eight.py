@@ -15,10 +15,18 @@ from understudy.sim.scenario.schema import ArenaRegion, ObjectClass, RobotGroup,
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, bearing, by_turns, rover
-from understudy_lab.behavior_suite.tracks import Table, Tracks, Yes, in_turn, signed
-from understudy_lab.teachers.person import Seen, after, raised
-from understudy_lab.teachers.teacher import Case, Push, Topic
+from understudy_lab.behavior_suite.task import (
+    SPEED,
+    BehaviorTask,
+    TaskResult,
+    TaskTrial,
+    alternate_moves,
+    bearing,
+    rover,
+)
+from understudy_lab.behavior_suite.tracks import GroundTruth, Table, Yes, count_reached_in_turn, wrap_signed
+from understudy_lab.teachers.person import Seen, after, has_raised_flag
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 EIGHTS, BEHIND_M, LIMIT_S = 2, 2.0, 150.0
 LEFT, RIGHT = 1, -1
@@ -50,7 +58,7 @@ LEAVING = (0.2, 0.7)
 """Where the other pole is, on the side that it will be on, when it is time to leave for it, rad."""
 
 
-def circling(state: str, aside: float, side: int, slack: float = 0.0) -> str | None:
+def choose_circling_action(state: str, aside: float, side: int, slack: float = 0.0) -> str | None:
     """What a person wants of a robot that circles a pole on one side, where it is so far aside on that side."""
     toward, off = f"veer_{SIDES[side]}", f"veer_{SIDES[-side]}"
     if aside > MOST + slack:
@@ -61,17 +69,17 @@ def circling(state: str, aside: float, side: int, slack: float = 0.0) -> str | N
     return "forward" if state == "start" or straight else None
 
 
-def circle(side: int) -> Topic:
+def circle(side: int) -> LessonPlan:
     """Circling A, which stays on one side."""
-    name, across = f"circle_{SIDES[side]}", Push("forward", f"veer_{SIDES[side]}", 2.2)
+    name, across = f"circle_{SIDES[side]}", PushAway("forward", f"veer_{SIDES[side]}", 2.2)
 
     def show(screen: SessionView) -> str | None:
-        return circling(screen.state, side * bearing(screen), side)
+        return choose_circling_action(screen.state, side * bearing(screen), side)
 
     def complain(screen: SessionView) -> str | None:
-        return circling(screen.state, side * bearing(screen), side, slack=0.4)
+        return choose_circling_action(screen.state, side * bearing(screen), side, slack=0.4)
 
-    return Topic(
+    return LessonPlan(
         name,
         lambda library: new_lesson(
             library,
@@ -84,8 +92,8 @@ def circle(side: int) -> Topic:
         complain,
         after(25.0),
         cases=(
-            Case("poles", {"A": "red_pole"}, _at(side, 0.3, 1.2), after(15.0)),
-            Case("poles", {"A": "blue_pole"}, _at(side, 2.0, 2.9), _straight, push=across),
+            Situation("poles", {"A": "red_pole"}, _at(side, 0.3, 1.2), after(15.0)),
+            Situation("poles", {"A": "blue_pole"}, _at(side, 2.0, 2.9), _straight, push=across),
         ),
         tries=4,
         limit_s=50.0,
@@ -101,7 +109,7 @@ def _at(side: int, least: float, most: float) -> Seen:
     return lambda screen: least < side * bearing(screen) < most
 
 
-def lap(side: int) -> Topic:
+def lap(side: int) -> LessonPlan:
     """Around A until B comes ahead, to be passed on the other side."""
     name, circling = f"lap_{SIDES[side]}", f"circle_{SIDES[side]}"
 
@@ -115,7 +123,7 @@ def lap(side: int) -> Topic:
             return None if 0.0 < -side * bearing(screen, "B") < 1.1 else circling
         return wanted(screen, LEAVING[0] + 0.15)
 
-    return Topic(
+    return LessonPlan(
         name,
         lambda library: new_lesson(
             library,
@@ -127,10 +135,10 @@ def lap(side: int) -> Topic:
         ),
         lambda screen: wanted(screen, LEAVING[0]),
         complain,
-        raised,
+        has_raised_flag,
         cases=(
-            Case("poles", {"A": "red_pole", "B": "blue_pole"}, _turned_from),
-            Case("poles", {"A": "blue_pole", "B": "red_pole"}, _turned_from),
+            Situation("poles", {"A": "red_pole", "B": "blue_pole"}, _turned_from),
+            Situation("poles", {"A": "blue_pole", "B": "red_pole"}, _turned_from),
         ),
         tries=8,
         limit_s=60.0,
@@ -142,10 +150,10 @@ def _turned_from(screen: SessionView) -> bool:
     return abs(bearing(screen, "B")) > 1.5
 
 
-LAPS = by_turns("lap_left", "lap_right")
+LAPS = alternate_moves("lap_left", "lap_right")
 """A lap around A, then one around B, over and over."""
 
-EIGHT = Topic(
+EIGHT = LessonPlan(
     "eight",
     lambda library: new_lesson(
         library,
@@ -157,13 +165,13 @@ EIGHT = Topic(
     LAPS,
     LAPS,
     lambda screen: screen.time_s >= 40.0 and screen.examples >= 6,
-    cases=(Case("poles", {"A": "red_pole", "B": "blue_pole"}),),
+    cases=(Situation("poles", {"A": "red_pole", "B": "blue_pole"}),),
     tries=1,
     limit_s=120.0,
 )
 
 
-class Hand:
+class ExpertFigureEight:
     """The same by hand, reacting at once."""
 
     keys: Sequence[ReadingKey] = (("bearing", "red_pole"), ("bearing", "blue_pole"))
@@ -174,7 +182,7 @@ class Hand:
 
     def decide(self, percept: Percept) -> Commands:
         """What each robot does now."""
-        red, blue = signed(percept["bearing", "red_pole"]), -signed(percept["bearing", "blue_pole"])
+        red, blue = wrap_signed(percept["bearing", "red_pole"]), -wrap_signed(percept["bearing", "blue_pole"])
         other = np.where(self._first, blue, red)
         self._first ^= (LEAVING[0] < other) & (other < LEAVING[1])
         aside = np.where(self._first, red, blue)
@@ -185,13 +193,13 @@ class Hand:
         return {"drive": np.where(self._steer == 0, 1.0, 0.8), "turn": 0.6 * self._steer * side}
 
 
-def judge(tracks: Tracks) -> Judged:
+def judge(tracks: GroundTruth) -> TaskResult:
     """When two eights were whole: behind A, behind B, and so on, five times in all; and how many there were."""
-    count = in_turn(passings(tracks))
-    return Judged(tracks.first(count > 2 * EIGHTS), {"eights": np.maximum(count[-1] - 1, 0) / 2})
+    count = count_reached_in_turn(find_passings(tracks))
+    return TaskResult(tracks.first(count > 2 * EIGHTS), {"eights": np.maximum(count[-1] - 1, 0) / 2})
 
 
-def passings(tracks: Tracks) -> Yes:
+def find_passings(tracks: GroundTruth) -> Yes:
     """Whether the line behind A was crossed counter-clockwise, that behind B clockwise [T+1, W, 2], within 2 m."""
     a, b = (
         np.stack([tracks.objects_x[:, :, k], tracks.objects_y[:, :, k]])
@@ -218,7 +226,7 @@ def _crossed(place: Table, pole: Table, other: Table, side: int) -> Yes:
     return crossed
 
 
-def bound(tracks: Tracks) -> Column:
+def bound(tracks: GroundTruth) -> Column:
     """The straight lines from pole to pole, four times, at full speed [W], s."""
     red, blue = slot_of("red"), slot_of("blue")
     x, y = tracks.objects_x[0], tracks.objects_y[0]
@@ -226,11 +234,11 @@ def bound(tracks: Tracks) -> Column:
     return 2 * EIGHTS * apart / SPEED
 
 
-def _trial(seeds: Sequence[int]) -> Trial:
-    return Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound, ({"A": "red_pole", "B": "blue_pole"},))
+def _trial(seeds: Sequence[int]) -> TaskTrial:
+    return TaskTrial(World(SCENARIO, seeds), LIMIT_S, judge, bound, ({"A": "red_pole", "B": "blue_pole"},))
 
 
-FEAT = Feat(
+FEAT = BehaviorTask(
     name="eight",
     does="traces a figure eight around two targets",
     measured="two whole eights in 150 s",
@@ -244,5 +252,5 @@ FEAT = Feat(
     },
     practice=lambda practice, seed: World(SCENARIO, [seed]),
     trial=_trial,
-    hand=Hand,
+    hand=ExpertFigureEight,
 )

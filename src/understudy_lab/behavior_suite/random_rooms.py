@@ -23,7 +23,7 @@ BEFORE_M = 4.2
 
 
 @dataclass(frozen=True)
-class Plot:
+class RoomLayout:
     """A closed line of corners [P, 2], counter-clockwise around the middle of the plot, m; and where a robot starts.
 
     The middle lies in the obstacle, or in the room.
@@ -35,7 +35,7 @@ class Plot:
     heading: float
 
 
-def rotated(corners: Table, angle: float) -> Table:
+def rotate_corners(corners: Table, angle: float) -> Table:
     """Corners [P, 2] turned around the origin."""
     cosine, sine = np.cos(angle), np.sin(angle)
     found: Table = corners @ np.array([[cosine, sine], [-sine, cosine]])
@@ -49,7 +49,7 @@ def is_inside(corners: Table, x: float, y: float) -> bool:
     return bool(abs(steps.sum()) > pi)
 
 
-def room(seed: int) -> Plot:
+def room(seed: int) -> RoomLayout:
     """A room whose corners may be cut, square or slanted; the robot stands anywhere in it."""
     draws = np.random.default_rng([seed, 2])
     wide, high = draws.uniform(4.5, 7.0, 2)
@@ -62,15 +62,15 @@ def room(seed: int) -> Plot:
         cut = draws.choice(["square", "slanted", "none"], p=[0.45, 0.25, 0.3])
         points = {"square": [first, between, last], "slanted": [first, last], "none": [(x0, y0)]}[cut]
         corners += points if k % 2 == 0 else points[::-1]
-    line = rotated(np.array(corners), draws.uniform(0, tau))
+    line = rotate_corners(np.array(corners), draws.uniform(0, tau))
     while True:
         x, y = draws.uniform(-5, 5, 2)
         far, _ = distance_to_line(np.array([x]), np.array([y]), line)
         if is_inside(line, x, y) and far[0] > 0.6:
-            return Plot(line, float(x), float(y), float(draws.uniform(0, tau)))
+            return RoomLayout(line, float(x), float(y), float(draws.uniform(0, tau)))
 
 
-def convex(seed: int) -> Plot:
+def convex(seed: int) -> RoomLayout:
     """A convex obstacle with three to seven corners; the robot stands before it, and looks at it."""
     draws = np.random.default_rng([seed, 3])
     count = int(draws.integers(3, 8))
@@ -79,7 +79,7 @@ def convex(seed: int) -> Plot:
     return _before(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), draws)
 
 
-def concave(seed: int) -> Plot:
+def concave(seed: int) -> RoomLayout:
     """An obstacle in the form of an L or a U, with room for the robot in it; the robot stands before it."""
     draws = np.random.default_rng([seed, 4])
     a, b = draws.uniform(2.2, 3.0, 2)
@@ -100,21 +100,21 @@ def concave(seed: int) -> Plot:
             (0, b),
         ]
         middle = [a / 2, thick / 2]
-    return _before(rotated(np.array(line) - middle, draws.uniform(0, tau)), draws)
+    return _before(rotate_corners(np.array(line) - middle, draws.uniform(0, tau)), draws)
 
 
-def _before(corners: Table, draws: np.random.Generator) -> Plot:
+def _before(corners: Table, draws: np.random.Generator) -> RoomLayout:
     around, aside = draws.uniform(0, tau), draws.uniform(-0.15, 0.15)
     x, y = BEFORE_M * np.cos(around), BEFORE_M * np.sin(around)
-    return Plot(corners, float(x), float(y), float((around + pi + aside) % tau))
+    return RoomLayout(corners, float(x), float(y), float((around + pi + aside) % tau))
 
 
-def built(plots: Sequence[Plot], *, solid: bool) -> World:
+def build_world(plots: Sequence[RoomLayout], *, solid: bool) -> World:
     """A world with a plot for each robot: rooms with walls, or solid obstacles."""
-    return World(laid_out(plots, solid=solid), [0])
+    return World(make_scenario(plots, solid=solid), [0])
 
 
-def laid_out(plots: Sequence[Plot], *, solid: bool) -> Scenario:
+def make_scenario(plots: Sequence[RoomLayout], *, solid: bool) -> Scenario:
     """The scenario of such a world."""
     columns = ceil(sqrt(len(plots)))
     size = (columns * WIDE_M, ceil(len(plots) / columns) * WIDE_M)
@@ -148,7 +148,7 @@ def middles(count: int) -> Table:
     return found
 
 
-def apart(x: Table, y: Table, plots: Sequence[Plot]) -> tuple[Table, Table]:
+def measure_line_distances(x: Table, y: Table, plots: Sequence[RoomLayout]) -> tuple[Table, Table]:
     """How far the robots' tracks [T, W] are from the lines of their plots, and how far along these, m."""
     found = [
         distance_to_line(x[:, w] - mx, y[:, w] - my, plot.corners)
@@ -157,6 +157,6 @@ def apart(x: Table, y: Table, plots: Sequence[Plot]) -> tuple[Table, Table]:
     return np.stack([far for far, _ in found], axis=1), np.stack([along for _, along in found], axis=1)
 
 
-def lengths(plots: Sequence[Plot]) -> Column:
+def lengths(plots: Sequence[RoomLayout]) -> Column:
     """How long the lines of plots are, m."""
     return np.array([length_of(plot.corners) for plot in plots])

@@ -17,10 +17,18 @@ from understudy.sim.scenario.schema import CaptureRule, ObjectClass, RobotGroup,
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.behavior_suite.task import CAMERA, SPEED, TICK_S, Feat, Judged, Trial, rover
-from understudy_lab.behavior_suite.tracks import Tracks
+from understudy_lab.behavior_suite.task import (
+    CAMERA,
+    SPEED,
+    TICK_S,
+    BehaviorTask,
+    TaskResult,
+    TaskTrial,
+    rover,
+)
+from understudy_lab.behavior_suite.tracks import GroundTruth
 from understudy_lab.teachers.person import Seen, after
-from understudy_lab.teachers.teacher import Case, Topic
+from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 CANS, ENOUGH = 10, 9
 TOUCH_M, LIMIT_S = 0.35, 300.0
@@ -76,12 +84,12 @@ def _beside(side: int) -> Seen:
     return lambda screen: side * (screen.features["blob_x(A)"] - MIDDLE) > ASIDE
 
 
-def _at(side: int) -> Case:
+def _at(side: int) -> Situation:
     """A can well aside in the picture."""
-    return Case("cans", {"A": "can"}, _beside(side), after(4.0))
+    return Situation("cans", {"A": "can"}, _beside(side), after(4.0))
 
 
-APPROACH = Topic(
+APPROACH = LessonPlan(
     "approach",
     lambda library: new_lesson(
         library,
@@ -120,7 +128,7 @@ def _scavenged(screen: SessionView, patience: float) -> str | None:
     return "wander" if screen.state == "search" and passed > patience * LOOKED_S else None
 
 
-SCAVENGE = Topic(
+SCAVENGE = LessonPlan(
     "scavenge",
     lambda library: new_lesson(
         library,
@@ -131,7 +139,7 @@ SCAVENGE = Topic(
     show_scavenge,
     complain_scavenge,
     lambda screen: screen.time_s >= 50.0,
-    cases=(Case("few cans"),),
+    cases=(Situation("few cans"),),
     tries=3,
     limit_s=80.0,
 )
@@ -145,7 +153,7 @@ def practice(name: str, seed: int) -> World:
     return World(replace(SCENARIO, objects=(few,)), [seed])
 
 
-class Hand:
+class ExpertScavenger:
     """Looks around, turns to what it sees, drives there; wanders after a whole turn without anything."""
 
     keys: Sequence[ReadingKey] = (("blob_x", "can"),)
@@ -171,13 +179,13 @@ class Hand:
         return {"drive": (turn == 0).astype(np.float64), "turn": turn}
 
 
-def judge(tracks: Tracks) -> Judged:
+def judge(tracks: GroundTruth) -> TaskResult:
     """When nine of ten cans were picked up; and the share of all that were."""
     taken = np.isnan(tracks.objects_x[:, :, :CANS]).sum(axis=2)
-    return Judged(tracks.first(taken >= ENOUGH), {"share picked up": taken[-1] / CANS})
+    return TaskResult(tracks.first(taken >= ENOUGH), {"share picked up": taken[-1] / CANS})
 
 
-def bound(tracks: Tracks) -> Column:
+def bound(tracks: GroundTruth) -> Column:
     """The shortest lines that join nine cans to the start, less the touch at either end, at full speed [W], s.
 
     No way to nine cans is shorter than the nine shortest edges of the minimum spanning tree of all (Kruskal 1956).
@@ -205,7 +213,7 @@ def _shortest(x: Column, y: Column) -> float:
     return sum(max(0.0, edge - 2 * TOUCH_M) for edge in sorted(edges)[:ENOUGH]) / SPEED
 
 
-FEAT = Feat(
+FEAT = BehaviorTask(
     name="scavenge",
     does="looks for things with a camera and picks them up",
     measured="nine of ten cans picked up in 300 s",
@@ -217,6 +225,6 @@ FEAT = Feat(
         "scavenge": LearnerOptions(watched=True),
     },
     practice=practice,
-    trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound),
-    hand=Hand,
+    trial=lambda seeds: TaskTrial(World(SCENARIO, seeds), LIMIT_S, judge, bound),
+    hand=ExpertScavenger,
 )

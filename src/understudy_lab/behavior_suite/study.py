@@ -15,11 +15,11 @@ from understudy_lab.behavior_suite import (
     wall_following,
     waypoints,
 )
-from understudy_lab.behavior_suite.task import Feat
+from understudy_lab.behavior_suite.task import BehaviorTask
 from understudy_lab.behavior_suite.teach import WORLDS, row_of
 from understudy_lab.figures import dots, panels
-from understudy_lab.statistics import Numbers, interval_of_median, spread, told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.statistics import Numbers, format_median, interval_of_median, spread
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 TEACHINGS = range(51_000, 51_020)
 """The teaching seeds of the published result: nobody had looked at any of them before."""
 
-FEATS: Mapping[str, Feat] = {
+FEATS: Mapping[str, BehaviorTask] = {
     feat.name: feat
     for feat in (
         chase.FEAT,
@@ -43,7 +43,7 @@ FEATS: Mapping[str, Feat] = {
 SUCCESS, RATIO, EXAMPLES = 0.95, 0.85, 60
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each behavior with each seed."""
     return [{"behavior": name, "seed": seed} for name in FEATS for seed in plan.seeds]
 
@@ -53,10 +53,10 @@ def work(task: Task) -> Row:
     return row_of(FEATS[task["behavior"]], task["seed"])
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """What each behavior comes to over its teachings."""
-    groups = grouped(rows)
-    behaviors = {name: overall(of) for name, of in groups.items()}
+    groups = group_by_behavior(rows)
+    behaviors = {name: summarize_teachings(of) for name, of in groups.items()}
     goals = tuple(goal for name, of in behaviors.items() for goal in goals_of(name, of))
     held = [name for name in behaviors if all(goal.held for goal in goals_of(name, behaviors[name]))]
     well, both = (
@@ -64,13 +64,13 @@ def conclude(rows: Sequence[Row]) -> Findings:
     )
     count = sum(of["of"] for of in behaviors.values())
     middle = np.median([row["examples"] for row in rows])
-    return Findings(
+    return StudyFindings(
         headline=f"Taught by pressing names, {len(held)} of {len(behaviors)} behaviors of the paper reach their goals "
         f"in the median; {well} of {count} teachings succeed in 95 % of {WORLDS} unseen worlds each, {both} also at "
         f"{RATIO} of the speed of a controller written by hand, from {middle:.0f} examples (median) for all "
         "automata of a behavior.",
         tables=(
-            Table(
+            ResultTable(
                 "Teachings by behavior: median, its 95 % interval in brackets, smallest and largest",
                 (
                     "behavior",
@@ -82,21 +82,26 @@ def conclude(rows: Sequence[Row]) -> Findings:
                     "#presses",
                     "#teaching, s",
                 ),
-                [taught(name, of, behaviors[name]) for name, of in groups.items()],
+                [make_taught_row(name, of, behaviors[name]) for name, of in groups.items()],
             ),
-            Table(
+            ResultTable(
                 "What was asked, and the yardstick: a controller written by hand, beside what none can beat",
                 ("behavior", "done where", "bound", "#hand-coded success", "#its time / bound"),
-                [by_hand(name, of) for name, of in groups.items()],
+                [make_expert_row(name, of) for name, of in groups.items()],
             ),
-            Table(
+            ResultTable(
                 "How small the lessons are (medians)",
                 ("lesson", "of", "#features", "#states", "#examples", "#nodes of all trees"),
                 [lesson for name, of in groups.items() for lesson in lessons(name, of)],
             ),
         ),
         goals=goals,
-        notes=(NOTE, *short_of(groups), *unsure(behaviors), thrown_away(rows)),
+        notes=(
+            NOTE,
+            *list_failed_teachings(groups),
+            *list_uncertain_goals(behaviors),
+            describe_discarded_lessons(rows),
+        ),
         numbers={"behaviors": behaviors},
     )
 
@@ -107,7 +112,7 @@ NOTE = (
 )
 
 
-def grouped(rows: Sequence[Row]) -> dict[str, list[Row]]:
+def group_by_behavior(rows: Sequence[Row]) -> dict[str, list[Row]]:
     """Rows by behavior."""
     found: dict[str, list[Row]] = {}
     for row in rows:
@@ -120,7 +125,7 @@ def ratios(rows: Sequence[Row]) -> list[float]:
     return [row["ratio"] or 0.0 for row in rows]
 
 
-def overall(rows: Sequence[Row]) -> dict[str, Any]:
+def summarize_teachings(rows: Sequence[Row]) -> dict[str, Any]:
     """Medians and spread over teachings: the taught automaton is the unit, never the world."""
     success = np.array([row["success"] for row in rows])
     reaching = success >= SUCCESS
@@ -128,9 +133,9 @@ def overall(rows: Sequence[Row]) -> dict[str, Any]:
         "teachings_reaching_95": int(reaching.sum()),
         "teachings_reaching_both": int((reaching & (np.array(ratios(rows)) >= RATIO)).sum()),
         "of": len(rows),
-        "success": measured(success),
-        "ratio": measured(ratios(rows)),
-        "examples": measured([row["examples"] for row in rows]),
+        "success": summarize_values(success),
+        "ratio": summarize_values(ratios(rows)),
+        "examples": summarize_values([row["examples"] for row in rows]),
         "presses": spread([row["presses"] for row in rows]),
         "seconds": spread([row["seconds"] for row in rows]),
         "hand_success": spread([row["hand"]["success"] for row in rows]),
@@ -138,47 +143,47 @@ def overall(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def measured(values: Numbers) -> dict[str, float]:
+def summarize_values(values: Numbers) -> dict[str, float]:
     """Smallest, median and largest, and a 95 % interval of the median."""
     low, high = interval_of_median(values)
     return {**spread(values), "low": round(low, 4), "high": round(high, 4)}
 
 
-def said(name: str) -> str:
+def format_behavior_name(name: str) -> str:
     """A behavior's name in words."""
     return name.replace("_", ", ")
 
 
-def taught(name: str, rows: Sequence[Row], of: Mapping[str, Any]) -> list[str]:
+def make_taught_row(name: str, rows: Sequence[Row], of: Mapping[str, Any]) -> list[str]:
     """A behavior's row of the first table."""
     return [
-        said(name),
+        format_behavior_name(name),
         f"{of['teachings_reaching_95']} of {of['of']}",
         f"{of['teachings_reaching_both']} of {of['of']}",
-        bracketed({what: 100 * value for what, value in of["success"].items()}, unit=" %"),
-        bracketed(of["ratio"], digits=2),
-        bracketed(of["examples"]),
-        told([row["presses"] for row in rows]),
-        told([row["seconds"] for row in rows]),
+        format_interval({what: 100 * value for what, value in of["success"].items()}, unit=" %"),
+        format_interval(of["ratio"], digits=2),
+        format_interval(of["examples"]),
+        format_median([row["presses"] for row in rows]),
+        format_median([row["seconds"] for row in rows]),
     ]
 
 
-def bracketed(of: Mapping[str, float], *, digits: int = 0, unit: str = "") -> str:
-    """What was `measured`: "98 % [97–99] (93–100)"."""
+def format_interval(of: Mapping[str, float], *, digits: int = 0, unit: str = "") -> str:
+    """What was `summarize_values`: "98 % [97–99] (93–100)"."""
     middle, *rest = (f"{of[what]:.{digits}f}" for what in ("median", "low", "high", "min", "max"))
     low, high, smallest, largest = rest
     return f"{middle}{unit} [{low}–{high}] ({smallest}–{largest})"
 
 
-def by_hand(name: str, rows: Sequence[Row]) -> list[str]:
+def make_expert_row(name: str, rows: Sequence[Row]) -> list[str]:
     """A behavior's row of the second table."""
     feat = FEATS[name]
     return [
-        said(name),
+        format_behavior_name(name),
         feat.measured,
         feat.bounded,
-        told([row["hand"]["success"] for row in rows], percent=True),
-        told([row["hand"]["of_bound"] for row in rows], 2),
+        format_median([row["hand"]["success"] for row in rows], percent=True),
+        format_median([row["hand"]["of_bound"] for row in rows], 2),
     ]
 
 
@@ -189,36 +194,47 @@ def lessons(name: str, rows: Sequence[Row]) -> list[list[str]]:
         same = [row["lessons"][k] for row in rows]
         middle = np.median([[each["examples"], sum(each["nodes"])] for each in same], axis=0)
         numbers = (lesson["features"], lesson["states"], *middle)
-        found.append([lesson["name"], said(name), *(f"{number:.0f}" for number in numbers)])
+        found.append([lesson["name"], format_behavior_name(name), *(f"{number:.0f}" for number in numbers)])
     return found
 
 
-def goals_of(name: str, of: Mapping[str, Any]) -> tuple[Goal, ...]:
+def goals_of(name: str, of: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
     """What a behavior was to reach, beside what it came to: medians over teachings."""
     success, ratio, examples = (of[what]["median"] for what in ("success", "ratio", "examples"))
     return (
-        Goal(f"{said(name)}: success on unseen worlds", "95 %", f"{success:.0%}", success >= SUCCESS),
-        Goal(f"{said(name)}: speed / hand-coded", f"{RATIO}", f"{ratio:.2f}", ratio >= RATIO),
-        Goal(
-            f"{said(name)}: examples in all", f"at most {EXAMPLES}", f"{examples:.0f}", examples <= EXAMPLES
+        StudyGoal(
+            f"{format_behavior_name(name)}: success on unseen worlds",
+            "95 %",
+            f"{success:.0%}",
+            success >= SUCCESS,
+        ),
+        StudyGoal(
+            f"{format_behavior_name(name)}: speed / hand-coded", f"{RATIO}", f"{ratio:.2f}", ratio >= RATIO
+        ),
+        StudyGoal(
+            f"{format_behavior_name(name)}: examples in all",
+            f"at most {EXAMPLES}",
+            f"{examples:.0f}",
+            examples <= EXAMPLES,
         ),
     )
 
 
-def short_of(groups: Mapping[str, Sequence[Row]]) -> list[str]:
+def list_failed_teachings(groups: Mapping[str, Sequence[Row]]) -> list[str]:
     """The teachings that did not come right, told."""
     found = {
-        said(name): [row["success"] for row in of if row["success"] < SUCCESS] for name, of in groups.items()
+        format_behavior_name(name): [row["success"] for row in of if row["success"] < SUCCESS]
+        for name, of in groups.items()
     }
     told_ = [f"{name} {len(short)} (worst {min(short):.0%})" for name, short in found.items() if short]
     return [f"Teachings short of 95 %: {'; '.join(told_)}."] if told_ else []
 
 
-def unsure(behaviors: Mapping[str, Mapping[str, Any]]) -> list[str]:
+def list_uncertain_goals(behaviors: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """Which goals lie within the intervals of what was measured."""
     asked = {"success": SUCCESS, "ratio": RATIO, "examples": EXAMPLES}
     found = [
-        f"{said(name)}, {what}"
+        f"{format_behavior_name(name)}, {what}"
         for name, of in behaviors.items()
         for what, goal in asked.items()
         if of[what]["low"] < goal < of[what]["high"]
@@ -226,11 +242,12 @@ def unsure(behaviors: Mapping[str, Mapping[str, Any]]) -> list[str]:
     return [f"The interval reaches across the goal: {'; '.join(found)}."] if found else []
 
 
-def thrown_away(rows: Sequence[Row]) -> str:
+def describe_discarded_lessons(rows: Sequence[Row]) -> str:
     """What counts of lessons that did not come right and were begun anew."""
     anew = [row for row in rows if any(lesson["attempts"] > 1 for lesson in row["lessons"])]
     each = ", ".join(
-        f"{said(row['task']['behavior'])}, {row['examples']} examples kept, {row['presses']} presses in all"
+        f"{format_behavior_name(row['task']['behavior'])}, {row['examples']} examples kept, "
+        f"{row['presses']} presses in all"
         for row in anew
     )
     return (
@@ -248,9 +265,9 @@ SHOWN: Mapping[str, tuple[str, float, Callable[[Row], float]]] = {
 
 def draw(rows: Sequence[Row]) -> Figure:
     """Success, speed and examples of every teaching, by behavior."""
-    groups = grouped(rows)
+    groups = group_by_behavior(rows)
     figure, found = panels(3, rows=3, wide=7.2, tall=2.1)
-    names = {name: said(name).replace(", ", "\n") for name in groups}
+    names = {name: format_behavior_name(name).replace(", ", "\n") for name in groups}
     for axes, (title, (unit, goal, values)) in zip(found, SHOWN.items(), strict=True):
         axes.axhline(goal, color="#9ca3af", linewidth=0.8, linestyle="--")
         dots(axes, {names[name]: [values(row) for row in of] for name, of in groups.items()}, unit)
@@ -259,7 +276,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="repertoire",
     seeds=TEACHINGS,
     quick=1,

@@ -18,12 +18,12 @@ from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import Camera, RobotType, Sonar, TargetLocator
 from understudy.sim.world import World
 from understudy.training.session_view import SessionView
-from understudy_lab.behavior_suite.tracks import Tracks, Yes
+from understudy_lab.behavior_suite.tracks import GroundTruth, Yes
 from understudy_lab.teachers.person import Wish
-from understudy_lab.teachers.teacher import MakesBody, Topic
+from understudy_lab.teachers.teacher import LessonPlan, MakesBody
 
 
-class Hand(Protocol):
+class Expert(Protocol):
     """A controller written by hand, for N robots at once, that does one basic behavior at a time."""
 
     @property
@@ -37,7 +37,7 @@ class Hand(Protocol):
 
 
 @dataclass(frozen=True)
-class Judged:
+class TaskResult:
     """How W worlds went: columns [W]. A world is a success where it was done in time."""
 
     seconds: Column
@@ -47,23 +47,23 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class Trial:
+class TaskTrial:
     """Unseen worlds for one teaching: what they are, how to judge what was done in them, and what none can beat."""
 
     world: World
     seconds: float
-    judge: Callable[[Tracks], Judged]
-    bound: Callable[[Tracks], Column]
+    judge: Callable[[GroundTruth], TaskResult]
+    bound: Callable[[GroundTruth], Column]
     """Seconds [W] that no robot can beat."""
     bindings: Sequence[Mapping[str, str]] = ({},)
     """What the parameters stand for, for each robot of a world in turn."""
 
 
-MakesTrial: TypeAlias = Callable[[Sequence[int]], Trial]
+MakesTrial: TypeAlias = Callable[[Sequence[int]], TaskTrial]
 
 
 @dataclass(frozen=True)
-class Feat:
+class BehaviorTask:
     """One behavior of the repertoire; `behavior` is the last of its topics."""
 
     name: str
@@ -71,11 +71,11 @@ class Feat:
     measured: str
     bounded: str
     kit: Kit
-    topics: Sequence[Topic]
+    topics: Sequence[LessonPlan]
     options: Mapping[str, LearnerOptions]
     practice: MakesBody
     trial: MakesTrial
-    hand: Callable[[World], Hand]
+    hand: Callable[[World], Expert]
 
     @property
     def behavior(self) -> str:
@@ -123,7 +123,7 @@ def bearing(screen: SessionView, of: str = "A") -> float:
     return (screen.features[f"angle_to({of})"] + pi) % tau - pi
 
 
-def by_turns(first: str, second: str) -> Wish:
+def alternate_moves(first: str, second: str) -> Wish:
     """One, and when that is done the other, over and over."""
 
     def wish(screen: SessionView) -> str | None:
@@ -136,7 +136,7 @@ def by_turns(first: str, second: str) -> Wish:
     return wish
 
 
-class Turning:
+class TurnController:
     """Turns until it faces something to half a tick's turn, then not before it is off by more than `astray` (rad)."""
 
     facing = 0.55 * radians(TURNING_DEG) * TICK_S

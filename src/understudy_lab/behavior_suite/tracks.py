@@ -20,7 +20,7 @@ Yes = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Tracks:
+class GroundTruth:
     """True places, m, before the first tick and after each: of N robots [T+1, N] and K objects per world [T+1, B, K].
 
     An object that is not there is absent.
@@ -41,7 +41,7 @@ class Tracks:
         return round(seconds / self.tick_s)
 
 
-def record(world: World, tick: Callable[[], None], seconds: float) -> Tracks:
+def record(world: World, tick: Callable[[], None], seconds: float) -> GroundTruth:
     """Let worlds go on for so long, tick by tick."""
     ticks = round(seconds / world.tick_s)
     robots = np.empty((2, ticks + 1, world.agents))
@@ -54,10 +54,10 @@ def record(world: World, tick: Callable[[], None], seconds: float) -> Tracks:
         for axis, name in enumerate("xy"):
             robots[axis, now] = state.robots[name]
             objects[axis, now] = np.where(absent, np.nan, state.objects[name])
-    return Tracks(world.tick_s, *robots, *objects)
+    return GroundTruth(world.tick_s, *robots, *objects)
 
 
-def held(holds: Yes, ticks: int) -> Yes:
+def has_held_for(holds: Yes, ticks: int) -> Yes:
     """Whether it holds now and held for the last so many ticks [T, W]; never before there were as many."""
     counts = np.cumsum(np.vstack([np.zeros_like(holds[:1], np.int64), holds]), axis=0)
     found = np.zeros_like(holds)
@@ -65,14 +65,14 @@ def held(holds: Yes, ticks: int) -> Yes:
     return found
 
 
-def turns(x: Table, y: Table, around_x: Column, around_y: Column) -> Table:
+def count_turns(x: Table, y: Table, around_x: Column, around_y: Column) -> Table:
     """How often each track [T, W] has gone around a point [W] by then, counter-clockwise positive."""
     angle = np.unwrap(np.arctan2(y - around_y, x - around_x), axis=0)
     turned: Table = (angle - angle[0]) / tau
     return turned
 
 
-def gained(gone: Table, near: Yes) -> Table:
+def measure_gain(gone: Table, near: Yes) -> Table:
     """How much of a measure [T, W] was gained since it was last not near [T, W]; nothing while it is not."""
     rows = np.arange(len(gone))[:, None]
     begun = np.maximum.accumulate(np.where(near, -1, rows), axis=0) + 1
@@ -80,7 +80,7 @@ def gained(gone: Table, near: Yes) -> Table:
     return since
 
 
-def in_turn(reached: NDArray[np.bool_]) -> NDArray[np.int64]:
+def count_reached_in_turn(reached: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Of places [T, W, K] to be reached in turn, over and over: how many were, by each tick [T, W]."""
     ticks, worlds, places = reached.shape
     count = np.zeros((ticks, worlds), np.int64)
@@ -99,7 +99,7 @@ def medians(values: Table) -> Column:
     return found
 
 
-def signed(angle: Column) -> Column:
+def wrap_signed(angle: Column) -> Column:
     """Angles from -pi to pi, left positive."""
     return (angle + pi) % tau - pi
 

@@ -17,10 +17,19 @@ from understudy.sim.scenario.schema import ArenaRegion, RobotGroup, Scenario, Ta
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, Turning, bearing, by_turns, rover
-from understudy_lab.behavior_suite.tracks import Table, Tracks, held, signed
-from understudy_lab.teachers.person import raised
-from understudy_lab.teachers.teacher import Case, Topic
+from understudy_lab.behavior_suite.task import (
+    SPEED,
+    BehaviorTask,
+    TaskResult,
+    TaskTrial,
+    TurnController,
+    alternate_moves,
+    bearing,
+    rover,
+)
+from understudy_lab.behavior_suite.tracks import GroundTruth, Table, has_held_for, wrap_signed
+from understudy_lab.teachers.person import has_raised_flag
+from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 SIDE_M, WITHIN_M, WITHIN_DEG = 2.0, 0.4, 12.0
 HELD_S, LIMIT_S = 5.0, 90.0
@@ -68,7 +77,7 @@ def complain_face(screen: SessionView) -> str | None:
     return "done" if past and abs(off) < 1.5 else None
 
 
-FACE = Topic(
+FACE = LessonPlan(
     "face",
     lambda library: new_lesson(
         library,
@@ -80,18 +89,18 @@ FACE = Topic(
     ),
     lambda screen: _turned(screen, FACING),
     complain_face,
-    raised,
+    has_raised_flag,
     cases=(
-        Case("two wait", {"A": "bee"}, lambda screen: 0.5 < bearing(screen) < 2.8),
-        Case("two wait", {"A": "cat"}, lambda screen: -2.8 < bearing(screen) < -0.5),
-        Case("two wait", {"A": "bee"}, lambda screen: abs(bearing(screen)) < 0.5 * FACING),
+        Situation("two wait", {"A": "bee"}, lambda screen: 0.5 < bearing(screen) < 2.8),
+        Situation("two wait", {"A": "cat"}, lambda screen: -2.8 < bearing(screen) < -0.5),
+        Situation("two wait", {"A": "bee"}, lambda screen: abs(bearing(screen)) < 0.5 * FACING),
     ),
     tries=6,
     limit_s=20.0,
 )
 
 
-def settling(screen: SessionView, slack: float) -> str | None:
+def choose_settling_action(screen: SessionView, slack: float) -> str | None:
     """What a person wants who lets this much (m) pass: face A, drive on or back, and say when the distance is right."""
     off = screen.features["distance_to(A)"] - SIDE_M
     if screen.state in ("start", "done"):
@@ -101,11 +110,13 @@ def settling(screen: SessionView, slack: float) -> str | None:
     return "done" if (off if screen.state == "forward" else -off) < THERE_M - slack else None
 
 
-def _at(least: float, most: float) -> Case:
-    return Case("two wait", {"A": "bee"}, lambda screen: least < screen.features["distance_to(A)"] < most)
+def _at(least: float, most: float) -> Situation:
+    return Situation(
+        "two wait", {"A": "bee"}, lambda screen: least < screen.features["distance_to(A)"] < most
+    )
 
 
-SETTLE = Topic(
+SETTLE = LessonPlan(
     "settle",
     lambda library: new_lesson(
         library,
@@ -115,16 +126,16 @@ SETTLE = Topic(
         flags=["done"],
         features=["done", "distance_to(A)"],
     ),
-    lambda screen: settling(screen, 0.0),
-    lambda screen: settling(screen, 0.08),
-    raised,
+    lambda screen: choose_settling_action(screen, 0.0),
+    lambda screen: choose_settling_action(screen, 0.08),
+    has_raised_flag,
     cases=(_at(2.4, 3.0), _at(1.0, 1.6), _at(2.18, 2.3), _at(1.7, 1.82), _at(2.04, 2.13), _at(1.87, 1.96)),
     tries=6,
     limit_s=40.0,
 )
 
 
-complain_line_up = by_turns("settle_A", "settle_B")
+complain_line_up = alternate_moves("settle_A", "settle_B")
 """Where it does not go on to the other, who may have moved."""
 
 
@@ -133,7 +144,7 @@ def show_line_up(screen: SessionView) -> str | None:
     return None if screen.examples >= SEEN_TWICE else complain_line_up(screen)
 
 
-LINE_UP = Topic(
+LINE_UP = LessonPlan(
     "line_up",
     lambda library: new_lesson(
         library,
@@ -145,7 +156,7 @@ LINE_UP = Topic(
     show_line_up,
     complain_line_up,
     lambda screen: screen.time_s >= 2.0 and screen.examples >= SEEN_TWICE,
-    cases=(Case("two wait", BEE_AND_CAT),) * 2,
+    cases=(Situation("two wait", BEE_AND_CAT),) * 2,
     tries=2,
     limit_s=60.0,
 )
@@ -157,13 +168,13 @@ def practice(name: str, seed: int) -> World:
     return World(replace(SCENARIO, robots=(SCENARIO.robots[0], *waiting)), [seed])
 
 
-class Hand:
+class ExpertTriangle:
     """The same by hand, reacting at once."""
 
     keys: Sequence[ReadingKey] = tuple((what, name) for name in ROBOTS for what in ("range", "bearing"))
 
     def __init__(self, world: World) -> None:
-        self._turning = Turning(world.agents)
+        self._turning = TurnController(world.agents)
         self._going = np.zeros(world.agents)
         self._to_b = np.zeros(world.agents, np.bool_)
         self._a, self._b = ([ROBOTS.index(BINDINGS[k % 3][of]) for k in range(world.agents)] for of in "AB")
@@ -172,7 +183,7 @@ class Hand:
         """What each robot does now."""
         rows = np.arange(len(self._going))
         far = np.stack([percept["range", name] for name in ROBOTS])
-        off = signed(np.stack([percept["bearing", name] for name in ROBOTS]))
+        off = wrap_signed(np.stack([percept["bearing", name] for name in ROBOTS]))
         error_a, error_b = far[self._a, rows] - SIDE_M, far[self._b, rows] - SIDE_M
         error = np.where(self._to_b, error_b, error_a)
         self._going = np.where(self._going * error < 0.5 * THERE_M, 0.0, self._going)
@@ -185,7 +196,7 @@ class Hand:
         return {"drive": np.where(turn == 0, self._going, 0.0), "turn": turn}
 
 
-def sides(tracks: Tracks) -> Table:
+def sides(tracks: GroundTruth) -> Table:
     """The sides of each triangle [3, T+1, B], m: the first is across from the first robot."""
     x, y = (each.reshape(len(each), -1, 3) for each in (tracks.x, tracks.y))
     return np.stack(
@@ -199,22 +210,24 @@ def angles(lengths: Table) -> Table:
     return np.arccos(np.clip((b**2 + c**2 - a**2) / np.maximum(2 * b * c, 1e-9), -1.0, 1.0))
 
 
-def judge(tracks: Tracks) -> Judged:
+def judge(tracks: GroundTruth) -> TaskResult:
     """When sides and angles had been right for five seconds; and how far off the worst angle was at the end."""
     lengths = sides(tracks)
     off = np.degrees(np.abs(angles(lengths) - pi / 3)).max(axis=0)
     right = (np.abs(lengths - SIDE_M).max(axis=0) <= WITHIN_M) & (off <= WITHIN_DEG)
-    return Judged(tracks.first(held(right, tracks.ticks(HELD_S))), {"worst angle off, degrees": off[-1]})
+    return TaskResult(
+        tracks.first(has_held_for(right, tracks.ticks(HELD_S))), {"worst angle off, degrees": off[-1]}
+    )
 
 
-def bound(tracks: Tracks) -> Column:
+def bound(tracks: GroundTruth) -> Column:
     """When the side that is farthest off could be right, its ends going straight, and the time it is to hold [W], s."""
     off = np.abs(sides(tracks)[:, 0] - SIDE_M).max(axis=0) - WITHIN_M
     seconds: Column = np.maximum(0.0, off) / (2 * SPEED) + HELD_S
     return seconds
 
 
-FEAT = Feat(
+FEAT = BehaviorTask(
     name="triangle",
     does="three robots line up in an equilateral triangle",
     measured="sides within 0.4 m of 2 m and angles within 12 degrees of 60, for 5 s, in 90 s",
@@ -227,6 +240,6 @@ FEAT = Feat(
         "line_up": LearnerOptions(watched=True),
     },
     practice=practice,
-    trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound, BINDINGS),
-    hand=Hand,
+    trial=lambda seeds: TaskTrial(World(SCENARIO, seeds), LIMIT_S, judge, bound, BINDINGS),
+    hand=ExpertTriangle,
 )

@@ -15,19 +15,26 @@ from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
 from understudy_lab.behavior_suite.random_rooms import (
-    Plot,
-    apart,
-    built,
+    RoomLayout,
+    build_world,
     concave,
     convex,
     lengths,
+    measure_line_distances,
     middles,
     room,
 )
-from understudy_lab.behavior_suite.task import RADIUS, SPEED, Feat, Hand, Judged, Trial
-from understudy_lab.behavior_suite.tracks import Table, Tracks, gained, length_of, medians, turns
+from understudy_lab.behavior_suite.task import RADIUS, SPEED, BehaviorTask, Expert, TaskResult, TaskTrial
+from understudy_lab.behavior_suite.tracks import (
+    GroundTruth,
+    Table,
+    count_turns,
+    length_of,
+    measure_gain,
+    medians,
+)
 from understudy_lab.teachers.person import after
-from understudy_lab.teachers.teacher import Case, Topic
+from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 LEFT, RIGHT = "left", "right"
 OTHER = {LEFT: RIGHT, RIGHT: LEFT}
@@ -37,7 +44,7 @@ WIDE_M, WELL_M = 0.55, 0.45  # on the hand
 AHEAD = "sonar_ahead"
 
 
-def wanted(state: str, ahead: float, beside: float, hand: str, slack: float = 0.0) -> str | None:
+def choose_wall_action(state: str, ahead: float, beside: float, hand: str, slack: float = 0.0) -> str | None:
     """What a person wants the robot to do, who lets this much (m) pass."""
     away, near = f"rotate_{OTHER[hand]}", f"veer_{hand}"
     if state == "start":
@@ -51,29 +58,29 @@ def wanted(state: str, ahead: float, beside: float, hand: str, slack: float = 0.
     return near if beside > WIDE_M + slack else None
 
 
-def follow(name: str, hand: str, practice: str, *, cases: int, seconds: float) -> Topic:
+def make_wall_topic(name: str, hand: str, practice: str, *, cases: int, seconds: float) -> LessonPlan:
     """Following a wall with one hand on it: seek one, go along it, veer to it, turn off where it ends ahead."""
     beside = f"sonar_{hand}"
 
     def pressing(slack: float) -> Callable[[SessionView], str | None]:
-        return lambda screen: wanted(
+        return lambda screen: choose_wall_action(
             screen.state, screen.features[AHEAD], screen.features[beside], hand, slack
         )
 
     states = ["seek=forward", "along=forward", f"rotate_{OTHER[hand]}", f"veer_{hand}"]
-    return Topic(
+    return LessonPlan(
         name,
         lambda library: new_lesson(library, name, states=states, features=[AHEAD, beside]),
         pressing(0.0),
         pressing(0.1),
         after(3 * seconds),
-        cases=(Case(practice, enough=after(seconds)),) * cases,
+        cases=(Situation(practice, enough=after(seconds)),) * cases,
         tries=4,
         limit_s=4 * seconds,
     )
 
 
-class ByHand:
+class ExpertWallFollower:
     """The same with the same sonars, reacting at once."""
 
     def __init__(self, world: World, hand: str) -> None:
@@ -95,30 +102,30 @@ class ByHand:
         }
 
 
-def by_hand(hand: str) -> Callable[[World], Hand]:
+def make_wall_expert(hand: str) -> Callable[[World], Expert]:
     """Makes the controller for one hand."""
-    return lambda world: ByHand(world, hand)
+    return lambda world: ExpertWallFollower(world, hand)
 
 
 NEAR_M, CIRCLING_LIMIT_S = 1.0, 90.0
 
 
-def judge_circling(tracks: Tracks, plots: Sequence[Plot]) -> Judged:
+def judge_circling(tracks: GroundTruth, plots: Sequence[RoomLayout]) -> TaskResult:
     """When it was once around since it was last a meter away from the obstacle; and how far away it was till then."""
-    far, _ = apart(tracks.x, tracks.y, plots)
+    far, _ = measure_line_distances(tracks.x, tracks.y, plots)
     middle = middles(len(plots))
-    gone = gained(turns(tracks.x, tracks.y, middle[:, 0], middle[:, 1]), far <= NEAR_M)
+    gone = measure_gain(count_turns(tracks.x, tracks.y, middle[:, 0], middle[:, 1]), far <= NEAR_M)
     seconds = tracks.first(gone >= 1.0)
     last = np.where(np.isnan(seconds), np.inf, seconds / tracks.tick_s + 0.5)
     till_then = np.where((far <= NEAR_M) & (np.arange(len(far))[:, None] <= last), far, np.nan)
-    return Judged(seconds, {"turns": gone.max(axis=0), "distance kept, m": medians(till_then)})
+    return TaskResult(seconds, {"turns": gone.max(axis=0), "distance kept, m": medians(till_then)})
 
 
-def compute_circling_bound(tracks: Tracks, plots: Sequence[Plot]) -> Column:
+def compute_circling_bound(tracks: GroundTruth, plots: Sequence[RoomLayout]) -> Column:
     """To within a meter, then around the obstacle's convex hull, the rover's radius away, less the meter that closing
     the loop may save, at full speed [W], s.
     """
-    far, _ = apart(tracks.x[:1], tracks.y[:1], plots)
+    far, _ = measure_line_distances(tracks.x[:1], tracks.y[:1], plots)
     loops = np.array([length_of(hull(plot.corners)) for plot in plots]) + tau * RADIUS
     seconds: Column = (np.maximum(0.0, far[0] - NEAR_M) + loops - NEAR_M) / SPEED
     return seconds
@@ -142,28 +149,28 @@ def hull(corners: Table) -> Table:
     return np.array(half(points) + half(points[::-1]))
 
 
-def _make_circling_trial(seeds: Sequence[int], make: Callable[[int], Plot]) -> Trial:
+def _make_circling_trial(seeds: Sequence[int], make: Callable[[int], RoomLayout]) -> TaskTrial:
     plots = [make(seed) for seed in seeds]
-    return Trial(
-        built(plots, solid=True),
+    return TaskTrial(
+        build_world(plots, solid=True),
         CIRCLING_LIMIT_S,
         lambda tracks: judge_circling(tracks, plots),
         lambda tracks: compute_circling_bound(tracks, plots),
     )
 
 
-def _make_circling_task(name: str, what: str, make: Callable[[int], Plot]) -> Feat:
-    return Feat(
+def _make_circling_task(name: str, what: str, make: Callable[[int], RoomLayout]) -> BehaviorTask:
+    return BehaviorTask(
         name=name,
         does=f"goes once around a {what}",
         measured="once around in 90 s, never more than 1 m away from it",
         bounded="the obstacle's convex hull, once around",
-        kit=built([make(0)], solid=True).kit,
-        topics=(follow(name, LEFT, "obstacle", cases=2, seconds=20.0),),
+        kit=build_world([make(0)], solid=True).kit,
+        topics=(make_wall_topic(name, LEFT, "obstacle", cases=2, seconds=20.0),),
         options={name: LearnerOptions(watched=True, reaction_s=0.2)},
-        practice=lambda practice, seed: built([make(seed)], solid=True),
+        practice=lambda practice, seed: build_world([make(seed)], solid=True),
         trial=lambda seeds: _make_circling_trial(seeds, make),
-        hand=by_hand(LEFT),
+        hand=make_wall_expert(LEFT),
     )
 
 
@@ -176,15 +183,15 @@ CIRCLING_TASKS = (
 AT_WALL_M, WALL_LIMIT_S = 1.0, 120.0
 
 
-def judge_wall_following(tracks: Tracks, plots: Sequence[Plot], hand: str) -> Judged:
+def judge_wall_following(tracks: GroundTruth, plots: Sequence[RoomLayout], hand: str) -> TaskResult:
     """When the loop was closed since the wall was last farther away than it may be; and how far it was till then."""
-    far, along = apart(tracks.x, tracks.y, plots)
+    far, along = measure_line_distances(tracks.x, tracks.y, plots)
     way, whole = (1.0 if hand == RIGHT else -1.0), lengths(plots)
-    gone = gained(way * _unwrapped(along, whole), far <= AT_WALL_M)
+    gone = measure_gain(way * _unwrapped(along, whole), far <= AT_WALL_M)
     seconds = tracks.first(gone >= whole)
     last = np.where(np.isnan(seconds), np.inf, seconds / tracks.tick_s + 0.5)
     till_then = np.where((far <= AT_WALL_M) & (np.arange(len(far))[:, None] <= last), far, np.nan)
-    return Judged(
+    return TaskResult(
         seconds,
         {"loops": gone.max(axis=0) / whole, "distance kept, m": medians(till_then)},
     )
@@ -195,15 +202,15 @@ def _unwrapped(along: Table, whole: Column) -> Table:
     return np.unwrap(along / whole * tau, axis=0) * whole / tau
 
 
-def compute_wall_following_bound(tracks: Tracks, plots: Sequence[Plot]) -> Column:
+def compute_wall_following_bound(tracks: GroundTruth, plots: Sequence[RoomLayout]) -> Column:
     """The straight line to within 1 m, then around the room shrunk by that, at full speed [W], s."""
-    far, _ = apart(tracks.x[:1], tracks.y[:1], plots)
-    inner = np.array([saved(plot.corners) for plot in plots])
+    far, _ = measure_line_distances(tracks.x[:1], tracks.y[:1], plots)
+    inner = np.array([compute_corner_savings(plot.corners) for plot in plots])
     seconds: Column = (np.maximum(0.0, far[0] - AT_WALL_M) + lengths(plots) - inner) / SPEED
     return seconds
 
 
-def saved(corners: Table) -> float:
+def compute_corner_savings(corners: Table) -> float:
     """What a way 1 m inside the corners [P, 2] is shorter by, m: at those that go out; others save nothing."""
     edges = np.roll(corners, -1, axis=0) - corners
     angles = np.arctan2(edges[:, 1], edges[:, 0])
@@ -211,29 +218,29 @@ def saved(corners: Table) -> float:
     return float(sum(2 * AT_WALL_M * np.tan(bend / 2) for bend in bends if bend > 0))
 
 
-def _make_room_trial(seeds: Sequence[int], hand: str) -> Trial:
+def _make_room_trial(seeds: Sequence[int], hand: str) -> TaskTrial:
     plots = [room(seed) for seed in seeds]
-    return Trial(
-        built(plots, solid=False),
+    return TaskTrial(
+        build_world(plots, solid=False),
         WALL_LIMIT_S,
         lambda tracks: judge_wall_following(tracks, plots, hand),
         lambda tracks: compute_wall_following_bound(tracks, plots),
     )
 
 
-def _make_wall_task(hand: str) -> Feat:
+def _make_wall_task(hand: str) -> BehaviorTask:
     name = f"wall_{hand}"
-    return Feat(
+    return BehaviorTask(
         name=name,
         does=f"follows the walls of a random room, its {hand} hand on them",
         measured="the loop along the wall closed in 120 s, never more than 1 m away",
         bounded="the room shrunk by 1 m, once around",
-        kit=built([room(0)], solid=False).kit,
-        topics=(follow(name, hand, "room", cases=2, seconds=20.0),),
+        kit=build_world([room(0)], solid=False).kit,
+        topics=(make_wall_topic(name, hand, "room", cases=2, seconds=20.0),),
         options={name: LearnerOptions(watched=True, reaction_s=0.2)},
-        practice=lambda practice, seed: built([room(seed)], solid=False),
+        practice=lambda practice, seed: build_world([room(seed)], solid=False),
         trial=lambda seeds: _make_room_trial(seeds, hand),
-        hand=by_hand(hand),
+        hand=make_wall_expert(hand),
     )
 
 

@@ -16,11 +16,19 @@ from understudy.sim.scenario.schema import ObjectClass, RobotGroup, Scenario, Ta
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.behavior_suite.task import SPEED, Feat, Judged, Trial, Turning, bearing, rover
-from understudy_lab.behavior_suite.tracks import Table, Tracks, in_turn, signed
+from understudy_lab.behavior_suite.task import (
+    SPEED,
+    BehaviorTask,
+    TaskResult,
+    TaskTrial,
+    TurnController,
+    bearing,
+    rover,
+)
+from understudy_lab.behavior_suite.tracks import GroundTruth, Table, count_reached_in_turn, wrap_signed
 from understudy_lab.tasks import forage_teacher
 from understudy_lab.teachers.person import Seen
-from understudy_lab.teachers.teacher import Case, Push, Topic
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 POSTS, LAPS = 4, 2
 THERE_M, LIMIT_S = 0.5, 180.0
@@ -54,21 +62,21 @@ def _underway(screen: SessionView) -> bool:
 GOTO = replace(
     forage_teacher.GOTO,
     cases=(
-        Case("posts", {"A": NAMES[0]}, _beside(1, 1.0, 2.5)),
-        Case("posts", {"A": NAMES[1]}, _beside(-1, 1.0, 2.5)),
-        Case(
+        Situation("posts", {"A": NAMES[0]}, _beside(1, 1.0, 2.5)),
+        Situation("posts", {"A": NAMES[1]}, _beside(-1, 1.0, 2.5)),
+        Situation(
             "posts",
             {"A": NAMES[2]},
             _beside(-1, 3.0, 6.0),
             _underway,
-            push=Push("forward", "rotate_right", 0.8),
+            push=PushAway("forward", "rotate_right", 0.8),
         ),
-        Case(
+        Situation(
             "posts",
             {"A": NAMES[3]},
             _beside(1, 3.0, 6.0),
             _underway,
-            push=Push("forward", "rotate_left", 0.8),
+            push=PushAway("forward", "rotate_left", 0.8),
         ),
     ),
 )
@@ -91,7 +99,7 @@ def _rounds_shown(screen: SessionView) -> bool:
     return screen.time_s > 30.0 and screen.state == STATES[1]
 
 
-PATROL = Topic(
+PATROL = LessonPlan(
     "patrol",
     lambda library: new_lesson(
         library,
@@ -102,19 +110,19 @@ PATROL = Topic(
     show,
     show,
     _rounds_shown,
-    cases=(Case("posts"),),
+    cases=(Situation("posts"),),
     tries=2,
     limit_s=150.0,
 )
 
 
-class Hand:
+class ExpertWaypoints:
     """Turns to the post at hand and drives there, then to the next."""
 
     keys: Sequence[ReadingKey] = tuple((reading, name) for reading in ("range", "bearing") for name in NAMES)
 
     def __init__(self, world: World) -> None:
-        self._turning = Turning(world.agents)
+        self._turning = TurnController(world.agents)
         self._next = np.zeros(world.agents, np.int64)
 
     def decide(self, percept: Percept) -> Commands:
@@ -122,20 +130,20 @@ class Hand:
         rows = np.arange(len(self._next))
         distances = np.stack([percept["range", name] for name in NAMES])
         self._next = (self._next + (distances[self._next, rows] < THERE_M - 0.05)) % POSTS
-        off = signed(np.stack([percept["bearing", name] for name in NAMES])[self._next, rows])
+        off = wrap_signed(np.stack([percept["bearing", name] for name in NAMES])[self._next, rows])
         turn = self._turning.toward(off, np.ones(len(rows), np.bool_))
         return {"drive": (turn == 0).astype(np.float64), "turn": turn}
 
 
-def judge(tracks: Tracks) -> Judged:
+def judge(tracks: GroundTruth) -> TaskResult:
     """When two laps were complete, each post passed within half a meter and in turn; and how many laps there were."""
     x, y = tracks.objects_x[:, :, :POSTS], tracks.objects_y[:, :, :POSTS]
     reached = np.hypot(x - tracks.x[:, :, None], y - tracks.y[:, :, None]) <= THERE_M
-    count = in_turn(reached)
-    return Judged(tracks.first(count >= LAPS * POSTS), {"laps": count[-1] / POSTS})
+    count = count_reached_in_turn(reached)
+    return TaskResult(tracks.first(count >= LAPS * POSTS), {"laps": count[-1] / POSTS})
 
 
-def bound(tracks: Tracks) -> Column:
+def bound(tracks: GroundTruth) -> Column:
     """The straight lines from post to post, less the half meter at either end, at full speed [W], s."""
     posts: Table = np.stack([tracks.objects_x[0, :, :POSTS], tracks.objects_y[0, :, :POSTS]])
     begin = np.stack([tracks.x[0], tracks.y[0]])
@@ -145,7 +153,7 @@ def bound(tracks: Tracks) -> Column:
     return meters / SPEED
 
 
-FEAT = Feat(
+FEAT = BehaviorTask(
     name="patrol",
     does="patrols four waypoints in turn",
     measured="two laps in 180 s, every post passed within 0.5 m",
@@ -154,6 +162,6 @@ FEAT = Feat(
     topics=(GOTO, PATROL),
     options={"goto": LearnerOptions(watched=True, reaction_s=0.2), "patrol": LearnerOptions(watched=True)},
     practice=lambda practice, seed: World(SCENARIO, [seed]),
-    trial=lambda seeds: Trial(World(SCENARIO, seeds), LIMIT_S, judge, bound),
-    hand=Hand,
+    trial=lambda seeds: TaskTrial(World(SCENARIO, seeds), LIMIT_S, judge, bound),
+    hand=ExpertWaypoints,
 )

@@ -10,7 +10,7 @@ PEER = "Cyclone DDS in C (cyclonedds-dev, cyclonedds-tools and gcc on Debian)"
 """What has to be installed for it."""
 
 
-def built(folder: Path) -> Path | None:
+def build_program(folder: Path) -> Path | None:
     """The program, built in a folder; None where that cannot be here."""
     here = Path(__file__).parent
     compiler, generator = shutil.which("gcc"), shutil.which("idlc")

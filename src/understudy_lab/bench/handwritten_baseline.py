@@ -27,7 +27,7 @@ SORTED_EVERY = 20
 """Ticks after which robots are put in the order of their cells, so that neighbors lie together in memory."""
 
 
-class Prototype:
+class HandwrittenBaseline:
     """N robots that run one behavior of a library of the standard task."""
 
     def __init__(
@@ -62,7 +62,7 @@ class Prototype:
 
     def reset(self, seed: int = 0) -> None:
         """Back to the start."""
-        start = standard_task.Start.of(self.robots, seed)
+        start = standard_task.StartLayout.of(self.robots, seed)
         self.place = np.array([start.x, start.y, start.heading])
         self.moved = np.empty_like(self.place)
         self.beacons = np.column_stack([start.beacon_x, start.beacon_y])

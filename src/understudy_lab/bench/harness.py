@@ -24,7 +24,7 @@ class PeerMissing(UnderstudyError, json_type="PeerMissing"):
         )
 
 
-class Subject(Protocol):
+class Benchmarked(Protocol):
     """What is measured: robots that can be set back to the start, and run."""
 
     robots: int
@@ -39,17 +39,17 @@ class Subject(Protocol):
 
 
 @dataclass(frozen=True)
-class Case:
+class BenchCase:
     """One row to measure: `make` gives the subject, which runs `ticks` from the start in every round."""
 
     task: str
-    make: Callable[[], Subject]
+    make: Callable[[], Benchmarked]
     threads: int
     ticks: int
 
 
 @dataclass(frozen=True)
-class Goal:
+class BenchGoal:
     """What a measurement must reach: `value` of the rows at least `least` (or at most `most`)."""
 
     what: str
@@ -66,14 +66,14 @@ class Goal:
         return {"what": self.what, "value": value, **given, "passed": passed}
 
 
-def measure(cases: Sequence[Case], *, rounds: int) -> list[Row]:
+def measure(cases: Sequence[BenchCase], *, rounds: int) -> list[Row]:
     """A row per case, of robot-ticks per second: the median over rounds in which the cases take turns.
 
     A round before them does not count: it compiles, and fills caches. `spread` is the range between the quartiles
     as a share of the median; `slowest` and `fastest` are the rounds at the ends. A peer that is not installed has no
     row, and a goal that needs one is not measured.
     """
-    runs = [_Run(case, subject) for case in cases if (subject := _made(case)) is not None]
+    runs = [_CaseRun(case, subject) for case in cases if (subject := _made(case)) is not None]
     for _ in range(rounds + 1):
         for run in runs:
             run.subject.reset()
@@ -82,14 +82,14 @@ def measure(cases: Sequence[Case], *, rounds: int) -> list[Row]:
     return [run.row() for run in runs]
 
 
-def _made(case: Case) -> Subject | None:
+def _made(case: BenchCase) -> Benchmarked | None:
     try:
         return case.make()
     except PeerMissing:
         return None
 
 
-def seconds(subject: Subject, ticks: int) -> float:
+def seconds(subject: Benchmarked, ticks: int) -> float:
     """How long so many ticks take."""
     began = perf_counter()
     subject.run(ticks)
@@ -97,9 +97,9 @@ def seconds(subject: Subject, ticks: int) -> float:
 
 
 @dataclass
-class _Run:
-    case: Case
-    subject: Subject
+class _CaseRun:
+    case: BenchCase
+    subject: Benchmarked
     speeds: list[float] = field(default_factory=list)
 
     def row(self) -> Row:
@@ -128,7 +128,7 @@ def speed(rows: Iterable[Row], task: str, robots: int, *, threads: int | None = 
     return max(found, default=nan)
 
 
-def result(rows: Sequence[Row], goals: Sequence[Goal]) -> Row:
+def result(rows: Sequence[Row], goals: Sequence[BenchGoal]) -> Row:
     """What a measurement tells: rows, goals, and whether all that were measured were reached."""
     told = [goal.of(rows) for goal in goals]
     return {"results": list(rows), "goals": told, "passed": all(goal["passed"] is not False for goal in told)}

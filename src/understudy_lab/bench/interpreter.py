@@ -115,7 +115,7 @@ def _steer() -> Tree:
     )
 
 
-class _Peer:
+class _PyTreesForager:
     """The same decisions as a behavior tree of py_trees."""
 
     def __init__(self, trees: Any) -> None:
@@ -158,9 +158,9 @@ class _Peer:
         self._tree.tick()
 
 
-def _peer() -> _Peer:
+def _peer() -> _PyTreesForager:
     try:
-        return _Peer(import_module("py_trees"))
+        return _PyTreesForager(import_module("py_trees"))
     except ImportError:
         raise UnderstudyError(
             "the comparison needs py_trees, which is not installed; "

@@ -24,10 +24,10 @@ from understudy.robots.safety.watchdog_client import WatchdogClient
 from understudy.runtime.program import Program, link
 from understudy.runtime.run_loop import Run
 
-NAME, NEAR_M = "avoid", 1.0
+NAME, AVOID_NEAR_M = "avoid", 1.0
 
 
-class Waking:
+class WakingTransport:
     """A transport that tells when something came."""
 
     def __init__(self, transport: Transport) -> None:
@@ -58,7 +58,7 @@ class Waking:
 def program() -> Program:
     """Ahead, but turn where something is near."""
     sonar = BoundFeature(Feature("sonar", Continuous(), "sonar_ahead"))
-    decide = split_below("sonar", NEAR_M, "left", "forward")
+    decide = split_below("sonar", AVOID_NEAR_M, "left", "forward")
     basics = {"forward": Command(drive=1.0), "left": Command(turn=1.0)}
     made = build_automaton(
         NAME, dict.fromkeys(("start", *basics), decide), readings={"sonar": sonar}, basics=basics
@@ -70,7 +70,7 @@ def program() -> Program:
 def main(path: str) -> None:
     """Decide on each range that comes, until none came for a second."""
     file = load_robot(path)
-    waking = Waking(open_transport(file))
+    waking = WakingTransport(open_transport(file))
     with Robot(
         file, waking, path=path, leash=WatchdogClient(file, log=find_stop_log(file, Path(path)))
     ) as robot:

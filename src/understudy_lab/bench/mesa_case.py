@@ -32,7 +32,7 @@ class MesaBase:
 
     def reset(self, seed: int = 0) -> None:
         """A new model, at the start."""
-        self.model = self._model(standard_task.Start.of(self.robots, seed))
+        self.model = self._model(standard_task.StartLayout.of(self.robots, seed))
 
     def run(self, ticks: int) -> None:
         """Run for so many ticks."""
@@ -101,7 +101,7 @@ def _parts(*, kd_tree: bool) -> Any:
             self.heading = (self.heading + turn) % TAU
 
     class Swarm(mesa.Model):  # type: ignore[misc, name-defined]
-        def __init__(self, start: standard_task.Start) -> None:
+        def __init__(self, start: standard_task.StartLayout) -> None:
             super().__init__(seed=0)
             robots = len(start.x)
             side = standard_task.side(robots)

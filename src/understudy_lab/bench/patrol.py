@@ -25,8 +25,8 @@ from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries, collect_libraries, make_team
-from understudy_lab.bench.harness import Case, Goal, Row, measure, result, speed
-from understudy_lab.bench.understudy_case import Ours
+from understudy_lab.bench.harness import BenchCase, BenchGoal, Row, measure, result, speed
+from understudy_lab.bench.understudy_case import UnderstudyCase
 
 BASICS = ("forwards", "left", "right")
 SECTORS = ("front_left", "front_right", "rear")
@@ -115,12 +115,12 @@ def lead() -> Automaton:
     )
 
 
-def known() -> Libraries:
+def make_libraries() -> Libraries:
     """What robots and coordinator know."""
     return collect_libraries(scenario(), library(), lambda name, kit: Library.of(kit, lead()))
 
 
-class Led:
+class CoordinatedPatrol:
     """One world whose robots a coordinator orders about."""
 
     robots = ROBOTS
@@ -130,27 +130,27 @@ class Led:
 
     def reset(self) -> None:
         """Back to the start."""
-        self.team = make_team(scenario(), [0], known(), {"patrol": ("lead", {})})
+        self.team = make_team(scenario(), [0], make_libraries(), {"patrol": ("lead", {})})
 
     def run(self, ticks: int) -> None:
         """Run for so many ticks."""
         self.team.run(ticks)
 
 
-def cases() -> list[Case]:
+def cases() -> list[BenchCase]:
     """One world on one thread, and many on two."""
     made = scenario(), library(), "patrol"
     return [
-        Case(ONE, partial(Ours, *made), 1, 10 * TICKS),
-        Case(LED, Led, 1, 10 * TICKS),
-        Case(MANY, partial(Ours, *made, worlds=WORLDS, threads=2), 2, TICKS),
+        BenchCase(ONE, partial(UnderstudyCase, *made), 1, 10 * TICKS),
+        BenchCase(LED, CoordinatedPatrol, 1, 10 * TICKS),
+        BenchCase(MANY, partial(UnderstudyCase, *made, worlds=WORLDS, threads=2), 2, TICKS),
     ]
 
 
 GOALS = (
-    Goal("one world: ticks/s", lambda rows: speed(rows, ONE, ROBOTS) / ROBOTS, least=20_000),
-    Goal("with a coordinator: ticks/s", lambda rows: speed(rows, LED, ROBOTS) / ROBOTS, least=15_000),
-    Goal("side by side: robot-ticks/s", lambda rows: speed(rows, MANY, ROBOTS * WORLDS), least=2e6),
+    BenchGoal("one world: ticks/s", lambda rows: speed(rows, ONE, ROBOTS) / ROBOTS, least=20_000),
+    BenchGoal("with a coordinator: ticks/s", lambda rows: speed(rows, LED, ROBOTS) / ROBOTS, least=15_000),
+    BenchGoal("side by side: robot-ticks/s", lambda rows: speed(rows, MANY, ROBOTS * WORLDS), least=2e6),
 )
 
 

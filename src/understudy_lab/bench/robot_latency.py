@@ -26,7 +26,7 @@ from understudy.robots.ros.messages import encode_message, make_message
 from understudy.robots.ros.transport import ExtraMissing, Transport
 from understudy.robots.ros.zenoh import ZenohTransport
 from understudy_lab.bench import cyclone_echo
-from understudy_lab.bench.harness import Goal, Row, result
+from understudy_lab.bench.harness import BenchGoal, Row, result
 
 RATE_HZ, MESSAGES, FIRST = 50, 1000, 50
 """The first are not counted."""
@@ -63,10 +63,10 @@ def run(messages: int = MESSAGES) -> dict[str, Any]:
     return {**result(rows, goals()), "missing": [] if ECHO_ROW in found else [cyclone_echo.PEER]}
 
 
-def goals() -> Sequence[Goal]:
+def goals() -> Sequence[BenchGoal]:
     """What is asked for: 2 ms in the middle, 10 ms for 99 of 100; all of them answered."""
     return [
-        Goal(f"{what}: {key}", _value(what, key), most=most)
+        BenchGoal(f"{what}: {key}", _value(what, key), most=most)
         for what in (DDS_ROW, ZENOH_ROW)
         for key, most in (("p50_ms", 2.0), ("p99_ms", 10.0), ("lost", 0.5))
     ]
@@ -83,14 +83,14 @@ def _rows(messages: int) -> Iterator[Row]:
             free.bind(("127.0.0.1", 0))
             endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
         joined = ZenohTransport(DOMAIN, listen=endpoint)
-        yield measured(ZENOH_ROW, joined, _decider(Path(folder), "zenoh", endpoint), messages)
-        program = cyclone_echo.built(Path(folder))
+        yield measure_latency(ZENOH_ROW, joined, _decider(Path(folder), "zenoh", endpoint), messages)
+        program = cyclone_echo.build_program(Path(folder))
         if program is not None:
             yield _dds(ECHO_ROW, [str(program), str(DOMAIN), SPACE], messages)
 
 
 def _dds(what: str, command: Sequence[str], messages: int) -> Row:
-    return measured(what, DdsTransport(DOMAIN), command, messages)
+    return measure_latency(what, DdsTransport(DOMAIN), command, messages)
 
 
 def _decider(folder: Path, transport: str, endpoint: str = "") -> Sequence[str]:
@@ -101,10 +101,10 @@ def _decider(folder: Path, transport: str, endpoint: str = "") -> Sequence[str]:
     return [sys.executable, "-m", "understudy_lab.bench.latency_decider", str(path)]
 
 
-def measured(what: str, transport: Transport, command: Sequence[str], messages: int) -> Row:
+def measure_latency(what: str, transport: Transport, command: Sequence[str], messages: int) -> Row:
     """What a program that is started now takes to answer ranges that a transport carries to it."""
     try:
-        with _Prober(transport) as prober, _running(command) as ready:
+        with _LatencyProbe(transport) as prober, _running(command) as ready:
             until = time.monotonic() + READY_S
             while not ready.is_set():
                 if time.monotonic() > until:
@@ -126,7 +126,7 @@ def measured(what: str, transport: Transport, command: Sequence[str], messages: 
     }
 
 
-class _Prober:
+class _LatencyProbe:
     """Sends ranges, and waits for the commands that answer them."""
 
     def __init__(self, transport: Transport) -> None:
@@ -141,7 +141,7 @@ class _Prober:
         self._publish = transport.publisher(f"{SPACE}/sonar", RANGE)
         transport.subscribe(f"{SPACE}/cmd_vel", TWIST, self._command)
 
-    def __enter__(self) -> _Prober:
+    def __enter__(self) -> _LatencyProbe:
         return self
 
     def __exit__(self, *_: object) -> None:

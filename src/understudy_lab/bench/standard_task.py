@@ -78,7 +78,7 @@ def make_full_scenario(robots: int) -> Scenario:
     return _scenario("full", robots, sensors=(*_LOCATORS, _SONAR), obstacles=_OBSTACLES)
 
 
-def crowding(robots: int) -> Scenario:
+def make_crowded_scenario(robots: int) -> Scenario:
     """The full task's world with all its beacons in one place, the middle."""
     middle = (side(robots) / 2, side(robots) / 2)
     beacons = ObjectClass(name="beacon", at=(middle,) * BEACONS)
@@ -124,7 +124,7 @@ def _scenario(
 
 
 @dataclass(frozen=True)
-class Start:
+class StartLayout:
     """Where a run starts for those that are not given a Scenario: places x, y and headings, columns [N]."""
 
     x: Column
@@ -136,7 +136,7 @@ class Start:
     obstacle_y: Column
 
     @classmethod
-    def of(cls, robots: int, seed: int = 0) -> Start:
+    def of(cls, robots: int, seed: int = 0) -> StartLayout:
         """Uniform over the arena, anew for each seed."""
         random = np.random.default_rng(seed)
         low, high = RADIUS, side(robots) - RADIUS
@@ -163,7 +163,7 @@ PERSONAL, AHEAD, ARRIVED = 0.6, 0.3, 0.5
 
 
 @dataclass(frozen=True)
-class Manners:
+class TaskParams:
     """What robots of the full task keep to: lengths in m, angles in rad."""
 
     personal: float = 0.8
@@ -174,7 +174,7 @@ class Manners:
     beside: float = 0.3
 
 
-CROWD = Manners(personal=0.0, arrived=0.0)
+CROWD = TaskParams(personal=0.0, arrived=0.0)
 """Robots that give way to nobody and are never there: they press on to the beacon for ever."""
 
 
@@ -197,12 +197,12 @@ def _toward(angle: str, ahead: float) -> TreeBranch:
     return split_within(angle, ahead, "forward", split_on_left(angle, "left", "right"))
 
 
-def make_full_library(manners: Manners = Manners()) -> Library:
+def make_full_library(manners: TaskParams = TaskParams()) -> Library:
     """`errand`: visit beacon after beacon, around obstacles, and give way to robots that are near."""
     return _library(_steer(manners), _dodge(manners), _travel(manners), _give_way(manners), _errand(manners))
 
 
-def _errand(m: Manners) -> Automaton:
+def _errand(m: TaskParams) -> Automaton:
     visit = split_below(
         "robot_range", m.personal, split_within("robot_angle", pi / 2, "give_way", "visit"), "visit"
     )
@@ -222,7 +222,7 @@ def _errand(m: Manners) -> Automaton:
     )
 
 
-def _travel(m: Manners) -> Automaton:
+def _travel(m: TaskParams) -> Automaton:
     sides = split_below("left", m.beside, "skirt", split_below("right", m.beside, "skirt", "approach"))
     near = split_below("beacon_range", m.arrived, "arrived", "skirt")
     return _automaton(
@@ -239,7 +239,7 @@ def _travel(m: Manners) -> Automaton:
     )
 
 
-def _steer(m: Manners) -> Automaton:
+def _steer(m: TaskParams) -> Automaton:
     """The way to keep is wider than the way to take, so that it does not swing."""
     wide = {"start": 0.3, "forward": 0.45, "left": 0.15, "right": 0.15}
     return _automaton(
@@ -253,7 +253,7 @@ def _steer(m: Manners) -> Automaton:
     )
 
 
-def _dodge(m: Manners) -> Automaton:
+def _dodge(m: TaskParams) -> Automaton:
     beside = split_below("left", m.beside, "forward", split_below("right", m.beside, "forward", "past"))
     turn = split_below(
         "left",
@@ -278,7 +278,7 @@ def _dodge(m: Manners) -> Automaton:
     )
 
 
-def _give_way(m: Manners) -> Automaton:
+def _give_way(m: TaskParams) -> Automaton:
     turn = split_on_left("robot_angle", "right", "left")
 
     def aside(way: str) -> TreeBranch:

@@ -10,12 +10,12 @@ from pathlib import Path
 
 from understudy.sim.team.libraries import make_team
 from understudy_lab.bench import standard_task
-from understudy_lab.bench.handwritten_baseline import Prototype
-from understudy_lab.bench.harness import Case, Goal, Row, measure, result, seconds, speed
+from understudy_lab.bench.handwritten_baseline import HandwrittenBaseline
+from understudy_lab.bench.harness import BenchCase, BenchGoal, Row, measure, result, seconds, speed
 from understudy_lab.bench.mesa_case import MesaBase
-from understudy_lab.bench.understudy_case import Ours
+from understudy_lab.bench.understudy_case import UnderstudyCase
 from understudy_lab.bench.vmas_case import VmasBase
-from understudy_lab.tasks.swarm_world import EACH, SWARM, hand_coded, of_platoons
+from understudy_lab.tasks.swarm_world import EACH, SWARM, make_expert_libraries, of_platoons
 
 ROUNDS = 7
 ROBOTS_PER_WORLD = 10
@@ -27,7 +27,7 @@ MESA, MESA_TREE = "base, Mesa", "base, Mesa with a k-d tree"
 VMAS, VMAS_EACH = "base, VMAS", "base, VMAS, 10 robots a world"
 
 
-def groups() -> list[list[Case]]:
+def groups() -> list[list[BenchCase]]:
     """What takes turns: what is compared, and then the large sizes by themselves."""
     return [
         [
@@ -35,76 +35,87 @@ def groups() -> list[list[Case]]:
             _base(1_000, threads=1),
             _base(1_000, threads=2),
             _base_by_hand(1_000),
-            Case(MESA, partial(MesaBase, 1_000), 1, 5),
-            Case(MESA_TREE, partial(MesaBase, 1_000, kd_tree=True), 1, 10),
+            BenchCase(MESA, partial(MesaBase, 1_000), 1, 5),
+            BenchCase(MESA_TREE, partial(MesaBase, 1_000, kd_tree=True), 1, 10),
         ],
         [
             *_full(10_000, ticks=standard_task.TICKS),
             _base(10_000, threads=1),
             _base(10_000, threads=2),
             _base_by_hand(10_000),
-            Case(MESA, partial(MesaBase, 10_000), 1, 1),
-            Case(MESA_TREE, partial(MesaBase, 10_000, kd_tree=True), 1, 2),
+            BenchCase(MESA, partial(MesaBase, 10_000), 1, 1),
+            BenchCase(MESA_TREE, partial(MesaBase, 10_000, kd_tree=True), 1, 2),
         ],
         [
             _base_each(1_000, threads=2),
-            Case(VMAS_EACH, partial(VmasBase, ROBOTS_PER_WORLD, worlds=1_000, threads=2), 2, 10),
+            BenchCase(VMAS_EACH, partial(VmasBase, ROBOTS_PER_WORLD, worlds=1_000, threads=2), 2, 10),
         ],
         [
             _base(100, threads=1),
-            Case(VMAS, partial(VmasBase, 100, worlds=1, threads=1), 1, 20),
-            Case(VMAS, partial(VmasBase, 100, worlds=1, threads=2), 2, 20),
+            BenchCase(VMAS, partial(VmasBase, 100, worlds=1, threads=1), 1, 20),
+            BenchCase(VMAS, partial(VmasBase, 100, worlds=1, threads=2), 2, 20),
         ],
         _full(100_000, ticks=30),
     ]
 
 
-def _full(robots: int, *, ticks: int) -> list[Case]:
+def _full(robots: int, *, ticks: int) -> list[BenchCase]:
     library = standard_task.make_full_library()
     cases = []
     for threads in (1, 2):
         ours = partial(
-            Ours, standard_task.make_full_scenario(robots), library, standard_task.FULL, threads=threads
+            UnderstudyCase,
+            standard_task.make_full_scenario(robots),
+            library,
+            standard_task.FULL,
+            threads=threads,
         )
-        by_hand = partial(Prototype, robots, library, standard_task.FULL, sonar=True, threads=threads)
-        cases += [Case(FULL, ours, threads, ticks), Case(BY_HAND, by_hand, threads, ticks)]
+        by_hand = partial(
+            HandwrittenBaseline, robots, library, standard_task.FULL, sonar=True, threads=threads
+        )
+        cases += [BenchCase(FULL, ours, threads, ticks), BenchCase(BY_HAND, by_hand, threads, ticks)]
     return cases
 
 
-def _base(robots: int, *, threads: int) -> Case:
+def _base(robots: int, *, threads: int) -> BenchCase:
     ours = partial(
-        Ours,
+        UnderstudyCase,
         standard_task.make_base_scenario(robots),
         standard_task.make_base_library(),
         standard_task.BASE,
         threads=threads,
     )
-    return Case(BASE, ours, threads, standard_task.TICKS)
+    return BenchCase(BASE, ours, threads, standard_task.TICKS)
 
 
-def _base_each(worlds: int, *, threads: int) -> Case:
+def _base_each(worlds: int, *, threads: int) -> BenchCase:
     scenario, library = standard_task.make_base_scenario(ROBOTS_PER_WORLD), standard_task.make_base_library()
-    ours = partial(Ours, scenario, library, standard_task.BASE, worlds=worlds, threads=threads)
-    return Case(BASE_EACH, ours, threads, standard_task.TICKS)
+    ours = partial(UnderstudyCase, scenario, library, standard_task.BASE, worlds=worlds, threads=threads)
+    return BenchCase(BASE_EACH, ours, threads, standard_task.TICKS)
 
 
-def _base_by_hand(robots: int) -> Case:
+def _base_by_hand(robots: int) -> BenchCase:
     made = partial(
-        Prototype, robots, standard_task.make_base_library(), standard_task.BASE, sonar=False, threads=2
+        HandwrittenBaseline,
+        robots,
+        standard_task.make_base_library(),
+        standard_task.BASE,
+        sonar=False,
+        threads=2,
     )
-    return Case(BASE_BY_HAND, made, 2, standard_task.TICKS)
+    return BenchCase(BASE_BY_HAND, made, 2, standard_task.TICKS)
 
 
-def _at_least(robots: int, threads: int, least: float) -> Goal:
+def _at_least(robots: int, threads: int, least: float) -> BenchGoal:
     what = f"full, {robots} robots, {threads} {'thread' if threads == 1 else 'threads'}: robot-ticks/s"
-    return Goal(what, lambda rows: speed(rows, FULL, robots, threads=threads), least)
+    return BenchGoal(what, lambda rows: speed(rows, FULL, robots, threads=threads), least)
 
 
-def _times(what: str, ours: str, theirs: str, robots: int, least: float) -> Goal:
+def _times(what: str, ours: str, theirs: str, robots: int, least: float) -> BenchGoal:
     def ratio(rows: Sequence[Row]) -> float:
         return speed(rows, ours, robots) / speed(rows, theirs, robots)
 
-    return Goal(f"base, {robots} robots: times {what}", ratio, least)
+    return BenchGoal(f"base, {robots} robots: times {what}", ratio, least)
 
 
 GOALS = (
@@ -119,13 +130,13 @@ GOALS = (
 )
 
 
-def run(cases: Callable[[], list[list[Case]]] = groups, *, rounds: int = ROUNDS) -> Row:
+def run(cases: Callable[[], list[list[BenchCase]]] = groups, *, rounds: int = ROUNDS) -> Row:
     """Rows of all groups, the goals, and our fraction of the prototype's speed."""
     rows = [row for group in cases() for row in measure(group, rounds=rounds)]
-    return {**result(rows, GOALS), "fractions": fractions(rows), "missing": missing(rows)}
+    return {**result(rows, GOALS), "fractions": fractions(rows), "missing": list_missing_peers(rows)}
 
 
-def missing(rows: list[Row]) -> list[str]:
+def list_missing_peers(rows: list[Row]) -> list[str]:
     """The peers without a row, since they are not installed."""
     told = {row["task"] for row in rows}
     return [peer for peer, task in (("Mesa 3", MESA), ("VMAS with PyTorch", VMAS)) if task not in told]
@@ -158,14 +169,14 @@ def run_crowding(robots: int = CROWDING_ROBOTS, ticks: int = standard_task.CROWD
     `slowed` compares the last ten pieces of the crowd, when all are there, with as many runs of the full task at
     the same time; `slowed_in_all` compares everything.
     """
-    spread = Ours(
+    spread = UnderstudyCase(
         standard_task.make_full_scenario(robots),
         standard_task.make_full_library(),
         standard_task.FULL,
         threads=CROWDING_THREADS,
     )
-    crowd = Ours(
-        standard_task.crowding(robots),
+    crowd = UnderstudyCase(
+        standard_task.make_crowded_scenario(robots),
         standard_task.make_full_library(standard_task.CROWD),
         standard_task.FULL,
         threads=CROWDING_THREADS,
@@ -180,12 +191,12 @@ def run_crowding(robots: int = CROWDING_ROBOTS, ticks: int = standard_task.CROWD
         times["crowding"].append(seconds(crowd, PIECE))
     rows = [_row(task, robots, measured) for task, measured in times.items()]
     goals = [
-        Goal(
+        BenchGoal(
             "times slower, at the end",
             lambda rows: rows[1]["s_at_the_end"] / rows[0]["s_at_the_end"],
             most=MOST,
         ),
-        Goal("times slower, in all", lambda rows: rows[1]["s"] / rows[0]["s"], most=MOST),
+        BenchGoal("times slower, in all", lambda rows: rows[1]["s"] / rows[0]["s"], most=MOST),
     ]
     return result(rows, goals)
 
@@ -210,14 +221,14 @@ MOST_BYTES = 1000.0
 
 def run_million(robots: int = MILLION_ROBOTS, ticks: int = TICKS) -> Row:
     """The full task at full size. Memory is the process's peak less what it held before the world was made."""
-    Ours(
+    UnderstudyCase(
         standard_task.make_full_scenario(1_000),
         standard_task.make_full_library(),
         standard_task.FULL,
         threads=MILLION_THREADS,
     ).run(5)  # compiles
-    before = held()
-    subject = Ours(
+    before = measure_memory()
+    subject = UnderstudyCase(
         standard_task.make_full_scenario(robots),
         standard_task.make_full_library(),
         standard_task.FULL,
@@ -231,12 +242,14 @@ def run_million(robots: int = MILLION_ROBOTS, ticks: int = TICKS) -> Row:
         "threads": MILLION_THREADS,
         "robot_ticks_per_s": speed,
         "ticks": ticks,
-        "bytes_per_robot": (peak() - before) / robots,
+        "bytes_per_robot": (measure_peak_memory() - before) / robots,
     }
-    return result([row], [Goal("bytes per robot", lambda rows: rows[0]["bytes_per_robot"], most=MOST_BYTES)])
+    return result(
+        [row], [BenchGoal("bytes per robot", lambda rows: rows[0]["bytes_per_robot"], most=MOST_BYTES)]
+    )
 
 
-def held() -> int:
+def measure_memory() -> int:
     """Bytes of memory that the process holds now; its peak where the system does not say."""
     try:
         import resource
@@ -244,10 +257,10 @@ def held() -> int:
         pages = int(Path("/proc/self/statm").read_text().split()[1])
         return pages * resource.getpagesize()
     except (ImportError, OSError):
-        return peak()
+        return measure_peak_memory()
 
 
-def peak() -> int:
+def measure_peak_memory() -> int:
     """Bytes of memory that the process has held at most; 0 where the system does not say (Windows)."""
     try:
         import resource
@@ -263,7 +276,7 @@ HERTZ, TIMES = 10, 10
 """How many ticks a second has, and how many times as fast as that it should go."""
 
 
-class Swarm:
+class SwarmCase:
     """So many platoons, under their coordinators."""
 
     def __init__(self, platoons: int) -> None:
@@ -273,7 +286,7 @@ class Swarm:
 
     def reset(self) -> None:
         """Back to where all are at work, past the ten seconds in which they spread out."""
-        self.team = make_team(self._world, [0], hand_coded(), {SWARM: ("swarm_work", {})})
+        self.team = make_team(self._world, [0], make_expert_libraries(), {SWARM: ("swarm_work", {})})
         self.team.run(AT_WORK)
 
     def run(self, ticks: int) -> None:
@@ -281,16 +294,16 @@ class Swarm:
         self.team.run(ticks)
 
 
-def make_squad_cases() -> list[Case]:
+def make_squad_cases() -> list[BenchCase]:
     """The swarm that ships, and ten thousand robots."""
     return [
-        Case(TASK, partial(Swarm, PLATOONS), 1, 1_000),
-        Case(TASK, partial(Swarm, LARGE), os.cpu_count() or 1, 200),
+        BenchCase(TASK, partial(SwarmCase, PLATOONS), 1, 1_000),
+        BenchCase(TASK, partial(SwarmCase, LARGE), os.cpu_count() or 1, 200),
     ]
 
 
 SQUAD_GOALS = (
-    Goal(
+    BenchGoal(
         f"{EACH * LARGE} robots: times real time, at {HERTZ} Hz",
         lambda rows: speed(rows, TASK, EACH * LARGE) / (EACH * LARGE) / HERTZ,
         least=TIMES,

@@ -9,7 +9,7 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
 
-class Ours:
+class UnderstudyCase:
     """Worlds side by side, with recording off."""
 
     def __init__(

@@ -114,7 +114,7 @@ def _parts(robots_each: int) -> tuple[Any, Any]:
         def reset_world_at(self, env_index: int | None = None) -> None:
             """All worlds at once; a run resets them together."""
             starts = [
-                standard_task.Start.of(robots_each, self.start_seed + world)
+                standard_task.StartLayout.of(robots_each, self.start_seed + world)
                 for world in range(self.world.batch_dim)
             ]
             x, y, heading, beacon_x, beacon_y = (

@@ -22,8 +22,8 @@ from understudy.learning.fit import learn
 from understudy.learning.mislabels import find_mislabels
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.training.session import Session
-from understudy_lab.coaching_benefit.tasks import Exercise, drawn
-from understudy_lab.noisy_teachers.slipping_person import seen_at
+from understudy_lab.coaching_benefit.tasks import CoachingTask, draw_practice_seed
+from understudy_lab.noisy_teachers.slipping_person import rebuild_screen
 from understudy_lab.novices.novice import Novice
 from understudy_lab.teachers.teacher import FIRST_SEED
 
@@ -46,7 +46,7 @@ STEPS = (6, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100, 120, 150)
 
 
 @dataclass
-class Course:
+class CoachedTeaching:
     """What one novice's teaching came to: what was learned by each of STEPS, and in the end."""
 
     session: Session
@@ -76,13 +76,16 @@ class Course:
                 self.by_step[step] = self.session.taught()
 
 
-def teach(novice: Novice, exercise: Exercise, way: str) -> Course:
+def teach(novice: Novice, exercise: CoachingTask, way: str) -> CoachedTeaching:
     """All that a novice does in the time they are given."""
     session = Session(
-        exercise.body(drawn(novice)), Library(exercise.kit), exercise.lesson(), targets=exercise.targets
+        exercise.body(draw_practice_seed(novice)),
+        Library(exercise.kit),
+        exercise.lesson(),
+        targets=exercise.targets,
     )
     situations = _situations(exercise, session)
-    course, limit_s = Course(session), novice.habits.given_s
+    course, limit_s = CoachedTeaching(session), novice.habits.given_s
     put, turn = int(novice.draws.integers(len(novice.traits.situations))), 0
     while novice.seconds < limit_s:
         novice.seconds = min(limit_s, novice.seconds + novice.traits.carry_s)
@@ -108,7 +111,7 @@ def teach(novice: Novice, exercise: Exercise, way: str) -> Course:
     return course
 
 
-def _try_out(novice: Novice, course: Course, left_s: float) -> None:
+def _try_out(novice: Novice, course: CoachedTeaching, left_s: float) -> None:
     """Let the robot try; where it asks, the world stands still until they have said what is right there."""
     session, until = course.session, novice.seconds + left_s
     session.test()
@@ -138,20 +141,20 @@ def _try_out(novice: Novice, course: Course, left_s: float) -> None:
     session.train()
 
 
-def _situations(exercise: Exercise, session: Session) -> NDArray[np.float64]:
+def _situations(exercise: CoachingTask, session: Session) -> NDArray[np.float64]:
     """What the robot may sense: the coach looks at a world like that in which it is taught."""
     body = exercise.body(FIRST_SEED)
     return sample_posed_situations(body, session.automaton.features, exercise.targets)
 
 
-def _mend(novice: Novice, course: Course) -> None:
+def _mend(novice: Novice, course: CoachedTeaching) -> None:
     """Say of presses that look like slips whether they were meant, or what was, the oddest first."""
     session = course.session
     while novice.seconds < novice.habits.given_s and (
         odd := find_mislabels(session.lesson, meant=course.meant)
     ):
         example = odd[0].example
-        wished = novice.wish(seen_at(example, session.automaton)) or example.state
+        wished = novice.wish(rebuild_screen(example, session.automaton)) or example.state
         course.meant[example.number] = odd[0].doubt
         course.followed[AdviceKind.SLIP.value] += 1
         novice.seconds += LOOK_S
@@ -159,7 +162,7 @@ def _mend(novice: Novice, course: Course) -> None:
             session.mend(example.number, wished)
 
 
-def _first(course: Course, exercise: Exercise, situations: NDArray[np.float64]) -> Advice | None:
+def _first(course: CoachedTeaching, exercise: CoachingTask, situations: NDArray[np.float64]) -> Advice | None:
     """The first advice about something to show that they did not follow twice in vain."""
     lesson = course.session.lesson
     for each in give_advice(
@@ -174,7 +177,7 @@ def _first(course: Course, exercise: Exercise, situations: NDArray[np.float64]) 
     return None
 
 
-def _answer(novice: Novice, course: Course, advised: Advice, left_s: float) -> None:
+def _answer(novice: Novice, course: CoachedTeaching, advised: Advice, left_s: float) -> None:
     """Show what they think right there: direct the robot, or confirm; of what contradicts it, delete the rest."""
     session = course.session
     screen = session.screen()

@@ -18,7 +18,7 @@ OFF_RAD = 0.15
 """How far off ahead is, rad, to a novice who is as far off the middle as any."""
 
 
-class Going(Novice):
+class GotoNovice(Novice):
     """A novice who teaches GoTo(A); what they misunderstood is which way to turn."""
 
     buttons = ("forward", "rotate_left", "rotate_right", "done")

@@ -10,9 +10,9 @@ import numpy as np
 from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, STEPS, teach
 from understudy_lab.coaching_benefit.tasks import EXERCISES
 from understudy_lab.figures import COLORS, panels
-from understudy_lab.novices.traits import SUCCESS, drawn
-from understudy_lab.statistics import interval_of_share, told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.novices.traits import SUCCESS, draw_traits
+from understudy_lab.statistics import format_median, interval_of_share
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,7 +22,7 @@ WAYS = (ALONE, COACHED)
 WANTED, FEWER, OVERALL = 0.9, 0.6, 0.95
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each novice at each task, in either way."""
     return [
         {"exercise": name, "way": way, "seed": seed}
@@ -35,7 +35,7 @@ def tasks(plan: Plan) -> list[Task]:
 def work(task: Task) -> Row:
     """One novice's five minutes, and what the robot does after so many examples, and in the end."""
     exercise, seed = EXERCISES[task["exercise"]], task["seed"]
-    novice = exercise.person(drawn(seed), seed)
+    novice = exercise.person(draw_traits(seed), seed)
     course = teach(novice, exercise, task["way"])
     judged = {id(taught): exercise.judge(taught, seed) for taught in course.by_step.values()}
     whole = exercise.judge(course.session.taught(), seed)
@@ -49,7 +49,7 @@ def work(task: Task) -> Row:
     }
 
 
-def of(rows: Sequence[Row], exercise: str, way: str) -> list[Row]:
+def select_rows(rows: Sequence[Row], exercise: str, way: str) -> list[Row]:
     """The rows of one task in one way."""
     return [row for row in rows if (row["task"]["exercise"], row["task"]["way"]) == (exercise, way)]
 
@@ -59,7 +59,7 @@ def means(rows: Sequence[Row]) -> list[float]:
     return [float(np.mean(shares)) for shares in zip(*(row["by_step"] for row in rows), strict=True)]
 
 
-def enough(rows: Sequence[Row]) -> int | None:
+def count_examples_needed(rows: Sequence[Row]) -> int | None:
     """After how many examples 90 % of all trials succeed, and do so from then on; None where they never do."""
     good = [mean >= WANTED for mean in means(rows)]
     return next((step for at, step in enumerate(STEPS) if all(good[at:])), None)
@@ -70,22 +70,22 @@ def succeeds(row: Row) -> bool:
     return bool(row["share"] >= SUCCESS)
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """Who succeeds, after how many examples, and what the coach's advice was."""
-    found = {(name, way): of(rows, name, way) for name in EXERCISES for way in WAYS}
+    found = {(name, way): select_rows(rows, name, way) for name in EXERCISES for way in WAYS}
     numbers: dict[str, Any] = {
         f"{name}, {way}": {
             "novices": len(each),
             "succeed": sum(map(succeeds, each)),
             "everywhere": sum(row["everywhere"] for row in each),
-            "enough": enough(each),
+            "enough": count_examples_needed(each),
         }
         for (name, way), each in found.items()
     }
-    return Findings(
+    return StudyFindings(
         headline=" ".join(_headline(name, found[name, ALONE], found[name, COACHED]) for name in EXERCISES),
         tables=(
-            Table(
+            ResultTable(
                 "In the end, after five minutes: medians with least and most",
                 (
                     "task",
@@ -97,7 +97,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 ),
                 [(name, way, *_end(each)) for (name, way), each in found.items()],
             ),
-            Table(
+            ResultTable(
                 "Trials that succeed after so many examples, all novices",
                 ("task", "novices", *(f"#{step}" for step in STEPS)),
                 [
@@ -127,7 +127,7 @@ def _headline(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> str:
 
 
 def _after(rows: Sequence[Row]) -> str:
-    step = enough(rows)
+    step = count_examples_needed(rows)
     return f"never within {STEPS[-1]} examples" if step is None else f"after {step} examples"
 
 
@@ -137,23 +137,23 @@ def _end(rows: Sequence[Row]) -> tuple[str, ...]:
     return (
         f"{good} of {len(rows)} ({100 * low:.0f}–{100 * high:.0f} %)",
         str(sum(row["everywhere"] for row in rows)),
-        told([row["share"] for row in rows], percent=True),
-        told([row["examples"] for row in rows]),
+        format_median([row["share"] for row in rows], percent=True),
+        format_median([row["examples"] for row in rows]),
     )
 
 
-def _goals(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> tuple[Goal, Goal]:
-    with_it, without = enough(coached), enough(alone)
+def _goals(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> tuple[StudyGoal, StudyGoal]:
+    with_it, without = count_examples_needed(coached), count_examples_needed(alone)
     fewer = with_it is not None and (without is None or with_it <= FEWER * without)
     share = sum(map(succeeds, coached)) / len(coached)
     return (
-        Goal(
+        StudyGoal(
             f"{name}: examples until 90 % of trials succeed, of those who do not follow it",
             f"at most {FEWER:.0%}",
             f"{_after(coached)}; alone {_after(alone)}",
             fewer,
         ),
-        Goal(f"{name}: novices who succeed with it", f"{OVERALL:.0%}", f"{share:.0%}", share >= OVERALL),
+        StudyGoal(f"{name}: novices who succeed with it", f"{OVERALL:.0%}", f"{share:.0%}", share >= OVERALL),
     )
 
 
@@ -179,7 +179,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     figure, axes = panels(len(EXERCISES), wide=4.0)
     for panel, name in zip(axes, EXERCISES, strict=True):
         for way, color in zip(WAYS, COLORS, strict=False):
-            panel.plot(STEPS, means(of(rows, name, way)), "o-", color=color, markersize=3, label=way)
+            panel.plot(STEPS, means(select_rows(rows, name, way)), "o-", color=color, markersize=3, label=way)
         panel.axhline(WANTED, color="#6b7280", linewidth=1, linestyle=":")
         panel.set_ylim(0.0, 1.03)
         panel.set_xlabel("examples")
@@ -189,7 +189,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="coached",
     seeds=SEEDS,
     quick=1,

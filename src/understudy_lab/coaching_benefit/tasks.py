@@ -19,13 +19,13 @@ from understudy.sim.forage import Forage, make_practice_worlds
 from understudy.sim.target_lookup import find_target_place
 from understudy.sim.world import World
 from understudy.training.session import Session
-from understudy_lab.coaching_benefit.goto_novice import Going
+from understudy_lab.coaching_benefit.goto_novice import GotoNovice
 from understudy_lab.novices.novice import BEARINGS_DEG, FIELD_M, Novice
 from understudy_lab.novices.study import judge as judge_servoing
 from understudy_lab.tasks import soccer
 from understudy_lab.tasks.forage_teacher import GOTO
 from understudy_lab.tasks.servo_teacher import four_states
-from understudy_lab.tasks.soccer import Soccer, Start
+from understudy_lab.tasks.soccer import Soccer, StartPose
 from understudy_lab.teachers.teacher import FIRST_SEED
 
 PLACES = 30
@@ -37,7 +37,7 @@ LIMIT_S, REACHED_M = 60.0, 0.6
 
 
 @dataclass(frozen=True)
-class Exercise:
+class CoachingTask:
     """A task: its body and empty lesson, who teaches it, how they put the robot down, and how it is judged.
 
     `judge` answers the share of trials that succeed, and whether each kind of trial succeeds by half.
@@ -52,7 +52,7 @@ class Exercise:
     targets: Mapping[str, str] = field(default_factory=dict)
 
 
-def drawn(novice: Novice) -> int:
+def draw_practice_seed(novice: Novice) -> int:
     """The seed of another world to practice in."""
     return FIRST_SEED + int(novice.draws.integers(2**40))
 
@@ -60,8 +60,8 @@ def drawn(novice: Novice) -> int:
 def _by_the_ball(novice: Novice, session: Session, situation: str) -> None:
     body, farthest_m = session.body, novice.habits.distance_m
     if isinstance(body, Soccer):
-        body.starts = [Start((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])]
-    session.reset(drawn(novice))
+        body.starts = [StartPose((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])]
+    session.reset(draw_practice_seed(novice))
 
 
 def _servoed(taught: TrainedAutomaton, seed: int) -> tuple[float, bool]:
@@ -77,7 +77,7 @@ FARTHEST_M, TRIES = 4.0, 50
 
 
 def _by_the_station(novice: Novice, session: Session, situation: str) -> None:
-    session.reset(drawn(novice))
+    session.reset(draw_practice_seed(novice))
     body = session.body
     station = find_target_place(body, "station", session.agent) if isinstance(body, World) else None
     if not isinstance(body, World) or station is None:
@@ -103,9 +103,9 @@ def _went(taught: TrainedAutomaton, seed: int) -> tuple[float, bool]:
     return float(np.mean(there)), 2 * sum(there) >= PLACES
 
 
-EXERCISES: Mapping[str, Exercise] = MappingProxyType(
+EXERCISES: Mapping[str, CoachingTask] = MappingProxyType(
     {
-        "servoing": Exercise(
+        "servoing": CoachingTask(
             soccer.kit,
             Novice,
             lambda seed: Soccer([seed]),
@@ -113,9 +113,9 @@ EXERCISES: Mapping[str, Exercise] = MappingProxyType(
             _by_the_ball,
             _servoed,
         ),
-        "goto": Exercise(
+        "goto": CoachingTask(
             forage_kit,
-            Going,
+            GotoNovice,
             lambda seed: Forage([seed], make_practice_worlds()["an arena"]),
             lambda: replace(GOTO.choose(Library(forage_kit)), options=LearnerOptions(reaction_s=REACTION_S)),
             _by_the_station,

@@ -53,15 +53,16 @@ def demo(
 
     from understudy.errors import UnknownName
     from understudy.ui.cli.output import make_console, print_json
-    from understudy_lab.commands.demo_report import make_room
+    from understudy_lab.commands.demo_report import make_output_folders
 
     if task not in TASKS:
         raise UnknownName(what="task", name=task, where="the demo", known=TASKS)
     began = perf_counter()
     folder = out or Path("demo" if task == TASKS[0] else f"demo-{task}")
-    make_room(folder)
+    make_output_folders(folder)
     talk = make_console(err=as_json)
     talk.quiet = as_json
-    result = import_module(f"understudy_lab.commands.demo_{task}").show(seed, folder, talk)
+    module = import_module(f"understudy_lab.commands.demo_{task}")
+    result = getattr(module, f"demo_{task}")(seed, folder, talk)
     if as_json:
         print_json({**result, "seconds": round(perf_counter() - began, 2)})

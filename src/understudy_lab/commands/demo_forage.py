@@ -12,23 +12,31 @@ if TYPE_CHECKING:
     from understudy.model.library import Library
 
 
-def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
+def demo_forage(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
     from understudy.ui.cli.options import open_scenario
     from understudy.ui.cli.output import compile_once
-    from understudy_lab.commands.demo_report import keep, live, taught_with, tell_lessons
+    from understudy_lab.commands.demo_report import (
+        print_lessons,
+        save_with_graphs,
+        show_progress_table,
+        summarize_teaching,
+    )
     from understudy_lab.forage.teach import teach
 
     talk.print("\n[bold]A robot learns to forage by being shown.[/]")
     compile_once(learner=True, world=open_scenario("forage"), quiet=talk.quiet)
-    with live(talk) as progress:
+    with show_progress_table(talk) as progress:
         teaching = teach(seed, progress=progress)
     library = teaching.library
-    tell_lessons([library.taught[name] for name in teaching.accounts], talk)
-    pictures = [*keep(library, out / "library", out / "pictures"), _path(library, out / "pictures", seed)]
-    evaluation, corners = _judge(library, seed, quiet=talk.quiet)
+    print_lessons([library.taught[name] for name in teaching.accounts], talk)
+    pictures = [
+        *save_with_graphs(library, out / "library", out / "pictures"),
+        _path(library, out / "pictures", seed),
+    ]
+    evaluation, corners = _evaluate_forage(library, seed, quiet=talk.quiet)
     result = {
-        **taught_with(teaching.accounts),
+        **summarize_teaching(teaching.accounts),
         "worlds": len(evaluation.seeds),
         "success": evaluation.success,
         "relative_to_expert": round(evaluation.relative_to_expert, 4),
@@ -37,7 +45,7 @@ def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
         "library": str(out / "library"),
         "pictures": [str(picture) for picture in pictures],
     }
-    _tell(result, talk, out)
+    _print_forage(result, talk, out)
     return result
 
 
@@ -53,7 +61,7 @@ def _path(library: Library, folder: Path, seed: int) -> Path:
     return picture
 
 
-def _judge(library: Library, seed: int, *, quiet: bool) -> tuple[Evaluation, dict[str, float]]:
+def _evaluate_forage(library: Library, seed: int, *, quiet: bool) -> tuple[Evaluation, dict[str, float]]:
     from understudy.ui.cli.output import show_progress
     from understudy_lab.forage.teach import judge, judge_corners
 
@@ -61,16 +69,16 @@ def _judge(library: Library, seed: int, *, quiet: bool) -> tuple[Evaluation, dic
         return judge(library, seed, progress=report), judge_corners(library, seed)
 
 
-def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
-    from understudy_lab.commands.demo_report import lasted, tell_next, tell_numbers
+def _print_forage(result: dict[str, Any], talk: Console, out: Path) -> None:
+    from understudy_lab.commands.demo_report import format_lasting, print_next_steps, print_numbers
 
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
-        "in": f"{lasted(result['teaching_seconds'])} of watching the robot",
+        "in": f"{format_lasting(result['teaching_seconds'])} of watching the robot",
         "succeeds in": f"{result['success']:.0%} of {result['worlds']} unseen worlds",
         "food per second": f"{result['relative_to_expert']:.2f} of a forager written by hand",
     }
-    tell_numbers("How well it forages", numbers, talk)
+    print_numbers("How well it forages", numbers, talk)
     talk.print("  [dim]and in the paper's corner cases[/]")
     for name, success in result["corner_cases"].items():
         talk.print(f"    {name:<42} [bold]{success:.0%}[/]")
@@ -81,4 +89,4 @@ def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
         "understudy teach goto --library mine": "teach it yourself, with the arrow keys",
         "understudy demo --seed 1": "another teacher, another robot",
     }
-    tell_next(out, commands, talk)
+    print_next_steps(out, commands, talk)

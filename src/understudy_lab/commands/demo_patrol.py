@@ -9,57 +9,62 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.sim.view import RunFrame
-    from understudy_lab.patrol.teach import Taught
-    from understudy_lab.patrol.tracks import Tracks
+    from understudy_lab.patrol.teach import PatrolTeaching
+    from understudy_lab.patrol.tracks import PatrolTracks
 
-WORLDS = 40
-FILM_S, SPEED = 150.0, 8.0
+PATROL_WORLDS = 40
+PATROL_FILM_S, PATROL_SPEED = 150.0, 8.0
 """How long the film's run is, s, and how many times as fast it is shown."""
 
 
-def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
+def demo_patrol(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
     from understudy.ui.cli.output import compile_once
-    from understudy_lab.commands.demo_report import keep, live, taught_with, tell_lessons
+    from understudy_lab.commands.demo_report import (
+        print_lessons,
+        save_with_graphs,
+        show_progress_table,
+        summarize_teaching,
+    )
     from understudy_lab.patrol.practice import SQUAD, scenario
     from understudy_lab.patrol.teach import teach
 
     talk.print("\n[bold]Four robots and their coordinator learn to patrol by being shown.[/]")
     compile_once(learner=True, world=scenario(), quiet=talk.quiet)
-    with live(talk) as progress:
+    with show_progress_table(talk) as progress:
         taught = teach(seed, progress=progress)
     robots, coordinator = taught.robots.library, taught.coordinators.library
-    tell_lessons(list(coordinator.taught.values()), talk)
+    print_lessons(list(coordinator.taught.values()), talk)
     talk.print("  [dim]and what the robots learned: see the pictures[/]")
     pictures = [
-        *keep(robots, out / "library", out / "pictures"),
-        *keep(coordinator, out / "library" / SQUAD, out / "pictures"),
+        *save_with_graphs(robots, out / "library", out / "pictures"),
+        *save_with_graphs(coordinator, out / "library" / SQUAD, out / "pictures"),
     ]
-    judged, world = _judge(taught, seed, quiet=talk.quiet)
-    pictures.append(_film(taught, out / "pictures", world))
+    judged, world = _evaluate_patrol(taught, seed, quiet=talk.quiet)
+    pictures.append(_film_patrol(taught, out / "pictures", world))
     result = {
-        **taught_with({**taught.robots.accounts, **taught.coordinators.accounts}),
-        "worlds": WORLDS,
+        **summarize_teaching({**taught.robots.accounts, **taught.coordinators.accounts}),
+        "worlds": PATROL_WORLDS,
         **judged,
         "seed": seed,
         "library": str(out / "library"),
         "pictures": [str(picture) for picture in pictures],
     }
-    _tell(result, talk, out)
+    _print_patrol(result, talk, out)
     return result
 
 
-def _film(taught: Taught, folder: Path, world: int) -> Path:
+def _film_patrol(taught: PatrolTeaching, folder: Path, world: int) -> Path:
     """A film of one patrol."""
     from understudy.storage.atomic import convert_os_errors
     from understudy.viz.run_gif import draw_run_gif
     from understudy_lab.patrol.evaluate import DEFER
-    from understudy_lab.patrol.practice import coordinated
+    from understudy_lab.patrol.practice import make_coordinated_team
 
-    team = coordinated(taught.robots.library, taught.coordinators.library, [world], DEFER)
+    team = make_coordinated_team(taught.robots.library, taught.coordinators.library, [world], DEFER)
     film = folder / "patrol.gif"
     with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
-        draw_run_gif(_frames(team), film, speed=SPEED)
+        draw_run_gif(_frames(team), film, speed=PATROL_SPEED)
     return film
 
 
@@ -67,38 +72,40 @@ def _frames(team: Any) -> list[RunFrame]:
     from understudy.sim.view import RunFrame
 
     frames = []
-    while team.ground.time_s < FILM_S:
+    while team.ground.time_s < PATROL_FILM_S:
         team.tick()
         frames.append(RunFrame(team.ground.view(), [(*path, "")[0] for path in team.paths]))
     return frames
 
 
-def _judge(taught: Taught, seed: int, *, quiet: bool) -> tuple[dict[str, Any], int]:
+def _evaluate_patrol(taught: PatrolTeaching, seed: int, *, quiet: bool) -> tuple[dict[str, Any], int]:
     """What they come to, and a world to film."""
     from understudy.ui.cli.output import show_progress
     from understudy_lab.patrol import evaluate
-    from understudy_lab.patrol.practice import alone, coordinated
+    from understudy_lab.patrol.practice import make_coordinated_team, make_uncoordinated_team
     from understudy_lab.patrol.tracks import watch
 
     robots, coordinators = taught.robots.library, taught.coordinators.library
-    worlds, ticks = evaluate.worlds_of(seed)[:WORLDS], evaluate.TICKS
+    worlds, ticks = evaluate.worlds_of(seed)[:PATROL_WORLDS], evaluate.TICKS
     with show_progress("Patrolling in unseen worlds", quiet=quiet) as report:
         report(0, 3)
-        by_themselves = evaluate.rounds(watch(alone(robots, worlds), ticks))
+        by_themselves = evaluate.rounds(watch(make_uncoordinated_team(robots, worlds), ticks))
         report(1, 3)
-        together = evaluate.rounds(watch(coordinated(robots, coordinators, worlds, evaluate.PATROL), ticks))
+        together = evaluate.rounds(
+            watch(make_coordinated_team(robots, coordinators, worlds, evaluate.PATROL), ticks)
+        )
         report(2, 3)
-        boss = watch(coordinated(robots, coordinators, worlds, evaluate.DEFER), ticks)
+        boss = watch(make_coordinated_team(robots, coordinators, worlds, evaluate.DEFER), ticks)
     judged = {"alone": by_themselves, "coordinated": together, "deferring": evaluate.deferrals(boss)}
     return judged, worlds[_eventful(boss)]
 
 
-def _eventful(tracks: Tracks) -> int:
+def _eventful(tracks: PatrolTracks) -> int:
     """The first world with a whole cycle and the boss while the film lasts; the first of all if there is none."""
     from understudy_lab.patrol.metrics import cycles
     from understudy_lab.patrol.tracks import RUN_AWAY
 
-    end = round(FILM_S / tracks.tick_s)
+    end = round(PATROL_FILM_S / tracks.tick_s)
     met = (tracks.doing[:end] == RUN_AWAY).any(axis=(0, 2))
     whole = {
         each.world
@@ -108,16 +115,16 @@ def _eventful(tracks: Tracks) -> int:
     return next((world for world in sorted(whole) if met[world]), 0)
 
 
-def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
+def _print_patrol(result: dict[str, Any], talk: Console, out: Path) -> None:
     from understudy.ui.cli.output import make_table
-    from understudy_lab.commands.demo_report import lasted, tell_next, tell_numbers
+    from understudy_lab.commands.demo_report import format_lasting, print_next_steps, print_numbers
 
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
-        "in": f"{lasted(result['teaching_seconds'])} of watching the robots",
+        "in": f"{format_lasting(result['teaching_seconds'])} of watching the robots",
         "judged in": f"{result['worlds']} unseen worlds, ten minutes each",
     }
-    tell_numbers("How well they patrol", numbers, talk)
+    print_numbers("How well they patrol", numbers, talk)
     alone, together, deferring = result["alone"], result["coordinated"], result["deferring"]
     made = make_table("", "#alone", "#coordinated")
     for what, key, told in (
@@ -136,4 +143,4 @@ def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
         f"understudy studio patrol --library {library}": "teach them something else: the robots, or their coordinator",
         "understudy experiment patrol": "ten teachings, a hundred worlds each",
     }
-    tell_next(out, commands, talk)
+    print_next_steps(out, commands, talk)

@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.model.library import Library, TrainedAutomaton
-    from understudy_lab.teachers.teacher import Account, Progress
+    from understudy_lab.teachers.teacher import Progress, TeachingCost
 
 
-def make_room(out: Path) -> None:
+def make_output_folders(out: Path) -> None:
     """The folders for what the demo keeps: a place that cannot be written to is told before the teaching."""
     from tempfile import TemporaryFile
 
@@ -29,14 +29,14 @@ def make_room(out: Path) -> None:
 
 
 @contextmanager
-def live(talk: Console) -> Iterator[Progress]:
+def show_progress_table(talk: Console) -> Iterator[Progress]:
     """A table of the lessons that fills as they are taught."""
     from rich.live import Live
     from rich.table import Table
 
     from understudy.ui.cli.output import make_table
 
-    lessons: dict[str, tuple[str, Account]] = {}
+    lessons: dict[str, tuple[str, TeachingCost]] = {}
 
     def drawn() -> Table:
         made = make_table("lesson", "#examples", "#presses", "#time", "")
@@ -50,7 +50,7 @@ def live(talk: Console) -> Iterator[Progress]:
     talk.print()
     with Live(drawn(), console=talk, auto_refresh=False) as live:
 
-        def progress(name: str, what: str, account: Account) -> None:
+        def progress(name: str, what: str, account: TeachingCost) -> None:
             lessons[name] = (what, account)
             live.update(drawn(), refresh=talk.is_terminal)
 
@@ -58,7 +58,7 @@ def live(talk: Console) -> Iterator[Progress]:
         live.update(drawn(), refresh=True)
 
 
-def tell_lessons(taught: Sequence[TrainedAutomaton], talk: Console) -> None:
+def print_lessons(taught: Sequence[TrainedAutomaton], talk: Console) -> None:
     """When each of them leaves its states."""
     from rich.markup import escape
     from rich.padding import Padding
@@ -84,7 +84,7 @@ def tell_lessons(taught: Sequence[TrainedAutomaton], talk: Console) -> None:
         talk.print(Padding(grid, (0, 0, 0, 4), expand=False))
 
 
-def keep(library: Library, folder: Path, pictures: Path) -> list[Path]:
+def save_with_graphs(library: Library, folder: Path, pictures: Path) -> list[Path]:
     """Save a library, and a graph of each of its automata; the graphs."""
     from understudy.storage.atomic import convert_os_errors, write_atomically
     from understudy.storage.library_folder import save_automaton
@@ -102,7 +102,7 @@ def keep(library: Library, folder: Path, pictures: Path) -> list[Path]:
     return list(graphs)
 
 
-def taught_with(accounts: Mapping[str, Account]) -> dict[str, Any]:
+def summarize_teaching(accounts: Mapping[str, TeachingCost]) -> dict[str, Any]:
     """What the teaching took, as plain data."""
     examples = {name: account.examples for name, account in accounts.items()}
     return {
@@ -112,20 +112,20 @@ def taught_with(accounts: Mapping[str, Account]) -> dict[str, Any]:
     }
 
 
-def lasted(seconds: float) -> str:
+def format_lasting(seconds: float) -> str:
     """A time, in minutes and seconds."""
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes} min {rest:02d} s"
 
 
-def tell_numbers(title: str, rows: Mapping[str, str], talk: Console, *, wide: int = 16) -> None:
+def print_numbers(title: str, rows: Mapping[str, str], talk: Console, *, wide: int = 16) -> None:
     """What came out."""
     talk.print(f"\n[bold]{title}[/]")
     for what, value in rows.items():
         talk.print(f"  {what:<{wide}} [bold]{value}[/]")
 
 
-def tell_next(out: Path, commands: Mapping[str, str], talk: Console) -> None:
+def print_next_steps(out: Path, commands: Mapping[str, str], talk: Console) -> None:
     """Where everything is, and what to try next."""
     from rich.markup import escape
 

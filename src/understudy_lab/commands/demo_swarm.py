@@ -12,85 +12,90 @@ if TYPE_CHECKING:
     from understudy.sim.team.libraries import Libraries
     from understudy.sim.view import RunFrame
 
-WORLDS, TICKS = 2, 6_000
+SWARM_WORLDS, TICKS = 2, 6_000
 """How many worlds they are put to, and for how many ticks of 0.1 s."""
-FILM_S, SPEED, EVERY = 60.0, 8.0, 4
+SWARM_FILM_S, SWARM_SPEED, EVERY = 60.0, 8.0, 4
 """How long the film's run is, s, how many times as fast it is shown, and each how many ticks it has a picture."""
 PLATOONS, LARGE_S, LARGE_EVERY = 400, 40.0, 20
 """Platoons of the ten thousand, how long they run, s, and each how many ticks their picture has a point."""
 
 
-def show(seed: int, out: Path, talk: Console) -> dict[str, Any]:
+def demo_swarm(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
     from understudy.ui.cli.output import compile_once
-    from understudy_lab.commands.demo_report import keep, live, taught_with, tell_lessons
+    from understudy_lab.commands.demo_report import (
+        print_lessons,
+        save_with_graphs,
+        show_progress_table,
+        summarize_teaching,
+    )
     from understudy_lab.swarm.practice import teach
     from understudy_lab.tasks.swarm_world import scenario
 
     talk.print("\n[bold]Two hundred robots and three levels of coordinators learn by being shown.[/]")
     compile_once(learner=True, world=scenario(), quiet=talk.quiet)
-    with live(talk) as report:
+    with show_progress_table(talk) as report:
         taught = teach(seed, progress=report)
     coordinators = {name: each.library for name, each in taught.squads.items()}
-    tell_lessons([each for library in coordinators.values() for each in library.taught.values()], talk)
+    print_lessons([each for library in coordinators.values() for each in library.taught.values()], talk)
     talk.print("  [dim]and what the robots learned: see the pictures[/]")
-    pictures = keep(taught.robots.library, out / "library", out / "pictures")
+    pictures = save_with_graphs(taught.robots.library, out / "library", out / "pictures")
     for name, library in coordinators.items():
-        pictures += keep(library, out / "library" / name, out / "pictures")
-    found, films = _judge(taught.libraries, seed, out / "pictures", quiet=talk.quiet)
+        pictures += save_with_graphs(library, out / "library" / name, out / "pictures")
+    found, films = _evaluate_swarm(taught.libraries, seed, out / "pictures", quiet=talk.quiet)
     result = {
-        **taught_with({name: each for of in taught.teachings for name, each in of.accounts.items()}),
-        "worlds": WORLDS,
+        **summarize_teaching({name: each for of in taught.teachings for name, each in of.accounts.items()}),
+        "worlds": SWARM_WORLDS,
         **found,
         "seed": seed,
         "library": str(out / "library"),
         "pictures": [str(picture) for picture in (*pictures, *films)],
     }
-    _tell(result, talk, out)
+    _print_swarm(result, talk, out)
     return result
 
 
-def _judge(
+def _evaluate_swarm(
     libraries: Libraries, seed: int, folder: Path, *, quiet: bool
 ) -> tuple[dict[str, Any], list[Path]]:
     """What they gather, taught, by hand and without coordinators, and how fast ten thousand run; film and picture."""
     from understudy.ui.cli.output import show_progress
-    from understudy_lab.swarm.evaluate import ALONE, ANSWERING, THREE, WAYS, gathered, worlds_of
-    from understudy_lab.swarm.practice import led
-    from understudy_lab.tasks.swarm_world import hand_coded
+    from understudy_lab.swarm.evaluate import ALONE, ANSWERING, THREE, WAYS, measure_gathered, worlds_of
+    from understudy_lab.swarm.practice import make_swarm_team
+    from understudy_lab.tasks.swarm_world import make_expert_libraries
 
-    worlds = worlds_of(seed)[:WORLDS]
+    worlds = worlds_of(seed)[:SWARM_WORLDS]
     teams = {
-        "by hand": led(hand_coded(), worlds),
-        "taught": led(libraries, worlds),
-        ANSWERING: led(libraries, worlds, way=WAYS[ANSWERING]),
-        ALONE: led(libraries, worlds, way=WAYS[ALONE]),
+        "by hand": make_swarm_team(make_expert_libraries(), worlds),
+        "taught": make_swarm_team(libraries, worlds),
+        ANSWERING: make_swarm_team(libraries, worlds, way=WAYS[ANSWERING]),
+        ALONE: make_swarm_team(libraries, worlds, way=WAYS[ALONE]),
     }
     made: dict[str, Any] = {}
     with show_progress("Pulling boxes in unseen worlds", quiet=quiet) as said:
         for done, (name, team) in enumerate(teams.items()):
             said(done, len(teams) + 2)
-            made[name] = gathered(team, TICKS)
+            made[name] = measure_gathered(team, TICKS)
         said(len(teams), len(teams) + 2)
-        film = _film(led(libraries, worlds[:1], way=WAYS[THREE]), folder)
+        film = _film_swarm(make_swarm_team(libraries, worlds[:1], way=WAYS[THREE]), folder)
         said(len(teams) + 1, len(teams) + 2)
         speed, picture = _large(libraries, worlds[0], folder)
         said(len(teams) + 2, len(teams) + 2)
     return {"gathered": made, "times_real_time": speed}, [film, picture]
 
 
-def _film(team: Team, folder: Path) -> Path:
+def _film_swarm(team: Team, folder: Path) -> Path:
     """A film of the two hundred."""
     from understudy.storage.atomic import convert_os_errors
     from understudy.viz.run_gif import draw_run_gif
 
     film = folder / "swarm.gif"
     frames = [_frame(team)]
-    while team.ground.time_s < FILM_S:
+    while team.ground.time_s < SWARM_FILM_S:
         team.run(EVERY)
         frames.append(_frame(team))
     with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
-        draw_run_gif(frames, film, speed=SPEED)
+        draw_run_gif(frames, film, speed=SWARM_SPEED)
     return film
 
 
@@ -100,10 +105,10 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
 
     from understudy.storage.atomic import convert_os_errors
     from understudy.viz.path_png import draw_path_png
-    from understudy_lab.swarm.practice import led
+    from understudy_lab.swarm.practice import make_swarm_team
     from understudy_lab.tasks.swarm_world import of_platoons
 
-    team = led(libraries, [world], of_platoons(PLATOONS))
+    team = make_swarm_team(libraries, [world], of_platoons(PLATOONS))
     team.run(LARGE_EVERY)
     frames, taken, begun = [_frame(team)], 0.0, team.ground.time_s
     while team.ground.time_s < LARGE_S:
@@ -124,22 +129,22 @@ def _frame(team: Team) -> RunFrame:
     return RunFrame(world_of(team).view(), [(*path, "")[0] for path in team.paths])
 
 
-def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
+def _print_swarm(result: dict[str, Any], talk: Console, out: Path) -> None:
     from understudy.ui.cli.output import make_table
     from understudy.viz.appearance import format_thousands
-    from understudy_lab.commands.demo_report import lasted, tell_next, tell_numbers
+    from understudy_lab.commands.demo_report import format_lasting, print_next_steps, print_numbers
     from understudy_lab.swarm.evaluate import LOADS
     from understudy_lab.tasks.swarm_world import EACH
 
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
-        "in": f"{lasted(result['teaching_seconds'])} of watching the robots",
+        "in": f"{format_lasting(result['teaching_seconds'])} of watching the robots",
         "judged in": f"{result['worlds']} unseen worlds, ten minutes each",
         f"{format_thousands(EACH * PLATOONS)} robots": (
             f"{result['times_real_time']:.1f} times real time, at 10 ticks a second"
         ),
     }
-    tell_numbers("How well they pull together", numbers, talk)
+    print_numbers("How well they pull together", numbers, talk)
     made = make_table("an hour", "#crates", "#containers", "#loads", "#of by hand")
     by_hand = result["gathered"]["by hand"]["loads"]
     said = {"by hand": "coordinated, by hand", "taught": "coordinated, taught"}
@@ -159,4 +164,4 @@ def _tell(result: dict[str, Any], talk: Console, out: Path) -> None:
         f"understudy studio swarm --library {library}": "teach them something else, robots or coordinators",
         "understudy experiment swarm": "ten teachings, ten worlds each",
     }
-    tell_next(out, commands, talk)
+    print_next_steps(out, commands, talk)

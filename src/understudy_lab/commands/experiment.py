@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from understudy.ui.cli.options import Json
-from understudy_lab.study import QUESTIONS, Plan
+from understudy_lab.study import QUESTIONS, StudyPlan
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from understudy_lab.results import Result
-    from understudy_lab.study import Experiment
+    from understudy_lab.results import StudyResult
+    from understudy_lab.study import Study
 
 RESULTS = Path("results")
 SHOWN = 12
@@ -66,7 +66,7 @@ def experiment(
         folder = (
             (out or RESULTS) / (f"{each}-quick" if quick else each) if name == "all" or out is None else out
         )
-        plan = Plan(chosen or (found.seeds[: found.quick] if quick else found.seeds), quick, data)
+        plan = StudyPlan(chosen or (found.seeds[: found.quick] if quick else found.seeds), quick, data)
         result = _run(found, plan, folder, jobs=jobs or os.cpu_count() or 1, quiet=as_json)
         wrong, unknown = _compared(result, found)
         told[each] = {"result": result, "wrong": wrong, "uncompared": unknown, "passed": not wrong}
@@ -90,20 +90,20 @@ def _list(*, as_json: bool) -> None:
     make_console().print(made)
 
 
-def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool) -> Result:
+def _run(found: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool) -> StudyResult:
     """Run it, and put its result and its figure into the folder."""
     from rich.markup import escape
 
     from understudy.ui.cli.options import open_scenario
     from understudy.ui.cli.output import compile_once, make_console, show_progress
     from understudy_lab import figures, results
-    from understudy_lab.row_cache import Kept
-    from understudy_lab.runner import missing, run
+    from understudy_lab.row_cache import RowCache
+    from understudy_lab.runner import find_missing_modules, run
 
     notes = make_console(err=True)
-    for module, install in missing(found).items():
+    for module, install in find_missing_modules(found).items():
         notes.print(f"[yellow]Skipped:[/] what needs {module}, which is not installed: {escape(install)}")
-    kept = Kept(found.name, folder)
+    kept = RowCache(found.name, folder)
     if kept.put_aside:
         notes.print(f"[dim]What {folder} held is of another version of the program, and was put aside.[/]")
     elif len(kept):
@@ -118,19 +118,19 @@ def _run(found: Experiment, plan: Plan, folder: Path, *, jobs: int, quiet: bool)
         notes.print(f"{len(kept)} pieces are kept in {folder}: the same command goes on from there.")
         raise
     seeds, findings = list(plan.seeds), found.conclude(rows)
-    result = results.Result(found.name, QUESTIONS[found.name], seeds, plan.quick, findings, rows)
+    result = results.StudyResult(found.name, QUESTIONS[found.name], seeds, plan.quick, findings, rows)
     results.save(result, folder / "result.json")
     figures.save(found.draw(rows), folder / "figure.svg")
     return result
 
 
-def _compared(result: Result, experiment: Experiment) -> tuple[list[str], list[str]]:
+def _compared(result: StudyResult, experiment: Study) -> tuple[list[str], list[str]]:
     """What is not as it was published: rows of the same tasks, and goals that were reached, else all goals; and what
     cannot be told.
     """
-    from understudy_lab.results import differences, published, uncompared
+    from understudy_lab.results import differences, list_uncompared, load_published
 
-    known = published(result.experiment)
+    known = load_published(result.experiment)
     short = [] if known is None else [goal.what for goal in known.findings.misses]
     missed = [
         f"{goal.what}: {goal.measured}, not {goal.wanted}"
@@ -140,10 +140,10 @@ def _compared(result: Result, experiment: Experiment) -> tuple[list[str], list[s
     if known is None:
         return missed, []
     wrong = [*missed, *differences(result.rows, known, experiment)]
-    return wrong, uncompared(result.rows, known, experiment)
+    return wrong, list_uncompared(result.rows, known, experiment)
 
 
-def _tell(result: Result, wrong: list[str], unknown: list[str], folder: Path, out: Console) -> None:
+def _tell(result: StudyResult, wrong: list[str], unknown: list[str], folder: Path, out: Console) -> None:
     from rich.markup import escape
 
     from understudy.ui.cli.output import make_table

@@ -11,9 +11,9 @@ from understudy.analysis.evaluation import measure_outcomes
 from understudy.sim.forage import Forage
 from understudy_lab.figures import dots, panels
 from understudy_lab.forage.teach import METHODS, WORLDS, summary, teach_and_judge, worlds_of
-from understudy_lab.statistics import spread, told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
-from understudy_lab.tasks.forage_expert import HandForager, lower_bound
+from understudy_lab.statistics import format_median, spread
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.tasks.forage_expert import ExpertForager, lower_bound
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +24,7 @@ TEACHINGS = range(41_000, 41_020)
 GOALS = {"taught well": 0.95, "worst": 0.85, "relative_to_expert": 0.92, "examples": 80, "seconds": 600.0}
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each teaching with each method."""
     return [{"method": method, "seed": seed} for method in METHODS for seed in plan.seeds]
 
@@ -33,24 +33,24 @@ def work(task: Task) -> Row:
     """One teaching, judged on its own unseen worlds; and how near the yardstick comes to its bound there."""
     return {
         **summary(teach_and_judge(task["seed"], method=task["method"])),
-        "yardstick": yardstick(task["seed"]),
+        "yardstick": measure_expert_ratio(task["seed"]),
     }
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """What the methods come to over all teachings."""
     by_method = {name: [row for row in rows if row["task"]["method"] == name] for name in METHODS}
-    methods = {name: overall(of) for name, of in by_method.items()}
+    methods = {name: summarize_rows(of) for name, of in by_method.items()}
     watched = methods["watched"]
     first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
     bound = spread([row["yardstick"] for row in by_method["watched"]])
-    return Findings(
+    return StudyFindings(
         headline=f"{watched['teachings_reaching_95']} of {watched['of']} robots taught by pressing names reach 95 % "
         f"success on unseen worlds, and bring {watched['relative_to_expert']['median']:.0%} of the food per second "
         f"that a forager written by hand brings, after {watched['examples']['median']:.0f} examples and "
         f"{watched['teaching_seconds']['median'] / 60:.0f} minutes.",
         tables=(
-            Table(
+            ResultTable(
                 f"Teachings {first} to {last}, each judged on {WORLDS} unseen worlds of its own",
                 ("", *(f"#{name}" for name in METHODS)),
                 [
@@ -58,7 +58,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
                     for what, tell in TOLD.items()
                 ],
             ),
-            Table(
+            ResultTable(
                 "Success in the paper's corner cases, worst teaching",
                 ("corner case", *(f"#{name}" for name in METHODS)),
                 [
@@ -78,15 +78,17 @@ def conclude(rows: Sequence[Row]) -> Findings:
 
 TOLD: Mapping[str, Callable[[dict[str, Any], Sequence[Row]], str]] = {
     "teachings that reach 95 %": lambda all_, rows: f"{all_['teachings_reaching_95']} of {all_['of']}",
-    "success": lambda all_, rows: told([row["success"] for row in rows], percent=True),
-    "food per second / yardstick's": lambda all_, rows: told([row["relative_to_expert"] for row in rows], 3),
-    "press-made examples": lambda all_, rows: told([row["examples"]["total"] for row in rows]),
-    "presses": lambda all_, rows: told([row["presses"] for row in rows]),
-    "teaching time, s": lambda all_, rows: told([row["teaching_seconds"] for row in rows]),
+    "success": lambda all_, rows: format_median([row["success"] for row in rows], percent=True),
+    "food per second / yardstick's": lambda all_, rows: format_median(
+        [row["relative_to_expert"] for row in rows], 3
+    ),
+    "press-made examples": lambda all_, rows: format_median([row["examples"]["total"] for row in rows]),
+    "presses": lambda all_, rows: format_median([row["presses"] for row in rows]),
+    "teaching time, s": lambda all_, rows: format_median([row["teaching_seconds"] for row in rows]),
 }
 
 
-def overall(rows: Sequence[Row]) -> dict[str, Any]:
+def summarize_rows(rows: Sequence[Row]) -> dict[str, Any]:
     """Medians and spread over teachings: the taught automaton is the unit, never the world."""
     success = np.array([row["success"] for row in rows])
     return {
@@ -103,37 +105,41 @@ def overall(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def yardstick(seed: int) -> float:
+def measure_expert_ratio(seed: int) -> float:
     """The hand-coded forager's time as a multiple of its lower bound: the median over the worlds of a teaching."""
     body = Forage(worlds_of(seed))
     bound = lower_bound(body)
-    hand = HandForager(body.agents, body.settings)
+    hand = ExpertForager(body.agents, body.settings)
     seconds = measure_outcomes(body, hand.decide, hand.keys, limit_s=10.0 * bound + 60.0).seconds
     return round(float(np.median(seconds / bound)), 4)
 
 
-def goals(result: Mapping[str, Any]) -> tuple[Goal, ...]:
+def goals(result: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
     """What was to be reached, beside what the watched method came to."""
     wanted = int(np.ceil(GOALS["taught well"] * result["of"]))
     worst, near = result["success"]["min"], result["relative_to_expert"]["median"]
     examples, seconds = result["examples"]["median"], result["teaching_seconds"]["median"]
     well = result["teachings_reaching_95"]
     return (
-        Goal(
+        StudyGoal(
             "teachings that reach 95 % success",
             f"{wanted} of {result['of']}",
             f"{well} of {result['of']}",
             well >= wanted,
         ),
-        Goal("success of the worst teaching", "85 %", f"{worst:.0%}", worst >= GOALS["worst"]),
-        Goal(
+        StudyGoal("success of the worst teaching", "85 %", f"{worst:.0%}", worst >= GOALS["worst"]),
+        StudyGoal(
             "food per second as a share of the yardstick's, median",
             "0.92",
             f"{near:.3f}",
             near >= GOALS["relative_to_expert"],
         ),
-        Goal("examples of a median teaching", "at most 80", f"{examples:.0f}", examples <= GOALS["examples"]),
-        Goal("seconds of a median teaching", "at most 600", f"{seconds:.0f}", seconds <= GOALS["seconds"]),
+        StudyGoal(
+            "examples of a median teaching", "at most 80", f"{examples:.0f}", examples <= GOALS["examples"]
+        ),
+        StudyGoal(
+            "seconds of a median teaching", "at most 600", f"{seconds:.0f}", seconds <= GOALS["seconds"]
+        ),
     )
 
 
@@ -150,7 +156,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="forage",
     seeds=TEACHINGS,
     quick=1,

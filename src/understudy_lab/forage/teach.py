@@ -15,7 +15,7 @@ from understudy.sim.forage import FORAGE_KIT, NAME, Forage, make_corner_cases, m
 from understudy.sim.view import RunFrame
 from understudy_lab.tasks.forage_teacher import PLAIN, TOPICS, WATCHED
 from understudy_lab.teachers.teacher import Progress as TeachingProgress
-from understudy_lab.teachers.teacher import Teacher, Teaching
+from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult
 
 WORLDS = 100
 CORNER_WORLDS = 20
@@ -25,11 +25,11 @@ METHODS: Mapping[str, Mapping[str, LearnerOptions]] = {"watched": WATCHED, "plai
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedTeaching:
     """One teaching with how well the robot then foraged."""
 
     seed: int
-    teaching: Teaching
+    teaching: TeachingResult
     evaluation: Evaluation
     corners: Mapping[str, float]  # success by corner case
 
@@ -44,14 +44,14 @@ def make_practice(name: str, seed: int) -> Forage:
     return Forage([seed], make_practice_worlds()[name])
 
 
-def teach(seed: int, *, method: str = "watched", progress: TeachingProgress | None = None) -> Teaching:
+def teach(seed: int, *, method: str = "watched", progress: TeachingProgress | None = None) -> TeachingResult:
     """Teach GoTo, Harvest, Deposit and Forage. Same seed, same library."""
     options = METHODS[method]
     if progress is None:
-        return Teacher(Library(FORAGE_KIT), make_practice, seed, options=options).teach(*TOPICS)
-    return Teacher(Library(FORAGE_KIT), make_practice, seed, options=options, progress=progress).teach(
-        *TOPICS
-    )
+        return ScriptedTeacher(Library(FORAGE_KIT), make_practice, seed, options=options).teach(*TOPICS)
+    return ScriptedTeacher(
+        Library(FORAGE_KIT), make_practice, seed, options=options, progress=progress
+    ).teach(*TOPICS)
 
 
 def judge(library: Library, seed: int, *, progress: Progress | None = None) -> Evaluation:
@@ -68,10 +68,12 @@ def judge_corners(library: Library, seed: int) -> dict[str, float]:
     }
 
 
-def teach_and_judge(seed: int, *, method: str = "watched") -> Judged:
+def teach_and_judge(seed: int, *, method: str = "watched") -> JudgedTeaching:
     """One teaching, judged."""
     teaching = teach(seed, method=method)
-    return Judged(seed, teaching, judge(teaching.library, seed), judge_corners(teaching.library, seed))
+    return JudgedTeaching(
+        seed, teaching, judge(teaching.library, seed), judge_corners(teaching.library, seed)
+    )
 
 
 def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[RunFrame]:
@@ -86,7 +88,7 @@ def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[Ru
         engine.tick()
 
 
-def summary(judged: Judged) -> dict[str, Any]:
+def summary(judged: JudgedTeaching) -> dict[str, Any]:
     """One teaching as plain data."""
     accounts, evaluation = judged.teaching.accounts, judged.evaluation
     return {

@@ -17,7 +17,7 @@ from understudy.model.lesson import LearnerOptions
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, DEPOSIT, FORAGE, GOTO, HARVEST, all_home
-from understudy_lab.teachers.teacher import Case, Topic
+from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 NEARLY_FACING = 0.35
 """rad: who knows that they react late presses that much before the robot faces where it has to go."""
@@ -25,7 +25,7 @@ TRIES = 6
 """So many tries of the whole task in a row have to go well before the person is content."""
 
 
-def homeward(screen: SessionView) -> bool:
+def should_go_home(screen: SessionView) -> bool:
     """Whether it is time to go home: full, or nothing left to fetch, or on the way and not empty yet."""
     stored, left = screen.features["food_stored"], screen.features["food_left"]
     on_its_way = screen.state.endswith("home") or screen.state == "unload_food"
@@ -37,7 +37,7 @@ def show_two_layers(screen: SessionView) -> str | None:
     seen, state = screen.features, screen.state
     if all_home(screen):
         return None
-    if homeward(screen):
+    if should_go_home(screen):
         if state == "unload_food":
             return "go_home" if seen["at_station"] == NO else None
         return "unload_food" if state == "go_home" and seen["done"] == YES else _other(state, "go_home")
@@ -65,7 +65,7 @@ class OneLayer:
         seen, state = screen.features, screen.state
         if all_home(screen):
             return None
-        if homeward(screen):
+        if should_go_home(screen):
             if seen["at_station"] == YES:
                 return _other(state, "unload_food")
             return self._drive(state, seen["angle_to(station)"], "home")
@@ -94,10 +94,10 @@ MOVES: Mapping[str, str] = MappingProxyType(
 """What a robot can do to get somewhere: a name for it, and the basic behavior."""
 
 
-CASES = (Case("little food in many places"), Case("the last food"), Case("food for two ways"))
+CASES = (Situation("little food in many places"), Situation("the last food"), Situation("food for two ways"))
 
 
-def _lean(topic: Topic, *, shown: int, tries: int) -> Topic:
+def _lean(topic: LessonPlan, *, shown: int, tries: int) -> LessonPlan:
     """Shown its first cases only, without pushes, and tried this often: the layers above show what is still wrong."""
     cases = tuple(replace(case, push=None, again=False) for case in topic.cases)
     return replace(topic, cases=cases, shown=shown, tries=tries)
@@ -105,7 +105,7 @@ def _lean(topic: Topic, *, shown: int, tries: int) -> Topic:
 
 LEAN_GOTO = _lean(GOTO, shown=2, tries=4)
 
-TWO_LAYERS = Topic(
+TWO_LAYERS = LessonPlan(
     "forage",
     lambda library: new_lesson(
         library,
@@ -126,7 +126,7 @@ def _unloading(screen: SessionView) -> bool:
     return screen.state == "unload_food"
 
 
-BOTH_WAYS, ARENA = CASES[2], Case("an arena", enough=_unloading)
+BOTH_WAYS, ARENA = CASES[2], Situation("an arena", enough=_unloading)
 READINGS = (
     "food_left",
     "food_stored",
@@ -141,8 +141,8 @@ NEEDED = tuple(reading for reading in READINGS if not reading.startswith("distan
 """What it takes to forage by basic behaviors: that it is there, the robot sees without distances."""
 
 
-def _one_layer(moves: Sequence[str], features: Sequence[str], *, shared: bool) -> Topic:
-    return Topic(
+def _one_layer(moves: Sequence[str], features: Sequence[str], *, shared: bool) -> LessonPlan:
+    return LessonPlan(
         "forage",
         lambda library: new_lesson(
             library, "forage", states=[*moves, "load_food", "unload_food"], features=features
@@ -171,7 +171,7 @@ TOLD_NOTHING = _one_layer(
     shared=True,
 )
 
-LAYERS: Mapping[str, tuple[Topic, ...]] = MappingProxyType(
+LAYERS: Mapping[str, tuple[LessonPlan, ...]] = MappingProxyType(
     {
         "three layers": (
             LEAN_GOTO,

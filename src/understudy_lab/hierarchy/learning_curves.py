@@ -10,8 +10,8 @@ import numpy as np
 
 from understudy.model.library import Library
 from understudy.training.session import Session
-from understudy_lab.teachers.person import Person, Reaction
-from understudy_lab.teachers.teacher import Account, Teacher
+from understudy_lab.teachers.person import ReactionTime, SimulatedPerson
+from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingCost
 
 Success: TypeAlias = Callable[[Library, int], float]
 """The share of unseen worlds in which a library succeeds. It is told how many looks came before: each has its own."""
@@ -22,7 +22,7 @@ HELD, WELL = 4, 0.9
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class CurvePoint:
     """A look at what was learned: after how many examples in all lessons and after how long, s; and its success."""
 
     examples: int
@@ -31,17 +31,17 @@ class Point:
 
 
 @dataclass
-class Curve:
+class LearningCurve:
     """Looks at a teaching whenever something was taught: what its teacher reports to."""
 
     whole: str
     success: Success
-    points: list[Point] = field(default_factory=list)
-    teacher: Teacher | None = None
+    points: list[CurvePoint] = field(default_factory=list)
+    teacher: ScriptedTeacher | None = None
 
-    def person(self, draws: np.random.Generator, reaction: Reaction) -> Person:
+    def person(self, draws: np.random.Generator, reaction: ReactionTime) -> SimulatedPerson:
         """A person whose every press is looked at."""
-        return Watched(draws, reaction, self)
+        return ObservedPerson(draws, reaction, self)
 
     def pressed(self, session: Session, seconds: float) -> None:
         """Look after a press in the lesson of the whole task, `seconds` since the teacher last settled."""
@@ -54,7 +54,7 @@ class Curve:
             seconds += sum(account.seconds for account in accounts.values())
             self._look(self.teacher.library.with_taught(session.taught()), examples, seconds)
 
-    def went(self, name: str, what: str, account: Account) -> None:
+    def went(self, name: str, what: str, account: TeachingCost) -> None:
         """Look after a try went well, if something new was said and what does the whole task was taught."""
         if what != "enough" or self.teacher is None or self.whole not in self.teacher.library.taught:
             return
@@ -68,33 +68,33 @@ class Curve:
         """
         if self.teacher is None or name != self.whole:
             return True
-        while self._look_at(self.teacher) >= WELL and needed(self.successes) is None:
+        while self._look_at(self.teacher) >= WELL and find_first_success(self.successes) is None:
             pass
-        return needed(self.successes) is not None
+        return find_first_success(self.successes) is not None
 
     @property
     def successes(self) -> list[float]:
         """What was seen at each look."""
         return [point.success for point in self.points]
 
-    def _look_at(self, teacher: Teacher) -> float:
+    def _look_at(self, teacher: ScriptedTeacher) -> float:
         seconds = sum(account.seconds for account in teacher.accounts.values())
         return self._look(teacher.library, self._said(teacher), seconds)
 
     def _look(self, library: Library, examples: int, seconds: float) -> float:
         success = self.success(library, len(self.points))
-        self.points.append(Point(examples, round(seconds, 1), success))
+        self.points.append(CurvePoint(examples, round(seconds, 1), success))
         return success
 
     @staticmethod
-    def _said(teacher: Teacher) -> int:
+    def _said(teacher: ScriptedTeacher) -> int:
         return sum(account.examples for account in teacher.accounts.values())
 
 
-class Watched(Person):
+class ObservedPerson(SimulatedPerson):
     """A person whose presses are looked at as they act."""
 
-    def __init__(self, draws: np.random.Generator, reaction: Reaction, curve: Curve) -> None:
+    def __init__(self, draws: np.random.Generator, reaction: ReactionTime, curve: LearningCurve) -> None:
         super().__init__(draws, reaction)
         self._curve = curve
         self._looked = 0
@@ -106,7 +106,7 @@ class Watched(Person):
         super()._consider(session, wished, now)
 
 
-def needed(successes: Sequence[float]) -> int | None:
+def find_first_success(successes: Sequence[float]) -> int | None:
     """The first of the first four looks in a row with 90 % success or more; None where there are none."""
     well = [success >= WELL for success in successes]
     starts = (first for first in range(len(well) - HELD + 1) if all(well[first : first + HELD]))

@@ -15,13 +15,13 @@ from understudy.training.session_view import SessionView
 from understudy_lab.tasks.servo_teacher import (
     FEATURES,
     FOUR_STATES,
-    FourStates,
-    ThenStop,
+    ApproachAndStopTeacher,
+    StatefulServoTeacher,
     show_approach_then_stop,
     topic,
 )
 from understudy_lab.tasks.soccer import ANYWHERE, Soccer
-from understudy_lab.teachers.teacher import Case, Topic
+from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 NAME = "approach_and_stop"
 TRIES, SHOWN = 6, 3
@@ -30,35 +30,35 @@ NEAR_M = 0.5
 """A robot that stopped has the ball this near, center to center: 25 cm from rim to rim."""
 
 
-def stopped(screen: SessionView) -> bool:
+def says_it_arrived(screen: SessionView) -> bool:
     """The robot says that it is there."""
     return screen.flag is not None
 
 
-def topics(search: str) -> Mapping[str, tuple[Topic, ...]]:
+def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
     """Both ways to teach it, for a teacher who turns to this side at first."""
-    shown, complained = FourStates(search), FourStates(search, 15.0)
+    shown, complained = StatefulServoTeacher(search), StatefulServoTeacher(search, 15.0)
     approach = topic(shown, complained, stateful=True, tries=0)
     approach = replace(approach, cases=approach.cases[:SHOWN])  # the rest is tried out in the whole task
-    whole = Topic(
+    whole = LessonPlan(
         NAME,
         lambda library: new_lesson(library, NAME, states=FOUR_STATES, flags=["done"], features=FEATURES),
-        ThenStop(shown),
-        ThenStop(complained),
-        stopped,
+        ApproachAndStopTeacher(shown),
+        ApproachAndStopTeacher(complained),
+        says_it_arrived,
         cases=approach.cases,
         tries=TRIES,
         limit_s=LIMIT_S,
     )
-    above = Topic(
+    above = LessonPlan(
         NAME,
         lambda library: new_lesson(
             library, NAME, states=["approach"], flags=["done"], features=["blob_size(ball)"]
         ),
         show_approach_then_stop,
         show_approach_then_stop,
-        stopped,
-        cases=(Case("anywhere", suits=_seen), Case("anywhere", suits=_seen)),
+        says_it_arrived,
+        cases=(Situation("anywhere", suits=_seen), Situation("anywhere", suits=_seen)),
         tries=TRIES,
         limit_s=LIMIT_S,
     )

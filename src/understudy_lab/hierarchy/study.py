@@ -9,10 +9,10 @@ import numpy as np
 
 from understudy_lab.figures import COLORS, panels
 from understudy_lab.forage.teach import WORLDS as JUDGED
-from understudy_lab.hierarchy.learning_curves import WELL, needed, success_at
-from understudy_lab.hierarchy.teach import FORAGING, SERVOING, WORLDS, taught
-from understudy_lab.statistics import differ_in_pairs, told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.hierarchy.learning_curves import WELL, find_first_success, success_at
+from understudy_lab.hierarchy.teach import FORAGING, SERVOING, WORLDS, measure_teaching
+from understudy_lab.statistics import compute_paired_p, format_median
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,34 +31,34 @@ COMPARED = (
 EXAMPLES, SECONDS = 0, 1
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each teaching in each of the ways."""
     return [{"way": way, "seed": seed} for way in (*SERVOING, *FORAGING) for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
     """One teaching, looked at all along."""
-    return taught(task["way"], task["seed"])
+    return measure_teaching(task["way"], task["seed"])
 
 
-def of(rows: Sequence[Row], way: str) -> list[Row]:
+def select_rows(rows: Sequence[Row], way: str) -> list[Row]:
     """The teachings in one way."""
     return [row for row in rows if row["task"]["way"] == way]
 
 
-def reached(row: Row) -> bool:
+def has_reached_goal(row: Row) -> bool:
     """Whether a teaching came to 90 % success in four looks in a row."""
-    return needed([point[2] for point in row["points"]]) is not None
+    return find_first_success([point[2] for point in row["points"]]) is not None
 
 
-def kept(row: Row) -> bool:
+def has_kept_success(row: Row) -> bool:
     """Whether it has 90 % in the end: corrections can make a robot worse again."""
     return bool(row["success"] >= WELL)
 
 
-def needs(row: Row, what: int) -> float:
+def count_needed(row: Row, what: int) -> float:
     """How many examples, or seconds, it took; of a teaching that never came to 90 %, how many it had in the end."""
-    first = needed([point[2] for point in row["points"]])
+    first = find_first_success([point[2] for point in row["points"]])
     return float(row["points"][-1 if first is None else first][what])
 
 
@@ -67,7 +67,9 @@ def ratio(rows: Sequence[Row], less: str, more: str, what: int) -> dict[str, flo
 
     Teachings of one seed are a pair, which begins with the same draws of worlds and reactions.
     """
-    both = np.array([[needs(row, what) for row in of(rows, way)] for way in (less, more)])  # [2, seeds]
+    both = np.array(
+        [[count_needed(row, what) for row in select_rows(rows, way)] for way in (less, more)]
+    )  # [2, seeds]
     seeds = both.shape[1]
     drawn = np.median(both[:, np.random.default_rng(0).integers(seeds, size=(4_000, seeds))], axis=2)
     low, high = np.percentile(drawn[0] / drawn[1], [2.5, 97.5])
@@ -76,11 +78,11 @@ def ratio(rows: Sequence[Row], less: str, more: str, what: int) -> dict[str, flo
         "ratio": round(float(ours / theirs), 3),
         "low": round(float(low), 3),
         "high": round(float(high), 3),
-        "p": float(f"{differ_in_pairs(*np.log(both)):.2g}"),
+        "p": float(f"{compute_paired_p(*np.log(both)):.2g}"),
     }
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """What each way needs, and how they compare."""
     compared = {
         f"{less} / {more}": {
@@ -89,11 +91,11 @@ def conclude(rows: Sequence[Row]) -> Findings:
         }
         for _, less, more, _ in COMPARED
     }
-    return Findings(
+    return StudyFindings(
         headline=_headline(rows, compared),
         tables=(
             *(_table(rows, task, ways) for task, ways in TASKS.items()),
-            Table(
+            ResultTable(
                 "How many times as much the one needs as the other (medians, 95 % band; signed ranks over seeds)",
                 ("", "#examples", "#teaching time"),
                 [
@@ -106,7 +108,9 @@ def conclude(rows: Sequence[Row]) -> Findings:
         notes=NOTES,
         numbers={
             "compared": compared,
-            "reached": {way: sum(map(reached, of(rows, way))) for way in (*SERVOING, *FORAGING)},
+            "reached": {
+                way: sum(map(has_reached_goal, select_rows(rows, way))) for way in (*SERVOING, *FORAGING)
+            },
         },
     )
 
@@ -145,31 +149,35 @@ def _headline(rows: Sequence[Row], compared: Mapping[str, Any]) -> str:
 
 
 def _reached(rows: Sequence[Row], way: str) -> str:
-    return _count(of(rows, way), reached)
+    return _count(select_rows(rows, way), has_reached_goal)
 
 
 def _count(rows: Sequence[Row], which: Callable[[Row], bool]) -> str:
     return f"{sum(map(which, rows))} of {len(rows)}"
 
 
-def _table(rows: Sequence[Row], task: str, ways: Sequence[str]) -> Table:
+def _table(rows: Sequence[Row], task: str, ways: Sequence[str]) -> ResultTable:
     seeds = sorted({row["task"]["seed"] for row in rows})
-    return Table(
+    return ResultTable(
         f"{task}: {len(seeds)} teachings each (seeds {seeds[0]} to {seeds[-1]}), {WORLDS} unseen worlds at every look",
         ("", *(f"#{way}" for way in ways)),
-        [(what, *(tell(of(rows, way)) for way in ways)) for what, tell in TOLD.items()],
+        [(what, *(tell(select_rows(rows, way)) for way in ways)) for what, tell in TOLD.items()],
     )
 
 
 TOLD: Mapping[str, Callable[[Sequence[Row]], str]] = {
-    "teachings that come to 90 % in four looks in a row": lambda rows: _count(rows, reached),
+    "teachings that come to 90 % in four looks in a row": lambda rows: _count(rows, has_reached_goal),
     f"of them with 90 % in the end, too, in {JUDGED} other worlds": lambda rows: _count(
-        list(filter(reached, rows)), kept
+        list(filter(has_reached_goal, rows)), has_kept_success
     ),
-    "examples needed for that": lambda rows: told([needs(row, EXAMPLES) for row in rows if reached(row)]),
-    "teaching needed for that, s": lambda rows: told([needs(row, SECONDS) for row in rows if reached(row)]),
-    "examples in the end": lambda rows: told([row["examples"] for row in rows]),
-    f"success in the end, in {JUDGED} other worlds": lambda rows: told(
+    "examples needed for that": lambda rows: format_median(
+        [count_needed(row, EXAMPLES) for row in rows if has_reached_goal(row)]
+    ),
+    "teaching needed for that, s": lambda rows: format_median(
+        [count_needed(row, SECONDS) for row in rows if has_reached_goal(row)]
+    ),
+    "examples in the end": lambda rows: format_median([row["examples"] for row in rows]),
+    f"success in the end, in {JUDGED} other worlds": lambda rows: format_median(
         [row["success"] for row in rows], percent=True
     ),
 }
@@ -181,9 +189,9 @@ def _told(found: Mapping[str, float]) -> str:
 
 def _goal(
     rows: Sequence[Row], compared: Mapping[str, Any], task: str, less: str, more: str, most: float | None
-) -> Goal:
+) -> StudyGoal:
     found = compared[f"{less} / {more}"]["examples"]
-    return Goal(
+    return StudyGoal(
         f"examples for 90 % success, {task}: {less} / {more}",
         f"at most ×{most or 0:.2f}",
         _told(found),
@@ -206,11 +214,11 @@ def draw(rows: Sequence[Row]) -> Figure:
 
 
 def _curves(axes: Axes, rows: Sequence[Row], ways: Sequence[str], what: int) -> None:
-    most = max(point[what] for way in ways for row in of(rows, way) for point in row["points"])
+    most = max(point[what] for way in ways for row in select_rows(rows, way) for point in row["points"])
     grid = np.linspace(0, most, 200)
     for way, color in zip(ways, COLORS, strict=False):
         found = np.array(
-            [[100 * success_at(row["points"], upto, what) for upto in grid] for row in of(rows, way)]
+            [[100 * success_at(row["points"], upto, what) for upto in grid] for row in select_rows(rows, way)]
         )
         low, middle, high = np.percentile(found, [25, 50, 75], axis=0)
         axes.fill_between(grid, low, high, color=color, alpha=0.18, linewidth=0)
@@ -219,7 +227,7 @@ def _curves(axes: Axes, rows: Sequence[Row], ways: Sequence[str], what: int) -> 
     axes.set_ylim(0, 103)
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="hierarchy",
     seeds=SEEDS,
     quick=1,

@@ -20,21 +20,21 @@ from understudy.sim.forage import FORAGE_KIT, Forage, ForageSettings
 from understudy.training.session import Session
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.hierarchy.forage_variants import LAYERS, OPTIONS
-from understudy_lab.hierarchy.learning_curves import Curve
+from understudy_lab.hierarchy.learning_curves import LearningCurve
 from understudy_lab.hierarchy.servo_variants import NAME, success, topics
 from understudy_lab.lesson_stats import lessons_of
-from understudy_lab.tasks.forage_expert import judge_expert
+from understudy_lab.tasks.forage_expert import evaluate_expert
 from understudy_lab.tasks.servo_teacher import SIDES
 from understudy_lab.tasks.soccer import Soccer
 from understudy_lab.tasks.soccer import kit as soccer_kit
-from understudy_lab.teachers.person import Verdict
-from understudy_lab.teachers.teacher import MakesBody, Patience, Teacher, Topic
+from understudy_lab.teachers.person import TryResult
+from understudy_lab.teachers.teacher import LessonPlan, MakesBody, Patience, ScriptedTeacher
 
 MOST = 20
 """So many corrections of one part are borne at one look."""
 
 
-class Thorough(Teacher):
+class PartwiseTeacher(ScriptedTeacher):
     """Where a try is lost, tries every part on the spot, in the order taught; corrects it, or shows it again.
 
     The innermost automaton alone is often not to blame: a Harvest that leaves its food too early looks like a GoTo.
@@ -47,7 +47,7 @@ class Thorough(Teacher):
         self._held = held
         self._shown_again: Counter[str] = Counter()
 
-    def _try(self, topic: Topic, lesson: Lesson) -> bool:
+    def _try(self, topic: LessonPlan, lesson: Lesson) -> bool:
         content = super()._try(topic, lesson)
         while not self._held(topic.name) and content and not self._had_enough(topic):
             content = super()._try(topic, self.library.taught[topic.name].lesson or lesson)
@@ -66,7 +66,7 @@ class Thorough(Teacher):
             return True
         return wrong
 
-    def _put_right(self, topic: Topic, body: Body, targets: Mapping[str, str]) -> bool:
+    def _put_right(self, topic: LessonPlan, body: Body, targets: Mapping[str, str]) -> bool:
         lesson = self.library.taught[topic.name].lesson
         if lesson is None:
             return False
@@ -75,14 +75,14 @@ class Thorough(Teacher):
             return False  # its target is not there
         for corrections in range(MOST):
             verdict = self._test(topic, part)
-            if verdict is Verdict.CORRECTED:
+            if verdict is TryResult.CORRECTED:
                 continue
-            if verdict is Verdict.LOST:
+            if verdict is TryResult.LOST:
                 self._show_again(topic)
-            return corrections > 0 or verdict is Verdict.LOST
+            return corrections > 0 or verdict is TryResult.LOST
         return True
 
-    def _show_again(self, topic: Topic) -> None:
+    def _show_again(self, topic: LessonPlan) -> None:
         lesson = self.library.taught[topic.name].lesson
         if lesson is not None:
             case = topic.cases[self._shown_again[topic.name] % len(topic.cases)]
@@ -90,7 +90,7 @@ class Thorough(Teacher):
             self._show_case(topic, case, lesson)
 
 
-def _targets(topic: Topic) -> list[Mapping[str, str]]:
+def _targets(topic: LessonPlan) -> list[Mapping[str, str]]:
     """What its parameters stood for when it was shown, each once."""
     return list({tuple(case.targets.items()): case.targets for case in topic.cases}.values())
 
@@ -105,7 +105,7 @@ MOST_CORRECTIONS, MOST_S = 150, 2_400.0
 FORAGING, SERVOING = tuple(LAYERS), ("one automaton", "two automata")
 
 
-def taught(way: str, seed: int) -> dict[str, Any]:
+def measure_teaching(way: str, seed: int) -> dict[str, Any]:
     """One teaching: its learning curve, what it took in the end, and its lessons."""
     return _forager(way, seed) if way in FORAGING else _servo(way, seed)
 
@@ -121,7 +121,7 @@ def _servo(way: str, seed: int) -> dict[str, Any]:
     return _looked_at(NAME, success, Library(soccer_kit), lambda _, world: Soccer([world]), seed, chosen, {})
 
 
-def unseen(seed: int, look: int) -> range:
+def choose_unseen_worlds(seed: int, look: int) -> range:
     """The worlds of one look at the teaching of this seed: no two looks share one, nor with `worlds_of`."""
     first = WORLDS * (MOST_LOOKS * seed + look)
     return range(first, first + WORLDS)
@@ -133,12 +133,12 @@ def _looked_at(
     library: Library,
     make: MakesBody,
     seed: int,
-    chosen: Sequence[Topic],
+    chosen: Sequence[LessonPlan],
     options: Mapping[str, LearnerOptions],
 ) -> dict[str, Any]:
-    curve = Curve(whole, lambda library, look: success(library, unseen(seed, look)))
+    curve = LearningCurve(whole, lambda library, look: success(library, choose_unseen_worlds(seed, look)))
     patience = Patience(MOST_CORRECTIONS, lessons=1, seconds=MOST_S)
-    teacher = Thorough(
+    teacher = PartwiseTeacher(
         library,
         make,
         seed,
@@ -170,6 +170,6 @@ def foraging_success(library: Library, seeds: range) -> float:
 @lru_cache(maxsize=4)
 def _limits(first: int) -> Column:
     """How long a robot may take, s, in this world and the next ones [BESIDE]."""
-    expert = judge_expert(ForageSettings(), range(first, first + BESIDE))
+    expert = evaluate_expert(ForageSettings(), range(first, first + BESIDE))
     limits: Column = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
     return limits

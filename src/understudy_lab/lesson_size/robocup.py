@@ -15,7 +15,7 @@ from understudy.model.kinds import Categorical, Continuous, Kind
 from understudy_lab.statistics import spread
 
 
-class Attribute(msgspec.Struct):
+class RobocupFeature(msgspec.Struct):
     """A feature: continuous, or categorical with its labels."""
 
     name: str
@@ -23,7 +23,7 @@ class Attribute(msgspec.Struct):
     values: list[str] | None = None
 
 
-class Shown(msgspec.Struct):
+class RobocupExample(msgspec.Struct):
     """An example: feature vector, next state, and whether it is an automatic default."""
 
     x: list[float]
@@ -31,20 +31,20 @@ class Shown(msgspec.Struct):
     default: bool
 
 
-class StateOf(msgspec.Struct):
+class RobocupState(msgspec.Struct):
     """A state with its examples, and how many nodes the tree had that the team's own learner made of them."""
 
     state: str
-    attributes: list[Attribute]
-    examples: list[Shown]
+    attributes: list[RobocupFeature]
+    examples: list[RobocupExample]
     original_tree_nodes: int
 
 
-class Automaton(msgspec.Struct):
+class RobocupLesson(msgspec.Struct):
     """One lesson."""
 
     automaton: str
-    states: list[StateOf]
+    states: list[RobocupState]
 
 
 def summary(folder: Path) -> dict[str, Any]:
@@ -69,7 +69,7 @@ def summary(folder: Path) -> dict[str, Any]:
     }
 
 
-def _read(folder: Path) -> Iterator[Automaton]:
+def _read(folder: Path) -> Iterator[RobocupLesson]:
     paths = sorted(folder.glob("*.json"))
     if not paths:
         raise FileError(
@@ -77,25 +77,25 @@ def _read(folder: Path) -> Iterator[Automaton]:
         )
     for path in paths:
         try:
-            yield msgspec.json.decode(path.read_bytes(), type=Automaton)
+            yield msgspec.json.decode(path.read_bytes(), type=RobocupLesson)
         except msgspec.DecodeError as error:
             raise FileError(
                 path=path, place="", problem=str(error), remedy="give a lesson as the folder's README says"
             ) from None
 
 
-def _features(lesson: Automaton) -> set[str]:
+def _features(lesson: RobocupLesson) -> set[str]:
     return {attribute.name for state in lesson.states for attribute in state.attributes}
 
 
-def _names(lesson: Automaton) -> Mapping[str, int]:
+def _names(lesson: RobocupLesson) -> Mapping[str, int]:
     """The states that are named in a lesson, with their positions."""
     named = [state.state for state in lesson.states]
     named += [example.y for state in lesson.states for example in state.examples]
     return {name: index for index, name in enumerate(dict.fromkeys(named))}
 
 
-def _nodes(state: StateOf, lesson: Automaton) -> int:
+def _nodes(state: RobocupState, lesson: RobocupLesson) -> int:
     """How many nodes the tree of a state has, learned here."""
     names = _names(lesson)
     kinds: list[Kind] = [

@@ -17,14 +17,14 @@ from understudy_lab.figures import dots, panels
 from understudy_lab.forage import teach as forage
 from understudy_lab.hierarchy import teach as hierarchy
 from understudy_lab.lesson_size.robocup import summary
-from understudy_lab.lesson_stats import described, lessons_of
+from understudy_lab.lesson_stats import describe_lesson, lessons_of
 from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.traits import drawn
+from understudy_lab.novices.traits import draw_traits
 from understudy_lab.servoing import trials as servoing
-from understudy_lab.statistics import told
-from understudy_lab.study import Experiment, Findings, Plan, Row, Table, Task
+from understudy_lab.statistics import format_median
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyPlan, Task
 from understudy_lab.tasks.servo_teacher import topics
-from understudy_lab.teachers.teacher import Teaching
+from understudy_lab.teachers.teacher import TeachingResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,16 +38,16 @@ Lessons: TypeAlias = list[dict[str, Any]]
 
 
 def _novice(seed: int) -> Lessons:
-    novice = Novice(drawn(seed), seed)
-    return [described(novice.teach(), novice.seconds)]
+    novice = Novice(draw_traits(seed), seed)
+    return [describe_lesson(novice.teach(), novice.seconds)]
 
 
 def _piece(way: str, seed: int) -> Lessons:
-    lessons: Lessons = hierarchy.taught(way, seed)["lessons"]
+    lessons: Lessons = hierarchy.measure_teaching(way, seed)["lessons"]
     return lessons
 
 
-def _begun(teach: Callable[[int], Teaching], seed: int) -> Lessons:
+def _begun(teach: Callable[[int], TeachingResult], seed: int) -> Lessons:
     """The lessons of a teaching, each with how often it was begun: the seconds of what was thrown away count."""
     teaching = teach(seed)
     return [{**lesson, "begun": teaching.accounts[lesson["name"]].lessons} for lesson in lessons_of(teaching)]
@@ -64,7 +64,7 @@ SOURCES: Mapping[str, Mapping[str, Callable[[int], Lessons]]] = {
 `servoing` and `repertoire` do, or change for a purpose how lessons are taught."""
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each way with each seed; and the RoboCup team's lessons where there are any at hand."""
     if plan.data is not None:
         os.environ[FOLDER] = str(plan.data.resolve())  # the processes that work know no plan
@@ -84,16 +84,16 @@ def work(task: Task) -> Row:
     return {"lessons": SOURCES[task["source"]][task["way"]](task["seed"])}
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """How small the lessons are, by source."""
     taught = {name: lessons(rows, name) for name in SOURCES}
     every = [lesson for of in taught.values() for lesson in of]
     team = next((row for row in rows if row["task"]["source"] == ROBOCUP), None)
     again = sum(lesson.get("begun", 1) > 1 for lesson in every)
-    return Findings(
+    return StudyFindings(
         headline=_headline(every, team),
         tables=(
-            Table(
+            ResultTable(
                 "Lessons: medians with smallest and largest",
                 ("", "#lessons", *(f"#{what}" for what in COUNTED)),
                 [
@@ -102,7 +102,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
                     *([] if team is None else [(f"{ROBOCUP}'s", *_told_team(team))]),
                 ],
             ),
-            Table(
+            ResultTable(
                 "By automaton",
                 ("taught in", "way", "automaton", *(f"#{what}" for what in COUNTED)),
                 [(*kind, *_told(of)[1:]) for kind, of in kinds(rows).items()],
@@ -171,7 +171,7 @@ def _largest(found: Mapping[tuple[str, str, str], Lessons]) -> str:
 
 
 def _told(of: Lessons) -> tuple[str, ...]:
-    return (str(len(of)), *(told(count(of)) for count in COUNTED.values()))
+    return (str(len(of)), *(format_median(count(of)) for count in COUNTED.values()))
 
 
 def _told_team(team: Row) -> tuple[str, ...]:
@@ -216,7 +216,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="small",
     seeds=SEEDS,
     quick=1,

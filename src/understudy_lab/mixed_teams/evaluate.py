@@ -10,7 +10,14 @@ import numpy as np
 from understudy.errors import SettingError
 from understudy.runtime.team.team import Team
 from understudy.sim.world import World
-from understudy_lab.mixed_teams.practice import CARRIER, SCOUT, Taught, all_of, by_themselves, led
+from understudy_lab.mixed_teams.practice import (
+    CARRIER,
+    SCOUT,
+    MixedTeaching,
+    make_coordinated_team,
+    make_single_type_team,
+    make_uncoordinated_team,
+)
 
 WORLDS, TICKS = 50, 12_000
 """Worlds each teaching is judged on, and ticks of 0.1 s: twenty minutes."""
@@ -34,17 +41,19 @@ def worlds_of(seed: int) -> range:
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
-def measured(taught: Taught, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
+def measure_mixed_teams(taught: MixedTeaching, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
     """What each team brings home; the mixed ones with a third of their members killed, too."""
     robots, coordinator = taught.libraries, taught.coordinator.library
     teams: dict[str, Callable[[], Team]] = {
-        LED: lambda: led(robots, coordinator, worlds),
-        MIXED: lambda: by_themselves(robots, worlds, ALONE),
+        LED: lambda: make_coordinated_team(robots, coordinator, worlds),
+        MIXED: lambda: make_uncoordinated_team(robots, worlds, ALONE),
     }
-    whole = {name: brought(make(), ticks) for name, make in teams.items()}
-    killed = {name: brought(make(), ticks, failing(worlds)) for name, make in teams.items()}
+    whole = {name: measure_delivered(make(), ticks) for name, make in teams.items()}
+    killed = {
+        name: measure_delivered(make(), ticks, schedule_failures(worlds)) for name, make in teams.items()
+    }
     single = {
-        name: brought(all_of(kind, robots, worlds, behavior), ticks)
+        name: measure_delivered(make_single_type_team(kind, robots, worlds, behavior), ticks)
         for name, (kind, behavior) in SINGLE.items()
     }
     return {
@@ -55,7 +64,9 @@ def measured(taught: Taught, worlds: Sequence[int], ticks: int = TICKS) -> dict[
     }
 
 
-def brought(team: Team, ticks: int, fails: Mapping[int, Sequence[int]] | None = None) -> dict[str, float]:
+def measure_delivered(
+    team: Team, ticks: int, fails: Mapping[int, Sequence[int]] | None = None
+) -> dict[str, float]:
     """Units an hour and world: over all of the run, and after all failures; and how many units there were at first.
 
     Some robots fail, in these ticks.
@@ -76,7 +87,7 @@ def brought(team: Team, ticks: int, fails: Mapping[int, Sequence[int]] | None = 
     return {"rate": round(end / hours, 1), "late": late, "total": total}
 
 
-def failing(worlds: Sequence[int], robots: int = 12) -> dict[int, list[int]]:
+def schedule_failures(worlds: Sequence[int], robots: int = 12) -> dict[int, list[int]]:
     """A third of the robots of each world, whoever they are, each some time: rows by tick."""
     draws = np.random.default_rng(list(worlds))
     found: dict[int, list[int]] = {}

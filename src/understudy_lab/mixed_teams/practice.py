@@ -19,7 +19,7 @@ from understudy.sim.team.libraries import Libraries, collect_libraries, make_coo
 from understudy.sim.world import World
 from understudy_lab.tasks import salvage_carrier_teacher, salvage_scout_teacher
 from understudy_lab.tasks.salvage_carrier_teacher import CAPACITY
-from understudy_lab.teachers.teacher import Progress, Teacher, Teaching
+from understudy_lab.teachers.teacher import Progress, ScriptedTeacher, TeachingResult
 
 SCOUT, CARRIER, SQUAD = "scout", "carrier", "crew"
 SIZE = (14.0, 14.0)
@@ -148,25 +148,32 @@ def troops(robots: Libraries) -> Callable[[str, int], CoordinatorBody]:
 
 
 @cache
-def only(kind: str) -> Scenario:
+def make_single_type_scenario(kind: str) -> Scenario:
     """The same world with as many robots, all of one type."""
     everyone = sum(each.count for each in scenario().robots if isinstance(each.count, int))
     robots = (replace(scenario().robots[0], type=kind, count=everyone),)
     return replace(scenario(), robots=robots, squads={}, goal=None)
 
 
-def by_themselves(robots: Libraries, seeds: Sequence[int], doing: Mapping[str, str]) -> Team:
+def make_uncoordinated_team(robots: Libraries, seeds: Sequence[int], doing: Mapping[str, str]) -> Team:
     """The mixed team in a world per seed without its coordinator: what each type is doing by itself."""
     known = collect_libraries(scenario(), robots)
     return make_team(scenario(), seeds, known, {kind: (name, {}) for kind, name in doing.items()})
 
 
-def all_of(kind: str, robots: Libraries, seeds: Sequence[int], behavior: str) -> Team:
+def make_single_type_team(kind: str, robots: Libraries, seeds: Sequence[int], behavior: str) -> Team:
     """A team of one type in a world per seed."""
-    return make_team(only(kind), seeds, collect_libraries(only(kind), robots), {kind: (behavior, {})})
+    return make_team(
+        make_single_type_scenario(kind),
+        seeds,
+        collect_libraries(make_single_type_scenario(kind), robots),
+        {kind: (behavior, {})},
+    )
 
 
-def led(robots: Libraries, coordinator: Library, seeds: Sequence[int], behavior: str = "lead") -> Team:
+def make_coordinated_team(
+    robots: Libraries, coordinator: Library, seeds: Sequence[int], behavior: str = "lead"
+) -> Team:
     """The mixed team in a world per seed, whose coordinator runs a behavior."""
     return make_team(scenario(), seeds, {**robots, SQUAD: coordinator}, {SQUAD: (behavior, {})})
 
@@ -176,11 +183,11 @@ OPTIONS = {"goto": LearnerOptions(watched=True, reaction_s=0.2)}
 """Of lessons about motion: silence is consent, and presses come late."""
 
 
-class Taught(NamedTuple):
+class MixedTeaching(NamedTuple):
     """What each type of robots and what the coordinator was taught."""
 
-    robots: dict[str, Teaching]
-    coordinator: Teaching
+    robots: dict[str, TeachingResult]
+    coordinator: TeachingResult
 
     @property
     def libraries(self) -> Libraries:
@@ -188,14 +195,14 @@ class Taught(NamedTuple):
         return {kind: teaching.library for kind, teaching in self.robots.items()}
 
 
-def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> Taught:
+def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> MixedTeaching:
     """Teach everything from nothing; the same seed, the same lessons."""
     robots = {
-        kind: Teacher(Library(kits()[kind]), robots_world, seed, options=OPTIONS, progress=progress).teach(
-            *topics
-        )
+        kind: ScriptedTeacher(
+            Library(kits()[kind]), robots_world, seed, options=OPTIONS, progress=progress
+        ).teach(*topics)
         for kind, topics in TOPICS.items()
     }
     known = {kind: teaching.library for kind, teaching in robots.items()}
-    teacher = Teacher(squads_library(known), troops(known), seed, options={}, progress=progress)
-    return Taught(robots, teacher.teach(*salvage_carrier_teacher.TOPICS))
+    teacher = ScriptedTeacher(squads_library(known), troops(known), seed, options={}, progress=progress)
+    return MixedTeaching(robots, teacher.teach(*salvage_carrier_teacher.TOPICS))

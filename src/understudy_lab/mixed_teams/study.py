@@ -9,10 +9,18 @@ import numpy as np
 
 from understudy_lab.figures import dots, panels
 from understudy_lab.lesson_stats import examples_in, lessons_in, lessons_of
-from understudy_lab.mixed_teams.evaluate import FAILING, LED, MIXED, SINGLE, WORLDS, measured, worlds_of
+from understudy_lab.mixed_teams.evaluate import (
+    FAILING,
+    LED,
+    MIXED,
+    SINGLE,
+    WORLDS,
+    measure_mixed_teams,
+    worlds_of,
+)
 from understudy_lab.mixed_teams.practice import teach
-from understudy_lab.statistics import told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.statistics import format_median
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +33,7 @@ KEPT = 0.8 * SURVIVORS
 NAMES = {LED: "mixed, under their coordinator", MIXED: MIXED} | {name: name for name in SINGLE}
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each teaching."""
     return [{"seed": seed} for seed in plan.seeds]
 
@@ -35,38 +43,39 @@ def work(task: Task) -> Row:
     taught = teach(task["seed"])
     lessons = {kind: lessons_of(teaching) for kind, teaching in taught.robots.items()}
     lessons["coordinator"] = lessons_of(taught.coordinator)
-    return {**measured(taught, worlds_of(task["seed"])), "lessons": lessons}
+    return {**measure_mixed_teams(taught, worlds_of(task["seed"])), "lessons": lessons}
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """What holds over all teachings."""
     first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
     better, alone = _against_single(rows), _against_alone(rows)
-    return Findings(
+    return StudyFindings(
         headline="A mixed team of four scouts and eight carriers, each type with what it was taught itself, brings "
         f"home {np.median(better):.1f} times as much under its coordinator as the best team of twelve robots of one "
-        f"type, in worlds that they have never seen ({told(_rates(rows, LED))} units an hour in the median), after "
+        f"type, in worlds that they have never seen ({format_median(_rates(rows, LED))} units an hour in the "
+        "median), after "
         f"{np.median(examples_in(rows)):.0f} examples for all automata together. Without the coordinator the same "
         f"robots bring {1 / np.median(alone):.2f} times what they bring with it.",
         tables=(
-            Table(
+            ResultTable(
                 f"Salvage, teachings {first} to {last}, {WORLDS} unseen worlds of 20 minutes each: median (worst–best)",
                 ("team of twelve", "#units an hour"),
-                [(said, told(_rates(rows, name))) for name, said in NAMES.items()],
+                [(said, format_median(_rates(rows, name))) for name, said in NAMES.items()],
             ),
-            Table(
+            ResultTable(
                 "A third of the members killed at random moments; after that",
                 ("team of twelve", "#units an hour", "#of what it brings unharmed"),
                 [
                     (
                         NAMES[name],
-                        told(_of(rows, "after_failures", name)),
-                        told(_of(rows, "kept", name), percent=True),
+                        format_median(_of(rows, "after_failures", name)),
+                        format_median(_of(rows, "kept", name), percent=True),
                     )
                     for name in (LED, MIXED)
                 ],
             ),
-            Table(
+            ResultTable(
                 "What each automaton took: median (least–most)",
                 ("who", "automaton", "#examples", "#seconds", "#states", "#features"),
                 lessons_in(rows),
@@ -99,17 +108,17 @@ def _against_alone(rows: Sequence[Row]) -> list[float]:
     return [row["rate"][LED] / max(1.0, row["rate"][MIXED]) for row in rows]
 
 
-def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
+def _goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
     better = _against_single(rows)
     kept = float(np.median(_of(rows, "kept", LED)))
     return (
-        Goal(
+        StudyGoal(
             "what it brings home, against the best team of one type",
             f"×{BETTER}",
             f"×{np.median(better):.2f}, worst ×{min(better):.2f}",
             float(np.median(better)) >= BETTER,
         ),
-        Goal(
+        StudyGoal(
             "what is kept of it when a third of the members is killed",
             f"{KEPT:.0%}: 0.8 of the {SURVIVORS:.0%} who survive",
             f"{kept:.0%}",
@@ -145,7 +154,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="roles",
     seeds=TEACHINGS,
     quick=1,

@@ -10,13 +10,15 @@ from understudy.model.lesson import Example
 from understudy.training.session import Session
 from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
-from understudy_lab.teachers.person import Person, Reaction, Wish
+from understudy_lab.teachers.person import ReactionTime, SimulatedPerson, Wish
 
 
-class Slipping(Person):
+class SlippingPerson(SimulatedPerson):
     """A person who slips: each press hits another button by `chance`, each answer to a question by `hasty`."""
 
-    def __init__(self, draws: np.random.Generator, reaction: Reaction, chance: float, hasty: float) -> None:
+    def __init__(
+        self, draws: np.random.Generator, reaction: ReactionTime, chance: float, hasty: float
+    ) -> None:
         super().__init__(draws, reaction)
         self._chance, self._hasty = chance, hasty
         self.slipped = 0
@@ -32,10 +34,10 @@ class Slipping(Person):
         example = suspect.example
         self.asked += 1
         self.meant[example.number] = suspect.doubt
-        screen = seen_at(example, automaton)
+        screen = rebuild_screen(example, automaton)
         wished = wish(screen) or example.state
         if wished != example.next:
-            afresh = wish(seen_at(example, automaton, automaton.states[0].name))
+            afresh = wish(rebuild_screen(example, automaton, automaton.states[0].name))
             wished = example.next if afresh == example.next else wished
         return self._hit(automaton, wished, self._hasty)
 
@@ -50,7 +52,7 @@ class Slipping(Person):
         return others[int(self._draws.integers(len(others)))]
 
 
-def seen_at(example: Example, automaton: Automaton, state: str = "") -> SessionView:
+def rebuild_screen(example: Example, automaton: Automaton, state: str = "") -> SessionView:
     """What the screen showed at an example's moment, or would have shown in another state."""
     return SessionView(
         time_s=0.0,

@@ -20,8 +20,8 @@ from understudy_lab.noisy_teachers.teach import (
     WAYS,
     teach,
 )
-from understudy_lab.statistics import told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.statistics import format_median
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,7 +33,7 @@ SHORT = 0.05
 WANTED = 0.5
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each teacher at each task: without faults, and by how often they slip, in each way."""
     kinds = [(CLEAN, 0.0), *((way, chance) for chance in CHANCES for way in WAYS)]
     return [
@@ -58,7 +58,7 @@ def work(task: Task) -> Row:
     }
 
 
-def of(rows: Sequence[Row], name: str, way: str, chance: float) -> list[Row]:
+def select_rows(rows: Sequence[Row], name: str, way: str, chance: float) -> list[Row]:
     """The rows of one task, way and chance of a slip; without faults there is none."""
     wanted = name, way, 0.0 if way == CLEAN else chance
     return [row for row in rows if tuple(row["task"][key] for key in ("task", "way", "chance")) == wanted]
@@ -70,31 +70,31 @@ def means(rows: Sequence[Row]) -> list[float]:
     return [float(np.mean(shares)) for shares in zip(*(each[: MOST + 1] for each in padded), strict=True)]
 
 
-def needed(rows: Sequence[Row], clean: Sequence[Row]) -> int | None:
+def count_corrections_needed(rows: Sequence[Row], clean: Sequence[Row]) -> int | None:
     """After how many corrections robots are as good as those of teachers without faults are in the end, and stay so."""
     good = [mean >= means(clean)[-1] - SHORT for mean in means(rows)]
     return next((count for count in range(len(good)) if all(good[count:])), None)
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """How many corrections it takes in each way, and what was asked and held."""
     found = {
-        (name, way, chance): of(rows, name, way, chance)
+        (name, way, chance): select_rows(rows, name, way, chance)
         for name in TASKS
         for chance in CHANCES
         for way in (CLEAN, *WAYS)
     }
     numbers: dict[str, Any] = {
         f"{name}, {chance:.0%}, {way}": {
-            "needed": needed(each, found[name, CLEAN, chance]),
+            "needed": count_corrections_needed(each, found[name, CLEAN, chance]),
             "end": round(means(each)[-1], 3),
         }
         for (name, way, chance), each in found.items()
     }
-    return Findings(
+    return StudyFindings(
         headline=" ".join(_headline(found, "goto", chance) for chance in CHANCES[:2]),
         tables=(
-            Table(
+            ResultTable(
                 f"Trials that succeed after so many corrections; and until {IN_A_ROW} tries in a row needed none, "
                 "medians with least and most",
                 (
@@ -128,14 +128,14 @@ Found = dict[tuple[str, str, float], list[Row]]
 
 def _row(found: Found, name: str, way: str, chance: float) -> tuple[str, ...]:
     rows = found[name, way, chance or CHANCES[0]]
-    mean, enough = means(rows), needed(rows, found[name, CLEAN, CHANCES[0]])
+    mean, enough = means(rows), count_corrections_needed(rows, found[name, CLEAN, CHANCES[0]])
     return (
         name,
         f"{chance:.0%}",
         way,
         *(f"{mean[count]:.0%}" for count in (0, 2, 4, 8, 16, MOST)),
         "never" if enough is None else str(enough),
-        *(told([row[key] for row in rows]) for key in ("corrections", "asked", "held")),
+        *(format_median([row[key] for row in rows]) for key in ("corrections", "asked", "held")),
     )
 
 
@@ -145,7 +145,7 @@ def _said(count: int | None) -> str:
 
 def _headline(found: Found, name: str, chance: float) -> str:
     clean = found[name, CLEAN, chance]
-    asked, plain = (needed(found[name, way, chance], clean) for way in (ASKED, PLAIN))
+    asked, plain = (count_corrections_needed(found[name, way, chance], clean) for way in (ASKED, PLAIN))
     return (
         f"Teachers of {name} who slip in {chance:.0%} of presses and press late come within {100 * SHORT:.0f} points "
         f"of a teacher without faults {_said(asked)} where they are asked about odd presses, and {_said(plain)} "
@@ -153,10 +153,10 @@ def _headline(found: Found, name: str, chance: float) -> str:
     )
 
 
-def _goal(found: Found, chance: float, way: str) -> Goal:
+def _goal(found: Found, chance: float, way: str) -> StudyGoal:
     clean = found["goto", CLEAN, chance]
-    asked, plain = (needed(found["goto", each, chance], clean) for each in (way, PLAIN))
-    return Goal(
+    asked, plain = (count_corrections_needed(found["goto", each, chance], clean) for each in (way, PLAIN))
+    return StudyGoal(
         f"goto, {chance:.0%} slips, {way}: corrections until robots are as good as those of a teacher without faults",
         f"at most {WANTED:.0%} of those without unlearning",
         f"{_said(asked)}; without {_said(plain)}",
@@ -179,7 +179,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     figure, axes = panels(len(CHANCES), wide=3.2)
     for panel, chance in zip(axes, CHANCES, strict=True):
         for way, color in zip((CLEAN, *WAYS), ("#6b7280", *COLORS), strict=False):
-            mean = means(of(rows, "goto", way, chance))
+            mean = means(select_rows(rows, "goto", way, chance))
             panel.plot(range(MOST + 1), mean, "-", color=color, linewidth=1.4, label=way)
         panel.set_ylim(0.0, 1.03)
         panel.set_xlabel("corrections")
@@ -189,7 +189,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="slips",
     seeds=SEEDS,
     quick=1,

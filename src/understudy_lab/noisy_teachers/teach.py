@@ -17,14 +17,14 @@ from understudy.training.feature_values import list_steady_readings
 from understudy.training.reaction_time import estimate_reaction_time
 from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import EXERCISES
-from understudy_lab.noisy_teachers.slipping_person import Slipping
+from understudy_lab.noisy_teachers.slipping_person import SlippingPerson
 from understudy_lab.novices.traits import ALIKE, RANGES
 from understudy_lab.servoing.trials import search_side
 from understudy_lab.tasks.forage_teacher import GOTO
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.tasks.soccer import Soccer
-from understudy_lab.teachers.person import Reaction
-from understudy_lab.teachers.teacher import Account, Patience, Teacher, Topic
+from understudy_lab.teachers.person import ReactionTime
+from understudy_lab.teachers.teacher import LessonPlan, Patience, ScriptedTeacher, TeachingCost
 
 CLEAN, PLAIN, BY_ITSELF, ASKED, UNHURRIED = (
     "no faults",
@@ -41,19 +41,19 @@ IN_A_ROW = 8
 
 
 @dataclass(frozen=True)
-class Task:
+class NoisyTask:
     """What is taught: the topic by seed, and the practices."""
 
-    topic: Callable[[int], Topic]
+    topic: Callable[[int], LessonPlan]
     make: Callable[[str, int], Body]
 
 
-TASKS: Mapping[str, Task] = MappingProxyType(
+TASKS: Mapping[str, NoisyTask] = MappingProxyType(
     {
-        "goto": Task(
+        "goto": NoisyTask(
             lambda seed: GOTO, lambda practice, world: Forage([world], make_practice_worlds()[practice])
         ),
-        "servoing": Task(
+        "servoing": NoisyTask(
             lambda seed: topics(search_side(seed))["four states"], lambda practice, world: Soccer([world])
         ),
     }
@@ -61,7 +61,7 @@ TASKS: Mapping[str, Task] = MappingProxyType(
 
 
 @dataclass
-class Course:
+class NoisyTeaching:
     """What one teaching came to: what was learned after so many corrections, the last one in the end."""
 
     taught: list[TrainedAutomaton] = field(default_factory=list)
@@ -71,16 +71,16 @@ class Course:
     held: int = 0
 
 
-def teach(name: str, way: str, seed: int, chance: float) -> Course:
+def teach(name: str, way: str, seed: int, chance: float) -> NoisyTeaching:
     """Teach until so many tries in a row need no correction, or patience ends."""
-    task, course = TASKS[name], Course()
+    task, course = TASKS[name], NoisyTeaching()
     topic = replace(task.topic(seed), tries=IN_A_ROW)
     draws = np.random.default_rng([seed, 5])
-    people: list[Slipping] = []
+    people: list[SlippingPerson] = []
 
-    def person(others: np.random.Generator, reaction: Reaction) -> Slipping:
+    def person(others: np.random.Generator, reaction: ReactionTime) -> SlippingPerson:
         slips = 0.0 if way == CLEAN else chance
-        people.append(Slipping(others, reaction, slips, 0.0 if way == UNHURRIED else slips))
+        people.append(SlippingPerson(others, reaction, slips, 0.0 if way == UNHURRIED else slips))
         return people[0]
 
     def looks_back(session: Session) -> None:
@@ -90,15 +90,15 @@ def teach(name: str, way: str, seed: int, chance: float) -> Course:
             _press_earlier(session)
         course.taught[course.corrections :] = [session.taught()]
 
-    def progress(automaton: str, what: str, account: Account) -> None:
+    def progress(automaton: str, what: str, account: TeachingCost) -> None:
         course.corrections += what in ("corrected", "lost")
 
-    Teacher(
+    ScriptedTeacher(
         Library(EXERCISES[name].kit),
         task.make,
         seed,
         options={topic.name: LearnerOptions(unlearning=way == BY_ITSELF)},
-        reaction=Reaction(ALIKE.least_s, 0.0, ALIKE.least_s) if way == CLEAN else _late(draws),
+        reaction=ReactionTime(ALIKE.least_s, 0.0, ALIKE.least_s) if way == CLEAN else _late(draws),
         progress=progress,
         patience=Patience(corrections=MOST, lessons=1),
         person=person,
@@ -110,14 +110,14 @@ def teach(name: str, way: str, seed: int, chance: float) -> Course:
     return course
 
 
-def _late(draws: np.random.Generator) -> Reaction:
+def _late(draws: np.random.Generator) -> ReactionTime:
     """As late as novices are."""
     least, most, _ = RANGES["reaction_s"]
     mean_s = float(draws.uniform(least, most))
-    return Reaction(mean_s, ALIKE.spread * mean_s, ALIKE.least_s)
+    return ReactionTime(mean_s, ALIKE.spread * mean_s, ALIKE.least_s)
 
 
-def _ask(session: Session, person: Slipping, topic: Topic) -> None:
+def _ask(session: Session, person: SlippingPerson, topic: LessonPlan) -> None:
     """Ask about what looks like a slip, the oddest first: what was meant is noted, or that it is right."""
     while odd := find_mislabels(session.lesson, meant=person.meant, most=1):
         example = odd[0].example

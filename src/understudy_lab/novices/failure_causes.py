@@ -9,16 +9,21 @@ from understudy.model.automaton import START
 from understudy.model.lesson import ExampleKind
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
-from understudy_lab.novices.success import everywhere, succeeded
+from understudy_lab.novices.success import has_succeeded, succeeds_everywhere
 from understudy_lab.novices.traits import UNDERSTOOD
-from understudy_lab.statistics import differ, remaining, shares_differ, told
-from understudy_lab.study import Row, Table
+from understudy_lab.statistics import (
+    apply_holm_correction,
+    compute_unpaired_p,
+    format_median,
+    shares_differ,
+)
+from understudy_lab.study import ResultTable, Row
 
 TURNS = ("left", "right")
 FINDS, SWINGS, WALKS_ON, RESTS = "keeps turning to one side", "swings left and right", "walks on", "rests"
 
 
-def states_unseeing(taught: TrainedAutomaton) -> list[str]:
+def list_blind_states(taught: TrainedAutomaton) -> list[str]:
     """The states that it goes through from the start while it sees nothing; the last is that it stays in, or the one
     that it comes back to.
     """
@@ -35,7 +40,7 @@ def states_unseeing(taught: TrainedAutomaton) -> list[str]:
             return passed
 
 
-def does_unseeing(states: list[str]) -> str:
+def classify_blind_behavior(states: list[str]) -> str:
     """What that comes to, in the end."""
     last = states[-1]
     again = set(states[states.index(last) :])
@@ -46,7 +51,7 @@ def does_unseeing(states: list[str]) -> str:
     return RESTS if last == START.name else WALKS_ON
 
 
-def turned_back(taught: TrainedAutomaton) -> dict[str, int]:
+def count_turn_backs(taught: TrainedAutomaton) -> dict[str, int]:
     """How often a turn to either side was pressed into the other one while nothing was seen."""
     lesson = taught.lesson
     presses = [
@@ -76,7 +81,7 @@ NUMBERS: Mapping[str, tuple[Callable[[Row], float], int]] = {
 """What is compared by medians, with so many digits."""
 
 
-def turned_back_both_ways(row: Row) -> bool:
+def has_turned_back_both_ways(row: Row) -> bool:
     """Whether each of the two turns was pressed into the other one while nothing was seen."""
     return all(row["turned_back"][side] for side in TURNS)
 
@@ -85,18 +90,22 @@ SHARES: Mapping[str, Callable[[Row], bool]] = {
     "misunderstood forwardL and forwardR": lambda row: row["traits"]["mistake"] != UNDERSTOOD,
     "turn at the edge of the frame too": lambda row: bool(row["traits"]["edge_px"]),
     "showed a lost ball": lambda row: "ball lost" in row["traits"]["situations"],
-    "pressed back both ways while nothing is seen": turned_back_both_ways,
+    "pressed back both ways while nothing is seen": has_turned_back_both_ways,
 }
 """What is compared by how many it is true of."""
 
-READINGS = {"half": succeeded, "each": everywhere}
+READINGS = {"half": has_succeeded, "each": succeeds_everywhere}
 Compared = tuple[str, str, float]
 
 
 def _number(rows: Sequence[Row], what: str, well: Callable[[Row], bool]) -> Compared:
     value, digits = NUMBERS[what]
     good, bad = ([value(row) for row in rows if well(row) is each] for each in (True, False))
-    return told(good, digits), told(bad, digits), differ(good, bad) if good and bad else 1.0
+    return (
+        format_median(good, digits),
+        format_median(bad, digits),
+        compute_unpaired_p(good, bad) if good and bad else 1.0,
+    )
 
 
 def _share(rows: Sequence[Row], what: str, well: Callable[[Row], bool]) -> Compared:
@@ -111,11 +120,11 @@ def _compared(novices: Sequence[Row]) -> dict[tuple[str, str], tuple[str, str, f
         for what in (*NUMBERS, *SHARES)
         for reading, well in READINGS.items()
     }
-    remain = remaining([p for _, _, p in found.values()])
+    remain = apply_holm_correction([p for _, _, p in found.values()])
     return {key: (*cells, stays) for (key, cells), stays in zip(found.items(), remain, strict=True)}
 
 
-def table(novices: Sequence[Row]) -> Table:
+def table(novices: Sequence[Row]) -> ResultTable:
     """All comparisons, by either reading of success; those that remain after Holm's correction with a star."""
     found = _compared(novices)
 
@@ -123,7 +132,7 @@ def table(novices: Sequence[Row]) -> Table:
         of = [found[what, reading] for reading in READINGS]
         return [cell for good, bad, p, stays in of for cell in (good, bad, f"{p:.2g}{' *' if stays else ''}")]
 
-    return Table(
+    return ResultTable(
         f"What separates those who fail (* remains after Holm's correction for all {len(found)} comparisons at 5 %)",
         ("", *(f"#{what}" for reading in ("half", "each") for what in (f"{reading}: succeed", "fail", "p"))),
         [(what, *cells(what)) for what in (*NUMBERS, *SHARES)],
@@ -137,8 +146,8 @@ def note(novices: Sequence[Row]) -> str:
         reading: ", ".join(f"`{what}`" for what, by in found if by == reading and found[what, by][3])
         for reading in READINGS
     }
-    failing = [row for row in novices if not succeeded(row)]
-    back = sum(map(turned_back_both_ways, failing))
+    failing = [row for row in novices if not has_succeeded(row)]
+    back = sum(map(has_turned_back_both_ways, failing))
     return (
         "What separates by more than chance those who do not succeed from each position: "
         f"{remain['each'] or 'nothing'}. What separates the {len(failing)} who fail in half of all trials: "

@@ -9,21 +9,21 @@ import numpy as np
 
 from understudy_lab.figures import COLORS, panels
 from understudy_lab.novices import failure_causes, sensitivity
-from understudy_lab.novices.failure_causes import FINDS, RESTS, SWINGS, WALKS_ON, does_unseeing
+from understudy_lab.novices.failure_causes import FINDS, RESTS, SWINGS, WALKS_ON, classify_blind_behavior
 from understudy_lab.novices.success import (
     TRIALS,
-    base,
-    both,
-    everywhere,
+    format_share,
+    has_succeeded,
     reaches,
-    said,
+    select_unchanged,
     share,
-    succeeded,
+    succeeds_everywhere,
+    summarize_both_readings,
     times,
 )
 from understudy_lab.novices.traits import MISTAKES, SITUATIONS, SUCCESS, UNDERSTOOD
-from understudy_lab.statistics import interval_of_share, told
-from understudy_lab.study import Findings, Goal, Row, Table
+from understudy_lab.statistics import format_median, interval_of_share
+from understudy_lab.study import ResultTable, Row, StudyFindings, StudyGoal
 from understudy_lab.tasks.soccer import POSITIONS
 
 if TYPE_CHECKING:
@@ -33,19 +33,19 @@ WANTED = 0.7
 HIDDEN = "ball not visible"
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """How many succeed, how fast their robots are, what separates those who fail, and what it hangs on."""
-    novices = base(rows)
-    half, each = share(novices), share(novices, everywhere)
-    medians = _medians([row for row in novices if succeeded(row)])
-    return Findings(
+    novices = select_unchanged(rows)
+    half, each = share(novices), share(novices, succeeds_everywhere)
+    medians = _medians([row for row in novices if has_succeeded(row)])
+    return StudyFindings(
         headline=f"{half['succeed']} of {half['of']} simulated novices (95 % interval {100 * half['low']:.0f} to "
         f"{100 * half['high']:.0f} %) teach a robot in five minutes to reach the ball in half of its trials at least, "
         f"by themselves and without a test or a correction (the paper: 4 of 5 people); their median robot takes "
         f"{np.median(medians):.0f} s. But only {each['succeed']} of {each['of']} manage it from each of the three "
         "positions: the others' robots do not find a ball that they do not see at first.",
         tables=(
-            Table(
+            ResultTable(
                 f"From each position, {len(novices)} novices",
                 (
                     "",
@@ -55,12 +55,15 @@ def conclude(rows: Sequence[Row]) -> Findings:
                 ),
                 [_position(novices, position) for position in POSITIONS],
             ),
-            Table(
+            ResultTable(
                 "Who succeeds",
                 ("", "#in half of all trials", "#from each position"),
-                [(who, *(said(found) for found in both(of).values())) for who, of in _groups(novices)],
+                [
+                    (who, *(format_share(found) for found in summarize_both_readings(of).values()))
+                    for who, of in _groups(novices)
+                ],
             ),
-            Table(
+            ResultTable(
                 "What robots do for as long as they see no ball",
                 (
                     "",
@@ -75,10 +78,10 @@ def conclude(rows: Sequence[Row]) -> Findings:
             sensitivity.table(rows),
         ),
         goals=(
-            Goal(
+            StudyGoal(
                 "novices who succeed, from the automaton alone",
                 f"{WANTED:.0%}",
-                said(half),
+                format_share(half),
                 half["succeed"] >= WANTED * half["of"],
             ),
         ),
@@ -87,7 +90,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
             "half": half,
             "everywhere": each,
             "sensitivity": sensitivity.numbers(rows),
-            "first": both(novices[: sensitivity.SENSITIVITY]),
+            "first": summarize_both_readings(novices[: sensitivity.SENSITIVITY]),
         },
     )
 
@@ -97,7 +100,7 @@ def _position(rows: Sequence[Row], position: str) -> tuple[str, str, str, str]:
     low, high = interval_of_share(len(good), len(rows))
     succeed = f"{len(good)} of {len(rows)} ({100 * low:.0f}–{100 * high:.0f} %)"
     reached = f"{sum(len(times(row, position)) for row in rows)} of {TRIALS * len(rows)}"
-    return (position, succeed, reached, told(_medians(good, [position]), 1))
+    return (position, succeed, reached, format_median(_medians(good, [position]), 1))
 
 
 def _medians(rows: Sequence[Row], positions: Sequence[str] = tuple(POSITIONS)) -> list[float]:
@@ -130,7 +133,7 @@ def _groups(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
 
 
 def _doing(rows: Sequence[Row], what: str) -> list[Row]:
-    return [row for row in rows if does_unseeing(row["unseeing"]) == what]
+    return [row for row in rows if classify_blind_behavior(row["unseeing"]) == what]
 
 
 def _showed_lost(rows: Sequence[Row]) -> list[Row]:
@@ -139,7 +142,7 @@ def _showed_lost(rows: Sequence[Row]) -> list[Row]:
 
 def _unseeing(rows: Sequence[Row], what: str) -> tuple[str, ...]:
     of = _doing(rows, what)
-    back = sum(map(failure_causes.turned_back_both_ways, of))
+    back = sum(map(failure_causes.has_turned_back_both_ways, of))
     return (what, *map(str, (len(of), len(_showed_lost(of)), back, sum(reaches(row, HIDDEN) for row in of))))
 
 
@@ -148,7 +151,7 @@ def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
     always = sum(row["reached"] == TRIALS * len(POSITIONS) for row in novices)
     hidden = [row for row in novices if not reaches(row, HIDDEN)]
     swinging, resting = _doing(hidden, SWINGS), _doing(hidden, RESTS)
-    back = [row for row in novices if failure_causes.turned_back_both_ways(row)]
+    back = [row for row in novices if failure_causes.has_turned_back_both_ways(row)]
     alike = all(len(times(row, HIDDEN)) in (0, TRIALS) for row in novices)
     return (
         f"Success was defined before any novice was run: the ball is reached in {SUCCESS:.0%} of thirty trials, within "
@@ -171,13 +174,13 @@ def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
 def draw(rows: Sequence[Row]) -> Figure:
     """Trials that reach the ball, by novice; times from the three positions; success with each parameter changed."""
     figure, (reached, seconds, changes) = panels(3, wide=3.7, tall=4.4)
-    novices = base(rows)
+    novices = select_unchanged(rows)
     reached.hist([row["reached"] for row in novices], np.arange(-0.5, 31.0, 1.0).tolist(), color=COLORS[0])
     reached.axvline(SUCCESS * 30 - 0.5, color="#6b7280", linewidth=1, linestyle=":")
     reached.set_xlabel("trials of 30 that reach the ball")
     reached.set_ylabel("novices")
     reached.set_title("how well they taught")
-    good = [row for row in novices if succeeded(row)]
+    good = [row for row in novices if has_succeeded(row)]
     bins = np.arange(5.0, 61.0, 2.5).tolist()
     for position, color in zip(POSITIONS, COLORS, strict=False):
         found = np.clip([each for row in good for each in times(row, position)], 5.0, 59.9)

@@ -12,10 +12,10 @@ import numpy as np
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.training.session import Session
 from understudy.training.session_view import SessionView
-from understudy_lab.novices.traits import ALIKE, UNDERSTOOD, Habits, Traits
+from understudy_lab.novices.traits import ALIKE, UNDERSTOOD, SharedTraits, Traits
 from understudy_lab.tasks.servo_teacher import MIDDLE_PX, THERE_PX, blob_x, four_states
-from understudy_lab.tasks.soccer import Soccer, Start, kit
-from understudy_lab.teachers.person import Person, Reaction
+from understudy_lab.tasks.soccer import Soccer, StartPose, kit
+from understudy_lab.teachers.person import ReactionTime, SimulatedPerson
 from understudy_lab.teachers.teacher import FIRST_SEED
 
 BEARINGS_DEG: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -26,13 +26,13 @@ FIELD_M = 2.85
 """From the ball to where a robot touches the nearest line of the field."""
 
 
-class Novice(Person):
+class Novice(SimulatedPerson):
     """One novice at the buttons."""
 
-    def __init__(self, traits: Traits, seed: int, habits: Habits = ALIKE) -> None:
+    def __init__(self, traits: Traits, seed: int, habits: SharedTraits = ALIKE) -> None:
         draws = np.random.default_rng([seed, 3])
         mean_s = traits.reaction_s
-        super().__init__(draws, Reaction(mean_s, habits.spread * mean_s, habits.least_s))
+        super().__init__(draws, ReactionTime(mean_s, habits.spread * mean_s, habits.least_s))
         self.traits, self.habits = traits, habits
         self.slipped = 0
         self.shown: Counter[str] = Counter()
@@ -90,9 +90,9 @@ class Novice(Person):
             self._press(session, wished)
         session.tick()
 
-    def _start(self, situation: str) -> Start:
+    def _start(self, situation: str) -> StartPose:
         farthest_m = self.habits.distance_m
-        return Start((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])
+        return StartPose((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])
 
     def there(self, screen: SessionView) -> bool:
         """The robot is there, as they judge it."""

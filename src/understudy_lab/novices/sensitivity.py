@@ -6,10 +6,16 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from understudy_lab.figures import COLORS
-from understudy_lab.novices.success import base, both, everywhere, said, succeeded
+from understudy_lab.novices.success import (
+    format_share,
+    has_succeeded,
+    select_unchanged,
+    succeeds_everywhere,
+    summarize_both_readings,
+)
 from understudy_lab.novices.traits import PARAMETERS
-from understudy_lab.statistics import pairs_differ, remaining
-from understudy_lab.study import Row, Table
+from understudy_lab.statistics import apply_holm_correction, pairs_differ
+from understudy_lab.study import ResultTable, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,7 +23,7 @@ if TYPE_CHECKING:
 SENSITIVITY = 50
 """How many of the novices, the first ones, are run again with each parameter changed."""
 FACTORS = (0.5, 1.5)
-READINGS = {"half": succeeded, "everywhere": everywhere}
+READINGS = {"half": has_succeeded, "everywhere": succeeds_everywhere}
 
 SAID: Mapping[str, str] = {
     "reaction_s": "mean reaction",
@@ -43,7 +49,7 @@ SAID: Mapping[str, str] = {
 """The parameters in words."""
 
 
-def changed(rows: Sequence[Row], name: str, factor: float) -> list[Row]:
+def select_changed(rows: Sequence[Row], name: str, factor: float) -> list[Row]:
     """Those of the novices with a parameter changed."""
     return [row for row in rows if row["task"].get("trait") == name and row["task"]["factor"] == factor]
 
@@ -51,38 +57,46 @@ def changed(rows: Sequence[Row], name: str, factor: float) -> list[Row]:
 def numbers(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
     """By parameter and factor: how many succeed, by either reading."""
     return {
-        name: {str(factor): both(changed(rows, name, factor)) for factor in FACTORS} for name in PARAMETERS
+        name: {str(factor): summarize_both_readings(select_changed(rows, name, factor)) for factor in FACTORS}
+        for name in PARAMETERS
     }
 
 
 def chances(rows: Sequence[Row]) -> dict[tuple[str, float, str], float]:
     """p that a change does nothing, by parameter, factor and reading: each novice beside themselves as they are."""
-    before = {row["task"]["seed"]: row for row in base(rows)}
+    before = {row["task"]["seed"]: row for row in select_unchanged(rows)}
     found = {}
     for name in PARAMETERS:
         for factor in FACTORS:
-            now = changed(rows, name, factor)
+            now = select_changed(rows, name, factor)
             for reading, well in READINGS.items():
                 was = [well(before[row["task"]["seed"]]) for row in now]
                 found[name, factor, reading] = pairs_differ(was, [well(row) for row in now])
     return found
 
 
-def stays(rows: Sequence[Row]) -> set[tuple[str, float, str]]:
+def list_significant_changes(rows: Sequence[Row]) -> set[tuple[str, float, str]]:
     """The changes that do something, after Holm's correction for all of them."""
     found = chances(rows)
-    return {key for key, remains in zip(found, remaining(list(found.values())), strict=True) if remains}
+    return {
+        key
+        for key, remains in zip(found, apply_holm_correction(list(found.values())), strict=True)
+        if remains
+    }
 
 
-def table(rows: Sequence[Row]) -> Table:
+def table(rows: Sequence[Row]) -> ResultTable:
     """Who succeeds with each parameter changed, by either reading."""
-    same, remain = both(base(rows)[:SENSITIVITY]), stays(rows)
+    same, remain = (
+        summarize_both_readings(select_unchanged(rows)[:SENSITIVITY]),
+        list_significant_changes(rows),
+    )
 
     def cell(name: str, reading: str, factor: float) -> str:
         star = " *" if (name, factor, reading) in remain else ""
-        return said(both(changed(rows, name, factor))[reading]) + star
+        return format_share(summarize_both_readings(select_changed(rows, name, factor))[reading]) + star
 
-    return Table(
+    return ResultTable(
         f"The first {same['half']['of']} novices with one parameter changed (as they are: "
         f"{same['half']['succeed']} succeed, {same['everywhere']['succeed']} from each position; * differs from that "
         "after Holm's correction for all of them at 5 %)",
@@ -101,14 +115,14 @@ def note(rows: Sequence[Row]) -> str:
             found["succeed"]
             for name in PARAMETERS
             for factor in FACTORS
-            if (found := both(changed(rows, name, factor))[reading])["of"]
+            if (found := summarize_both_readings(select_changed(rows, name, factor))[reading])["of"]
         ]
         for reading in READINGS
     }
     ranges = {
         reading: f"{min(found)} to {max(found)}" if found else "none" for reading, found in within.items()
     }
-    stay = stays(rows)
+    stay = list_significant_changes(rows)
     remain = [
         f"{SAID[name]} ×{factor}"
         for name in PARAMETERS
@@ -127,11 +141,11 @@ def note(rows: Sequence[Row]) -> str:
 
 def _minutes(rows: Sequence[Row]) -> str:
     """Whether more time helps."""
-    less, more = (changed(rows, "given_s", factor) for factor in FACTORS)
+    less, more = (select_changed(rows, "given_s", factor) for factor in FACTORS)
     if not less or len(less) != len(more):
         return ""
-    p = pairs_differ([everywhere(row) for row in less], [everywhere(row) for row in more])
-    counts = [sum(map(everywhere, of)) for of in (less, base(rows)[: len(less)], more)]
+    p = pairs_differ([succeeds_everywhere(row) for row in less], [succeeds_everywhere(row) for row in more])
+    counts = [sum(map(succeeds_everywhere, of)) for of in (less, select_unchanged(rows)[: len(less)], more)]
     return (
         f" More time does not help: {counts[0]}, {counts[1]} and {counts[2]} succeed from each position after 2.5, 5 "
         f"and 7.5 minutes (p = {p:.2g} between the ends, not corrected for being picked out); it is more occasions to "
@@ -141,12 +155,12 @@ def _minutes(rows: Sequence[Row]) -> str:
 
 def draw(axes: Axes, rows: Sequence[Row]) -> None:
     """Success with each parameter changed: filled, in half of all trials; hollow, from each position."""
-    same = both(base(rows)[:SENSITIVITY])
+    same = summarize_both_readings(select_unchanged(rows)[:SENSITIVITY])
     for now in same.values():
         axes.axvline(100 * now["succeed"] / now["of"], color="#6b7280", linewidth=1, linestyle=":")
     for factor, color, up in zip(FACTORS, COLORS, (0.17, -0.17), strict=False):
         for what, fill in (("half", color), ("everywhere", "white")):
-            found = [both(changed(rows, name, factor))[what] for name in PARAMETERS]
+            found = [summarize_both_readings(select_changed(rows, name, factor))[what] for name in PARAMETERS]
             at = [(k + up, each) for k, each in enumerate(found) if each["of"]]
             low, high = ([100 * each[end] for _, each in at] for end in ("low", "high"))
             middle = [100 * each["succeed"] / each["of"] for _, each in at]

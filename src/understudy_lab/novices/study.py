@@ -9,20 +9,20 @@ import numpy as np
 
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.program import link
-from understudy_lab.lesson_stats import described
-from understudy_lab.novices.failure_causes import states_unseeing, turned_back
+from understudy_lab.lesson_stats import describe_lesson
+from understudy_lab.novices.failure_causes import count_turn_backs, list_blind_states
 from understudy_lab.novices.findings import conclude, draw
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.sensitivity import FACTORS, SENSITIVITY
 from understudy_lab.novices.success import TRIALS
-from understudy_lab.novices.traits import MINUTES_S, PARAMETERS, drawn, habits
-from understudy_lab.study import Experiment, Plan, Row, Task
+from understudy_lab.novices.traits import MINUTES_S, PARAMETERS, draw_traits, make_shared_traits
+from understudy_lab.study import Row, Study, StudyPlan, Task
 from understudy_lab.tasks.soccer import POSITIONS, Soccer, approach_by, kit
 
 SEEDS = range(53_000, 53_100)
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each novice as they are; and some with each parameter halved and half as much again, unless it is quick."""
     made: list[Task] = [{"seed": seed} for seed in plan.seeds]
     if not plan.quick:
@@ -39,11 +39,11 @@ def work(task: Task) -> Row:
     """One novice's five minutes, and what the automaton then does by itself; of one as they are, more of both."""
     seed = task["seed"]
     scaled = {task["trait"]: task["factor"]} if "trait" in task else {}
-    traits = drawn(seed, scaled=scaled)
-    novice = Novice(traits, seed, habits(scaled))
+    traits = draw_traits(seed, scaled=scaled)
+    novice = Novice(traits, seed, make_shared_traits(scaled))
     taught = novice.teach()
     times = judge(taught, seed)
-    lesson = described(taught, MINUTES_S)
+    lesson = describe_lesson(taught, MINUTES_S)
     row = {
         "times": times,
         "reached": sum(each == each for seconds in times.values() for each in seconds),
@@ -59,8 +59,8 @@ def work(task: Task) -> Row:
         **row,
         "lessons": [lesson],
         "shown": dict(novice.shown),
-        "turned_back": turned_back(taught),
-        "unseeing": states_unseeing(taught),
+        "turned_back": count_turn_backs(taught),
+        "unseeing": list_blind_states(taught),
     }
 
 
@@ -77,7 +77,7 @@ def judge(taught: TrainedAutomaton, seed: int) -> dict[str, list[float]]:
     return dict(zip(POSITIONS, seconds.tolist(), strict=True))
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="novices",
     seeds=SEEDS,
     quick=5,

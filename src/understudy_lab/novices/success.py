@@ -14,12 +14,12 @@ TRIALS = 10
 """From each of the paper's three positions."""
 
 
-def succeeded(row: Row) -> bool:
+def has_succeeded(row: Row) -> bool:
     """Whether the robot gets to the ball in half of its trials at least."""
     return bool(row["reached"] >= SUCCESS * TRIALS * len(POSITIONS))
 
 
-def everywhere(row: Row) -> bool:
+def succeeds_everywhere(row: Row) -> bool:
     """Whether it does so in half of the trials from each position: a stricter reading, told beside."""
     return all(reaches(row, position) for position in POSITIONS)
 
@@ -34,24 +34,24 @@ def times(row: Row, position: str) -> list[float]:
     return [each for each in row["times"][position] if each is not None and each == each]
 
 
-def base(rows: Sequence[Row]) -> list[Row]:
+def select_unchanged(rows: Sequence[Row]) -> list[Row]:
     """Those of the novices as they are."""
     return [row for row in rows if "trait" not in row["task"]]
 
 
-def share(rows: Sequence[Row], well: Callable[[Row], bool] = succeeded) -> dict[str, Any]:
+def share(rows: Sequence[Row], well: Callable[[Row], bool] = has_succeeded) -> dict[str, Any]:
     """How many of them succeed, with the 95 % interval of the share."""
     count, of = sum(map(well, rows)), len(rows)
     low, high = interval_of_share(count, of)
     return {"succeed": count, "of": of, "low": round(low, 4), "high": round(high, 4)}
 
 
-def both(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
+def summarize_both_readings(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
     """`share` by either reading of success."""
-    return {"half": share(rows), "everywhere": share(rows, everywhere)}
+    return {"half": share(rows), "everywhere": share(rows, succeeds_everywhere)}
 
 
-def said(found: Mapping[str, Any]) -> str:
+def format_share(found: Mapping[str, Any]) -> str:
     """A share in words."""
     if not found["of"]:
         return "none"

@@ -1,7 +1,7 @@
 """What makes novices differ, and where it comes from. Committed before the first was run; no value was touched since.
 
 Ranges are what the literature says of people in general, or, where it says nothing of such a task, a plain choice that
-is called so. Each novice's traits are drawn evenly from them, by its seed. What all have alike is among `Habits`.
+is called so. Each novice's traits are drawn evenly from them, by its seed. What all have alike is among `SharedTraits`.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ SUCCESS = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Habits:
+class SharedTraits:
     """What all novices have alike (chosen, where no source is said)."""
 
     spread: float = 0.3
@@ -103,16 +103,23 @@ class Habits:
     given_s: float = MINUTES_S
 
 
-PARAMETERS = (*RANGES, "at_edge", "edge_px", "carry_s", "patience_s", *(each.name for each in fields(Habits)))
+PARAMETERS = (
+    *RANGES,
+    "at_edge",
+    "edge_px",
+    "carry_s",
+    "patience_s",
+    *(each.name for each in fields(SharedTraits)),
+)
 """All parameters of the model: those that each novice's traits are drawn with, and what all have alike."""
 
 
-ALIKE = Habits()
+ALIKE = SharedTraits()
 
 
-def habits(scaled: Mapping[str, float]) -> Habits:
+def make_shared_traits(scaled: Mapping[str, float]) -> SharedTraits:
     """What all novices have alike, some of it multiplied."""
-    return Habits(**{name: value * scaled.get(name, 1.0) for name, value in asdict(ALIKE).items()})
+    return SharedTraits(**{name: value * scaled.get(name, 1.0) for name, value in asdict(ALIKE).items()})
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +139,7 @@ class Traits:
     patience_s: float
 
 
-def drawn(seed: int, *, scaled: Mapping[str, float] = MappingProxyType({})) -> Traits:
+def draw_traits(seed: int, *, scaled: Mapping[str, float] = MappingProxyType({})) -> Traits:
     """The traits of the novice of a seed; `scaled` multiplies some of them, and draws nothing else anew."""
 
     def within(name: str, bounds: tuple[float, float], share: float) -> float:

@@ -12,16 +12,16 @@ from understudy.sim.scenario.squad_schema import CommsSpec
 from understudy_lab.patrol.metrics import (
     attackers,
     captures,
+    count_joint_attacks,
     cycles,
     encounters,
     false_homes,
-    joined_at_once,
     residual_s,
     sighting_to_capture,
 )
-from understudy_lab.patrol.practice import ROBOTS, alone, coordinated
-from understudy_lab.patrol.teach import Taught
-from understudy_lab.patrol.tracks import Tracks, watch
+from understudy_lab.patrol.practice import ROBOTS, make_coordinated_team, make_uncoordinated_team
+from understudy_lab.patrol.teach import PatrolTeaching
+from understudy_lab.patrol.tracks import PatrolTracks, watch
 
 
 def states_of(library: Library, behavior: str) -> int:
@@ -32,7 +32,7 @@ def states_of(library: Library, behavior: str) -> int:
     return sum(states_of(library, state.behavior) for state in states if state.behavior is not None)
 
 
-def ordered(robots: Library, coordinators: Library, behavior: str) -> list[int]:
+def count_ordered_states(robots: Library, coordinators: Library, behavior: str) -> list[int]:
     """What each state of a coordinator's behavior in one piece has its robots do: how many states that is."""
     if behavior not in coordinators.taught:
         return [states_of(robots, behavior)]
@@ -41,13 +41,13 @@ def ordered(robots: Library, coordinators: Library, behavior: str) -> list[int]:
         count
         for state in states
         if state.behavior is not None
-        for count in ordered(robots, coordinators, state.behavior)
+        for count in count_ordered_states(robots, coordinators, state.behavior)
     ]
 
 
-def flattened(robots: Library, coordinators: Library, behavior: str) -> tuple[int, int]:
+def count_flat_states(robots: Library, coordinators: Library, behavior: str) -> tuple[int, int]:
     """The states of a coordinated behavior in one piece: of one robot, and of all together, who act side by side."""
-    counts = ordered(robots, coordinators, behavior)
+    counts = count_ordered_states(robots, coordinators, behavior)
     return sum(counts), sum(count**ROBOTS for count in counts)
 
 
@@ -66,16 +66,16 @@ def worlds_of(seed: int) -> range:
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
-def measured(taught: Taught, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
+def measure_patrol(taught: PatrolTeaching, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
     """Everything, of a team taught in full."""
     robots, coordinators = taught.robots.library, taught.coordinators.library
-    together = watch(coordinated(robots, coordinators, worlds, PATROL), ticks)
-    deferring = watch(coordinated(robots, coordinators, worlds, DEFER), ticks)
-    bad = watch(coordinated(robots, coordinators, worlds, PATROL, BAD_RADIO), ticks)
-    failing = watch(coordinated(robots, coordinators, worlds, PATROL), ticks, _failing(worlds))
-    of_one, of_all = flattened(robots, coordinators, DEFER)
+    together = watch(make_coordinated_team(robots, coordinators, worlds, PATROL), ticks)
+    deferring = watch(make_coordinated_team(robots, coordinators, worlds, DEFER), ticks)
+    bad = watch(make_coordinated_team(robots, coordinators, worlds, PATROL, BAD_RADIO), ticks)
+    failing = watch(make_coordinated_team(robots, coordinators, worlds, PATROL), ticks, _failing(worlds))
+    of_one, of_all = count_flat_states(robots, coordinators, DEFER)
     return {
-        "alone": rounds(watch(alone(robots, worlds), ticks)),
+        "alone": rounds(watch(make_uncoordinated_team(robots, worlds), ticks)),
         "coordinated": rounds(together),
         "deferring": deferrals(deferring),
         "bad_radio": rounds(bad),
@@ -85,11 +85,11 @@ def measured(taught: Taught, worlds: Sequence[int], ticks: int = TICKS) -> dict[
     }
 
 
-def rounds(tracks: Tracks) -> dict[str, Any]:
+def rounds(tracks: PatrolTracks) -> dict[str, Any]:
     """How a team patrols: cycles, captures, and attacks on nobody."""
     found, number = list(cycles(tracks)), len(captures(tracks))
     seconds = sighting_to_capture(tracks)
-    sighted, joined = joined_at_once(tracks)
+    sighted, joined = count_joint_attacks(tracks)
     seldom = false_homes(tracks)
     return {
         "cycles": len(found),
@@ -106,7 +106,7 @@ def rounds(tracks: Tracks) -> dict[str, Any]:
     }
 
 
-def deferrals(tracks: Tracks) -> dict[str, Any]:
+def deferrals(tracks: PatrolTracks) -> dict[str, Any]:
     """How a team treats the boss."""
     found = list(encounters(tracks))
     met = [each for each in found if each.in_sight]
@@ -134,5 +134,5 @@ def _failing(worlds: Sequence[int]) -> Mapping[int, Sequence[int]]:
     return found
 
 
-def _captured_late(tracks: Tracks) -> int:
+def _captured_late(tracks: PatrolTracks) -> int:
     return sum(tick >= FAILS_TICK[1] for _, tick in captures(tracks))

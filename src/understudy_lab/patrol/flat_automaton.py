@@ -22,7 +22,7 @@ from understudy_lab.patrol.practice import ROBOT, practices, robots_world, scena
 from understudy_lab.patrol.tracks import watch
 from understudy_lab.tasks import patrol_teacher, patrol_wander_teacher
 from understudy_lab.teachers.person import KEEP, Wish, after
-from understudy_lab.teachers.teacher import Case, Patience, Teacher, Teaching, Topic
+from understudy_lab.teachers.teacher import LessonPlan, Patience, ScriptedTeacher, Situation, TeachingResult
 
 SECONDS = 2900.0
 """As long as everything takes in layers, robots and coordinator."""
@@ -40,7 +40,7 @@ def show(screen: SessionView) -> str | None:
     )
 
 
-def complain(screen: SessionView) -> str | None:
+def find_complaint(screen: SessionView) -> str | None:
     """The same, with a little patience."""
     return _wished(
         screen,
@@ -72,7 +72,7 @@ def _within(screen: SessionView, task: str, move: str, wish: Wish) -> str | None
     return wished if wished is None or wished == KEEP else f"{task}_{wished}"
 
 
-UNDIVIDED = Topic(
+UNDIVIDED = LessonPlan(
     "patrol",
     lambda library: new_lesson(
         library,
@@ -88,24 +88,24 @@ UNDIVIDED = Topic(
         ],
     ),
     show,
-    complain,
+    find_complaint,
     after(150.0),
-    cases=(Case(PRACTICE, enough=after(120.0)),) * 3,
+    cases=(Situation(PRACTICE, enough=after(120.0)),) * 3,
     tries=8,
     limit_s=200.0,
     patience_s=100.0,
 )
 
 
-def teach_undivided(seed: int) -> Teaching:
+def teach_undivided(seed: int) -> TeachingResult:
     """One lesson, corrected until it comes right or the time is up."""
     patience = Patience(corrections=100_000, lessons=1, seconds=SECONDS)
-    return Teacher(
+    return ScriptedTeacher(
         Library(make_scenario_kit(scenario())), robots_world, seed, options={}, patience=patience
     ).teach(UNDIVIDED)
 
 
-def lone(robots: Library, seeds: Sequence[int]) -> dict[str, Any]:
+def make_lone_robot_team(robots: Library, seeds: Sequence[int]) -> dict[str, Any]:
     """How one robot patrols by itself, in a world per seed."""
     world = practices()[PRACTICE]
     team = make_team(world, seeds, collect_libraries(world, robots), {ROBOT: ("patrol", {})})

@@ -21,23 +21,23 @@ from understudy_lab.patrol.evaluate import TICKS, rounds, worlds_of
 from understudy_lab.patrol.metrics import cycles
 from understudy_lab.patrol.practice import NEVER, SQUAD
 from understudy_lab.patrol.teach import teach
-from understudy_lab.patrol.tracks import Tracks, watch
-from understudy_lab.statistics import told
-from understudy_lab.study import Goal, Row, Table
+from understudy_lab.patrol.tracks import PatrolTracks, watch
+from understudy_lab.statistics import format_median
+from understudy_lab.study import ResultTable, Row, StudyGoal
 from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher
-from understudy_lab.teachers.teacher import Progress, Teacher, Teaching
+from understudy_lab.teachers.teacher import Progress, ScriptedTeacher, TeachingResult
 
 TOP, BEHAVIOR = "garrison", "guard"
 HOMES = ("home_north", "home_east", "home_south", "home_west")
 """Of the patrols, one after the other."""
 
 
-class Taught(NamedTuple):
+class RegionsTeaching(NamedTuple):
     """What was taught to the robots, to those who coordinate a patrol, and to the coordinator of these."""
 
-    robots: Teaching
-    patrols: Teaching
-    garrison: Teaching
+    robots: TeachingResult
+    patrols: TeachingResult
+    garrison: TeachingResult
 
 
 @cache
@@ -47,14 +47,14 @@ def scenario() -> Scenario:
 
 
 @cache
-def quiet() -> Scenario:
+def make_quiet_scenario() -> Scenario:
     """The same without a boss, to practice in."""
     made = scenario()
     objects = (replace(each, presence=NEVER) if each.name == "boss" else each for each in made.objects)
     return replace(made, objects=tuple(objects))
 
 
-def known(robots: Library, patrols: Library, top: Library | None = None) -> Libraries:
+def collect_regions_libraries(robots: Library, patrols: Library, top: Library | None = None) -> Libraries:
     """What everybody there knows: robots and patrols what they were taught in the world of one patrol."""
 
     def squads(name: str, kit: Kit) -> Library:
@@ -66,20 +66,24 @@ def known(robots: Library, patrols: Library, top: Library | None = None) -> Libr
 
 def troops(libraries: Libraries) -> Callable[[str, int], CoordinatorBody]:
     """Makes the whole team for the coordinator of coordinators to be taught on."""
-    return lambda practice, seed: make_coordinator_body(quiet(), TOP, libraries, seed=seed)
+    return lambda practice, seed: make_coordinator_body(make_quiet_scenario(), TOP, libraries, seed=seed)
 
 
-def teach_all(seed: int, *, progress: Progress = lambda name, what, account: None) -> Taught:
+def teach_all(seed: int, *, progress: Progress = lambda name, what, account: None) -> RegionsTeaching:
     """Teach everything from nothing, bottom-up: robots and one patrol in the world `patrol`, their top in this one."""
     taught = teach(seed, patrol_teacher.TOPICS, patrol_squad_teacher.PATROL_TOPICS, progress=progress)
-    libraries = known(taught.robots.library, taught.coordinators.library)
-    teacher = Teacher(libraries[TOP], troops(libraries), seed, options={}, progress=progress)
-    return Taught(taught.robots, taught.coordinators, teacher.teach(*patrol_squad_teacher.GUARD_TOPICS))
+    libraries = collect_regions_libraries(taught.robots.library, taught.coordinators.library)
+    teacher = ScriptedTeacher(libraries[TOP], troops(libraries), seed, options={}, progress=progress)
+    return RegionsTeaching(
+        taught.robots, taught.coordinators, teacher.teach(*patrol_squad_teacher.GUARD_TOPICS)
+    )
 
 
-def guarding(taught: Taught, seeds: Sequence[int]) -> Team:
+def make_guarding_team(taught: RegionsTeaching, seeds: Sequence[int]) -> Team:
     """The team of a teaching in a world per seed."""
-    libraries = known(taught.robots.library, taught.patrols.library, taught.garrison.library)
+    libraries = collect_regions_libraries(
+        taught.robots.library, taught.patrols.library, taught.garrison.library
+    )
     return make_team(scenario(), seeds, libraries, {TOP: (BEHAVIOR, {})})
 
 
@@ -96,27 +100,29 @@ NUMBERS: Mapping[str, str] = {
 SHARES = ("complete", "false_captures")
 
 
-def together(seed: int) -> Row:
+def measure_four_patrols(seed: int) -> Row:
     """One teaching of everybody, judged on its own unseen worlds."""
     taught = teach_all(seed)
     return {
-        "together": judged(watch(guarding(taught, worlds_of(seed)[:WORLDS]), TICKS, homes=HOMES)),
+        "together": summarize_four_patrols(
+            watch(make_guarding_team(taught, worlds_of(seed)[:WORLDS]), TICKS, homes=HOMES)
+        ),
         "lessons": [*lessons_of(taught.patrols), *lessons_of(taught.garrison)],
     }
 
 
-def judged(tracks: Tracks) -> dict[str, Any]:
+def summarize_four_patrols(tracks: PatrolTracks) -> dict[str, Any]:
     """How four patrols do together: as one is judged, and how long cycles take, s (median, nine of ten)."""
     seconds = [cycle.seconds for cycle in cycles(tracks) if not np.isnan(cycle.seconds)]
     lasted = [round(float(each), 1) for each in np.quantile(seconds, (0.5, 0.9))] if seconds else None
     return {**rounds(tracks), "cycle_s": lasted}
 
 
-def table(rows: Sequence[Row]) -> Table:
+def table(rows: Sequence[Row]) -> ResultTable:
     """What holds over all teachings."""
     names = [lesson["name"] for lesson in rows[0]["lessons"]]
-    examples = told([sum(lesson["examples"] for lesson in row["lessons"]) for row in rows])
-    return Table(
+    examples = format_median([sum(lesson["examples"] for lesson in row["lessons"]) for row in rows])
+    return ResultTable(
         f"Four patrols under a coordinator of coordinators, {WORLDS} unseen worlds each: median (worst–best)",
         ("", "#together (C)"),
         [
@@ -126,11 +132,11 @@ def table(rows: Sequence[Row]) -> Table:
     )
 
 
-def goal(rows: Sequence[Row]) -> Goal:
+def goal(rows: Sequence[Row]) -> StudyGoal:
     """Nine of ten cycles."""
     complete = float(np.median(_values(rows, "complete")))
     what = "cycles completed by four squads, each with its own home"
-    return Goal(what, f"{GOOD:.0%}", f"{complete:.1%}", complete >= GOOD)
+    return StudyGoal(what, f"{GOOD:.0%}", f"{complete:.1%}", complete >= GOOD)
 
 
 def _values(rows: Sequence[Row], key: str) -> list[float]:
@@ -140,4 +146,4 @@ def _values(rows: Sequence[Row], key: str) -> list[float]:
 
 def _told(rows: Sequence[Row], key: str) -> str:
     digits = 0 if key in ("cycles", "captures_per_hour") else 1
-    return told(_values(rows, key), digits, percent=key in SHARES)
+    return format_median(_values(rows, key), digits, percent=key in SHARES)

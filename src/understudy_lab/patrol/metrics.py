@@ -9,7 +9,7 @@ from math import pi, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, RUN_AWAY, Tracks
+from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, RUN_AWAY, PatrolTracks
 
 AT_HOME_M = 3.0
 CYCLE_S = 120.0
@@ -23,7 +23,7 @@ LEEWAY_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Cycle:
+class PatrolCycle:
     """From a capture until all are told to disperse: in which world, from which tick, for how long, s.
 
     `seconds` is absent (NaN) where it was still open at the end; `farthest_m` is how far from its home the farthest
@@ -41,14 +41,14 @@ class Cycle:
         return self.seconds <= CYCLE_S and self.farthest_m <= AT_HOME_M
 
 
-def captures(tracks: Tracks) -> list[tuple[int, int]]:
+def captures(tracks: PatrolTracks) -> list[tuple[int, int]]:
     """When an intruder was removed: (world, first tick without it)."""
     there = tracks.intruder.there
     gone = there[:-1] & ~there[1:]
     return [(int(world), int(tick) + 1) for tick, world in np.argwhere(gone)]
 
 
-def cycles(tracks: Tracks) -> Iterator[Cycle]:
+def cycles(tracks: PatrolTracks) -> Iterator[PatrolCycle]:
     """The cycles of a team: each from the capture of an intruder that one of its squads was attacking.
 
     What is captured on the way home belongs to the cycle at hand. One that the boss interrupts is none.
@@ -65,19 +65,19 @@ def cycles(tracks: Tracks) -> Iterator[Cycle]:
             end = until[world] = tick + int(after[0])
             if (doing[end] == RUN_AWAY).any():
                 continue
-            yield Cycle(world, tick, (end - tick) * tracks.tick_s, _farthest(tracks, world, end))
+            yield PatrolCycle(world, tick, (end - tick) * tracks.tick_s, _farthest(tracks, world, end))
         else:
             until[world] = tracks.ticks
             if (tracks.ticks - tick) * tracks.tick_s > OPEN_S:
-                yield Cycle(world, tick, float("nan"), float("nan"))
+                yield PatrolCycle(world, tick, float("nan"), float("nan"))
 
 
-def _farthest(tracks: Tracks, world: int, tick: int) -> float:
+def _farthest(tracks: PatrolTracks, world: int, tick: int) -> float:
     x, y = tracks.home.T
     return float(np.hypot(tracks.x[tick, world] - x, tracks.y[tick, world] - y).max())
 
 
-def false_homes(tracks: Tracks) -> int:
+def false_homes(tracks: PatrolTracks) -> int:
     """How often all go home though nothing was captured."""
     home, count = (tracks.told == HOME).all(axis=2), 0
     margin = round((CAPTURE_S + 0.5) / tracks.tick_s)
@@ -87,19 +87,19 @@ def false_homes(tracks: Tracks) -> int:
     return count
 
 
-def residual_s(tracks: Tracks) -> float:
+def residual_s(tracks: PatrolTracks) -> float:
     """Robot-seconds spent attacking an intruder that is not there any more."""
     return float(((tracks.doing == ATTACK) & ~tracks.intruder.there[:, :, None]).sum() * tracks.tick_s)
 
 
-def joined_at_once(tracks: Tracks) -> tuple[int, int]:
+def count_joint_attacks(tracks: PatrolTracks) -> tuple[int, int]:
     """Sightings while dispersing, and in how many of them all were told to attack in the same tick."""
     before, now = tracks.doing[:-1], tracks.doing[1:]
     seen = tracks.sees[1:].any(axis=2) & (before == DISPERSE).all(axis=2)
     return int(seen.sum()), int((seen & (now == ATTACK).all(axis=2)).sum())
 
 
-def attackers(tracks: Tracks) -> NDArray[np.int64]:
+def attackers(tracks: PatrolTracks) -> NDArray[np.int64]:
     """How many robots were attacking an intruder when the first was close enough, of those that were removed."""
     since = round(CAPTURE_S / tracks.tick_s) + 1
     found = [
@@ -108,7 +108,7 @@ def attackers(tracks: Tracks) -> NDArray[np.int64]:
     return np.array([count for count in found if count], np.int64)
 
 
-def sighting_to_capture(tracks: Tracks) -> NDArray[np.float64]:
+def sighting_to_capture(tracks: PatrolTracks) -> NDArray[np.float64]:
     """From the first sight of each intruder to its removal, s; of those captured."""
     found = []
     for world, tick in captures(tracks):
@@ -121,7 +121,7 @@ def sighting_to_capture(tracks: Tracks) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True, slots=True)
-class Encounter:
+class BossEncounter:
     """One time with the boss: how many robots had him in sight all the while, and how many of them turned to him.
 
     `resumed_s` is how long after the last sight of him the patrol went on; absent where it did not.
@@ -139,7 +139,7 @@ class Encounter:
         return self.turned == self.in_sight
 
 
-def encounters(tracks: Tracks, *, within_s: float = TURNS_S + LEEWAY_S) -> Iterator[Encounter]:
+def encounters(tracks: PatrolTracks, *, within_s: float = TURNS_S + LEEWAY_S) -> Iterator[BossEncounter]:
     """The encounters: each from the tick in which the team begins to run away until it goes on with its patrol."""
     away = (tracks.doing == RUN_AWAY).all(axis=2)
     span = round(within_s / tracks.tick_s)
@@ -148,9 +148,9 @@ def encounters(tracks: Tracks, *, within_s: float = TURNS_S + LEEWAY_S) -> Itera
         if tick + span >= tracks.ticks:
             continue
         rows = slice(int(tick), int(tick) + span)
-        sight = in_sight(tracks, world, rows).all(axis=0)
-        turned = (faces(tracks, world, rows) & sight).any(axis=0)
-        yield Encounter(
+        sight = find_boss_sightings(tracks, world, rows).all(axis=0)
+        turned = (find_boss_in_view(tracks, world, rows) & sight).any(axis=0)
+        yield BossEncounter(
             int(world),
             int(tick),
             int(sight.sum()),
@@ -159,14 +159,14 @@ def encounters(tracks: Tracks, *, within_s: float = TURNS_S + LEEWAY_S) -> Itera
         )
 
 
-def _resumed(tracks: Tracks, world: int, tick: int) -> float:
+def _resumed(tracks: PatrolTracks, world: int, tick: int) -> float:
     over = np.flatnonzero((tracks.doing[tick:, world] != RUN_AWAY).any(axis=1))
     end = tick + int(over[0]) if len(over) else 0
     seen = np.flatnonzero(tracks.sees_boss[: end + 1, world].any(axis=1))
     return float((end - seen[-1]) * tracks.tick_s) if end and len(seen) else float("nan")
 
 
-def faces(tracks: Tracks, world: int, rows: slice) -> NDArray[np.bool_]:
+def find_boss_in_view(tracks: PatrolTracks, world: int, rows: slice) -> NDArray[np.bool_]:
     """Which robots have the boss in view, were nothing in the way [rows, N]."""
     x, y = tracks.x[rows, world], tracks.y[rows, world]
     toward = np.arctan2(tracks.boss.y[rows, world, None] - y, tracks.boss.x[rows, world, None] - x)
@@ -175,7 +175,9 @@ def faces(tracks: Tracks, world: int, rows: slice) -> NDArray[np.bool_]:
     return found
 
 
-def in_sight(tracks: Tracks, world: int, rows: slice, *, robot_m: float = 0.2) -> NDArray[np.bool_]:
+def find_boss_sightings(
+    tracks: PatrolTracks, world: int, rows: slice, *, robot_m: float = 0.2
+) -> NDArray[np.bool_]:
     """Which robots have nothing between them and the boss [rows, N]: no obstacle, robot or intruder on the line."""
     eye = np.stack([tracks.x[rows, world], tracks.y[rows, world]], axis=-1).astype(np.float64)
     boss = np.stack([tracks.boss.x[rows, world], tracks.boss.y[rows, world]], axis=-1).astype(np.float64)

@@ -139,12 +139,12 @@ def troops(robots: Library) -> Callable[[str, int], CoordinatorBody]:
     return make
 
 
-def alone(robots: Library, seeds: Sequence[int], behavior: str = "patrol") -> Team:
+def make_uncoordinated_team(robots: Library, seeds: Sequence[int], behavior: str = "patrol") -> Team:
     """The team without coordinator, in a world per seed."""
     return make_team(scenario(), seeds, collect_libraries(scenario(), robots), {ROBOT: (behavior, {})})
 
 
-def coordinated(
+def make_coordinated_team(
     robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str, radio: CommsSpec = PERFECT
 ) -> Team:
     """The team whose coordinator runs a behavior, in a world per seed."""

@@ -11,11 +11,11 @@ from understudy_lab.figures import dots, panels
 from understudy_lab.lesson_stats import lessons_of
 from understudy_lab.patrol import four_patrols
 from understudy_lab.patrol import teach as paper
-from understudy_lab.patrol.evaluate import WORLDS, measured, worlds_of
-from understudy_lab.patrol.flat_automaton import SECONDS, lone, teach_undivided
+from understudy_lab.patrol.evaluate import WORLDS, measure_patrol, worlds_of
+from understudy_lab.patrol.flat_automaton import SECONDS, make_lone_robot_team, teach_undivided
 from understudy_lab.patrol.teach import teach
-from understudy_lab.statistics import told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.statistics import format_median
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 from understudy_lab.tasks import patrol_teacher
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ OWN, PAPERS, UNDIVIDED, TOGETHER = (
 GOOD = 0.95
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each teaching in all ways: of the quick version the first only."""
     ways = (OWN,) if plan.quick else (OWN, PAPERS, UNDIVIDED, TOGETHER)
     return [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
@@ -43,11 +43,11 @@ def work(task: Task) -> Row:
     if task["features"] == UNDIVIDED:
         return _in_one_piece(task["seed"])
     if task["features"] == TOGETHER:
-        return four_patrols.together(task["seed"])
+        return four_patrols.measure_four_patrols(task["seed"])
     topics = (paper.ROBOTS, paper.SQUADS) if task["features"] == PAPERS else ()
     taught = teach(task["seed"], *topics)
     return {
-        **measured(taught, worlds_of(task["seed"])),
+        **measure_patrol(taught, worlds_of(task["seed"])),
         "lessons": [*lessons_of(taught.robots), *lessons_of(taught.coordinators)],
     }
 
@@ -56,8 +56,8 @@ def _in_one_piece(seed: int) -> dict[str, Any]:
     """One robot's Patrol in one piece and in layers, in the same worlds."""
     whole, robots = teach_undivided(seed), teach(seed, ALONE, ()).robots
     return {
-        "whole": lone(whole.library, worlds_of(seed)),
-        "layers": lone(robots.library, worlds_of(seed)),
+        "whole": make_lone_robot_team(whole.library, worlds_of(seed)),
+        "layers": make_lone_robot_team(robots.library, worlds_of(seed)),
         "lessons": lessons_of(whole),
         "lessons_in_layers": lessons_of(robots),
     }
@@ -68,7 +68,7 @@ ALONE = tuple(
 )
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """What holds over all teachings."""
     whole = [row for row in rows if row["task"]["features"] == UNDIVIDED]
     rows = [row for row in rows if row["task"]["features"] != UNDIVIDED]
@@ -79,14 +79,14 @@ def conclude(rows: Sequence[Row]) -> Findings:
     own, four = ways[OWN], ways.pop(TOGETHER, [])
     first, last = own[0]["task"]["seed"], own[-1]["task"]["seed"]
     well = sum(row["coordinated"]["complete"] >= GOOD for row in own)
-    return Findings(
+    return StudyFindings(
         headline=f"{well} of {len(own)} teams taught by pressing names complete {GOOD:.0%} of their cycles - capture "
         f"an intruder, gather at home, disperse - in worlds that they have never seen "
         f"({_told(own, 'coordinated', 'complete')} in the median), after {np.median(_examples(own)):.0f} examples for "
         f"all automata of robots and coordinator together. Without the coordinator robots spend "
         f"{_ratio(own):.0f} times as long on intruders that are gone.",
         tables=(
-            Table(
+            ResultTable(
                 f"Patrol, teachings {first} to {last}, {WORLDS} unseen worlds of ten minutes each: median (worst–best)",
                 ("", "#alone (A)", "#coordinated (B)", "#B, 0.2 s and 10 % lost", *_paper_columns(ways)),
                 [
@@ -94,7 +94,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
                     for said, key in ROUNDS.items()
                 ],
             ),
-            Table(
+            ResultTable(
                 "The boss: encounters of all who could see him",
                 ("", *(f"#{way}" for way in ways)),
                 [
@@ -102,7 +102,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
                     for said, key in DEFERRALS.items()
                 ],
             ),
-            Table(
+            ResultTable(
                 "What each automaton took: median (least–most)",
                 ("automaton", "#examples", "#seconds", "#states", "#features"),
                 _lessons(own),
@@ -143,7 +143,7 @@ def _values(rows: Sequence[Row], arm: str, key: str) -> list[float]:
 def _told(rows: Sequence[Row], arm: str, key: str) -> str:
     values = _values(rows, arm, key)
     digits = 1 if key in (*SHARES, "attackers", "sighting_to_capture_s") else 0
-    return told(values, digits, percent=key in SHARES)
+    return format_median(values, digits, percent=key in SHARES)
 
 
 def _paper_columns(ways: Mapping[str, Sequence[Row]]) -> list[str]:
@@ -169,16 +169,16 @@ def _lessons(rows: Sequence[Row]) -> list[tuple[str, ...]]:
     made = []
     for name in names:
         of = [lesson for row in rows for lesson in row["lessons"] if lesson["name"] == name]
-        cells = (told([lesson[key] for lesson in of]) for key in ("examples", "seconds"))
+        cells = (format_median([lesson[key] for lesson in of]) for key in ("examples", "seconds"))
         made.append((name, *cells, str(of[0]["states"]), str(of[0]["features"])))
     whole = [
-        told([sum(lesson[key] for lesson in row["lessons"]) for row in rows])
+        format_median([sum(lesson[key] for lesson in row["lessons"]) for row in rows])
         for key in ("examples", "seconds")
     ]
     return [*made, ("all", *whole, "", "")]
 
 
-def _undivided(rows: Sequence[Row]) -> Table:
+def _undivided(rows: Sequence[Row]) -> ResultTable:
     cells: list[tuple[str, list[list[float]]]] = [
         ("captures followed by coming home, an hour", [_rounds(rows, way) for way in ("whole", "layers")]),
         (
@@ -188,11 +188,11 @@ def _undivided(rows: Sequence[Row]) -> Table:
         ("examples", [[sum(each["examples"] for each in row[of]) for row in rows] for of in LESSONS]),
         ("teaching time, s", [[sum(each["seconds"] for each in row[of]) for row in rows] for of in LESSONS]),
     ]
-    return Table(
+    return ResultTable(
         f"One robot by itself and no boss, Patrol taught in one automaton of eleven states for {SECONDS:.0f} s, and in "
         f"layers, in the same {WORLDS} worlds",
         ("", "#one piece", "#layers"),
-        [(said, *(told(values, 0) for values in both)) for said, both in cells],
+        [(said, *(format_median(values, 0) for values in both)) for said, both in cells],
     )
 
 
@@ -205,7 +205,7 @@ def _rounds(rows: Sequence[Row], way: str) -> list[float]:
 LESSONS = ("lessons", "lessons_in_layers")
 
 
-def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
+def _goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
     well = sum(row["coordinated"]["complete"] >= GOOD for row in rows)
     radio = _median(rows, "bad_radio", "complete")
     false = _median(rows, "bad_radio", "false_captures")
@@ -218,22 +218,26 @@ def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
     failed = float(np.median([row["one_failed"] for row in rows]))
     need = int(np.ceil(0.9 * len(rows)))
     return (
-        Goal(
+        StudyGoal(
             "teachings that complete 95 % of the cycles",
             f"{need} of {len(rows)}",
             f"{well} of {len(rows)}",
             well >= need,
         ),
-        Goal(
+        StudyGoal(
             "all ordered to attack in the tick of a sighting", "always", f"{joined:.1%}, worst", joined >= 1
         ),
-        Goal("attack on nobody as a share of (A)'s", "at most 2 %", f"{residual:.2%}", residual <= 0.02),
-        Goal("encounters in which all face the boss in time", "95 %", f"{deferred:.1%}", deferred >= GOOD),
-        Goal("patrols that go on 10 ± 0.3 s after he was seen last", "all", f"{on_time:.1%}", on_time >= 1),
-        Goal("examples for all automata", "at most 200", f"{examples:.0f}", examples <= 200),
-        Goal("cycles completed on a bad radio", "95 %", f"{radio:.1%}", radio >= GOOD),
-        Goal("false captures on a bad radio", "at most 1 %", f"{false:.1%}", false <= 0.01),
-        Goal("captures after one of four has failed", "at least ×0.60", f"×{failed:.2f}", failed >= 0.6),
+        StudyGoal("attack on nobody as a share of (A)'s", "at most 2 %", f"{residual:.2%}", residual <= 0.02),
+        StudyGoal(
+            "encounters in which all face the boss in time", "95 %", f"{deferred:.1%}", deferred >= GOOD
+        ),
+        StudyGoal(
+            "patrols that go on 10 ± 0.3 s after he was seen last", "all", f"{on_time:.1%}", on_time >= 1
+        ),
+        StudyGoal("examples for all automata", "at most 200", f"{examples:.0f}", examples <= 200),
+        StudyGoal("cycles completed on a bad radio", "95 %", f"{radio:.1%}", radio >= GOOD),
+        StudyGoal("false captures on a bad radio", "at most 1 %", f"{false:.1%}", false <= 0.01),
+        StudyGoal("captures after one of four has failed", "at least ×0.60", f"×{failed:.2f}", failed >= 0.6),
     )
 
 
@@ -280,7 +284,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="patrol",
     seeds=TEACHINGS,
     quick=1,

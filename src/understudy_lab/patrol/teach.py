@@ -11,29 +11,29 @@ from understudy.sim.kit import make_scenario_kit
 from understudy.training.lesson_design import new_lesson
 from understudy_lab.patrol.practice import robots_world, scenario, squads_library, troops
 from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher, patrol_wander_teacher
-from understudy_lab.teachers.teacher import Case, Progress, Teacher, Teaching, Topic
+from understudy_lab.teachers.teacher import LessonPlan, Progress, ScriptedTeacher, Situation, TeachingResult
 
 
-class Taught(NamedTuple):
+class PatrolTeaching(NamedTuple):
     """What the robots and what their coordinator were taught."""
 
-    robots: Teaching
-    coordinators: Teaching
+    robots: TeachingResult
+    coordinators: TeachingResult
 
 
 def teach(
     seed: int,
-    topics: Sequence[Topic] = patrol_teacher.TOPICS,
-    squads: Sequence[Topic] = patrol_squad_teacher.SQUAD_TOPICS,
+    topics: Sequence[LessonPlan] = patrol_teacher.TOPICS,
+    squads: Sequence[LessonPlan] = patrol_squad_teacher.SQUAD_TOPICS,
     *,
     progress: Progress = lambda name, what, account: None,
-) -> Taught:
+) -> PatrolTeaching:
     """Teach everything from nothing; the same seed, the same lessons."""
     kit = make_scenario_kit(scenario())
-    robots = Teacher(Library(kit), robots_world, seed, options={}, progress=progress).teach(*topics)
+    robots = ScriptedTeacher(Library(kit), robots_world, seed, options={}, progress=progress).teach(*topics)
     library = robots.library
-    teacher = Teacher(squads_library(library), troops(library), seed, options={}, progress=progress)
-    return Taught(robots, teacher.teach(*squads))
+    teacher = ScriptedTeacher(squads_library(library), troops(library), seed, options={}, progress=progress)
+    return PatrolTeaching(robots, teacher.teach(*squads))
 
 
 SERVO = replace(
@@ -68,7 +68,9 @@ COLLECTIVE_PATROL = replace(
         states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
         features=["all_done", "someone_done", "someone_sees(intruder)"],
     ),
-    cases=(Case("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),),
+    cases=(
+        Situation("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),
+    ),
 )
 
 ROBOTS = (

@@ -38,7 +38,7 @@ Reach: TypeAlias = tuple[SquadBody, NDArray[np.intp], NDArray[np.intp]]
 """Squads, and whom their orders reach in the end: pairs of one of their members and a robot [K each]."""
 
 
-class Told:
+class OrderedActivity:
     """What the robots of so many worlds are to do: the outermost order that means anything, or else what they do by
     themselves. `homes` are those of the squads they are in, one after the other; `squad` [N] is which one that is.
     """
@@ -105,7 +105,7 @@ NOBODY: Mapping[int, Sequence[int]] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
-class Thing:
+class ObjectTrack:
     """An object over time: whether it is there, and where, m [T, W each]."""
 
     there: Bools
@@ -114,7 +114,7 @@ class Thing:
 
 
 @dataclass(frozen=True, eq=False)
-class Tracks:
+class PatrolTracks:
     """T ticks of W worlds with N robots: what was sensed in each tick, and what was decided on it.
 
     `doing` [T, W, N] is what each robot is to do; `x`, `y`, `heading` [T, W, N] where it is; `sees` and `sees_boss`
@@ -129,8 +129,8 @@ class Tracks:
     heading: Floats
     sees: Bools
     sees_boss: Bools
-    intruder: Thing
-    boss: Thing
+    intruder: ObjectTrack
+    boss: ObjectTrack
     home: NDArray[np.float64]
     firsts: NDArray[np.intp]
     obstacles: NDArray[np.float64]
@@ -154,13 +154,13 @@ class Tracks:
 
 def watch(
     team: Team, ticks: int, failing: Mapping[int, Sequence[int]] = NOBODY, homes: Sequence[str] = ("home",)
-) -> Tracks:
+) -> PatrolTracks:
     """Let a team run for so many ticks, and write down what happens. Some robots fail, in these ticks.
 
     `homes` are those of the squads, one after the other.
     """
     world = _world(team)
-    told = Told(team, world.worlds, homes)
+    told = OrderedActivity(team, world.worlds, homes)
     shape = (ticks, world.worlds, world.robots)
     doing = np.zeros(shape, np.int8)
     x, y, heading = (np.zeros(shape, np.float32) for _ in range(3))
@@ -182,7 +182,7 @@ def watch(
     discs = world.state.discs
     obstacles = np.stack([discs[name] for name in ("x", "y", "radius")], axis=-1)
     home, firsts = np.array(places)[told.squad], np.unique(told.squad, return_index=True)[1]
-    return Tracks(
+    return PatrolTracks(
         world.tick_s, doing, x, y, heading, sees, sees_boss, intruder, boss, home, firsts, obstacles
     )
 
@@ -199,8 +199,8 @@ def _slot(world: World, name: str) -> int:
     return int(world.rules.classes["first"][world.names.classes.index(name)])
 
 
-def _thing(things: NDArray[Any]) -> Thing:
-    return Thing(things["present"] != 0, things["x"].astype(np.float32), things["y"].astype(np.float32))
+def _thing(things: NDArray[Any]) -> ObjectTrack:
+    return ObjectTrack(things["present"] != 0, things["x"].astype(np.float32), things["y"].astype(np.float32))
 
 
 def _seen(team: Team, target: str) -> Bools:

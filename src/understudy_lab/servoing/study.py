@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from understudy_lab.figures import COLORS, dots, panels
-from understudy_lab.lesson_stats import described
+from understudy_lab.lesson_stats import describe_lesson
 from understudy_lab.servoing.trials import CASES, HAND, PUSHED, judge, opposite, search_side, teach
-from understudy_lab.statistics import differ_in_pairs, interval_of_median, interval_of_share, told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.statistics import compute_paired_p, format_median, interval_of_median, interval_of_share
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.tasks.soccer import LIMIT_S, POSITIONS
 
@@ -36,7 +36,7 @@ SUMMED = (*POSITIONS, FACED, AWAY, TOWARD, EITHER)
 FASTER, SURE, NEAR, FAILING = 1.5, 0.01, 1.2, 0.02
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each seed with each method."""
     return [{"method": method, "seed": seed} for method in METHODS for seed in plan.seeds]
 
@@ -48,7 +48,7 @@ def work(task: Task) -> Row:
         return {"search": search_side(seed), "times": judge(seed, None)}
     teaching = teach(seed, method)
     account = teaching.accounts["approach"]
-    lesson = described(teaching.library.taught["approach"], account.seconds)
+    lesson = describe_lesson(teaching.library.taught["approach"], account.seconds)
     return {
         "search": search_side(seed),
         "times": judge(seed, teaching.library),
@@ -75,7 +75,7 @@ def medians(rows: Sequence[Row], method: str, what: str) -> list[float]:
     return [float(np.median(times(row, what))) for row in rows if row["task"]["method"] == method]
 
 
-def failed(rows: Sequence[Row], method: str, cases: Sequence[str] = CASES) -> tuple[int, int]:
+def count_failures(rows: Sequence[Row], method: str, cases: Sequence[str] = CASES) -> tuple[int, int]:
     """Trials that came to the limit, and how many there were."""
     all_ = [
         each
@@ -87,7 +87,7 @@ def failed(rows: Sequence[Row], method: str, cases: Sequence[str] = CASES) -> tu
     return sum(each is None or each != each for each in all_), len(all_)
 
 
-def compared(rows: Sequence[Row], what: str, *, with_: str = LOST, to: str = FOUR) -> dict[str, float]:
+def compare_methods(rows: Sequence[Row], what: str, *, with_: str = LOST, to: str = FOUR) -> dict[str, float]:
     """How many times as long a method takes as another on the same trials: the median over seeds, its 95 % interval,
     and p that they do not differ.
     """
@@ -98,28 +98,30 @@ def compared(rows: Sequence[Row], what: str, *, with_: str = LOST, to: str = FOU
         "ratio": round(float(np.median(ratios)), 3),
         "low": round(low, 3),
         "high": round(high, 3),
-        "p": float(f"{differ_in_pairs(ours, theirs):.2g}"),
+        "p": float(f"{compute_paired_p(ours, theirs):.2g}"),
     }
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """What memory is worth in each case, and how far the taught robot is from one written by hand."""
-    lost, edges = ({what: compared(rows, what, with_=each) for what in SUMMED} for each in (LOST, EDGES))
-    hand = {what: compared(rows, what, with_=HAND) for what in SUMMED}
+    lost, edges = (
+        {what: compare_methods(rows, what, with_=each) for what in SUMMED} for each in (LOST, EDGES)
+    )
+    hand = {what: compare_methods(rows, what, with_=HAND) for what in SUMMED}
     found = {
         method: {what: round(float(np.median(medians(rows, method, what))), 2) for what in SUMMED}
         for method in METHODS
     }
     seeds = [row["task"]["seed"] for row in rows if row["task"]["method"] == FOUR]
-    return Findings(
+    return StudyFindings(
         headline=_headline(found, lost, edges, rows),
         tables=(
-            Table(
+            ResultTable(
                 f"Seconds to within 15 cm, {len(seeds)} automata taught per method (seeds {seeds[0]} to {seeds[-1]})",
                 ("", *(f"#{method}" for method in METHODS)),
                 [
                     *(
-                        (what, *(told(medians(rows, method, what), 1) for method in METHODS))
+                        (what, *(format_median(medians(rows, method, what), 1) for method in METHODS))
                         for what in SUMMED
                     ),
                     ("failures", *(_failures(rows, method) for method in METHODS)),
@@ -129,7 +131,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
                     ),
                 ],
             ),
-            Table(
+            ResultTable(
                 "How many times as long they take as the four states on the same trials: median over seeds, with its "
                 "95 % interval",
                 ("", *(f"#{method}" for method in METHODS[1:])),
@@ -143,7 +145,7 @@ def conclude(rows: Sequence[Row]) -> Findings:
             "stateless_relative_to_four_states": lost,
             "edges_relative_to_four_states": edges,
             "hand_relative_to_four_states": hand,
-            "failures": {method: failed(rows, method)[0] for method in METHODS},
+            "failures": {method: count_failures(rows, method)[0] for method in METHODS},
         },
     )
 
@@ -152,13 +154,13 @@ COSTS = {"press-made examples": "examples", "presses": "presses", "teaching, s":
 
 
 def _told(rows: Sequence[Row], method: str, key: str) -> str:
-    return told([row[key] for row in rows if row["task"]["method"] == method and key in row])
+    return format_median([row[key] for row in rows if row["task"]["method"] == method and key in row])
 
 
 def _failures(rows: Sequence[Row], method: str) -> str:
-    count, of = failed(rows, method)
+    count, of = count_failures(rows, method)
     mine = [row for row in rows if row["task"]["method"] == method]
-    failing = sum(failed([row], method)[0] > 0 for row in mine)
+    failing = sum(count_failures([row], method)[0] > 0 for row in mine)
     low, high = interval_of_share(failing, len(mine))
     return f"{count} of {of}, by {failing} of {len(mine)} automata ({100 * low:.0f}–{100 * high:.0f} %)"
 
@@ -172,7 +174,7 @@ def _p(p: float) -> str:
 
 
 def _headline(found: Any, lost: Any, edges: Any, rows: Sequence[Row]) -> str:
-    count, of = failed(rows, FOUR)
+    count, of = count_failures(rows, FOUR)
     return (
         f"Memory takes a robot to the ball ×{lost[FACED]['ratio']:.2f} as fast as a policy does "
         f"({found[FOUR][FACED]:.0f} s against {found[LOST][FACED]:.0f} s) where the ball leaves the frame on the side "
@@ -184,7 +186,7 @@ def _headline(found: Any, lost: Any, edges: Any, rows: Sequence[Row]) -> str:
 
 
 def _notes(rows: Sequence[Row], lost: Any, edges: Any) -> tuple[str, ...]:
-    either, away = (compared(rows, what, to=HAND)["ratio"] for what in (EITHER, AWAY))
+    either, away = (compare_methods(rows, what, to=HAND)["ratio"] for what in (EITHER, AWAY))
     return (
         f"Pushed to either side, one push in two goes where the policy turns anyway (×{lost[TOWARD]['ratio']:.2f}), "
         "and the median of both lies between two clusters: even the robot written by hand is only "
@@ -201,13 +203,13 @@ def _notes(rows: Sequence[Row], lost: Any, edges: Any) -> tuple[str, ...]:
     )
 
 
-def goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
+def goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
     """What was to be reached, beside what was measured."""
     made = []
     for what in (FACED, AWAY, EITHER):
-        found = compared(rows, what)
+        found = compare_methods(rows, what)
         made.append(
-            Goal(
+            StudyGoal(
                 f"time of the stateless policy (turns when lost) / four states, {what}",
                 f"×{FASTER}, p < {SURE}",
                 f"×{found['ratio']:.2f}, {_p(found['p'])}",
@@ -215,11 +217,13 @@ def goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
             )
         )
     for position in POSITIONS:
-        ratio = compared(rows, position, with_=FOUR, to=HAND)["ratio"]
-        made.append(Goal(f"time / by hand, {position}", f"at most ×{NEAR}", f"×{ratio:.2f}", ratio <= NEAR))
-    count, of = failed(rows, FOUR, list(POSITIONS))
+        ratio = compare_methods(rows, position, with_=FOUR, to=HAND)["ratio"]
+        made.append(
+            StudyGoal(f"time / by hand, {position}", f"at most ×{NEAR}", f"×{ratio:.2f}", ratio <= NEAR)
+        )
+    count, of = count_failures(rows, FOUR, list(POSITIONS))
     made.append(
-        Goal(
+        StudyGoal(
             "failures of the four states, three positions",
             f"at most {FAILING:.0%}",
             f"{count} of {of}",
@@ -260,7 +264,7 @@ HISTOGRAMS: Mapping[str, Mapping[str, Any]] = {
     HAND: {"color": "#111827", "histtype": "step", "linewidth": 1.2},
 }
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="servoing",
     seeds=SEEDS,
     quick=2,

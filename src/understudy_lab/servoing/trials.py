@@ -13,14 +13,14 @@ from understudy_lab.tasks.servo_teacher import SIDES, topics
 from understudy_lab.tasks.soccer import (
     AHEAD,
     POSITIONS,
-    Push,
+    Disturbance,
     Soccer,
-    Start,
+    StartPose,
     approach_by,
     approach_by_hand,
     kit,
 )
-from understudy_lab.teachers.teacher import Teacher, Teaching
+from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult
 
 TRIALS = 10
 PUSHED: Mapping[str, int] = {"pushed left": 1, "pushed right": -1}
@@ -38,19 +38,19 @@ def opposite(search: str) -> tuple[str, str]:
     return ("ball right", "pushed left") if search == "left" else ("ball left", "pushed right")
 
 
-def teach(seed: int, method: str) -> Teaching:
+def teach(seed: int, method: str) -> TeachingResult:
     """Teach approaching the ball. Same seed and method, same library."""
-    teacher = Teacher(Library(kit), lambda practice, world: Soccer([world]), seed, options={})
+    teacher = ScriptedTeacher(Library(kit), lambda practice, world: Soccer([world]), seed, options={})
     return teacher.teach(topics(search_side(seed))[method])
 
 
-def trials(seed: int) -> tuple[Soccer, dict[int, Push]]:
+def trials(seed: int) -> tuple[Soccer, dict[int, Disturbance]]:
     """The worlds of all trials of a seed, in the order of the cases, and who is pushed; all methods have the same."""
-    starts: list[Start] = [start for start in POSITIONS.values() for _ in range(TRIALS)]
+    starts: list[StartPose] = [start for start in POSITIONS.values() for _ in range(TRIALS)]
     pushes = {}
     for side in PUSHED.values():
         for trial in range(TRIALS):
-            pushes[len(starts)] = Push(2.0 + trial % 5, 0.8, side * 60.0, side * 0.2)
+            pushes[len(starts)] = Disturbance(2.0 + trial % 5, 0.8, side * 60.0, side * 0.2)
             starts.append(AHEAD)
     return Soccer(range(100 * seed, 100 * seed + len(starts)), starts), pushes
 

@@ -32,7 +32,7 @@ from understudy.sim_mujoco.processes import OBJECTS, POSES
 from understudy.sim_mujoco.shapes import AWAY_M
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.metrics import captures, cycles
-from understudy_lab.patrol.tracks import Thing, Told, Tracks
+from understudy_lab.patrol.tracks import ObjectTrack, OrderedActivity, PatrolTracks
 from understudy_lab.sim_to_sim.trials import teach_patrol
 
 SETTLES_S = 30.0
@@ -90,7 +90,7 @@ def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int, simulatio
         makes=make_engine_runner,
         seeds=(0,),
     )
-    told, objects = Told(team, 1, ["home"]), Objects(domain)
+    told, objects = OrderedActivity(team, 1, ["home"]), ObjectPoses(domain)
     rows: list[tuple[Any, ...]] = []
     fleet.arm("an experiment")
     began, cpu_s = time.monotonic(), _spent_s(simulation)
@@ -137,7 +137,7 @@ def _told(rows: list[tuple[Any, ...]]) -> bool:
     return any(row[3] for row in rows)
 
 
-def _judged(tracks: Tracks) -> dict[str, Any]:
+def _judged(tracks: PatrolTracks) -> dict[str, Any]:
     found = list(cycles(tracks))
     return {
         "cycles": len(found),
@@ -155,7 +155,7 @@ def _armed_again(fleet: Fleet) -> bool:
     return True
 
 
-class Objects:
+class ObjectPoses:
     """Where the referee says that objects are, from the beginning of a run."""
 
     def __init__(self, domain: int) -> None:
@@ -178,7 +178,7 @@ class Objects:
         self._transport.close()
 
 
-def _tracks(rows: list[tuple[Any, ...]], tick_s: float) -> Tracks:
+def _tracks(rows: list[tuple[Any, ...]], tick_s: float) -> PatrolTracks:
     """What happened, as the patrol's judges look at it."""
     rows = [row for row in rows if row[3]]
     scenario = practice.scenario()
@@ -188,16 +188,16 @@ def _tracks(rows: list[tuple[Any, ...]], tick_s: float) -> Tracks:
     seen = np.zeros(x.shape, np.bool_)
     intruder, boss = (_thing([row[3][index * spare] for row in rows]) for index in (INTRUDER, BOSS))
     home = np.tile(np.array([rows[-1][3][HOME][:2]], np.float64), (x.shape[2], 1))
-    return Tracks(
+    return PatrolTracks(
         tick_s, doing, x, y, np.zeros_like(x), seen, seen, intruder, boss, home,
         np.array([0], np.intp), np.zeros((1, 0, 3)),
     )  # fmt: skip
 
 
-def _thing(places: list[tuple[float, float, bool]]) -> Thing:
+def _thing(places: list[tuple[float, float, bool]]) -> ObjectTrack:
     """One object over time."""
     x, y, there = np.array(places, np.float64).T[:, :, None]
-    return Thing(there > 0, x.astype(np.float32), y.astype(np.float32))
+    return ObjectTrack(there > 0, x.astype(np.float32), y.astype(np.float32))
 
 
 def _settings(given: argparse.Namespace) -> dict[str, Any]:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from understudy_lab.figures import dots, panels
-from understudy_lab.sim_to_sim.trials import FLAT, PATROL, PHYSICS, TRIED, tried
-from understudy_lab.statistics import interval_of_share, told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.sim_to_sim.trials import FLAT, PATROL, PHYSICS, TRIED, measure_transfer
+from understudy_lab.statistics import format_median, interval_of_share
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,25 +22,25 @@ KEPT, CYCLES = 0.9, 0.8
 WORLDS: Mapping[str, str] = {FLAT: "2-D world", PHYSICS: "physics"}
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each behavior with each seed."""
     return [{"behavior": name, "seed": seed} for name in TRIED for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
     """One behavior taught once, and tried in both worlds."""
-    return tried(task["behavior"], task["seed"])
+    return measure_transfer(task["behavior"], task["seed"])
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """What is left of each behavior's success where wheels slip and cameras see pixels."""
     found = {name: _numbers([row for row in rows if row["task"]["behavior"] == name]) for name in TRIED}
     found = {name: each for name, each in found.items() if each}
     seeds = sorted({row["task"]["seed"] for row in rows})
-    return Findings(
+    return StudyFindings(
         headline=_headline(found),
         tables=(
-            Table(
+            ResultTable(
                 f"Trials that succeed, over all of {len(seeds)} teachings each (seeds {seeds[0]} to {seeds[-1]})",
                 ("behavior", *(f"#{world}" for world in WORLDS.values()), "#physics / 2-D", "#its median, 2-D",
                  "#physics", "#examples"),
@@ -106,7 +106,7 @@ def _told(name: str, found: Mapping[str, Any]) -> tuple[str, ...]:
     medians = (
         "none" if found[world]["median"] is None else f"{found[world]['median']:g}" for world in WORLDS
     )
-    return (name, *shares, f"{_left(found):.2f}", *medians, told(found["examples"]))
+    return (name, *shares, f"{_left(found):.2f}", *medians, format_median(found["examples"]))
 
 
 def _said(of: Mapping[str, Any]) -> str:
@@ -114,17 +114,17 @@ def _said(of: Mapping[str, Any]) -> str:
     return f"{of['good']} of {of['of']} ({100 * low:.0f}–{100 * high:.0f} %)"
 
 
-def _goal(name: str, found: Mapping[str, Any]) -> Goal:
+def _goal(name: str, found: Mapping[str, Any]) -> StudyGoal:
     if name == PATROL:
         share = _share(found[PHYSICS])
-        return Goal(
+        return StudyGoal(
             "cycles of CollectivePatrol completed in physics",
             f"{CYCLES:.0%}",
             f"{share:.0%}",
             share >= CYCLES,
         )
     left = _left(found)
-    return Goal(f"{name}: success in physics / in the 2-D world", f"{KEPT}", f"{left:.2f}", left >= KEPT)
+    return StudyGoal(f"{name}: success in physics / in the 2-D world", f"{KEPT}", f"{left:.2f}", left >= KEPT)
 
 
 def draw(rows: Sequence[Row]) -> Figure:
@@ -142,7 +142,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="transfer",
     seeds=SEEDS,
     quick=1,

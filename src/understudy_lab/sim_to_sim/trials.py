@@ -27,7 +27,7 @@ from understudy_lab.servoing import trials as servoing
 from understudy_lab.tasks import forage_teacher, soccer
 from understudy_lab.tasks.patrol_wander_teacher import DISPERSE
 from understudy_lab.tasks.servo_teacher import topics
-from understudy_lab.teachers.teacher import Teacher, Teaching
+from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult
 
 Ground: TypeAlias = World | soccer.Soccer | MujocoBody
 WORLDS = 20
@@ -39,9 +39,9 @@ PATROLS, PATROL_TICKS = 2, 3000
 GOTO_S, THERE_M = 60.0, 0.55
 
 
-def teach_goto(seed: int) -> Teaching:
+def teach_goto(seed: int) -> TeachingResult:
     """Teach GoTo alone, as `forage` does."""
-    return Teacher(Library(FORAGE_KIT), make_practice, seed, options=forage_teacher.WATCHED).teach(
+    return ScriptedTeacher(Library(FORAGE_KIT), make_practice, seed, options=forage_teacher.WATCHED).teach(
         forage_teacher.GOTO
     )
 
@@ -70,7 +70,7 @@ def _to_station(ground: World | MujocoBody, agent: int) -> float:
 # Visual servoing: to the ball by what the camera sees.
 
 
-def teach_servoing(seed: int) -> Teaching:
+def teach_servoing(seed: int) -> TeachingResult:
     """Teach the approach with four states, as `servoing` does."""
     return servoing.teach(seed, servoing_method())
 
@@ -80,7 +80,7 @@ def servoing_method() -> str:
     return next(iter(topics("left")))
 
 
-def in_physics(body: soccer.Soccer) -> MujocoBody:
+def make_physics_field(body: soccer.Soccer) -> MujocoBody:
     """The field in physics, each robot where it begins in the 2-D world."""
     ground = MujocoBody(soccer.scenario(), body.seeds)
     for world in range(body.worlds):
@@ -102,9 +102,9 @@ def approach(library: Library, ground: soccer.Soccer | MujocoBody) -> list[float
 WANDER_S, STUCK_S, AWAY_M = 60.0, 2.0, 2.0
 
 
-def teach_disperse(seed: int) -> Teaching:
+def teach_disperse(seed: int) -> TeachingResult:
     """Teach Disperse alone, as `patrol` does."""
-    teacher = Teacher(Library(kit_of_patrol()), practice.robots_world, seed, options={})
+    teacher = ScriptedTeacher(Library(kit_of_patrol()), practice.robots_world, seed, options={})
     return teacher.teach(DISPERSE)
 
 
@@ -142,7 +142,7 @@ def _places(ground: World | MujocoBody) -> np.ndarray[Any, Any]:
     return np.array([np.stack([view.x, view.y], axis=1) for view in views])
 
 
-def quiet() -> Scenario:
+def make_quiet_patrol_scenario() -> Scenario:
     """The patrol's world without intruder and boss; nobody looks, nor has to note what there was to see."""
     scenario = practice.practices()["among others"]
     kind = scenario.types[practice.ROBOT]
@@ -153,12 +153,12 @@ def quiet() -> Scenario:
 # CollectivePatrol: four robots and their coordinator.
 
 
-def teach_patrol(seed: int) -> teach.Taught:
+def teach_patrol(seed: int) -> teach.PatrolTeaching:
     """Teach the robots of the patrol and their coordinator, as `patrol` does."""
     return teach.teach(seed)
 
 
-def patrol_cycles(taught: teach.Taught, ground: World | MujocoBody) -> dict[str, Any]:
+def patrol_cycles(taught: teach.PatrolTeaching, ground: World | MujocoBody) -> dict[str, Any]:
     """Cycles - capture, all home, all off again - and how many of them were complete; captures."""
     known: Libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     team = Team(
@@ -186,12 +186,12 @@ def worlds_of(seed: int, count: int = WORLDS) -> range:
     return range(10_000_000 + WORLDS * seed, 10_000_000 + WORLDS * seed + count)
 
 
-def tried(behavior: str, seed: int) -> dict[str, Any]:
+def measure_transfer(behavior: str, seed: int) -> dict[str, Any]:
     """One teaching, and what came of it in both worlds."""
     return TRIED[behavior](seed)
 
 
-def came(values: Sequence[float], *, least: float = 0.0) -> dict[str, Any]:
+def count_successes(values: Sequence[float], *, least: float = 0.0) -> dict[str, Any]:
     """How many trials succeeded: those with a value of `least` or more."""
     return {"success": float(np.mean([value >= least for value in values])), "values": list(values)}
 
@@ -200,19 +200,19 @@ def _goto(seed: int) -> dict[str, Any]:
     taught, seeds = teach_goto(seed), worlds_of(seed)
     return {
         "examples": taught.examples,
-        FLAT: came(goto(taught.library, Forage(seeds))),
-        PHYSICS: came(goto(taught.library, MujocoBody(Forage([0]).scenario, seeds))),
+        FLAT: count_successes(goto(taught.library, Forage(seeds))),
+        PHYSICS: count_successes(goto(taught.library, MujocoBody(Forage([0]).scenario, seeds))),
     }
 
 
 def _servoing(seed: int) -> dict[str, Any]:
     taught, seeds = teach_servoing(seed), worlds_of(seed)
     body = soccer.Soccer(seeds, soccer.ANYWHERE)
-    ground = in_physics(body)
+    ground = make_physics_field(body)
     return {
         "examples": taught.examples,
-        FLAT: came(approach(taught.library, body)),
-        PHYSICS: came(approach(taught.library, ground)),
+        FLAT: count_successes(approach(taught.library, body)),
+        PHYSICS: count_successes(approach(taught.library, ground)),
     }
 
 
@@ -220,8 +220,12 @@ def _disperse(seed: int) -> dict[str, Any]:
     taught, seeds = teach_disperse(seed), worlds_of(seed)
     return {
         "examples": taught.examples,
-        FLAT: came(disperse(taught.library, World(quiet(), seeds)), least=AWAY_M),
-        PHYSICS: came(disperse(taught.library, MujocoBody(quiet(), seeds)), least=AWAY_M),
+        FLAT: count_successes(
+            disperse(taught.library, World(make_quiet_patrol_scenario(), seeds)), least=AWAY_M
+        ),
+        PHYSICS: count_successes(
+            disperse(taught.library, MujocoBody(make_quiet_patrol_scenario(), seeds)), least=AWAY_M
+        ),
     }
 
 

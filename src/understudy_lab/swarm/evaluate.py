@@ -11,8 +11,16 @@ from understudy.errors import SettingError
 from understudy.runtime.team.team import Team
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
-from understudy_lab.swarm.practice import led
-from understudy_lab.tasks.swarm_world import EACH, PLATOON, ROBOT, SQUAD, SWARM, hand_coded, of_platoons
+from understudy_lab.swarm.practice import make_swarm_team
+from understudy_lab.tasks.swarm_world import (
+    EACH,
+    PLATOON,
+    ROBOT,
+    SQUAD,
+    SWARM,
+    make_expert_libraries,
+    of_platoons,
+)
 
 WORLDS, TICKS = 10, 6_000
 """Worlds that each teaching is judged on, and ticks of 0.1 s: ten minutes."""
@@ -46,28 +54,34 @@ def worlds_of(seed: int) -> range:
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
-def measured(libraries: Libraries, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
+def measure_swarm(libraries: Libraries, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
     """What is gathered in an hour: by way as taught, by hand, with a third killed, and by ten thousand."""
-    by_way = {way: gathered(led(libraries, worlds, way=told), ticks) for way, told in WAYS.items()}
-    whole, killed = (late(led(libraries, worlds), ticks, fails) for fails in ({}, failing(worlds)))
-    large = led(libraries, worlds[:1], of_platoons(PLATOONS))
-    same = led(libraries, worlds)
+    by_way = {
+        way: measure_gathered(make_swarm_team(libraries, worlds, way=told), ticks)
+        for way, told in WAYS.items()
+    }
+    whole, killed = (
+        measure_late_gathering(make_swarm_team(libraries, worlds), ticks, fails)
+        for fails in ({}, schedule_failures(worlds))
+    )
+    large = make_swarm_team(libraries, worlds[:1], of_platoons(PLATOONS))
+    same = make_swarm_team(libraries, worlds)
     return {
         "taught": by_way,
-        "by_hand": gathered(led(hand_coded(), worlds), ticks),
+        "by_hand": measure_gathered(make_swarm_team(make_expert_libraries(), worlds), ticks),
         "kept": round(killed / whole, 4) if whole else 0.0,
         "large": _each(large, min(ticks, LARGE_TICKS)),
         "small": _each(same, min(ticks, LARGE_TICKS)),
     }
 
 
-def gathered(team: Team, ticks: int) -> dict[str, float]:
+def measure_gathered(team: Team, ticks: int) -> dict[str, float]:
     """Crates and containers an hour, and `loads`: what both hold, counted as LOADS says."""
     team.run(ticks)
     return _rates(world_of(team))
 
 
-def late(team: Team, ticks: int, fails: Mapping[int, Sequence[int]]) -> float:
+def measure_late_gathering(team: Team, ticks: int, fails: Mapping[int, Sequence[int]]) -> float:
     """Loads an hour after the last moment in which robots fail; these fail in these ticks."""
     world, at = world_of(team), 0
     for tick in sorted({*fails, FAILS_TICK[1]}):
@@ -80,7 +94,7 @@ def late(team: Team, ticks: int, fails: Mapping[int, Sequence[int]]) -> float:
     return (_loads(world) - early) / ((ticks - at) * world.tick_s / 3600 * world.worlds)
 
 
-def failing(worlds: Sequence[int], robots: int = 8 * EACH) -> dict[int, list[int]]:
+def schedule_failures(worlds: Sequence[int], robots: int = 8 * EACH) -> dict[int, list[int]]:
     """A third of the robots of each world, whoever they are, each some time: rows by tick."""
     draws = np.random.default_rng(list(worlds))
     found: dict[int, list[int]] = {}

@@ -19,13 +19,13 @@ from understudy.sim.team.libraries import Libraries, collect_libraries, make_coo
 from understudy.sim.world import World
 from understudy_lab.tasks import swarm_squad_teacher, swarm_teacher
 from understudy_lab.tasks.swarm_world import PLATOON, ROBOT, SQUAD, SWARM, of_platoons, scenario
-from understudy_lab.teachers.teacher import Progress, Teacher, Teaching
+from understudy_lab.teachers.teacher import Progress, ScriptedTeacher, TeachingResult
 
 ROOM_M = 12.0
 ENOUGH = ("enough", None)
 
 
-class Spec(NamedTuple):
+class PracticeSpec(NamedTuple):
     """What there is: so many things (that take so many robots), and another robot at the first that calls or claims."""
 
     things: Mapping[str, int] = {}
@@ -36,44 +36,50 @@ class Spec(NamedTuple):
     between_s: tuple[float, float] = (0.0, 1e9)
 
 
-def _specs(thing: str, signal: str) -> Mapping[str, Spec]:
+def _specs(thing: str, signal: str) -> Mapping[str, PracticeSpec]:
     one = {thing: 1}
     return {
-        f"a {thing}": Spec(one),
-        f"at a {thing}": Spec(one, at_m=0.8),
-        f"someone calls at a {thing}": Spec(one, needs=2, signal=signal),
-        f"someone calls in vain at a {thing}": Spec(one, needs=4, signal=signal),
-        f"someone calls late at a {thing}": Spec(one, needs=4, signal=signal, between_s=(4.0, 1e9)),
-        f"beside a {thing}": Spec(one, needs=2, at_m=1.25, signal=signal),
-        f"in vain at a {thing}": Spec(one, needs=4, at_m=0.8),
+        f"a {thing}": PracticeSpec(one),
+        f"at a {thing}": PracticeSpec(one, at_m=0.8),
+        f"someone calls at a {thing}": PracticeSpec(one, needs=2, signal=signal),
+        f"someone calls in vain at a {thing}": PracticeSpec(one, needs=4, signal=signal),
+        f"someone calls late at a {thing}": PracticeSpec(one, needs=4, signal=signal, between_s=(4.0, 1e9)),
+        f"beside a {thing}": PracticeSpec(one, needs=2, at_m=1.25, signal=signal),
+        f"in vain at a {thing}": PracticeSpec(one, needs=4, at_m=0.8),
     }
 
 
-SPECS: Mapping[str, Spec] = {
-    "alone": Spec(),
-    "a field": Spec({"crate": 3, "container": 1}),
+SPECS: Mapping[str, PracticeSpec] = {
+    "alone": PracticeSpec(),
+    "a field": PracticeSpec({"crate": 3, "container": 1}),
     **_specs("crate", "help"),
     **_specs("container", "muster"),
-    "crates in vain": Spec({"crate": 4}, needs=4, at_m=2.0),
-    "crates nobody is at": Spec({"crate": 4}),
-    "containers nobody is at": Spec({"container": 4}),
-    "holding a crate": Spec({"crate": 1}, at_m=0.8, held=True),
-    "holding in vain": Spec({"crate": 1}, needs=4, at_m=0.8, held=True),
-    "losing hands": Spec({"crate": 1}, needs=2, at_m=0.8, held=True, signal="claim", between_s=(0.0, 5.0)),
-    "holding in vain what others claim": Spec({"crate": 1}, needs=4, at_m=0.8, held=True, signal="claim"),
-    "a crate that others take": Spec({"crate": 1}, at_m=2.6, signal="claim", between_s=(1.0, 1e9)),
-    "a container that others take": Spec({"container": 1}, at_m=2.6, signal="claim", between_s=(1.0, 1e9)),
-    "a help that stops": Spec(signal="help", between_s=(0.0, 3.0)),
-    "a help that stops soon": Spec(signal="help", between_s=(0.0, 0.7)),
-    "a muster that stops": Spec(signal="muster", between_s=(0.0, 3.0)),
+    "crates in vain": PracticeSpec({"crate": 4}, needs=4, at_m=2.0),
+    "crates nobody is at": PracticeSpec({"crate": 4}),
+    "containers nobody is at": PracticeSpec({"container": 4}),
+    "holding a crate": PracticeSpec({"crate": 1}, at_m=0.8, held=True),
+    "holding in vain": PracticeSpec({"crate": 1}, needs=4, at_m=0.8, held=True),
+    "losing hands": PracticeSpec(
+        {"crate": 1}, needs=2, at_m=0.8, held=True, signal="claim", between_s=(0.0, 5.0)
+    ),
+    "holding in vain what others claim": PracticeSpec(
+        {"crate": 1}, needs=4, at_m=0.8, held=True, signal="claim"
+    ),
+    "a crate that others take": PracticeSpec({"crate": 1}, at_m=2.6, signal="claim", between_s=(1.0, 1e9)),
+    "a container that others take": PracticeSpec(
+        {"container": 1}, at_m=2.6, signal="claim", between_s=(1.0, 1e9)
+    ),
+    "a help that stops": PracticeSpec(signal="help", between_s=(0.0, 3.0)),
+    "a help that stops soon": PracticeSpec(signal="help", between_s=(0.0, 0.7)),
+    "a muster that stops": PracticeSpec(signal="muster", between_s=(0.0, 3.0)),
 }
 """Where robots practice, by name."""
 
 
-class Practice(World):
+class PracticeRoom(World):
     """A room for one robot to be taught in: the first. The other holds on and calls until it was helped, or lets go."""
 
-    def __init__(self, spec: Spec, seed: int) -> None:
+    def __init__(self, spec: PracticeSpec, seed: int) -> None:
         self._spec = spec
         super().__init__(_room(spec), [seed])
 
@@ -102,7 +108,7 @@ class Practice(World):
         super().act(commands)
 
 
-def _room(spec: Spec) -> Scenario:
+def _room(spec: PracticeSpec) -> Scenario:
     home, crate, container = scenario().objects
     things = [
         _needing(thing, spec.things[thing.name], spec.needs)
@@ -131,7 +137,7 @@ def _room(spec: Spec) -> Scenario:
 
 def robots_world(practice: str, seed: int) -> World:
     """A world for one robot to be taught in."""
-    return Practice(SPECS[practice], seed)
+    return PracticeRoom(SPECS[practice], seed)
 
 
 def squads_library(sort: str, libraries: Libraries) -> Library:
@@ -166,7 +172,7 @@ def _needing(thing: ObjectClass, count: int, robots: int) -> ObjectClass:
     return replace(thing, count=count, pull=PullRule(robots=robots))
 
 
-def known(robots: Library, squads: Mapping[str, Library]) -> Libraries:
+def collect_swarm_libraries(robots: Library, squads: Mapping[str, Library]) -> Libraries:
     """What everybody knows, coordinators as far as they were taught."""
     return collect_libraries(scenario(), robots, lambda name, kit: squads.get(name, Library(kit)))
 
@@ -180,7 +186,7 @@ def troops(sort: str, libraries: Libraries) -> Callable[[str, int], CoordinatorB
     return make
 
 
-def led(
+def make_swarm_team(
     libraries: Libraries,
     seeds: Sequence[int],
     world: Scenario | None = None,
@@ -199,30 +205,36 @@ TOPICS = {
 }
 
 
-class Taught(NamedTuple):
+class SwarmTeaching(NamedTuple):
     """What the robots and what each sort of coordinators were taught."""
 
-    robots: Teaching
-    squads: Mapping[str, Teaching]
+    robots: TeachingResult
+    squads: Mapping[str, TeachingResult]
 
     @property
     def libraries(self) -> Libraries:
         """What everybody knows."""
-        return known(self.robots.library, {name: each.library for name, each in self.squads.items()})
+        return collect_swarm_libraries(
+            self.robots.library, {name: each.library for name, each in self.squads.items()}
+        )
 
     @property
-    def teachings(self) -> tuple[Teaching, ...]:
+    def teachings(self) -> tuple[TeachingResult, ...]:
         """Of robots and all coordinators."""
         return (self.robots, *self.squads.values())
 
 
-def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> Taught:
+def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> SwarmTeaching:
     """Teach everything from nothing; the same seed, the same lessons."""
     library = Library(make_scenario_kit(scenario()))
-    robots = Teacher(library, robots_world, seed, options={}, progress=progress).teach(*swarm_teacher.TOPICS)
-    taught = Taught(robots, {})
+    robots = ScriptedTeacher(library, robots_world, seed, options={}, progress=progress).teach(
+        *swarm_teacher.TOPICS
+    )
+    taught = SwarmTeaching(robots, {})
     for sort, topic in TOPICS.items():
         libraries = taught.libraries
-        teacher = Teacher(libraries[sort], troops(sort, libraries), seed, options={}, progress=progress)
-        taught = Taught(robots, {**taught.squads, sort: teacher.teach(topic)})
+        teacher = ScriptedTeacher(
+            libraries[sort], troops(sort, libraries), seed, options={}, progress=progress
+        )
+        taught = SwarmTeaching(robots, {**taught.squads, sort: teacher.teach(topic)})
     return taught

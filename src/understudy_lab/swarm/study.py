@@ -9,8 +9,8 @@ import numpy as np
 
 from understudy_lab.figures import dots, panels
 from understudy_lab.lesson_stats import examples_in, lessons_in, lessons_of
-from understudy_lab.statistics import told
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
+from understudy_lab.statistics import format_median
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 from understudy_lab.swarm.evaluate import (
     ALONE,
     ANSWERING,
@@ -22,7 +22,7 @@ from understudy_lab.swarm.evaluate import (
     TWO,
     WAYS,
     WORLDS,
-    measured,
+    measure_swarm,
     worlds_of,
 )
 from understudy_lab.swarm.practice import teach
@@ -48,7 +48,7 @@ SAID = {
 LARGE = f"{EACH * PLATOONS:,}".replace(",", " ")
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each teaching."""
     return [{"seed": seed} for seed in plan.seeds]
 
@@ -58,15 +58,15 @@ def work(task: Task) -> Row:
     taught = teach(task["seed"])
     lessons = {ROBOT: lessons_of(taught.robots)}
     lessons |= {sort: lessons_of(teaching) for sort, teaching in taught.squads.items()}
-    return {**measured(taught.libraries, worlds_of(task["seed"])), "lessons": lessons}
+    return {**measure_swarm(taught.libraries, worlds_of(task["seed"])), "lessons": lessons}
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """What holds over all teachings."""
     first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
     shares = {way: _of_by_hand(rows, way) for way in WAYS}
     large = _large(rows)
-    return Findings(
+    return StudyFindings(
         headline=f"Two hundred robots and three levels of coordinators, all taught by pressing names, gather "
         f"{np.median(shares[THREE]):.2f} times what automata written by hand gather, in worlds that they have never "
         f"seen; the same robots without coordinators {np.median(shares[ALONE]):.2f} times, and "
@@ -74,24 +74,24 @@ def conclude(rows: Sequence[Row]) -> Findings:
         f"libraries gather {np.median(large):.2f} times as much each. All of it takes "
         f"{np.median(examples_in(rows)):.0f} examples.",
         tables=(
-            Table(
+            ResultTable(
                 f"Ten minutes, teachings {first} to {last}, {WORLDS} unseen worlds each: median (worst–best). A "
                 f"container holds {LOADS['container']} loads, a crate one",
                 ("coordinators of", "#crates/h", "#containers/h", "#loads/h", "#of by hand"),
                 [
-                    *((SAID[way], *_told(rows, way), told(shares[way], 2)) for way in WAYS),
+                    *((SAID[way], *_told(rows, way), format_median(shares[way], 2)) for way in WAYS),
                     ("all three, by hand", *_told(rows, None), "1"),
                 ],
             ),
-            Table(
+            ResultTable(
                 "Of what all three levels gather, taught, if a container counted as so many crates",
                 ("coordinators of", *(f"#{weight}" for weight in WEIGHTS)),
                 [
-                    (SAID[way], *(told(_weighted(rows, way, weight), 2) for weight in WEIGHTS))
+                    (SAID[way], *(format_median(_weighted(rows, way, weight), 2) for weight in WEIGHTS))
                     for way in (ONE, ANSWERING, ALONE)
                 ],
             ),
-            Table(
+            ResultTable(
                 "What each automaton took: median (least–most)",
                 ("who", "automaton", "#examples", "#seconds", "#states", "#features"),
                 lessons_in(rows),
@@ -109,7 +109,7 @@ def _rates(rows: Sequence[Row], way: str | None, what: str = "loads") -> list[fl
 
 
 def _told(rows: Sequence[Row], way: str | None) -> list[str]:
-    return [told(_rates(rows, way, what)) for what in ("crates", "containers", "loads")]
+    return [format_median(_rates(rows, way, what)) for what in ("crates", "containers", "loads")]
 
 
 def _of_by_hand(rows: Sequence[Row], way: str) -> list[float]:
@@ -146,29 +146,29 @@ def _ratio(some: Sequence[float], others: Sequence[float]) -> list[float]:
     return [round(one / max(1e-9, other), 3) for one, other in zip(some, others, strict=True)]
 
 
-def _goals(rows: Sequence[Row]) -> tuple[Goal, ...]:
+def _goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
     share, kept = _of_by_hand(rows, THREE), [row["kept"] for row in rows]
     without = {way: _of_taught(rows, way) for way in (ALONE, ANSWERING)}
     return (
-        Goal(
+        StudyGoal(
             "what the taught hierarchy gathers, against one written by hand",
             f"{AS_GOOD}",
-            told(share, 2),
+            format_median(share, 2),
             float(np.median(share)) >= AS_GOOD,
         ),
         *(
-            Goal(
+            StudyGoal(
                 f"without coordinators ({way}), against the taught hierarchy",
                 f"at most {WITHOUT}",
-                told(found, 2),
+                format_median(found, 2),
                 float(np.median(found)) <= WITHOUT,
             )
             for way, found in without.items()
         ),
-        Goal(
+        StudyGoal(
             "what is kept of it when a third of the robots is killed",
             f"{KEPT:.0%}: 0.8 of the {SURVIVORS:.0%} who survive",
-            told(kept, percent=True),
+            format_median(kept, percent=True),
             float(np.median(kept)) >= KEPT,
         ),
     )
@@ -191,7 +191,8 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
         f"coordinators gather at most {least:.2f} of what the better of the two does (median).",
         f"The worst teachings: crates at {min(crates)[0]:.2f} of by hand under three levels (seed {min(crates)[1]}), "
         f"and robots alone at {min(alone)[0]:.2f} (seed {min(alone)[1]}): there a lesson never came right.",
-        f"Each of {LARGE} robots, in 400 platoons, gathers {told(_large(rows), 2)} times as much in five minutes as "
+        f"Each of {LARGE} robots, in 400 platoons, gathers {format_median(_large(rows), 2)} times as much in five "
+        "minutes as "
         "each of the two hundred that were taught for. They pass through each other, as the two hundred do.",
     )
 
@@ -213,7 +214,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="swarm",
     seeds=TEACHINGS,
     quick=1,

@@ -20,7 +20,7 @@ from understudy.sim.world import World
 Point: TypeAlias = tuple[float, float]
 
 
-class HandForager:
+class ExpertForager:
     """The yardstick: a forager written by hand, for N robots at once, that does one basic behavior at a time.
 
     It turns until it faces its target to half a tick's turn, then drives, and turns again only when the
@@ -86,7 +86,7 @@ def _bound(view: WorldView, robot: RobotType) -> float:
     amounts: list[int] = view.objects.amount[view.objects.food].tolist()
     stored = at_first = int(view.robots.stored[0])
     unload = sum(amounts) + stored
-    route = _Route(robot.reach, (float(view.robots.x[0]), float(view.robots.y[0])))
+    route = _GreedyRoute(robot.reach, (float(view.robots.x[0]), float(view.robots.y[0])))
     while stored or any(amounts):
         while stored < robot.capacity and any(amounts):
             with_food = [k for k, amount in enumerate(amounts) if amount]
@@ -101,7 +101,7 @@ def _bound(view: WorldView, robot: RobotType) -> float:
     return route.meters / robot.speed + work
 
 
-class _Route:
+class _GreedyRoute:
     """Straight ways from place to place, each from and to anywhere within reach of its ends."""
 
     def __init__(self, reach: float, start: Point) -> None:
@@ -129,11 +129,11 @@ def make_baseline(settings: ForageSettings) -> Baseline:
     """Make the baseline of foraging worlds with these settings."""
     return Baseline(
         settings.scenario(),
-        make_controller=lambda world: HandForager(world.agents, settings),
+        make_controller=lambda world: ExpertForager(world.agents, settings),
         limits_s=lambda world: 10.0 * lower_bound(world) + 60.0,
     )
 
 
-def judge_expert(settings: ForageSettings, seeds: Sequence[int]) -> Outcomes:
+def evaluate_expert(settings: ForageSettings, seeds: Sequence[int]) -> Outcomes:
     """Measure the forager written by hand on one world per seed."""
     return measure_baseline(make_baseline(settings), seeds)

@@ -10,8 +10,8 @@ from understudy.model.kinds import NO, YES
 from understudy.model.lesson import LearnerOptions
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.teachers.person import Seen, raised
-from understudy_lab.teachers.teacher import Case, Push, Topic
+from understudy_lab.teachers.person import Seen, has_raised_flag
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 WATCHED: Mapping[str, LearnerOptions] = MappingProxyType(
     {
@@ -94,13 +94,13 @@ def _back_on_its_way(screen: SessionView) -> bool:
     return screen.state == "forward" and abs(_bearing(screen)) < ASTRAY
 
 
-def _push(behavior: str) -> Push:
-    return Push("forward", behavior, 0.8)
+def _push(behavior: str) -> PushAway:
+    return PushAway("forward", behavior, 0.8)
 
 
 # Each side once near and once far, so that only the side can tell which way to turn; and once pushed off its way to
 # either side while driving, which seldom happens by itself.
-GOTO = Topic(
+GOTO = LessonPlan(
     "goto",
     lambda library: new_lesson(
         library,
@@ -112,14 +112,14 @@ GOTO = Topic(
     ),
     show_goto,
     complain_goto,
-    raised,
+    has_raised_flag,
     cases=(
-        Case("a small room", {"A": "station"}, _beside(1, 0.9, 1.8)),
-        Case("a small room", {"A": "nearest_food"}, _beside(-1, 0.9, 1.8)),
-        Case(
+        Situation("a small room", {"A": "station"}, _beside(1, 0.9, 1.8)),
+        Situation("a small room", {"A": "nearest_food"}, _beside(-1, 0.9, 1.8)),
+        Situation(
             "an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), _back_on_its_way, push=_push("rotate_right")
         ),
-        Case(
+        Situation(
             "an arena",
             {"A": "nearest_food"},
             _beside(1, 3.2, 5.5),
@@ -162,7 +162,7 @@ def complain_harvest(screen: SessionView) -> str | None:
     return "goto" if screen.features["food_below_me"] == 0 else "load_food"
 
 
-HARVEST = Topic(
+HARVEST = LessonPlan(
     "harvest",
     lambda library: new_lesson(
         library,
@@ -173,8 +173,8 @@ HARVEST = Topic(
     ),
     show_harvest,
     complain_harvest,
-    raised,
-    cases=(Case("little food in many places", again=True), Case("the last food")),
+    has_raised_flag,
+    cases=(Situation("little food in many places", again=True), Situation("the last food")),
     tries=4,
     limit_s=120.0,
 )
@@ -197,7 +197,7 @@ def _on_its_way(screen: SessionView) -> bool:
     return screen.state == "goto"
 
 
-DEPOSIT = Topic(
+DEPOSIT = LessonPlan(
     "deposit",
     lambda library: new_lesson(
         library,
@@ -208,10 +208,10 @@ DEPOSIT = Topic(
     ),
     show_deposit,
     show_deposit,
-    raised,
+    has_raised_flag,
     cases=(
-        Case("one unit to deposit"),
-        Case("some food to deposit", push=Push("unload_food", "forward", 3.0), enough=_on_its_way),
+        Situation("one unit to deposit"),
+        Situation("some food to deposit", push=PushAway("unload_food", "forward", 3.0), enough=_on_its_way),
     ),
     tries=3,
     limit_s=120.0,
@@ -234,7 +234,7 @@ def all_home(screen: SessionView) -> bool:
     return screen.features["food_left"] == NO and screen.features["food_stored"] == 0
 
 
-FORAGE = Topic(
+FORAGE = LessonPlan(
     "forage",
     lambda library: new_lesson(
         library, "forage", states=["harvest", "deposit"], features=["done", "food_stored", "food_left"]
@@ -242,7 +242,7 @@ FORAGE = Topic(
     show_forage,
     show_forage,
     all_home,
-    cases=(Case("food for two ways"),),
+    cases=(Situation("food for two ways"),),
     tries=1,
     limit_s=400.0,
 )

@@ -5,8 +5,8 @@ from __future__ import annotations
 from understudy.model.kinds import NO, YES
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.teachers.person import KEEP, Wish, after, raised
-from understudy_lab.teachers.teacher import Case, Topic
+from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
+from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 
 def show_collective_patrol(screen: SessionView) -> str | None:
@@ -44,7 +44,7 @@ def _has_given_up(screen: SessionView) -> bool:
     return screen.state == "disperse" and screen.time_s > 10.0
 
 
-COLLECTIVE_PATROL = Topic(
+COLLECTIVE_PATROL = LessonPlan(
     "collective_patrol",
     lambda library: new_lesson(
         library,
@@ -56,8 +56,8 @@ COLLECTIVE_PATROL = Topic(
     complain_collective_patrol,
     after(200.0),
     cases=(
-        Case("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),
-        Case("an intruder that leaves", suits=_sees_intruder, enough=_has_given_up),
+        Situation("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),
+        Situation("an intruder that leaves", suits=_sees_intruder, enough=_has_given_up),
     ),
     tries=3,
     limit_s=240.0,
@@ -70,7 +70,7 @@ def show_defer(screen: SessionView) -> str | None:
     return "run_away" if screen.features["seen_lately(boss)"] == YES else "patrol"
 
 
-DEFER = Topic(
+DEFER = LessonPlan(
     "collective_patrol_and_defer",
     lambda library: new_lesson(
         library,
@@ -81,7 +81,9 @@ DEFER = Topic(
     show_defer,
     show_defer,
     after(150.0),
-    cases=(Case("the boss comes", enough=lambda screen: screen.state == "patrol" and screen.time_s > 60.0),),
+    cases=(
+        Situation("the boss comes", enough=lambda screen: screen.state == "patrol" and screen.time_s > 60.0),
+    ),
     tries=2,
     limit_s=200.0,
     patience_s=1000.0,
@@ -90,7 +92,7 @@ DEFER = Topic(
 SQUAD_TOPICS = (COLLECTIVE_PATROL, DEFER)
 
 
-def content(show: Wish) -> Wish:
+def make_complaint(show: Wish) -> Wish:
     """A complaint wherever a patrol does not do as shown."""
 
     def complain(screen: SessionView) -> str | None:
@@ -119,7 +121,7 @@ def show_hunt(screen: SessionView) -> str | None:
     return KEEP if seen["someone_sees(intruder)"] == NO else None
 
 
-HUNT = Topic(
+HUNT = LessonPlan(
     "hunt",
     lambda library: new_lesson(
         library,
@@ -129,11 +131,11 @@ HUNT = Topic(
         features=["someone_done", "someone_sees(intruder)", "seen_lately(intruder)"],
     ),
     show_hunt,
-    content(show_hunt),
-    lambda screen: raised(screen) or screen.time_s > 200.0,
+    make_complaint(show_hunt),
+    lambda screen: has_raised_flag(screen) or screen.time_s > 200.0,
     cases=(
-        Case("on patrol"),
-        Case("an intruder that leaves", suits=_sees_intruder, enough=_has_given_up),
+        Situation("on patrol"),
+        Situation("an intruder that leaves", suits=_sees_intruder, enough=_has_given_up),
     ),
     tries=3,
     limit_s=240.0,
@@ -156,7 +158,7 @@ def _come(slack_s: float) -> Wish:
     return wished
 
 
-COME = Topic(
+COME = LessonPlan(
     "come",
     lambda library: new_lesson(
         library,
@@ -168,7 +170,7 @@ COME = Topic(
     _come(0.0),
     _come(2.0),
     after(2.0 * COMES_S),
-    cases=(Case("on patrol", {"A": "home"}),),
+    cases=(Situation("on patrol", {"A": "home"}),),
     tries=1,
     limit_s=240.0,
     patience_s=1000.0,
@@ -189,7 +191,7 @@ def show_gather(screen: SessionView) -> str | None:
     return KEEP if screen.features["someone_done"] == YES else None
 
 
-GATHER = Topic(
+GATHER = LessonPlan(
     "gather",
     lambda library: new_lesson(
         library,
@@ -200,9 +202,9 @@ GATHER = Topic(
         features=["all_done", "someone_done"],
     ),
     show_gather,
-    content(show_gather),
-    raised,
-    cases=(Case("on patrol", {"A": "home"}),),
+    make_complaint(show_gather),
+    has_raised_flag,
+    cases=(Situation("on patrol", {"A": "home"}),),
     tries=2,
     limit_s=240.0,
     patience_s=1000.0,
@@ -224,7 +226,7 @@ def show_guard(screen: SessionView) -> str | None:
     return KEEP if seen["someone_done"] == YES else None
 
 
-GUARD = Topic(
+GUARD = LessonPlan(
     "guard",
     lambda library: new_lesson(
         library,
@@ -233,9 +235,9 @@ GUARD = Topic(
         features=["all_done", "someone_done"],
     ),
     show_guard,
-    content(show_guard),
+    make_complaint(show_guard),
     after(120.0),
-    cases=(Case("on guard", enough=lambda screen: screen.state == "hunt" and screen.time_s > 60.0),),
+    cases=(Situation("on guard", enough=lambda screen: screen.state == "hunt" and screen.time_s > 60.0),),
     tries=2,
     limit_s=240.0,
     patience_s=1000.0,

@@ -20,8 +20,8 @@ from understudy_lab.tasks.patrol_wander_teacher import (
     LOOK_RIGHT,
     WITHDRAW,
 )
-from understudy_lab.teachers.person import KEEP, Seen, after, raised
-from understudy_lab.teachers.teacher import Case, Push, Topic
+from understudy_lab.teachers.person import KEEP, Seen, after, has_raised_flag
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 MIDDLE_PX, WIDTH_PX = 80.0, 160.0
 EMERGED_PX = 25.0  # so far into the frame, A is well in view
@@ -89,22 +89,22 @@ def on_the_right(screen: SessionView) -> bool:
     return blob_x(screen) > MIDDLE_PX + ASIDE_PX
 
 
-def lost(screen: SessionView) -> bool:
+def has_lost_target(screen: SessionView) -> bool:
     """A is not in the frame."""
     return isnan(blob_x(screen))
 
 
-def _over(during: str, behavior: str) -> Push:
+def _over(during: str, behavior: str) -> PushAway:
     """So that A comes into the other part of the frame."""
-    return Push(during, behavior, 0.35, within_s=5.0)
+    return PushAway(during, behavior, 0.35, within_s=5.0)
 
 
-def _away(during: str, behavior: str) -> Push:
+def _away(during: str, behavior: str) -> PushAway:
     """So that A is lost on the side on which it was."""
-    return Push(during, behavior, 1.0)
+    return PushAway(during, behavior, 1.0)
 
 
-SERVO = Topic(
+SERVO = LessonPlan(
     "servo",
     lambda library: new_lesson(
         library,
@@ -116,15 +116,21 @@ SERVO = Topic(
     ),
     show_servo,
     complain_servo,
-    lambda screen: raised(screen) or screen.time_s > 25.0,
+    lambda screen: has_raised_flag(screen) or screen.time_s > 25.0,
     cases=(
-        Case("an intruder", {"A": "intruder"}, on_the_left, after(5.0), push=_over("forward_left", "left")),
-        Case(
+        Situation(
+            "an intruder", {"A": "intruder"}, on_the_left, after(5.0), push=_over("forward_left", "left")
+        ),
+        Situation(
             "an intruder", {"A": "intruder"}, on_the_right, after(5.0), push=_over("forward_right", "right")
         ),
-        Case("an intruder", {"A": "home"}, lost, after(12.0)),
-        Case("an intruder that leaves", {"A": "intruder"}, on_the_left, push=_away("forward_left", "right")),
-        Case("an intruder that leaves", {"A": "intruder"}, on_the_right, push=_away("forward_right", "left")),
+        Situation("an intruder", {"A": "home"}, has_lost_target, after(12.0)),
+        Situation(
+            "an intruder that leaves", {"A": "intruder"}, on_the_left, push=_away("forward_left", "right")
+        ),
+        Situation(
+            "an intruder that leaves", {"A": "intruder"}, on_the_right, push=_away("forward_right", "left")
+        ),
     ),
     tries=10,
     limit_s=60.0,
@@ -167,7 +173,7 @@ def _back_to(state: str, seconds: float) -> Seen:
     return lambda screen: screen.state == state and screen.time_s > seconds
 
 
-ATTACK = Topic(
+ATTACK = LessonPlan(
     "attack",
     lambda library: new_lesson(
         library,
@@ -179,13 +185,13 @@ ATTACK = Topic(
     ),
     show_attack,
     complain_attack,
-    lambda screen: raised(screen) or screen.time_s > SEARCH_S,
+    lambda screen: has_raised_flag(screen) or screen.time_s > SEARCH_S,
     cases=(
-        Case("teammates in the way", {"A": "home"}, enough=_back_to("servo", AWAY_S)),
-        Case("no intruder", {"A": "intruder"}, enough=_back_to("servo", AROUND_S)),
-        Case("alone", {"A": "home"}, _afar),
-        Case("alone", {"A": "home"}, _afar),
-        Case("an intruder", {"A": "intruder"}),
+        Situation("teammates in the way", {"A": "home"}, enough=_back_to("servo", AWAY_S)),
+        Situation("no intruder", {"A": "intruder"}, enough=_back_to("servo", AROUND_S)),
+        Situation("alone", {"A": "home"}, _afar),
+        Situation("alone", {"A": "home"}, _afar),
+        Situation("an intruder", {"A": "intruder"}),
     ),
     tries=6,
     limit_s=180.0,
@@ -232,7 +238,7 @@ def _boss(side: int) -> Seen:
 
 BOSS = {"A": "boss"}
 
-SCATTER = Topic(
+SCATTER = LessonPlan(
     "scatter",
     lambda library: new_lesson(
         library,
@@ -245,9 +251,9 @@ SCATTER = Topic(
     complain_scatter,
     after(20.0),
     cases=(
-        Case("the boss", BOSS, _boss(-1), after(8.0), push=Push("back", "left", 0.8, within_s=8.0)),
-        Case("the boss", BOSS, _boss(1), after(8.0), push=Push("back", "right", 0.8, within_s=8.0)),
-        Case("the boss", BOSS, _boss(0), after(12.0)),
+        Situation("the boss", BOSS, _boss(-1), after(8.0), push=PushAway("back", "left", 0.8, within_s=8.0)),
+        Situation("the boss", BOSS, _boss(1), after(8.0), push=PushAway("back", "right", 0.8, within_s=8.0)),
+        Situation("the boss", BOSS, _boss(0), after(12.0)),
     ),
     tries=4,
     limit_s=60.0,
@@ -284,7 +290,7 @@ def _stood(screen: SessionView) -> bool:
     return screen.state == "stop" and screen.time_s > 12.0
 
 
-RUN_AWAY = Topic(
+RUN_AWAY = LessonPlan(
     "run_away",
     lambda library: new_lesson(
         library,
@@ -296,10 +302,12 @@ RUN_AWAY = Topic(
     complain_run_away,
     after(40.0),
     cases=(
-        Case("the boss on the left, a wall behind", enough=_stood, push=Push("stop", "forwards", 2.0)),
-        Case("the boss on the right, a wall behind", enough=_stood, push=Push("stop", "left", 1.5)),
-        Case("the boss aside, a wall behind", enough=after(10.0)),
-        Case("the boss"),
+        Situation(
+            "the boss on the left, a wall behind", enough=_stood, push=PushAway("stop", "forwards", 2.0)
+        ),
+        Situation("the boss on the right, a wall behind", enough=_stood, push=PushAway("stop", "left", 1.5)),
+        Situation("the boss aside, a wall behind", enough=after(10.0)),
+        Situation("the boss"),
     ),
     shown=3,
     tries=4,
@@ -323,7 +331,7 @@ def show_patrol(screen: SessionView) -> str | None:
     return "home" if screen.state == "attack" else "disperse"
 
 
-PATROL = Topic(
+PATROL = LessonPlan(
     "patrol",
     lambda library: new_lesson(
         library,
@@ -334,7 +342,7 @@ PATROL = Topic(
     show_patrol,
     show_patrol,
     after(150.0),
-    cases=(Case("on patrol", enough=after(90.0)),),
+    cases=(Situation("on patrol", enough=after(90.0)),),
     tries=2,
     limit_s=200.0,
     patience_s=100.0,

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.teachers.person import KEEP, Wish, after, raised
-from understudy_lab.teachers.teacher import Case, Topic
+from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
+from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 NEAR_M, CLEAR_M = 0.6, 0.9
 BUMP_M = 0.3  # this close to something, it should long have turned
@@ -46,7 +46,7 @@ def complain_disperse(screen: SessionView) -> str | None:
     return show_disperse(screen) if min(left, right) < BUMP_M else None
 
 
-DISPERSE = Topic(
+DISPERSE = LessonPlan(
     "disperse",
     lambda library: new_lesson(
         library,
@@ -58,9 +58,9 @@ DISPERSE = Topic(
     complain_disperse,
     after(40.0),
     cases=(
-        Case("a wall on the left", enough=after(8.0)),
-        Case("a wall on the right", enough=after(8.0)),
-        Case("among others", enough=after(20.0)),
+        Situation("a wall on the left", enough=after(8.0)),
+        Situation("a wall on the right", enough=after(8.0)),
+        Situation("among others", enough=after(20.0)),
     ),
     tries=6,
     limit_s=60.0,
@@ -71,7 +71,9 @@ DISPERSE = Topic(
 # What lasts for a while: turning around, withdrawing.
 
 
-def lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str, practice: str = "alone") -> Topic:
+def make_timed_sequence(
+    name: str, steps: Sequence[tuple[str, str, float]], flag: str, practice: str = "alone"
+) -> LessonPlan:
     """One after the other for so long each: state, behavior, s. Then it raises the flag."""
     names = [state for state, _, _ in steps]
     following = dict(zip(["start", *names], [*names, flag], strict=True))
@@ -84,7 +86,7 @@ def lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str, pract
 
         return wished
 
-    return Topic(
+    return LessonPlan(
         name,
         lambda library: new_lesson(
             library,
@@ -95,15 +97,15 @@ def lasting(name: str, steps: Sequence[tuple[str, str, float]], flag: str, pract
         ),
         wish(0.0),
         wish(2.0),
-        raised,
-        cases=(Case(practice),),
+        has_raised_flag,
+        cases=(Situation(practice),),
         tries=1,
         limit_s=60.0,
     )
 
 
-LOOK_LEFT = lasting("look_left", [("turn", "left", AROUND_S)], "failed")
-LOOK_RIGHT = lasting("look_right", [("turn", "right", AROUND_S)], "failed")
-WITHDRAW = lasting(
+LOOK_LEFT = make_timed_sequence("look_left", [("turn", "left", AROUND_S)], "failed")
+LOOK_RIGHT = make_timed_sequence("look_right", [("turn", "right", AROUND_S)], "failed")
+WITHDRAW = make_timed_sequence(
     "withdraw", [("back", "backwards", 2.0), ("turn", "left", 1.5), ("walk", "disperse", AWAY_S)], "done"
 )

@@ -7,18 +7,18 @@ from math import pi
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.tasks.patrol_wander_teacher import lasting
+from understudy_lab.tasks.patrol_wander_teacher import make_timed_sequence
 from understudy_lab.tasks.salvage_scout_teacher import (
     bearing,
-    content,
     goto,
     is_done,
     raised_or_after,
     roam,
     sees_wreck,
+    soften_complaint,
 )
-from understudy_lab.teachers.person import KEEP, Wish, after, raised
-from understudy_lab.teachers.teacher import Case, Push, Topic
+from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 CAPACITY = 4
 """How much a carrier can carry, as its teacher knows."""
@@ -110,7 +110,7 @@ def show_return(screen: SessionView) -> str | None:
     return "turn" if screen.state == "deposit" and wished == "search" else wished
 
 
-TAKE = Topic(
+TAKE = LessonPlan(
     "take",
     lambda library: new_lesson(
         library,
@@ -121,29 +121,29 @@ TAKE = Topic(
     ),
     show_take,
     show_take,
-    raised,
-    cases=(Case("a carrier at a wreck"), Case("a carrier at wrecks with little in them")),
+    has_raised_flag,
+    cases=(Situation("a carrier at a wreck"), Situation("a carrier at wrecks with little in them")),
     tries=4,
     limit_s=90.0,
 )
 
-SEARCH = Topic(
+SEARCH = LessonPlan(
     "search",
     lambda library: new_lesson(
         library, "search", states=["roam", "take"], flags=["done"], features=["done", "distance_to(wreck)"]
     ),
     show_search,
-    content(show_search),
+    soften_complaint(show_search),
     raised_or_after(90.0),
-    cases=(Case("a carrier, wrecks about"), Case("a carrier, wrecks that others empty")),
+    cases=(Situation("a carrier, wrecks about"), Situation("a carrier, wrecks that others empty")),
     tries=4,
     limit_s=120.0,
     patience_s=60.0,
 )
 
-LOOK = lasting("look", [("walk", "roam", LOOKED_S)], "done", "a carrier alone")
+LOOK = make_timed_sequence("look", [("walk", "roam", LOOKED_S)], "done", "a carrier alone")
 
-FETCH = Topic(
+FETCH = LessonPlan(
     "fetch",
     lambda library: new_lesson(
         library,
@@ -153,19 +153,19 @@ FETCH = Topic(
         features=["done", "distance_to(wreck)"],
     ),
     show_fetch,
-    content(show_fetch),
+    soften_complaint(show_fetch),
     raised_or_after(120.0),
     cases=(
-        Case("a carrier, a scout at a wreck"),
-        Case("a carrier, a scout somewhere else", enough=after(90.0)),
-        Case("a carrier, a scout at a wreck that others empty"),
+        Situation("a carrier, a scout at a wreck"),
+        Situation("a carrier, a scout somewhere else", enough=after(90.0)),
+        Situation("a carrier, a scout at a wreck that others empty"),
     ),
     tries=4,
     limit_s=150.0,
     patience_s=60.0,
 )
 
-DEPOSIT = Topic(
+DEPOSIT = LessonPlan(
     "deposit",
     lambda library: new_lesson(
         library,
@@ -176,12 +176,12 @@ DEPOSIT = Topic(
     ),
     show_deposit,
     show_deposit,
-    raised,
+    has_raised_flag,
     cases=(
-        Case("a carrier with one unit"),
-        Case(
+        Situation("a carrier with one unit"),
+        Situation(
             "a carrier with a load",
-            push=Push("unload", "forward", 6.0),
+            push=PushAway("unload", "forward", 6.0),
             enough=lambda screen: screen.state == "goto",
         ),
     ),
@@ -190,15 +190,18 @@ DEPOSIT = Topic(
 )
 
 
-def _both(name: str, bring: str, practice: str) -> Topic:
+def _both(name: str, bring: str, practice: str) -> LessonPlan:
     """One that brings something and deposits it in turn."""
-    return Topic(
+    return LessonPlan(
         name,
         lambda library: new_lesson(library, name, states=[bring, "deposit"], features=["done", "stored"]),
         _in_turn(bring),
         _in_turn(bring),
         after(240.0),
-        cases=(Case(practice, enough=after(160.0)), Case(f"{practice}, with a load", enough=after(5.0))),
+        cases=(
+            Situation(practice, enough=after(160.0)),
+            Situation(f"{practice}, with a load", enough=after(5.0)),
+        ),
         tries=2,
         limit_s=300.0,
         patience_s=60.0,
@@ -208,7 +211,7 @@ def _both(name: str, bring: str, practice: str) -> Topic:
 GATHER = _both("gather", "search", "a carrier, wrecks about")
 HAUL = _both("haul", "fetch", "a carrier, a scout at a wreck")
 
-RETURN = Topic(
+RETURN = LessonPlan(
     "return",
     lambda library: new_lesson(
         library,
@@ -220,8 +223,8 @@ RETURN = Topic(
     show_return,
     after(240.0),
     cases=(
-        Case("a carrier, wrecks about", enough=after(160.0)),
-        Case("a carrier, wrecks about, with a load", enough=after(5.0)),
+        Situation("a carrier, wrecks about", enough=after(160.0)),
+        Situation("a carrier, wrecks about, with a load", enough=after(5.0)),
     ),
     tries=2,
     limit_s=300.0,
@@ -251,7 +254,7 @@ def show_lead(screen: SessionView) -> str | None:
     return "share" if screen.features["some_found(wreck)"] == YES else "seek"
 
 
-LEAD = Topic(
+LEAD = LessonPlan(
     "lead",
     lambda library: new_lesson(
         library,
@@ -262,7 +265,7 @@ LEAD = Topic(
     show_lead,
     show_lead,
     after(200.0),
-    cases=(Case("wrecks with little in them", enough=after(200.0)),),
+    cases=(Situation("wrecks with little in them", enough=after(200.0)),),
     tries=3,
     limit_s=240.0,
     patience_s=1000.0,

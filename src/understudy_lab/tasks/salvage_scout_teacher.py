@@ -11,8 +11,8 @@ from math import isnan, pi, tau
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.teachers.person import KEEP, Seen, Wish, after, raised
-from understudy_lab.teachers.teacher import Case, Push, Topic
+from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 ASTRAY = 0.5  # rad: driving past it, plainly
 FACED_AWAY = 0.6  # rad: not facing it
@@ -25,7 +25,7 @@ LEFT_M = 2.0  # what is so far away is another wreck
 # Roam: drive; at a wall, turn away from it, and on for as long as chance will have it, so as to get everywhere.
 
 
-def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: float) -> Topic:
+def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: float) -> LessonPlan:
     """Turn away from a wall that is `near_m` until all is clear and chance is low; wrong is to come as close as
     `bump_m`, or to go on turning with `wide_m` of room and by a chance that is very low.
     """
@@ -41,22 +41,22 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
 
         return wished
 
-    return Topic(
+    return LessonPlan(
         "roam",
         lambda library: new_lesson(
             library, "roam", states=["forward", "turn=rotate_left"], features=["chance", "sonar_front"]
         ),
         wish(near_m, clear_m, LOW),
-        content(wish(bump_m, wide_m, VERY_LOW)),
+        soften_complaint(wish(bump_m, wide_m, VERY_LOW)),
         after(80.0),
-        cases=(Case(f"a {who} between walls"), Case(f"a {who} between walls")),
+        cases=(Situation(f"a {who} between walls"), Situation(f"a {who} between walls")),
         tries=4,
         limit_s=90.0,
         patience_s=60.0,
     )
 
 
-def content(wish: Wish) -> Wish:
+def soften_complaint(wish: Wish) -> Wish:
     """What is wrong to somebody who has seen enough of what is right."""
 
     def wished(screen: SessionView) -> str | None:
@@ -94,7 +94,7 @@ def _beside(side: int, nearest: float, farthest: float) -> Seen:
 
 def goto(
     who: str, targets: Sequence[str], *, far_m: float, there_m: float, beyond_m: float, past_m: float
-) -> Topic:
+) -> LessonPlan:
     """Done `there_m` from A; wrong is to say so `beyond_m` from it, or not to say so `past_m` from it."""
 
     def show(screen: SessionView) -> str | None:
@@ -129,7 +129,7 @@ def goto(
     one, other = targets[0], targets[-1]
     near, far = (1.5, 0.5 * far_m), (0.6 * far_m, far_m)
     yard = f"a {who} in a yard"
-    return Topic(
+    return LessonPlan(
         "goto",
         lambda library: new_lesson(
             library,
@@ -141,12 +141,16 @@ def goto(
         ),
         show,
         complain,
-        raised,
+        has_raised_flag,
         cases=(
-            Case(yard, {"A": one}, _beside(1, *near)),
-            Case(yard, {"A": other}, _beside(-1, *near)),
-            Case(yard, {"A": one}, _beside(-1, *far), on_its_way, push=Push("forward", "rotate_right", 0.8)),
-            Case(yard, {"A": other}, _beside(1, *far), on_its_way, push=Push("forward", "rotate_left", 0.8)),
+            Situation(yard, {"A": one}, _beside(1, *near)),
+            Situation(yard, {"A": other}, _beside(-1, *near)),
+            Situation(
+                yard, {"A": one}, _beside(-1, *far), on_its_way, push=PushAway("forward", "rotate_right", 0.8)
+            ),
+            Situation(
+                yard, {"A": other}, _beside(1, *far), on_its_way, push=PushAway("forward", "rotate_left", 0.8)
+            ),
         ),
         tries=6,
         limit_s=60.0,
@@ -168,7 +172,7 @@ def is_done(screen: SessionView) -> bool:
 
 def raised_or_after(seconds: float) -> Seen:
     """The automaton says that it is finished, or there is nothing to be found."""
-    return lambda screen: raised(screen) or screen.time_s >= seconds
+    return lambda screen: has_raised_flag(screen) or screen.time_s >= seconds
 
 
 def show_explore(screen: SessionView) -> str | None:
@@ -187,7 +191,7 @@ def show_lookout(screen: SessionView) -> str | None:
     return "rest" if screen.state == "explore" and is_done(screen) else "explore"
 
 
-EXPLORE = Topic(
+EXPLORE = LessonPlan(
     "explore",
     lambda library: new_lesson(
         library,
@@ -199,13 +203,13 @@ EXPLORE = Topic(
     show_explore,
     show_explore,
     raised_or_after(60.0),
-    cases=(Case("a scout, a wreck somewhere"), Case("a scout, wrecks that others empty")),
+    cases=(Situation("a scout, a wreck somewhere"), Situation("a scout, wrecks that others empty")),
     tries=4,
     limit_s=90.0,
     patience_s=60.0,
 )
 
-LOOKOUT = Topic(
+LOOKOUT = LessonPlan(
     "lookout",
     lambda library: new_lesson(
         library,
@@ -217,8 +221,8 @@ LOOKOUT = Topic(
     show_lookout,
     after(90.0),
     cases=(
-        Case("a scout, many wrecks that are emptied", enough=after(60.0)),
-        Case("a scout, wrecks that are emptied", enough=after(60.0)),
+        Situation("a scout, many wrecks that are emptied", enough=after(60.0)),
+        Situation("a scout, wrecks that are emptied", enough=after(60.0)),
     ),
     tries=4,
     limit_s=120.0,

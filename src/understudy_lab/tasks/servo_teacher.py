@@ -16,7 +16,7 @@ from understudy.model.library import Library
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
 from understudy_lab.teachers.person import Wish
-from understudy_lab.teachers.teacher import Case, Push, Topic
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 FEATURES = ("blob_x(ball)", "blob_size(ball)")
 FOUR_STATES = ("left=turn_left", "right=turn_right", "forwardL=walk_forward", "forwardR=walk_forward")
@@ -40,7 +40,7 @@ def there(screen: SessionView) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class FourStates:
+class StatefulServoTeacher:
     """Teaches with memory: forwardL and forwardR keep the side of the ball; `search` is where to turn at first.
 
     `patience_px` is how much farther things have to go before it complains than before it shows.
@@ -64,7 +64,7 @@ class FourStates:
 
 
 @dataclass(frozen=True, slots=True)
-class Stateless:
+class StatelessServoTeacher:
     """Teaches a policy of what is seen now: walk while the ball is seen, turn to one side while it is lost.
 
     Where `edge_px` is above 0, it also turns while the ball is nearer to the edge than that, until it is well inside.
@@ -89,7 +89,7 @@ class Stateless:
 
 
 @dataclass(frozen=True, slots=True)
-class ThenStop:
+class ApproachAndStopTeacher:
     """Teaches to approach as `approach` does and to stop there, all in one automaton with a flag `done`.
 
     `too_early_px` is how small the ball is where it has plainly stopped too early.
@@ -137,21 +137,21 @@ def _lost(screen: SessionView) -> bool:
     return isnan(blob_x(screen))
 
 
-def topic(show: Wish, complain: Wish, *, stateful: bool, tries: int = 3, limit_s: float = 60.0) -> Topic:
+def topic(show: Wish, complain: Wish, *, stateful: bool, tries: int = 3, limit_s: float = 60.0) -> LessonPlan:
     """Approaching the ball: the ball left, right, lost; and pushed aside to either side while walking."""
     forward = ("forwardL", "forwardR") if stateful else ("walk_forward", "walk_forward")
-    return Topic(
+    return LessonPlan(
         "approach",
         four_states if stateful else stateless,
         show,
         complain,
         there,
         cases=(
-            Case(ANYWHERE, suits=_left),
-            Case(ANYWHERE, suits=_right),
-            Case(ANYWHERE, suits=_lost),
-            Case(ANYWHERE, suits=_right, push=Push(forward[1], "turn_right", PUSH_S)),
-            Case(ANYWHERE, suits=_left, push=Push(forward[0], "turn_left", PUSH_S)),
+            Situation(ANYWHERE, suits=_left),
+            Situation(ANYWHERE, suits=_right),
+            Situation(ANYWHERE, suits=_lost),
+            Situation(ANYWHERE, suits=_right, push=PushAway(forward[1], "turn_right", PUSH_S)),
+            Situation(ANYWHERE, suits=_left, push=PushAway(forward[0], "turn_left", PUSH_S)),
         ),
         tries=tries,
         limit_s=limit_s,
@@ -164,16 +164,20 @@ PUSH_S = 1.3
 SIDES = ("left", "right")
 
 
-def topics(search: str) -> Mapping[str, Topic]:
+def topics(search: str) -> Mapping[str, LessonPlan]:
     """The three ways to teach approaching, by name, for a teacher who turns to this side at first."""
     return MappingProxyType(
         {
-            "four states": topic(FourStates(search), FourStates(search, 15.0), stateful=True),
+            "four states": topic(
+                StatefulServoTeacher(search), StatefulServoTeacher(search, 15.0), stateful=True
+            ),
             "stateless, turns when lost": topic(
-                Stateless(search), Stateless(search, 0.0, 15.0), stateful=False
+                StatelessServoTeacher(search), StatelessServoTeacher(search, 0.0, 15.0), stateful=False
             ),
             "stateless, turns at edges": topic(
-                Stateless(search, EDGE_PX), Stateless(search, EDGE_PX, 15.0), stateful=False
+                StatelessServoTeacher(search, EDGE_PX),
+                StatelessServoTeacher(search, EDGE_PX, 15.0),
+                stateful=False,
             ),
         }
     )

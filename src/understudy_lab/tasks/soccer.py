@@ -45,7 +45,7 @@ kit = make_scenario_kit(scenario())
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class StartPose:
     """Where a robot begins: how far from the ball (m, center to center) and where it sees it (degrees, left positive).
 
     Both are drawn from (least, most) for each world, and so is the side that it comes from.
@@ -56,7 +56,7 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
-class Push:
+class Disturbance:
     """Someone walks into the robot: after so long it is turned and moved aside, evenly over `lasts_s`.
 
     `turned_deg` is positive for a push that turns it to the left, and `aside_m` moves it to its left.
@@ -68,20 +68,20 @@ class Push:
     aside_m: float
 
 
-POSITIONS: Mapping[str, Start] = MappingProxyType(
+POSITIONS: Mapping[str, StartPose] = MappingProxyType(
     {
-        "ball left": Start((2.0, 2.0), (22.0, 22.0)),
-        "ball not visible": Start((2.0, 2.0), (180.0, 180.0)),
-        "ball right": Start((2.0, 2.0), (-22.0, -22.0)),
+        "ball left": StartPose((2.0, 2.0), (22.0, 22.0)),
+        "ball not visible": StartPose((2.0, 2.0), (180.0, 180.0)),
+        "ball right": StartPose((2.0, 2.0), (-22.0, -22.0)),
     }
 )
 """The paper's three: ball in the left of the frame, not visible, in the right of the frame (Figure 3)."""
 
-AHEAD = Start((2.2, 2.2), (0.0, 0.0))
+AHEAD = StartPose((2.2, 2.2), (0.0, 0.0))
 """Where a robot begins that is pushed on its way."""
-PUSHED_LEFT, PUSHED_RIGHT = Push(2.0, 0.8, 70.0, 0.2), Push(2.0, 0.8, -70.0, -0.2)
-ANYWHERE = Start((1.2, 2.6), (-180.0, 180.0))
-NO_PUSHES: Mapping[int, Push] = MappingProxyType({})
+PUSHED_LEFT, PUSHED_RIGHT = Disturbance(2.0, 0.8, 70.0, 0.2), Disturbance(2.0, 0.8, -70.0, -0.2)
+ANYWHERE = StartPose((1.2, 2.6), (-180.0, 180.0))
+NO_PUSHES: Mapping[int, Disturbance] = MappingProxyType({})
 LIMIT_S = 120.0
 """What a robot is given to reach the ball, as in the scenario."""
 
@@ -90,9 +90,12 @@ class Soccer(Walker):
     """Walking robots, each alone with the ball; `starts` says where each world's robot begins (one for all)."""
 
     def __init__(
-        self, seeds: Sequence[int] = (0,), starts: Start | Sequence[Start] = ANYWHERE, gait: Gait = WALKING
+        self,
+        seeds: Sequence[int] = (0,),
+        starts: StartPose | Sequence[StartPose] = ANYWHERE,
+        gait: Gait = WALKING,
     ) -> None:
-        self.starts = [starts] * len(seeds) if isinstance(starts, Start) else list(starts)
+        self.starts = [starts] * len(seeds) if isinstance(starts, StartPose) else list(starts)
         super().__init__(scenario(), seeds, gait)
         self._begin()
 
@@ -122,7 +125,7 @@ def _between(bounds: tuple[float, float], share: float) -> float:
     return bounds[0] + (bounds[1] - bounds[0]) * share
 
 
-class HandServo:
+class ExpertServo:
     """Servoing written by hand, for N robots: it remembers on which side it last saw the ball, and turns there.
 
     It turns until the ball is `facing_px` from the middle of the picture or less, and walks until it is more than
@@ -149,7 +152,7 @@ def approach(
     body: Soccer,
     tick: Callable[[], None],
     *,
-    pushes: Mapping[int, Push] = NO_PUSHES,
+    pushes: Mapping[int, Disturbance] = NO_PUSHES,
     limit_s: float = LIMIT_S,
 ) -> Column:
     """Let the robots go on, tick by tick, until all are within 15 cm of the ball or the limit is over.
@@ -166,17 +169,17 @@ def approach(
 
 
 def approach_by(
-    program: Program, body: Soccer, *, pushes: Mapping[int, Push] = NO_PUSHES, limit_s: float = LIMIT_S
+    program: Program, body: Soccer, *, pushes: Mapping[int, Disturbance] = NO_PUSHES, limit_s: float = LIMIT_S
 ) -> Column:
     """`approach` by robots that all run one program."""
     return approach(body, Engine.of(body, program).tick, pushes=pushes, limit_s=limit_s)
 
 
 def approach_by_hand(
-    body: Soccer, *, pushes: Mapping[int, Push] = NO_PUSHES, limit_s: float = LIMIT_S
+    body: Soccer, *, pushes: Mapping[int, Disturbance] = NO_PUSHES, limit_s: float = LIMIT_S
 ) -> Column:
     """`approach` by robots that are written by hand."""
-    hand = HandServo(body.agents)
+    hand = ExpertServo(body.agents)
     return approach(
         body, lambda: body.act(hand.decide(body.sense(hand.keys))), pushes=pushes, limit_s=limit_s
     )

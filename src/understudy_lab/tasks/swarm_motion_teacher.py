@@ -7,8 +7,8 @@ from math import isnan, pi, tau
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
-from understudy_lab.teachers.person import KEEP, Seen, Wish, after, raised
-from understudy_lab.teachers.teacher import Case, Push, Topic
+from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 SELDOM, OFTEN = 0.06, 0.3
 """Chances drawn each second: below the first it turns from time to time, from the second on it drives on."""
@@ -48,7 +48,7 @@ def complain_wander(screen: SessionView) -> str | None:
     return "forward" if screen.state == "start" or screen.features["chance"] > 2 * OFTEN else None
 
 
-WANDER = Topic(
+WANDER = LessonPlan(
     "wander",
     lambda library: new_lesson(
         library, "wander", states=["forward", "left=rotate_left"], features=["stuck", "chance"]
@@ -56,7 +56,7 @@ WANDER = Topic(
     show_wander,
     complain_wander,
     after(60.0),
-    cases=(Case("alone", enough=after(50.0)),),
+    cases=(Situation("alone", enough=after(50.0)),),
     tries=2,
     limit_s=90.0,
     patience_s=70.0,
@@ -115,7 +115,7 @@ def _ahead(screen: SessionView) -> bool:
     return 0.8 < screen.features["distance_to(A)"] < 2.0 and abs(_off(screen, "A")) < 0.4
 
 
-APPROACH = Topic(
+APPROACH = LessonPlan(
     "approach",
     lambda library: new_lesson(
         library,
@@ -127,17 +127,17 @@ APPROACH = Topic(
     ),
     show_approach,
     complain_approach,
-    raised,
+    has_raised_flag,
     cases=(
-        Case("alone", {"A": "home"}, _beside(1), push=Push("forward", "rotate_right", 0.8)),
-        Case("alone", {"A": "home"}, _beside(-1), push=Push("forward", "rotate_left", 0.8)),
-        Case("a crate", {"A": "crate"}, _beside(1)),
-        Case("a crate", {"A": "crate"}, _beside(-1)),
-        Case("a crate", {"A": "crate"}, _ahead),
-        Case("alone", {"A": "caller"}),
-        Case("a help that stops", {"A": "caller"}),
-        Case("a help that stops soon", {"A": "caller"}, _behind(1)),
-        Case("a help that stops soon", {"A": "caller"}, _behind(-1)),
+        Situation("alone", {"A": "home"}, _beside(1), push=PushAway("forward", "rotate_right", 0.8)),
+        Situation("alone", {"A": "home"}, _beside(-1), push=PushAway("forward", "rotate_left", 0.8)),
+        Situation("a crate", {"A": "crate"}, _beside(1)),
+        Situation("a crate", {"A": "crate"}, _beside(-1)),
+        Situation("a crate", {"A": "crate"}, _ahead),
+        Situation("alone", {"A": "caller"}),
+        Situation("a help that stops", {"A": "caller"}),
+        Situation("a help that stops soon", {"A": "caller"}, _behind(1)),
+        Situation("a help that stops soon", {"A": "caller"}, _behind(-1)),
     ),
     tries=10,
     limit_s=60.0,
@@ -148,7 +148,7 @@ def _steer(facing: float, astray: float) -> Wish:
     return lambda screen: _turned(screen.state, _off(screen, "home"), astray=astray, facing=facing)
 
 
-STEER = Topic(
+STEER = LessonPlan(
     "steer",
     lambda library: new_lesson(
         library,
@@ -160,17 +160,17 @@ STEER = Topic(
     _steer(-ASTRAY, 2 * ASTRAY),
     after(15.0),
     cases=(
-        Case(
+        Situation(
             "alone",
             suits=lambda screen: _off(screen, "home") > 0.8,
             enough=after(8.0),
-            push=Push("forward", "rotate_right", 0.8),
+            push=PushAway("forward", "rotate_right", 0.8),
         ),
-        Case(
+        Situation(
             "alone",
             suits=lambda screen: _off(screen, "home") < -0.8,
             enough=after(8.0),
-            push=Push("forward", "rotate_left", 0.8),
+            push=PushAway("forward", "rotate_left", 0.8),
         ),
     ),
     tries=4,
@@ -187,7 +187,7 @@ def show_haul(screen: SessionView) -> str | None:
     return "drop" if yes(screen, "holding") else "done"
 
 
-HAUL = Topic(
+HAUL = LessonPlan(
     "haul",
     lambda library: new_lesson(
         library,
@@ -198,8 +198,13 @@ HAUL = Topic(
     ),
     show_haul,
     show_haul,
-    raised,
-    cases=(Case("holding a crate"), Case("holding in vain"), Case("losing hands"), Case("alone")),
+    has_raised_flag,
+    cases=(
+        Situation("holding a crate"),
+        Situation("holding in vain"),
+        Situation("losing hands"),
+        Situation("alone"),
+    ),
     tries=4,
     limit_s=90.0,
     patience_s=70.0,

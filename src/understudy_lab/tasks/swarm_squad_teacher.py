@@ -6,13 +6,15 @@ from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after
-from understudy_lab.teachers.teacher import Case, Topic
+from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 QUIET_S, SLACK_S = 3.0, 3.0
 """How long a call may take until the first hears it; how much longer than it shows it watches before it complains."""
 
 
-def _joint(name: str, works: str, joins: str, found: str, call: str, most_s: float, practices: str) -> Topic:
+def _joint(
+    name: str, works: str, joins: str, found: str, call: str, most_s: float, practices: str
+) -> LessonPlan:
     """All work until one finds something; then all join, until nobody calls any more or they gave up."""
 
     def wish(slack_s: float) -> Wish:
@@ -30,7 +32,7 @@ def _joint(name: str, works: str, joins: str, found: str, call: str, most_s: flo
 
         return wished
 
-    return Topic(
+    return LessonPlan(
         name,
         lambda library: new_lesson(
             library,
@@ -42,8 +44,8 @@ def _joint(name: str, works: str, joins: str, found: str, call: str, most_s: flo
         wish(SLACK_S),
         after(150.0),
         cases=(
-            Case(f"{practices} at work", enough=_works_again),
-            Case(f"{practices} in vain", enough=_works_again),
+            Situation(f"{practices} at work", enough=_works_again),
+            Situation(f"{practices} in vain", enough=_works_again),
         ),
         tries=2,
         limit_s=300.0,
@@ -73,7 +75,7 @@ def _spread(slack_s: float) -> Wish:
     return wished
 
 
-SWARM = Topic(
+SWARM = LessonPlan(
     "swarm_work",
     lambda library: new_lesson(
         library, "swarm_work", states=["spread=forward", "work=platoon_work"], features=["time_in_state"]
@@ -81,7 +83,7 @@ SWARM = Topic(
     _spread(0.0),
     _spread(SLACK_S),
     after(20.0),
-    cases=(Case("all"),),
+    cases=(Situation("all"),),
     tries=1,
     limit_s=40.0,
     patience_s=100.0,

@@ -8,8 +8,8 @@ from __future__ import annotations
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session_view import SessionView
 from understudy_lab.tasks.swarm_motion_teacher import APPROACH, HAUL, STEER, WANDER, there, yes
-from understudy_lab.teachers.person import KEEP, Seen, Wish, after, raised
-from understudy_lab.teachers.teacher import Case, Topic
+from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
+from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 AT_M = 1.0
 WAITS_S, AWAY_S, GIVES_UP_S, SLACK_S = 40.0, 15.0, 60.0, 3.0
@@ -48,7 +48,7 @@ def _nothing(screen: SessionView) -> bool:
     return not there(screen, "free_crate") and not there(screen, "free_container")
 
 
-FIND = Topic(
+FIND = LessonPlan(
     "find",
     lambda library: new_lesson(
         library,
@@ -59,13 +59,13 @@ FIND = Topic(
     ),
     show_find,
     show_find,
-    lambda screen: raised(screen) or screen.time_s > 60.0,
+    lambda screen: has_raised_flag(screen) or screen.time_s > 60.0,
     cases=(
-        Case("crates nobody is at", suits=_nothing),
-        Case("containers nobody is at", suits=_nothing),
-        Case("crates nobody is at", suits=_sees("crate")),
-        Case("containers nobody is at", suits=_sees("container")),
-        Case("a field", suits=_sees("crate", "container")),
+        Situation("crates nobody is at", suits=_nothing),
+        Situation("containers nobody is at", suits=_nothing),
+        Situation("crates nobody is at", suits=_sees("crate")),
+        Situation("containers nobody is at", suits=_sees("container")),
+        Situation("a field", suits=_sees("crate", "container")),
     ),
     tries=5,
     limit_s=120.0,
@@ -86,7 +86,7 @@ def show_search(screen: SessionView) -> str | None:
     return "find" if yes(screen, "failed") else None
 
 
-SEARCH = Topic(
+SEARCH = LessonPlan(
     "search",
     lambda library: new_lesson(
         library,
@@ -103,14 +103,14 @@ SEARCH = Topic(
     ),
     show_search,
     show_search,
-    lambda screen: raised(screen) or screen.time_s > 90.0,
+    lambda screen: has_raised_flag(screen) or screen.time_s > 90.0,
     cases=(
-        Case("crates nobody is at"),
-        Case("containers nobody is at"),
-        Case("holding in vain", enough=in_state("find")),
-        Case("holding a crate", enough=in_state("find", 5.0)),
-        Case("a crate that others take", enough=in_state("find", 1.5)),
-        Case("a container that others take", enough=in_state("find", 1.5)),
+        Situation("crates nobody is at"),
+        Situation("containers nobody is at"),
+        Situation("holding in vain", enough=in_state("find")),
+        Situation("holding a crate", enough=in_state("find", 5.0)),
+        Situation("a crate that others take", enough=in_state("find", 1.5)),
+        Situation("a container that others take", enough=in_state("find", 1.5)),
     ),
     tries=6,
     limit_s=120.0,
@@ -121,7 +121,7 @@ SEARCH = Topic(
 # Help, muster: to who calls, hold what they hold, pull it home.
 
 
-def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
+def _joins(name: str, thing: str, caller: str, calls: str) -> LessonPlan:
     free = f"distance_to(free_{thing})"
 
     def complain(screen: SessionView) -> str | None:
@@ -140,7 +140,7 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
         waits = screen.state == "wait" and there(screen, f"free_{thing}") and not there(screen, caller)
         return KEEP if holds or waits else complain(screen)
 
-    return Topic(
+    return LessonPlan(
         name,
         lambda library: new_lesson(
             library,
@@ -159,25 +159,25 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> Topic:
         complain,
         after(60.0),
         cases=(
-            Case(f"beside a {thing}", enough=_waits),
-            Case(
+            Situation(f"beside a {thing}", enough=_waits),
+            Situation(
                 f"someone calls in vain at a {thing}",
                 suits=lambda screen: there(screen, caller) and not there(screen, f"free_{thing}"),
                 enough=_holds,
             ),
-            Case(
+            Situation(
                 f"someone calls late at a {thing}",
                 suits=lambda screen: not there(screen, f"free_{thing}"),
                 enough=_holds,
             ),
-            Case(f"at a {thing}", enough=_waits),
-            Case(f"in vain at a {thing}", enough=after(5.0)),
-            Case(f"a {name} that stops", enough=after(8.0)),
-            Case("holding in vain", enough=after(4.0)),
-            Case("holding in vain what others claim", enough=after(4.0)),
-            Case("holding a crate", enough=_waits),
-            Case("losing hands", enough=after(4.0)),
-            Case(f"{thing}s nobody is at", enough=lambda screen: _waits(screen) and screen.time_s > 8.0),
+            Situation(f"at a {thing}", enough=_waits),
+            Situation(f"in vain at a {thing}", enough=after(5.0)),
+            Situation(f"a {name} that stops", enough=after(8.0)),
+            Situation("holding in vain", enough=after(4.0)),
+            Situation("holding in vain what others claim", enough=after(4.0)),
+            Situation("holding a crate", enough=_waits),
+            Situation("losing hands", enough=after(4.0)),
+            Situation(f"{thing}s nobody is at", enough=lambda screen: _waits(screen) and screen.time_s > 8.0),
         ),
         tries=11,
         limit_s=120.0,
@@ -201,18 +201,18 @@ MUSTER = _joins("muster", "container", "musterer", "hold_and_muster")
 
 
 ANSWERED = (
-    Case(
+    Situation(
         "someone calls in vain at a crate",
         enough=lambda screen: screen.state == "search" and screen.time_s > 60.0,
     ),
-    Case(
+    Situation(
         "someone calls late at a crate",
         enough=lambda screen: screen.state == "help" and screen.time_s > 8.0,
     ),
 )
 
 
-def _alone(*, answers: bool) -> Topic:
+def _alone(*, answers: bool) -> LessonPlan:
     waiting = {"call": WAITS_S, "help": GIVES_UP_S}
 
     def wish(slack_s: float) -> Wish:
@@ -246,7 +246,7 @@ def _alone(*, answers: bool) -> Topic:
         return wished
 
     name = "alone_answering" if answers else "alone"
-    return Topic(
+    return LessonPlan(
         name,
         lambda library: new_lesson(
             library,
@@ -271,10 +271,12 @@ def _alone(*, answers: bool) -> Topic:
         wish(SLACK_S),
         after(150.0),
         cases=(
-            Case("a crate", enough=lambda screen: screen.state == "search" and screen.time_s > 25.0),
-            Case("a field", enough=lambda screen: screen.state == "search" and screen.time_s > 25.0),
-            Case("alone", enough=lambda screen: screen.state == "search" and screen.time_s > 11.0),
-            Case("crates in vain", enough=lambda screen: screen.state == "search" and screen.time_s > 50.0),
+            Situation("a crate", enough=lambda screen: screen.state == "search" and screen.time_s > 25.0),
+            Situation("a field", enough=lambda screen: screen.state == "search" and screen.time_s > 25.0),
+            Situation("alone", enough=lambda screen: screen.state == "search" and screen.time_s > 11.0),
+            Situation(
+                "crates in vain", enough=lambda screen: screen.state == "search" and screen.time_s > 50.0
+            ),
             *(ANSWERED if answers else ()),
         ),
         tries=3,

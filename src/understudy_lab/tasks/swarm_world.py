@@ -72,7 +72,7 @@ def _share(thing: ObjectClass, share: float) -> int:
 
 
 @dataclass(frozen=True)
-class Manners:
+class ExpertParams:
     """What robots and coordinators written by hand keep to: lengths in m, angles in rad, times in s."""
 
     there: float = 0.4
@@ -87,7 +87,7 @@ class Manners:
     spreads: float = 10.0
 
 
-def robots(kit: Kit, manners: Manners = Manners()) -> Library:
+def robots(kit: Kit, manners: ExpertParams = ExpertParams()) -> Library:
     """What each robot knows; `alone` and `alone_answering` are for who has no coordinator."""
     return Library.of(
         kit,
@@ -142,7 +142,7 @@ def _steered(distance: TreeBranch, angle: str, ahead: float, ways: tuple[str, st
     return split_within(angle, ahead, forward, split_on_left(angle, left, right))
 
 
-def _approach(kit: Kit, m: Manners) -> Automaton:
+def _approach(kit: Kit, m: ExpertParams) -> Automaton:
     def way(ahead: float) -> TreeBranch:
         turn = split_within("angle_to A", ahead, "forward", split_on_left("angle_to A", "left", "right"))
         return split_on_presence(
@@ -160,7 +160,7 @@ def _approach(kit: Kit, m: Manners) -> Automaton:
     )
 
 
-def _haul(kit: Kit, m: Manners) -> Automaton:
+def _haul(kit: Kit, m: ExpertParams) -> Automaton:
     def way(ahead: float) -> TreeBranch:
         turn = split_within(
             "angle_to home", ahead, "forward", split_on_left("angle_to home", "left", "right")
@@ -215,7 +215,7 @@ def _search(kit: Kit) -> Automaton:
     )
 
 
-def _join(kit: Kit, m: Manners, name: str, thing: str, caller: str, calls: str) -> Automaton:
+def _join(kit: Kit, m: ExpertParams, name: str, thing: str, caller: str, calls: str) -> Automaton:
     of_caller, free = f"distance_to {caller}", f"distance_to free_{thing}"
     begin = split_below(free, m.at, "call", split_on_presence(of_caller, "come", "wait"))
     begin = split_on_flag("enough", "haul", split_on_flag("holding", "drop", begin))
@@ -245,7 +245,7 @@ def _join(kit: Kit, m: Manners, name: str, thing: str, caller: str, calls: str) 
     )
 
 
-def _alone(kit: Kit, m: Manners) -> Automaton:
+def _alone(kit: Kit, m: ExpertParams) -> Automaton:
     return _automaton(
         kit,
         "alone",
@@ -267,7 +267,7 @@ def _alone(kit: Kit, m: Manners) -> Automaton:
     )
 
 
-def _answering(kit: Kit, m: Manners) -> Automaton:
+def _answering(kit: Kit, m: ExpertParams) -> Automaton:
     heard = split_on_presence("distance_to caller", "help", "search")
     return _automaton(
         kit,
@@ -293,7 +293,7 @@ def _answering(kit: Kit, m: Manners) -> Automaton:
     )
 
 
-def squad(kit: Kit, m: Manners = Manners()) -> Library:
+def squad(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
     """What the coordinator of a squad knows."""
     made = _automaton(
         kit,
@@ -310,7 +310,7 @@ def squad(kit: Kit, m: Manners = Manners()) -> Library:
     return Library.of(kit, made)
 
 
-def platoon(kit: Kit, m: Manners = Manners()) -> Library:
+def platoon(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
     """What the coordinator of a platoon knows."""
     made = _automaton(
         kit,
@@ -327,7 +327,7 @@ def platoon(kit: Kit, m: Manners = Manners()) -> Library:
     return Library.of(kit, made)
 
 
-def swarm(kit: Kit, m: Manners = Manners()) -> Library:
+def swarm(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
     """What the coordinator of all knows."""
     made = _automaton(
         kit,
@@ -341,7 +341,7 @@ def swarm(kit: Kit, m: Manners = Manners()) -> Library:
 _OF = {SQUAD: squad, PLATOON: platoon, SWARM: swarm}
 
 
-def hand_coded() -> Libraries:
+def make_expert_libraries() -> Libraries:
     """What all of them know that were written by hand."""
     return collect_libraries(
         scenario(), robots(make_scenario_kit(scenario())), lambda name, kit: _OF[name](kit)

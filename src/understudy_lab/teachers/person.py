@@ -26,7 +26,7 @@ KEEP = "(keep)"
 Seen: TypeAlias = Callable[[SessionView], bool]
 
 
-def raised(screen: SessionView) -> bool:
+def has_raised_flag(screen: SessionView) -> bool:
     """The automaton says that it is finished."""
     return screen.flag is not None
 
@@ -36,7 +36,7 @@ def after(seconds: float) -> Seen:
     return lambda screen: screen.time_s >= seconds
 
 
-class Verdict(Enum):
+class TryResult(Enum):
     """How watching ended."""
 
     ENOUGH = auto()  # what they waited for, with nothing to complain of
@@ -49,7 +49,7 @@ FIDGETS, FIDGETING = 30, 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class Reaction:
+class ReactionTime:
     """How long a person takes from making up their mind to the press, s: normal, but never under `least_s`."""
 
     mean_s: float = 0.25
@@ -57,10 +57,10 @@ class Reaction:
     least_s: float = 0.1
 
 
-class Person:
+class SimulatedPerson:
     """Someone who watches one session at a time and presses now and then; counts the seconds and the presses."""
 
-    def __init__(self, draws: np.random.Generator, reaction: Reaction = Reaction()) -> None:
+    def __init__(self, draws: np.random.Generator, reaction: ReactionTime = ReactionTime()) -> None:
         self.reaction = reaction
         self.seconds = 0.0
         self.presses = 0
@@ -68,7 +68,7 @@ class Person:
         self._due: tuple[str, float] | None = None
         self._kept: tuple[str, ...] | None = None
 
-    def show(self, session: Session, wish: Wish, *, until: Seen, limit_s: float) -> Verdict:
+    def show(self, session: Session, wish: Wish, *, until: Seen, limit_s: float) -> TryResult:
         """Direct the robot to whatever they wish, `until` they have shown enough."""
         return self._watch(session, wish, until=until, limit_s=limit_s, patience_s=limit_s)
 
@@ -81,7 +81,7 @@ class Person:
 
     def test(
         self, session: Session, complaint: Wish, *, until: Seen, limit_s: float, patience_s: float
-    ) -> Verdict:
+    ) -> TryResult:
         """Let the robot show what it learned, and correct the first thing that looks wrong.
 
         They lose patience when all levels stay in their states for `patience_s`, or when it only fidgets.
@@ -94,11 +94,11 @@ class Person:
             limit_s=limit_s,
             patience_s=patience_s,
         )
-        return Verdict.CORRECTED if session.mode is Mode.TRAINING else verdict
+        return TryResult.CORRECTED if session.mode is Mode.TRAINING else verdict
 
     def _watch(
         self, session: Session, wish: Wish, *, until: Seen, limit_s: float, patience_s: float
-    ) -> Verdict:
+    ) -> TryResult:
         self._due = self._kept = None
         tick_s = session.body.tick_s
         path: tuple[str, ...] = ()
@@ -110,7 +110,7 @@ class Person:
             said = wished == KEEP and screen.path[:1] == self._kept
             content = wished is None or wished == screen.state or said
             if content and screen.waiting is None and until(screen):
-                return Verdict.ENOUGH
+                return TryResult.ENOUGH
             if screen.path != path:
                 self._kept = self._kept if screen.path[:1] == path[:1] else None
                 path = screen.path
@@ -118,12 +118,12 @@ class Person:
             if passed - changes[-1] > patience_s or (
                 len(changes) == FIDGETS and passed - changes[0] < patience_s * FIDGETING
             ):
-                return Verdict.LOST
+                return TryResult.LOST
             self._consider(session, None if content else wished, passed)
             session.tick()
             passed += tick_s
             self.seconds += tick_s
-        return Verdict.LOST
+        return TryResult.LOST
 
     def _consider(self, session: Session, wished: str | None, now: float) -> None:
         if wished is None:

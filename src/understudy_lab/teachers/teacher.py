@@ -19,7 +19,7 @@ from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.training.session import Session
-from understudy_lab.teachers.person import Person, Reaction, Seen, Verdict, Wish
+from understudy_lab.teachers.person import ReactionTime, Seen, SimulatedPerson, TryResult, Wish
 
 MakesBody: TypeAlias = Callable[[str, int], Body]
 """Makes a world for one robot to practice in, by the name of the practice and a seed; it can be reset."""
@@ -27,7 +27,7 @@ MakesBody: TypeAlias = Callable[[str, int], Body]
 LooksBack: TypeAlias = Callable[[Session], None]
 """What is done with a session before the robot is let try."""
 
-MakesPerson: TypeAlias = Callable[[np.random.Generator, Reaction], Person]
+MakesPerson: TypeAlias = Callable[[np.random.Generator, ReactionTime], SimulatedPerson]
 """Makes the person who teaches, from what they draw from and how fast they react."""
 
 LOOK_S = 1.0
@@ -53,7 +53,7 @@ class Patience:
 
 
 @dataclass(frozen=True, slots=True)
-class Push:
+class PushAway:
     """Drive the robot away while it is in a state: a basic behavior, for so long; anyhow if it is not `within_s`."""
 
     during: str
@@ -63,7 +63,7 @@ class Push:
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class Situation:
     """A situation to show: in which practice, looking how, up to where, and with which targets."""
 
     practice: str
@@ -71,11 +71,11 @@ class Case:
     suits: Seen = lambda screen: True
     enough: Seen = lambda screen: False
     again: bool = False  # from where it ended, once more
-    push: Push | None = None
+    push: PushAway | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Topic:
+class LessonPlan:
     """One automaton to teach: what to choose for it, what to show, when to complain, when a try is finished.
 
     The first `shown` of the cases are shown before the first try (None: all); tries are in the practices of all.
@@ -86,7 +86,7 @@ class Topic:
     show: Wish
     complain: Wish
     finished: Seen
-    cases: tuple[Case, ...]
+    cases: tuple[Situation, ...]
     tries: int
     limit_s: float
     shown: int | None = None
@@ -94,7 +94,7 @@ class Topic:
 
 
 @dataclass(slots=True)
-class Account:
+class TeachingCost:
     """What teaching one automaton took so far, thrown-away lessons included; `examples` are those kept."""
 
     examples: int = 0
@@ -104,11 +104,11 @@ class Account:
 
 
 @dataclass(frozen=True, slots=True)
-class Teaching:
+class TeachingResult:
     """A taught library, and what it took by automaton."""
 
     library: Library
-    accounts: Mapping[str, Account]
+    accounts: Mapping[str, TeachingCost]
 
     @property
     def examples(self) -> int:
@@ -121,11 +121,11 @@ class Teaching:
         return sum(account.seconds for account in self.accounts.values())
 
 
-Progress: TypeAlias = Callable[[str, str, Account], None]
+Progress: TypeAlias = Callable[[str, str, TeachingCost], None]
 """Called as teaching goes on: automaton, what happens, account so far."""
 
 
-class Teacher:
+class ScriptedTeacher:
     """Teaches topics in turn, each as a state of the next. Same seed, same lessons."""
 
     def __init__(
@@ -135,47 +135,47 @@ class Teacher:
         seed: int,
         *,
         options: Mapping[str, LearnerOptions],
-        reaction: Reaction = Reaction(),
+        reaction: ReactionTime = ReactionTime(),
         progress: Progress = lambda name, what, account: None,
         patience: Patience = Patience(),
-        person: MakesPerson = Person,
+        person: MakesPerson = SimulatedPerson,
         looks_back: LooksBack = lambda session: None,
     ) -> None:
         self.library = library
-        self.accounts: dict[str, Account] = {}
+        self.accounts: dict[str, TeachingCost] = {}
         self._make, self._options, self._progress = make, options, progress
         self._looks_back = looks_back
         self._draws = np.random.default_rng([seed, 1])
         self._person, self._patience = person(self._draws, reaction), patience
-        self._topics: dict[str, Topic] = {}
+        self._topics: dict[str, LessonPlan] = {}
 
-    def teach(self, *topics: Topic) -> Teaching:
+    def teach(self, *topics: LessonPlan) -> TeachingResult:
         """Teach the topics; the library with them, and what it took."""
         for topic in topics:
             self._topics[topic.name] = topic
-            self.accounts[topic.name] = Account()
+            self.accounts[topic.name] = TeachingCost()
             lesson = topic.choose(self.library)
             lesson = replace(lesson, options=self._options.get(topic.name, lesson.options))
             while not self._teach(topic, lesson) and self._goes_on(topic):
                 self._progress(topic.name, "thrown away, taught again", self.accounts[topic.name])
             self._progress(topic.name, "learned", self.accounts[topic.name])
-        return Teaching(self.library, self.accounts)
+        return TeachingResult(self.library, self.accounts)
 
-    def _goes_on(self, topic: Topic) -> bool:
+    def _goes_on(self, topic: LessonPlan) -> bool:
         account, patience = self.accounts[topic.name], self._patience
         return account.lessons < patience.lessons and not self._had_enough(topic)
 
-    def _had_enough(self, topic: Topic) -> bool:
+    def _had_enough(self, topic: LessonPlan) -> bool:
         return self.accounts[topic.name].seconds >= self._patience.seconds
 
-    def _teach(self, topic: Topic, lesson: Lesson) -> bool:
+    def _teach(self, topic: LessonPlan, lesson: Lesson) -> bool:
         """One lesson from its beginning; whether it came right."""
         self.accounts[topic.name].lessons += 1
         for case in topic.cases[: topic.shown]:
             lesson = self._show_case(topic, case, lesson)
         return self._try(topic, lesson)
 
-    def _show_case(self, topic: Topic, case: Case, lesson: Lesson) -> Lesson:
+    def _show_case(self, topic: LessonPlan, case: Situation, lesson: Lesson) -> Lesson:
         session = self._session(topic, lesson, case)
         self._show(topic, case, session)
         if case.again:
@@ -183,7 +183,7 @@ class Teacher:
             self._show(topic, case, session)
         return session.lesson
 
-    def _show(self, topic: Topic, case: Case, session: Session) -> None:
+    def _show(self, topic: LessonPlan, case: Situation, session: Session) -> None:
         push = case.push
         if push is not None:
             self._person.show(
@@ -201,20 +201,20 @@ class Teacher:
         )
         self._settle(topic.name, session, "shown")
 
-    def _try(self, topic: Topic, lesson: Lesson) -> bool:
+    def _try(self, topic: LessonPlan, lesson: Lesson) -> bool:
         passed = corrections = tried = 0
         session = self._session(topic, lesson, self._anywhere(topic, tried))
         while passed < topic.tries:
             verdict = self._test(topic, session)
-            if verdict is Verdict.CORRECTED:
+            if verdict is TryResult.CORRECTED:
                 passed, corrections = 0, corrections + 1
                 if corrections > self._patience.corrections or self._had_enough(topic):
                     return False
                 continue  # from where it is
-            passed = passed + 1 if verdict is Verdict.ENOUGH else 0
+            passed = passed + 1 if verdict is TryResult.ENOUGH else 0
             tried += 1
             lesson = session.lesson
-            if verdict is Verdict.LOST:
+            if verdict is TryResult.LOST:
                 corrections += 1
                 if corrections > self._patience.corrections or self._had_enough(topic):
                     return False
@@ -223,7 +223,7 @@ class Teacher:
             session = self._session(topic, lesson, self._anywhere(topic, tried))
         return True
 
-    def _test(self, topic: Topic, session: Session) -> Verdict:
+    def _test(self, topic: LessonPlan, session: Session) -> TryResult:
         self._looks_back(session)
         verdict = self._person.test(
             session, topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=topic.patience_s
@@ -241,11 +241,11 @@ class Teacher:
             return False
         below = Session(session.body, self.library, lesson, targets=targets)
         for corrections in range(self._patience.corrections):
-            if self._test(topic, below) is not Verdict.CORRECTED:
+            if self._test(topic, below) is not TryResult.CORRECTED:
                 return corrections > 0
         return True
 
-    def _session(self, topic: Topic, lesson: Lesson, case: Case) -> Session:
+    def _session(self, topic: LessonPlan, lesson: Lesson, case: Situation) -> Session:
         """A session that goes on with a lesson in a fresh world that suits the case."""
         body = self._make(case.practice, self._seed())
         session = Session(body, self.library, lesson, targets=case.targets)
@@ -255,9 +255,9 @@ class Teacher:
         return session
 
     @staticmethod
-    def _anywhere(topic: Topic, tried: int) -> Case:
+    def _anywhere(topic: LessonPlan, tried: int) -> Situation:
         case = topic.cases[tried % len(topic.cases)]
-        return Case(case.practice, case.targets)
+        return Situation(case.practice, case.targets)
 
     def _seed(self) -> int:
         return FIRST_SEED + int(self._draws.integers(2**40))

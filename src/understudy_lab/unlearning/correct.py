@@ -14,7 +14,7 @@ from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import START, Transition
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Learner, Lesson, SklearnOptions, TreeOptions
-from understudy_lab.unlearning.datasets import Labels, Sparse, Vectors, example, lesson_of
+from understudy_lab.unlearning.datasets import Labels, SparseLesson, Vectors, example, lesson_of
 
 CORRECTIONS = 20
 """After so many corrections the teacher stops."""
@@ -26,7 +26,7 @@ LEARNERS: dict[str, Learner] = {
 AT_ONCE = 16
 
 
-class Corrected(NamedTuple):
+class CorrectionResult(NamedTuple):
     """What came of it: the share decided right of what it is judged on, and whom unlearning quarantined."""
 
     accuracy: float
@@ -34,7 +34,7 @@ class Corrected(NamedTuple):
     quarantined: frozenset[int]
 
 
-class Rows:
+class PreparedRows:
     """Vectors to decide on, made ready for a classifier once."""
 
     def __init__(self, vectors: Vectors) -> None:
@@ -51,10 +51,10 @@ class Rows:
         return [int(outcome) - 1 for outcome in found]
 
 
-def corrected(drawn: Sparse, learner: Learner, *, unlearn: bool) -> Corrected:
+def teach_and_correct(drawn: SparseLesson, learner: Learner, *, unlearn: bool) -> CorrectionResult:
     """Teach, correct, and judge; `unlearn` says whether each correction is judged, and suspects quarantined."""
     lesson = lesson_of(drawn, learner)
-    met, at, made = Rows(drawn.met), 0, 0
+    met, at, made = PreparedRows(drawn.met), 0, 0
     function = _learned(lesson)
     while made < CORRECTIONS:
         at = _first_wrong(function, met, drawn.right, at)
@@ -67,16 +67,16 @@ def corrected(drawn: Sparse, learner: Learner, *, unlearn: bool) -> Corrected:
         if unlearn:
             lesson = _without(lesson, diagnose_correction(lesson, correction).reasons)
         function, at = _learned(lesson), at + 1
-    right = np.equal(Rows(drawn.test).decided(function, 0, len(drawn.test)), drawn.truth)
+    right = np.equal(PreparedRows(drawn.test).decided(function, 0, len(drawn.test)), drawn.truth)
     out = frozenset(each.number for each in lesson.examples if each.quarantined)
-    return Corrected(float(right.mean()), made, out)
+    return CorrectionResult(float(right.mean()), made, out)
 
 
 def _learned(lesson: Lesson) -> Transition:
     return learn_state(lesson, START.name, group_examples_by_state(lesson)[START.name])
 
 
-def _first_wrong(function: Transition, met: Rows, right: Labels, at: int) -> int:
+def _first_wrong(function: Transition, met: PreparedRows, right: Labels, at: int) -> int:
     while at < len(right):
         found = met.decided(function, at, at + AT_ONCE)
         wrong = np.flatnonzero(np.not_equal(found, right[at : at + AT_ONCE]))
@@ -95,13 +95,13 @@ def _without(lesson: Lesson, reasons: dict[int, str]) -> Lesson:
     )
 
 
-def compared(drawn: Sparse, learner: Learner) -> list[float]:
+def compare_with_unlearning(drawn: SparseLesson, learner: Learner) -> list[float]:
     """Corrections alone and with unlearning, from the same lesson, on the same way.
 
     Accuracy of either, corrections of either; bad examples, those found, good ones, those lost.
     """
-    alone = corrected(drawn, learner, unlearn=False)
-    unlearned = corrected(drawn, learner, unlearn=True)
+    alone = teach_and_correct(drawn, learner, unlearn=False)
+    unlearned = teach_and_correct(drawn, learner, unlearn=True)
     bad = {int(place) + 1 for place in np.flatnonzero(drawn.bad)}
     found, lost = bad & unlearned.quarantined, unlearned.quarantined - bad
     return [

@@ -25,7 +25,7 @@ Labels: TypeAlias = NDArray[np.int64]
 Vectors: TypeAlias = NDArray[np.float64]
 
 
-class Sparse(NamedTuple):
+class SparseLesson(NamedTuple):
     """A sparse lesson: what is shown, as it is labeled; what the robot meets then; and what it is judged on.
 
     Vectors [n, F] and labels [n]. `bad` [n] says which of the shown are labeled wrong.
@@ -52,7 +52,7 @@ def data_set(name: str) -> tuple[Vectors, Labels]:
     return (vectors - vectors.mean(axis=0)) / np.where(spread > 0, spread, 1.0), labels.astype(np.int64)
 
 
-def sparse(name: str, size: str, noise: float, seed: int) -> Sparse:
+def draw_sparse_lesson(name: str, size: str, noise: float, seed: int) -> SparseLesson:
     """A sparse lesson drawn from a data set; each label is another one with probability `noise`."""
     draws = np.random.default_rng([seed, DATA_SETS.index(name), SIZES.index(size), round(100 * noise)])
     vectors, labels = data_set(name)
@@ -67,10 +67,10 @@ def sparse(name: str, size: str, noise: float, seed: int) -> Sparse:
     said, bad = labels[shown].copy(), draws.random(len(shown)) < noise
     for place in np.flatnonzero(bad):
         said[place] = draws.choice(classes[classes != said[place]])
-    return Sparse(vectors[shown], said, bad, vectors[met], labels[met], vectors[test], labels[test])
+    return SparseLesson(vectors[shown], said, bad, vectors[met], labels[met], vectors[test], labels[test])
 
 
-def lesson_of(drawn: Sparse, learner: Learner) -> Lesson:
+def lesson_of(drawn: SparseLesson, learner: Learner) -> Lesson:
     """The lesson: without states, its examples directives to the state of each label."""
     names = [state_of(label) for label in range(int(max(drawn.truth.max(), drawn.labels.max())) + 1)]
     features = tuple(

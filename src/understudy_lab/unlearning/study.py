@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from understudy_lab.figures import COLORS, panels
-from understudy_lab.study import Experiment, Findings, Goal, Plan, Row, Table, Task
-from understudy_lab.unlearning.correct import CORRECTIONS, LEARNERS, compared
-from understudy_lab.unlearning.datasets import DATA_SETS, NOISES, SIZES, sparse
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.unlearning.correct import CORRECTIONS, LEARNERS, compare_with_unlearning
+from understudy_lab.unlearning.datasets import DATA_SETS, NOISES, SIZES, draw_sparse_lesson
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +24,7 @@ NAMED = 6
 BEATS, WORST, FOUND, LOST = 0.8, -0.01, 0.6, 0.1
 
 
-class Setting(NamedTuple):
+class Condition(NamedTuple):
     """One of the 72: what is learned, from how much, with how many labels wrong, by what."""
 
     data: str
@@ -33,7 +33,7 @@ class Setting(NamedTuple):
     learner: str
 
 
-class Outcome(NamedTuple):
+class ConditionResult(NamedTuple):
     """Means over repeats: accuracy with corrections alone and with unlearning, how many corrections either took;
     and sums: of bad examples and those found, of good ones and those lost."""
 
@@ -52,85 +52,89 @@ class Outcome(NamedTuple):
         return round(self.unlearned - self.alone, 6)
 
 
-SETTINGS = [Setting(*each) for each in product(DATA_SETS, SIZES, NOISES, LEARNERS)]
+SETTINGS = [Condition(*each) for each in product(DATA_SETS, SIZES, NOISES, LEARNERS)]
 
 
-def tasks(plan: Plan) -> list[Task]:
+def tasks(plan: StudyPlan) -> list[Task]:
     """Each repeat."""
     return [{"seed": seed} for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
     """All settings once, in the order of SETTINGS; every learner from the same lessons."""
-    lessons = {each: sparse(*each, task["seed"]) for each in product(DATA_SETS, SIZES, NOISES)}
-    return {"outcomes": [compared(lessons[setting[:3]], LEARNERS[setting.learner]) for setting in SETTINGS]}
+    lessons = {each: draw_sparse_lesson(*each, task["seed"]) for each in product(DATA_SETS, SIZES, NOISES)}
+    return {
+        "outcomes": [
+            compare_with_unlearning(lessons[setting[:3]], LEARNERS[setting.learner]) for setting in SETTINGS
+        ]
+    }
 
 
-def outcomes(rows: Sequence[Row]) -> dict[Setting, Outcome]:
+def outcomes(rows: Sequence[Row]) -> dict[Condition, ConditionResult]:
     """What each setting came to over all repeats."""
     found = np.array([row["outcomes"] for row in rows], np.float64)
     means, sums = found.mean(axis=0).round(6).tolist(), found.sum(axis=0).astype(int).tolist()
     return {
-        setting: Outcome(*mean[:4], *total[4:])
+        setting: ConditionResult(*mean[:4], *total[4:])
         for setting, mean, total in zip(SETTINGS, means, sums, strict=True)
     }
 
 
-def conclude(rows: Sequence[Row]) -> Findings:
+def conclude(rows: Sequence[Row]) -> StudyFindings:
     """What holds over all repeats."""
     found = outcomes(rows)
     gains = [each.gain for each in found.values()]
     beats, bad, lost = sum(gain > 0 for gain in gains), _found(found.values()), _lost(found.values())
     first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
-    return Findings(
+    return StudyFindings(
         headline=f"With unlearning, corrections lead to more right decisions in {beats} of {len(gains)} settings, by "
         f"{100 * np.mean(gains):.1f} points in the mean and {100 * max(gains):.1f} at most; the worst setting loses "
         f"{max(0.0, -100 * min(gains)):.1f}. Of the examples with wrong labels it finds {bad:.0%}, and puts {lost:.0%} "
         "of the good ones in quarantine.",
         tables=(
-            Table(
+            ResultTable(
                 f"By learner and by data set, means of {len(rows)} repeats (seeds {first} to {last})",
                 ("", "#better", "#gain, points", "#worst", "#bad found", "#good lost"),
                 [(said, *_told(each)) for said, each in _groups(found)],
             ),
-            Table(
+            ResultTable(
                 f"Decided right after {CORRECTIONS} corrections at most: alone → with unlearning",
                 ("lesson", "wrong", *(f"#{learner}" for learner in LEARNERS)),
                 list(_settings(found)),
             ),
         ),
         goals=(
-            Goal(
+            StudyGoal(
                 "settings in which unlearning is better",
                 f"{BEATS:.0%}",
                 f"{beats / len(gains):.0%}",
                 beats >= BEATS * len(gains),
             ),
-            Goal(
+            StudyGoal(
                 "the worst setting",
                 f"{100 * WORST:+.0f} points",
                 f"{100 * min(gains):+.2f} points",
                 min(gains) >= WORST,
             ),
-            Goal("bad examples found", f"{FOUND:.0%}", f"{bad:.0%}", bad >= FOUND),
-            Goal("good examples quarantined", f"at most {LOST:.0%}", f"{lost:.1%}", lost <= LOST),
+            StudyGoal("bad examples found", f"{FOUND:.0%}", f"{bad:.0%}", bad >= FOUND),
+            StudyGoal("good examples quarantined", f"at most {LOST:.0%}", f"{lost:.1%}", lost <= LOST),
         ),
         notes=_notes(found),
         numbers={"gains": gains, "found": round(bad, 4), "lost": round(lost, 4)},
     )
 
 
-def _found(of: Iterable[Outcome]) -> float:
+def _found(of: Iterable[ConditionResult]) -> float:
     bad, found = np.sum([(each.bad, each.found) for each in of], axis=0).tolist()
     return float(found / max(1, bad))
 
 
-def _lost(of: Iterable[Outcome]) -> float:
+def _lost(of: Iterable[ConditionResult]) -> float:
     good, lost = np.sum([(each.good, each.lost) for each in of], axis=0).tolist()
     return float(lost / max(1, good))
 
 
-def _groups(found: Mapping[Setting, Outcome]) -> Iterator[tuple[str, list[Outcome]]]:
+def _groups(found: Mapping[Condition, ConditionResult]) -> Iterator[tuple[str, list[ConditionResult]]]:
     for learner in LEARNERS:
         yield learner, [each for setting, each in found.items() if setting.learner == learner]
     for data in DATA_SETS:
@@ -142,7 +146,7 @@ def _groups(found: Mapping[Setting, Outcome]) -> Iterator[tuple[str, list[Outcom
     yield "all", list(found.values())
 
 
-def _told(of: Sequence[Outcome]) -> tuple[str, ...]:
+def _told(of: Sequence[ConditionResult]) -> tuple[str, ...]:
     gains = [each.gain for each in of]
     return (
         f"{sum(gain > 0 for gain in gains)} of {len(gains)}",
@@ -153,14 +157,14 @@ def _told(of: Sequence[Outcome]) -> tuple[str, ...]:
     )
 
 
-def _settings(found: Mapping[Setting, Outcome]) -> Iterator[tuple[str, ...]]:
+def _settings(found: Mapping[Condition, ConditionResult]) -> Iterator[tuple[str, ...]]:
     for data, size, noise in product(DATA_SETS, SIZES, NOISES):
-        of = [found[Setting(data, size, noise, learner)] for learner in LEARNERS]
+        of = [found[Condition(data, size, noise, learner)] for learner in LEARNERS]
         cells = (f"{100 * each.alone:.1f} → {100 * each.unlearned:.1f}" for each in of)
         yield (f"{data.replace('_', ' ')}, {size}", f"{noise:.0%}", *cells)
 
 
-def _notes(found: Mapping[Setting, Outcome]) -> tuple[str, ...]:
+def _notes(found: Mapping[Condition, ConditionResult]) -> tuple[str, ...]:
     few = {setting: each for setting, each in found.items() if each.gain <= 0}
     alone, unlearned = (
         float(np.mean([getattr(each, what) for each in found.values()]))
@@ -185,7 +189,7 @@ def draw(rows: Sequence[Row]) -> Figure:
         for (data, color), (size, style) in product(
             zip(DATA_SETS, COLORS, strict=False), zip(SIZES, (":", "-"), strict=True)
         ):
-            gains = [100 * found[Setting(data, size, noise, learner)].gain for noise in NOISES]
+            gains = [100 * found[Condition(data, size, noise, learner)].gain for noise in NOISES]
             label = data.replace("_", " ") if size == SIZES[1] else None
             panel.plot(
                 [100 * noise for noise in NOISES], gains, style, marker="o", color=color, label=label, ms=4
@@ -199,7 +203,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-EXPERIMENT = Experiment(
+EXPERIMENT = Study(
     name="unlearning",
     seeds=REPEATS,
     quick=1,

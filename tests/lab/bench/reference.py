@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from understudy_lab.bench import standard_task
-from understudy_lab.bench.standard_task import AHEAD, ARRIVED, PERSONAL, Column, Start
+from understudy_lab.bench.standard_task import AHEAD, ARRIVED, PERSONAL, Column, StartLayout
 
 TAU = 2 * np.pi
 
@@ -15,7 +15,7 @@ class Reference:
 
     def __init__(self, robots: int, seed: int = 0) -> None:
         self.side = standard_task.side(robots)
-        self.start = Start.of(robots, seed)
+        self.start = StartLayout.of(robots, seed)
         self.x, self.y, self.heading = self.start.x, self.start.y, self.start.heading
 
     @property

@@ -16,7 +16,7 @@ from understudy.runtime.program import link
 from understudy_lab.bench import standard_task
 from understudy_lab.bench._handwritten_kernels import decide as decide_flat
 from understudy_lab.bench._handwritten_kernels import sonar
-from understudy_lab.bench.handwritten_baseline import READINGS, Prototype, table
+from understudy_lab.bench.handwritten_baseline import READINGS, HandwrittenBaseline, table
 from understudy_lab.bench.harness import PeerMissing
 from understudy_lab.bench.mesa_case import MesaBase
 from understudy_lab.bench.standard_task import Column
@@ -59,7 +59,7 @@ def test_vmas_does_the_base_task(each: int, worlds: int) -> None:
 
 @pytest.mark.parametrize("robots", [60, 700])
 def test_the_prototype_does_the_base_task(robots: int) -> None:
-    made = Prototype(robots, standard_task.make_base_library(), standard_task.BASE, sonar=False)
+    made = HandwrittenBaseline(robots, standard_task.make_base_library(), standard_task.BASE, sonar=False)
     reference = Reference(robots)
     for _ in range(30):
         made.run(1)
@@ -95,7 +95,7 @@ def test_the_prototype_decides_as_the_interpreter_does() -> None:
     for _ in range(10):
         interpreter = Interpreter(program)
         interpreter.start(0.0)
-        made = Prototype(1, library, standard_task.FULL, sonar=True)
+        made = HandwrittenBaseline(1, library, standard_task.FULL, sonar=True)
         for tick in range(300):
             values = _random_readings(random)
             state = decide_flat(made.stack[0], tests, numbers, roots, children, flags, starts, values)
@@ -122,7 +122,7 @@ def _random_readings(random: np.random.Generator) -> Column:
 
 def test_sonar_of_the_prototype_equals_many_beams() -> None:
     """The nearest of 2 000 beams in a sector is what the sector reads."""
-    made = Prototype(80, standard_task.make_full_library(), standard_task.FULL, sonar=True)
+    made = HandwrittenBaseline(80, standard_task.make_full_library(), standard_task.FULL, sonar=True)
     side, radius, _, most, *_ = made.sizes
     for x, y, heading in made.place.T:
         values = np.zeros(len(READINGS))

@@ -10,7 +10,7 @@ import pytest
 from understudy.model.library import Library
 from understudy.runtime.program import link
 from understudy_lab.bench import harness, patrol, standard_task, swarm
-from understudy_lab.bench.harness import Case, Goal, PeerMissing, Row, measure, result, speed
+from understudy_lab.bench.harness import BenchCase, BenchGoal, PeerMissing, Row, measure, result, speed
 
 
 class Fake:
@@ -36,8 +36,8 @@ def test_cases_take_turns_and_the_first_round_does_not_count(monkeypatch: pytest
     times = iter([99.0, 99.0, 1.0, 10.0, 2.0, 10.0, 4.0, 10.0])
     monkeypatch.setattr(harness, "seconds", lambda subject, ticks: (subject.run(ticks), next(times))[1])
     turns: list[str] = []
-    cases = [Case(name, partial(Fake, name, turns), threads=1, ticks=8) for name in ("one", "other")]
-    rows = measure([*cases, Case("missing", never, threads=1, ticks=8)], rounds=3)
+    cases = [BenchCase(name, partial(Fake, name, turns), threads=1, ticks=8) for name in ("one", "other")]
+    rows = measure([*cases, BenchCase("missing", never, threads=1, ticks=8)], rounds=3)
     assert turns == ["reset one", "run one", "reset other", "run other"] * 4
     assert [row["task"] for row in rows] == ["one", "other"]
     assert rows[0] == {
@@ -65,7 +65,7 @@ GOALS = [  # value, least, most, reached
 
 @pytest.mark.parametrize(("value", "least", "most", "reached"), GOALS)
 def test_a_goal(value: float, least: float | None, most: float | None, reached: bool | None) -> None:
-    told = result([], [Goal("speed", lambda rows: value, least, most)])
+    told = result([], [BenchGoal("speed", lambda rows: value, least, most)])
     assert told["passed"] is (reached is not False)
     assert told["goals"][0]["passed"] is reached
 
@@ -94,7 +94,7 @@ def test_goals_of_the_swarm_find_their_rows() -> None:
         for size in (100, 1_000, 10_000, 100_000)
     ]
     assert [goal.of(rows)["value"] for goal in swarm.GOALS] == [1.0] * 8
-    assert swarm.missing(rows) == []
+    assert swarm.list_missing_peers(rows) == []
     assert {row["of_by_hand"] for row in swarm.fractions(rows)} == {1.0}
 
 

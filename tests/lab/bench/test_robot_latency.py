@@ -14,7 +14,7 @@ from tests.peers.building import missing
 
 from understudy.robots.ros.dds import DdsTransport
 from understudy_lab.bench import robot_latency
-from understudy_lab.bench.cyclone_echo import built
+from understudy_lab.bench.cyclone_echo import build_program
 
 
 @pytest.fixture
@@ -24,23 +24,27 @@ def briefly(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_robot_that_decides_is_measured(briefly: None, tmp_path: Path) -> None:
-    found = robot_latency.measured("ours, DDS", DdsTransport(78), robot_latency._decider(tmp_path, "dds"), 10)
+    found = robot_latency.measure_latency(
+        "ours, DDS", DdsTransport(78), robot_latency._decider(tmp_path, "dds"), 10
+    )
     assert (found["what"], found["messages"], found["lost"]) == ("ours, DDS", 10, 0)
     assert 0 < found["p50_ms"] <= found["p99_ms"] <= found["max_ms"] < 1000
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing())
 def test_the_program_in_c_is_measured(briefly: None, tmp_path: Path) -> None:
-    program = built(tmp_path)
+    program = build_program(tmp_path)
     assert program is not None
-    found = robot_latency.measured("in C", DdsTransport(78), [str(program), "78", robot_latency.SPACE], 10)
+    found = robot_latency.measure_latency(
+        "in C", DdsTransport(78), [str(program), "78", robot_latency.SPACE], 10
+    )
     assert found["lost"] == 0
     assert 0 < found["p50_ms"] < 1000
 
 
 def test_what_never_answers_is_lost(briefly: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(robot_latency, "ANSWER_S", 0.01)
-    found = robot_latency.measured("nobody", DdsTransport(78), ["echo", "ready"], 3)
+    found = robot_latency.measure_latency("nobody", DdsTransport(78), ["echo", "ready"], 3)
     assert found["lost"] == 3
 
 

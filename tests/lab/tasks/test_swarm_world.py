@@ -8,7 +8,7 @@ from understudy.runtime.team.team import Team
 from understudy.sim import step
 from understudy.sim.team.libraries import make_team
 from understudy.sim.world import World
-from understudy_lab.tasks.swarm_world import SWARM, hand_coded, of_platoons, scenario
+from understudy_lab.tasks.swarm_world import SWARM, make_expert_libraries, of_platoons, scenario
 
 
 def test_eight_platoons_are_the_swarm_that_ships() -> None:
@@ -16,7 +16,7 @@ def test_eight_platoons_are_the_swarm_that_ships() -> None:
 
 
 def made() -> Team:
-    return make_team(scenario(), [4], hand_coded(), {SWARM: ("swarm_work", {})})
+    return make_team(scenario(), [4], make_expert_libraries(), {SWARM: ("swarm_work", {})})
 
 
 def outcome(team: Team) -> tuple[bytes, list[tuple[str, ...]]]:

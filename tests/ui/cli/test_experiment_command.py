@@ -11,21 +11,23 @@ from tests.ui.cli.commands import run
 
 from understudy_lab import study
 from understudy_lab.figures import panels
-from understudy_lab.results import Result, save
-from understudy_lab.study import Experiment, Findings, Goal, Row, Table, Task
+from understudy_lab.results import StudyResult, save
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, Task
 
-TABLE = Table("Squares", ("", "#square"), [("of [2]", "4")])
+TABLE = ResultTable("Squares", ("", "#square"), [("of [2]", "4")])
 
 
-def squares(*, share: float = 1.0) -> Experiment:
+def squares(*, share: float = 1.0) -> Study:
     """An experiment that is quick."""
 
     def work(task: Task) -> Row:
         return {"square": task["seed"] ** 2, "share": share}
 
-    def conclude(rows: list[Row]) -> Findings:
+    def conclude(rows: list[Row]) -> StudyFindings:
         held = all(row["share"] >= 1.0 for row in rows)
-        return Findings("Squares.", [TABLE], [Goal("share", "1", f"{rows[0]['share']:g}", held)], ["A note."])
+        return StudyFindings(
+            "Squares.", [TABLE], [StudyGoal("share", "1", f"{rows[0]['share']:g}", held)], ["A note."]
+        )
 
     known = study.find_experiment("forage")
     return replace(
@@ -48,11 +50,11 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("understudy_lab.results.folder_of", lambda name: tmp_path)
     rows = [{"task": {"seed": seed}, "square": seed**2, "share": 1.0} for seed in range(4)]
     findings = squares().conclude(rows)
-    save(Result("forage", "?", [0, 1, 2, 3], False, findings, rows), tmp_path / "expected.json")
+    save(StudyResult("forage", "?", [0, 1, 2, 3], False, findings, rows), tmp_path / "expected.json")
     return tmp_path
 
 
-def use(experiment: Experiment, monkeypatch: pytest.MonkeyPatch) -> None:
+def use(experiment: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("understudy_lab.study.find_experiment", lambda name: experiment)
 
 
