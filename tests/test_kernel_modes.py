@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from understudy._plain_kernels import Plain, plain
+from understudy._plain_kernels import Plain, make_plain
 from understudy.errors import SettingError
-from understudy.kernel_cache import CHECKED, COMPILED, MODE, PYTHON, mode
+from understudy.kernel_cache import CHECKED, COMPILED, MODE, PYTHON, read_kernel_mode
 
 ROOT = Path(__file__).parents[1]
 RECORD = np.dtype([("x", "f8"), ("n", "i4")], align=True)
@@ -57,7 +57,7 @@ def test_plain_python_goes_without_numba() -> None:
 def test_index_out_of_bounds(index: int, checked: bool, python: bool) -> None:
     code = (
         "import numpy as np\n"
-        "from understudy._jit_kernels import entry\n"
+        "from understudy._jit_kernels import njit_entry\n"
         "element = entry()(lambda array, index: array[index])\n"
         f"try: element(np.zeros(3), {index})\n"
         "except IndexError: print('refused')"
@@ -71,7 +71,7 @@ def test_unknown_mode_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(
         SettingError, match="UNDERSTUDY_KERNELS is 'fast'; give one of compiled, checked, python"
     ):
-        mode()
+        read_kernel_mode()
 
 
 def test_plain_records_write_through() -> None:
@@ -96,5 +96,5 @@ def test_plain_arrays_refuse_what_is_out_of_bounds(index: Any) -> None:
 
 
 def test_all_arrays_of_nested_tuples_become_plain() -> None:
-    (first, (second, text)), number = plain(((np.zeros(1), (np.zeros(2), "as it is")), np.float64(0.5)))
+    (first, (second, text)), number = make_plain(((np.zeros(1), (np.zeros(2), "as it is")), np.float64(0.5)))
     assert (len(first), len(second), text, type(number)) == (1, 2, "as it is", float)

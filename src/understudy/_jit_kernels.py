@@ -5,18 +5,18 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from understudy._plain_kernels import last_64_bits, on_plain_arrays, plain, plain_records
-from understudy.kernel_cache import CHECKED, PYTHON, checked_cache, mode
+from understudy._plain_kernels import make_plain, make_plain_records, run_on_plain_arrays, wrap_64_bits
+from understudy.kernel_cache import CHECKED, PYTHON, make_checked_cache_path, read_kernel_mode
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-MODE = mode()
+MODE = read_kernel_mode()
 
 if MODE == PYTHON:
     int64: Any = int
-    uint64: Any = last_64_bits
+    uint64: Any = wrap_64_bits
     prange: Any = range
-    blank: Any = plain_records
+    blank: Any = make_plain_records
 else:
     import numba
 
@@ -28,9 +28,20 @@ else:
         return np.zeros(count, dtype)
 
     if MODE == CHECKED:  # Numba's cache would take a kernel without checks for one with them
-        numba.config.CACHE_DIR = checked_cache(numba.config.CACHE_DIR)  # type: ignore[attr-defined]
+        numba.config.CACHE_DIR = make_checked_cache_path(numba.config.CACHE_DIR)  # type: ignore[attr-defined]
 
-__all__ = ["MODE", "blank", "entry", "inlined", "inner", "int64", "limit_threads", "njit", "prange", "uint64"]
+__all__ = [
+    "MODE",
+    "blank",
+    "inlined",
+    "inner",
+    "int64",
+    "limit_threads",
+    "njit",
+    "njit_entry",
+    "prange",
+    "uint64",
+]
 
 
 def njit(**options: Any) -> Callable[[F], F]:
@@ -45,11 +56,11 @@ def njit(**options: Any) -> Callable[[F], F]:
     return made
 
 
-def entry(**options: Any) -> Callable[[F], F]:
+def njit_entry(**options: Any) -> Callable[[F], F]:
     """Compile a kernel that Python calls with records; in Python mode it gets all arrays as plain ones."""
 
     def made(function: F) -> F:
-        return on_plain_arrays(function) if MODE == PYTHON else njit(**options)(function)
+        return run_on_plain_arrays(function) if MODE == PYTHON else njit(**options)(function)
 
     return made
 
@@ -60,9 +71,9 @@ inner = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
 inlined = njit(error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
-def for_kernels(arrays: Any) -> Any:
+def convert_for_kernels(arrays: Any) -> Any:
     """Arrays that kernels are given again and again, as they take them in this mode."""
-    return plain(arrays) if MODE == PYTHON else arrays
+    return make_plain(arrays) if MODE == PYTHON else arrays
 
 
 def limit_threads(threads: int) -> int:

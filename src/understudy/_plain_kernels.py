@@ -81,33 +81,33 @@ def element_type(dtype: np.dtype[Any]) -> Any:
     return made
 
 
-def plain(value: Any) -> Any:
+def make_plain(value: Any) -> Any:
     """A value as kernels in plain Python take it: all arrays in it plain, and of a lone record a plain copy."""
     if isinstance(value, np.ndarray):
         return Plain(value)
     if isinstance(value, np.void):
         return element_type(value.dtype).from_buffer_copy(value.tobytes())
     if isinstance(value, tuple):
-        parts = map(plain, value)
+        parts = map(make_plain, value)
         return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
     return value.item() if isinstance(value, np.generic) else value
 
 
-def last_64_bits(word: Any) -> int:
+def wrap_64_bits(word: Any) -> int:
     """What of a whole number a word of 64 bits holds: sums and products of such words wrap."""
     return int(word) & 0xFFFFFFFFFFFFFFFF
 
 
-def plain_records(count: int, dtype: Any) -> Any:
+def make_plain_records(count: int, dtype: Any) -> Any:
     """So many records of a type, all zeros."""
     return Plain(np.zeros(count, dtype))
 
 
-def on_plain_arrays(function: F) -> F:
+def run_on_plain_arrays(function: F) -> F:
     """The function, given all its arguments as plain ones."""
 
     @wraps(function)
     def called(*args: Any) -> Any:
-        return function(*map(plain, args))
+        return function(*map(make_plain, args))
 
     return called  # type: ignore[return-value]

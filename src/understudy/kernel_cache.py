@@ -23,7 +23,7 @@ Plain Python refuses an index below 0 too, which the others count from the array
 """
 
 
-def mode() -> str:
+def read_kernel_mode() -> str:
     """How kernels run in this process: what the environment variable UNDERSTUDY_KERNELS names, else COMPILED."""
     chosen, known = os.environ.get(MODE) or COMPILED, (COMPILED, CHECKED, PYTHON)
     if chosen not in known:
@@ -70,7 +70,7 @@ def _temporary() -> Path:
     return Path(tempfile.mkdtemp(prefix="understudy-kernels-"))
 
 
-def checked_cache(named: str) -> str:
+def make_checked_cache_path(named: str) -> str:
     """A folder for kernels compiled with checks, in the one that is named for kernels, if any."""
     return str((Path(named) if named else _temporary()) / CHECKED)
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from understudy.storage.atomic import convert_os_errors, write_atomically
+from understudy.storage.atomic_write import convert_os_errors, write_atomically
 from understudy_lab.study import Row, Study, StudyFindings, folder_of
 
 EXPECTED = "expected.json"

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from understudy.storage.atomic import convert_os_errors
+from understudy.storage.atomic_write import convert_os_errors
 from understudy_lab.study import FOLDERS, Row, Task
 
 NAME = "rows.jsonl"

@@ -21,7 +21,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Kit, TrainedAutomaton
-from understudy.storage import atomic
+from understudy.storage import atomic_write
 from understudy.storage.library_folder import (
     LONGEST,
     list_versions,
@@ -182,8 +182,8 @@ def test_the_folder_is_a_file(tmp_path: Path) -> None:
 
 
 def test_an_error_names_the_file_asked_for_and_not_the_one_beside_it(tmp_path: Path) -> None:
-    with pytest.raises(FileError) as caught, atomic.convert_os_errors(tmp_path / "x.png", "writing"):
-        atomic.write_atomically(tmp_path / "nowhere" / "x.png", b"")
+    with pytest.raises(FileError) as caught, atomic_write.convert_os_errors(tmp_path / "x.png", "writing"):
+        atomic_write.write_atomically(tmp_path / "nowhere" / "x.png", b"")
     assert caught.value.path == str(tmp_path / "x.png")
 
 
@@ -194,7 +194,7 @@ def test_no_folder(tmp_path: Path) -> None:
 
 def test_what_is_not_finished_is_no_document(tmp_path: Path) -> None:
     save_automaton(tmp_path, goto())
-    left = tmp_path / f".goto.json.1{atomic.UNFINISHED}"
+    left = tmp_path / f".goto.json.1{atomic_write.UNFINISHED}"
     left.write_text("{")
     (tmp_path / ".DS_Store.json").write_text("{")
     (tmp_path / "notes.txt").write_text("mine")

@@ -101,14 +101,14 @@ def _describe_conditions(explanation: Explanation) -> str:
     return f": nothing was ever shown where {held}" if held else ": nothing was ever shown there"
 
 
-def _describe_example(example: ExampleData) -> str:
+def _describe_example(example: DecisionExampleData) -> str:
     corrects = example.correction and example.kind is not ExampleKind.DEFAULT
     when = "" if example.shown_s is None else f" at {example.shown_s:.1f} s"
     return f"{example.number} ({'correction' if corrects else example.kind}{when})"
 
 
 @dataclass(frozen=True, slots=True)
-class ExampleData:
+class DecisionExampleData:
     """An example behind a decision; `shown_s` is when, s of the demonstrator's time in its session."""
 
     number: int
@@ -131,7 +131,7 @@ class DecisionData:
     values: Mapping[str, float | str | None]
     read: str
     by_hand: bool
-    examples: Sequence[ExampleData]
+    examples: Sequence[DecisionExampleData]
 
     @classmethod
     def of(cls, reason: DecisionReason) -> DecisionData:
@@ -158,7 +158,7 @@ class DecisionData:
 
 
 @dataclass(frozen=True, slots=True)
-class LevelData:
+class DecisionLevelData:
     """One automaton of an agent, as --json prints it; `rests` says why there was nothing to decide."""
 
     automaton: str
@@ -169,7 +169,7 @@ class LevelData:
     entry: DecisionData | None
 
     @classmethod
-    def of(cls, level: LevelExplanation) -> LevelData:
+    def of(cls, level: LevelExplanation) -> DecisionLevelData:
         """The data of a level."""
         decision, entry = map(DecisionData.of_any, (level.decision, level.entry))
         rests = describe_rest(level) if level.decision is None else None
@@ -183,12 +183,14 @@ class AgentData:
     sort: str
     agent: int
     ordered: str | None
-    levels: Sequence[LevelData]
+    levels: Sequence[DecisionLevelData]
 
     @classmethod
     def of(cls, asked: AgentExplanation) -> AgentData:
         """The data of an agent."""
-        return cls(asked.sort, asked.agent, asked.ordered, [LevelData.of(each) for each in asked.levels])
+        return cls(
+            asked.sort, asked.agent, asked.ordered, [DecisionLevelData.of(each) for each in asked.levels]
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,9 +223,11 @@ class WhyData:
         )
 
 
-def list_example_data(reason: DecisionReason) -> list[ExampleData]:
+def list_example_data(reason: DecisionReason) -> list[DecisionExampleData]:
     """The examples behind a decision: what the demonstrator said first, then what was recorded by itself."""
     return [
-        ExampleData(each.number, each.kind, each.correction, each.next, reason.moments.get(each.number))
+        DecisionExampleData(
+            each.number, each.kind, each.correction, each.next, reason.moments.get(each.number)
+        )
         for each in sorted(reason.explanation.examples, key=lambda each: (not each.shown, each.number))
     ]

@@ -18,7 +18,7 @@ from understudy.runtime.team.team import Team
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
-from understudy.storage.atomic import convert_os_errors
+from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.document import fingerprint_automaton, hash_content
 
 SOON_S = 1e-6

@@ -18,7 +18,7 @@ import numpy as np
 
 from understudy.errors import SettingError
 from understudy.sim.view import WorldView
-from understudy.storage.atomic import UNFINISHED, convert_os_errors, sync_folder
+from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
 
 VERSION = 1
 LINES, PARQUET = ".jsonl", ".parquet"

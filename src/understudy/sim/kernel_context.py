@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import for_kernels
+from understudy._jit_kernels import convert_for_kernels
 from understudy.sim.kernels.dtypes import FACTS, MOVE, OFFSET, PULL, PUSH, SEGMENT, SPOT, THING, VIEW, WORK
 from understudy.sim.layout.neighbor_grid import RobotGrid, StaticNeighbors
 from understudy.sim.scenario.schema import Bumper, Camera, Scenario, Sonar
@@ -139,7 +139,7 @@ class KernelContext:
             "pieces": np.zeros(segments if seen else 0, SEGMENT),
         }
         facts = _facts(stage, plan, room, width_of_row=self.rows.shape[1])
-        self.arrays = for_kernels(
+        self.arrays = convert_for_kernels(
             Arrays(facts, **{name: array.reshape(-1) for name, array in arrays.items()})
         )
 

@@ -21,7 +21,7 @@ from urllib.parse import unquote
 
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnknownName
 from understudy.model.library import Kit, Library, TrainedAutomaton
-from understudy.storage.atomic import convert_os_errors, lock_folder, sync_folder, write_atomically
+from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder, write_atomically
 from understudy.storage.document import Learn, LoadedDocument, decode_document, encode_document
 
 LONGEST = 150

@@ -14,7 +14,7 @@ import numpy as np
 
 from understudy.errors import SettingError
 from understudy.sim.view import RunFrame, WorldView
-from understudy.storage.atomic import write_atomically
+from understudy.storage.atomic_write import write_atomically
 from understudy.viz.appearance import (
     FEW,
     Grid,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.sim.view import RunFrame
-from understudy.storage.atomic import write_atomically
+from understudy.storage.atomic_write import write_atomically
 from understudy.viz.appearance import (
     FEW,
     Points,

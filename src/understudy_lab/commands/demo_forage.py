@@ -51,7 +51,7 @@ def demo_forage(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 
 def _path(library: Library, folder: Path, seed: int) -> Path:
     """Draw one run."""
-    from understudy.storage.atomic import convert_os_errors
+    from understudy.storage.atomic_write import convert_os_errors
     from understudy.viz.path_png import draw_path_png
     from understudy_lab.forage.teach import frames_of, worlds_of
 

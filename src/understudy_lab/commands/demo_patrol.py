@@ -56,7 +56,7 @@ def demo_patrol(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 
 def _film_patrol(taught: PatrolTeaching, folder: Path, world: int) -> Path:
     """A film of one patrol."""
-    from understudy.storage.atomic import convert_os_errors
+    from understudy.storage.atomic_write import convert_os_errors
     from understudy.viz.run_gif import draw_run_gif
     from understudy_lab.patrol.evaluate import DEFER
     from understudy_lab.patrol.practice import make_coordinated_team

@@ -18,7 +18,7 @@ def make_output_folders(out: Path) -> None:
     """The folders for what the demo keeps: a place that cannot be written to is told before the teaching."""
     from tempfile import TemporaryFile
 
-    from understudy.storage.atomic import convert_os_errors
+    from understudy.storage.atomic_write import convert_os_errors
 
     for folder in (out / "library", out / "pictures"):
         with convert_os_errors(
@@ -86,7 +86,7 @@ def print_lessons(taught: Sequence[TrainedAutomaton], talk: Console) -> None:
 
 def save_with_graphs(library: Library, folder: Path, pictures: Path) -> list[Path]:
     """Save a library, and a graph of each of its automata; the graphs."""
-    from understudy.storage.atomic import convert_os_errors, write_atomically
+    from understudy.storage.atomic_write import convert_os_errors, write_atomically
     from understudy.storage.library_folder import save_automaton
     from understudy.ui.cli.library_data import list_conditions_by_switch
     from understudy.viz.automaton_svg import draw_automaton_svg

@@ -86,7 +86,7 @@ def _evaluate_swarm(
 
 def _film_swarm(team: Team, folder: Path) -> Path:
     """A film of the two hundred."""
-    from understudy.storage.atomic import convert_os_errors
+    from understudy.storage.atomic_write import convert_os_errors
     from understudy.viz.run_gif import draw_run_gif
 
     film = folder / "swarm.gif"
@@ -103,7 +103,7 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
     """How many times as fast as real time ten thousand run, at ten ticks a second; a picture of their ways."""
     from time import perf_counter
 
-    from understudy.storage.atomic import convert_os_errors
+    from understudy.storage.atomic_write import convert_os_errors
     from understudy.viz.path_png import draw_path_png
     from understudy_lab.swarm.practice import make_swarm_team
     from understudy_lab.tasks.swarm_world import of_platoons

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from understudy.ui.cli.plugins import MEASURING, TEACHING, Command
+from understudy.ui.cli.plugins import MEASURING, TEACHING, CommandEntry
 from understudy_lab.commands import bench, demo, experiment
 
-demo_command = Command("demo", demo.demo, TEACHING)
-experiment_command = Command("experiment", experiment.experiment, MEASURING)
-bench_command = Command("bench", bench.app, MEASURING)
+demo_command = CommandEntry("demo", demo.demo, TEACHING)
+experiment_command = CommandEntry("experiment", experiment.experiment, MEASURING)
+bench_command = CommandEntry("bench", bench.app, MEASURING)

@@ -10,7 +10,7 @@ import pytest
 
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.actions.handlers import handlers, replies
+from understudy.ui.web.actions.handlers import find_handlers, list_reply_types
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.session import Redo, Undo
 from understudy.ui.web.session_host import SessionHost
@@ -62,21 +62,21 @@ class Trained:
 
 
 def test_they_are_found_by_the_message_they_take() -> None:
-    found = handlers(module(undo, helper, _redo), module(redo))
+    found = find_handlers(module(undo, helper, _redo), module(redo))
     assert set(found) == {Undo, Redo}
     assert found[Undo] is undo
 
 
 def test_one_that_acts_on_the_desk_is_given_what_is_trained_and_shows_it_anew() -> None:
     stage: Any = Trained()
-    assert handlers(module(redo))[Redo](stage, Redo(id=3)) == StatusMessage("goto 3")
+    assert find_handlers(module(redo))[Redo](stage, Redo(id=3)) == StatusMessage("goto 3")
     assert stage.moved == 1
 
 
 def test_two_for_one_message() -> None:
     with pytest.raises(TypeError, match="two functions handle Undo: the second is undo_too"):
-        handlers(module(undo, undo_too))
+        find_handlers(module(undo, undo_too))
 
 
 def test_what_they_reply() -> None:
-    assert replies(module(undo, redo, helper)) == [Reply]
+    assert list_reply_types(module(undo, redo, helper)) == [Reply]

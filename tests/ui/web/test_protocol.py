@@ -1,4 +1,4 @@
-"""The page's `protocol.ts` is what the Python types of the messages say."""
+"""The page's `format_protocol.ts` is what the Python types of the messages say."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import pytest
 from msgspec import UNSET, Meta, Struct, UnsetType, field
 
 from understudy.ui.web.messages.to_typescript import TypeScript
-from understudy.ui.web.protocol import protocol
+from understudy.ui.web.protocol import format_protocol
 
 FILE = Path(__file__).parents[3] / "page/src/protocol.ts"
 
 
 def test_the_page_declares_the_messages_as_they_are() -> None:
-    assert FILE.read_text(encoding="utf-8") == protocol(), f"{FILE.name} is stale: run make protocol"
+    assert FILE.read_text(encoding="utf-8") == format_protocol(), f"{FILE.name} is stale: run make protocol"
 
 
 Color: TypeAlias = Literal["red", "blue"]

@@ -15,7 +15,7 @@ from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.robots.camera.blobs import LEAST_PX, BlobDetector
 from understudy.robots.camera.color import Color
 from understudy.sim.scenario.squad_schema import StrictStruct
-from understudy.storage.atomic import write_atomically
+from understudy.storage.atomic_write import write_atomically
 
 CAMERA, COLORS = "camera", "colors"
 HEADING = f"[{CAMERA}.{COLORS}]"

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import entry, njit, uint64
+from understudy._jit_kernels import njit, njit_entry, uint64
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -17,7 +17,7 @@ StackArrays = tuple[Ints, Ints, Floats, Floats]
 # Nothing here makes an array, so none need be counted: with reference counts (nrt) a pulse takes ten times as long.
 # What is `njit_inlined` becomes part of its callers; they must be `njit_without_counting` too, since it then counts
 # as they do. What is `njit_force_inlined` is compiled by itself first.
-njit_without_counting = entry(cache=True, nogil=True, _nrt=False)
+njit_without_counting = njit_entry(cache=True, nogil=True, _nrt=False)
 njit_inlined = njit(cache=True, nogil=True, _nrt=False, inline="always")
 njit_force_inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)
 

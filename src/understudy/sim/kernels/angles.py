@@ -76,7 +76,7 @@ def compute_cosine_and_sine(angle: float) -> Any:
 
 
 @njit(error_model="numpy", forceinline=True)
-def face(robot: Any) -> None:
+def cache_heading_vector(robot: Any) -> None:
     """Have the cosine and sine of a robot's heading at hand: most drive straight on, or stand."""
     if robot.aim != robot.heading:
         robot.aim = robot.heading

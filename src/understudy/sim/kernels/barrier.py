@@ -25,7 +25,7 @@ if MODE == PYTHON:  # in which one thread does all
         """Do nothing: there is one thread."""
 
 else:
-    from understudy.sim.kernels.atomic import add_at_once, let_others_run, read_now  # type: ignore[assignment]
+    from understudy.sim.kernels.atomics import add_at_once, let_others_run, read_now  # type: ignore[assignment]
 
 
 @inner

@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from understudy._jit_kernels import inlined, inner, int64, njit, uint64
-from understudy.sim.kernels.angles import compute_cosine_and_sine, face, wrap_angle
+from understudy.sim.kernels.angles import cache_heading_vector, compute_cosine_and_sine, wrap_angle
 from understudy.sim.kernels.grid import (
     find_big_cells,
     find_line_spots,
@@ -52,7 +52,7 @@ def propose_step(robot: Any, kind: Any, drive: float, turn: float, seed: int, ti
     move.dx = move.dy = 0.0
     if distance != 0.0:
         if angle == 0.0:
-            face(robot)
+            cache_heading_vector(robot)
             move.dx, move.dy = distance * robot.cosine, distance * robot.sine
         else:
             half = 0.5 * angle

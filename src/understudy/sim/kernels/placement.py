@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import blank, entry, njit
+from understudy._jit_kernels import blank, njit, njit_entry
 from understudy.kernel_cache import hash_kernel_sources
 from understudy.sim.kernels.clearance import (
     AMOUNT,
@@ -425,7 +425,7 @@ def _keyed(sources: str) -> Any:
     world, group and thing for which no free place was found, -1 where all have theirs.
     """
 
-    @entry(cache=True, nogil=True, error_model="numpy")
+    @njit_entry(cache=True, nogil=True, error_model="numpy")
     def lay_out(
         groups: Records,
         places: Floats,

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from understudy._jit_kernels import inlined, inner, int64, uint64
-from understudy.sim.kernels.angles import face
+from understudy.sim.kernels.angles import cache_heading_vector
 from understudy.sim.kernels.camera import measure_blob, project_objects, project_segments
 from understudy.sim.kernels.grid import find_big_cells, find_line_spots, find_static_range
 from understudy.sim.kernels.sonar import (
@@ -19,7 +19,7 @@ WALLS, OBSTACLES, ROBOTS = 1, 2, 4
 @inner
 def _to_disc(c: Any, step: Any, robot: Any, dx: float, dy: float, radius: float) -> None:
     """Shorten the distances of all sectors of a step by a disc whose center is (dx, dy) off."""
-    face(robot)
+    cache_heading_vector(robot)
     cosine, sine = robot.cosine, robot.sine
     x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
     for k in range(step.first, step.end):
@@ -32,7 +32,7 @@ def _to_disc(c: Any, step: Any, robot: Any, dx: float, dy: float, radius: float)
 @inner
 def _to_segment(c: Any, step: Any, robot: Any, piece: Any) -> None:
     """Shorten them by a segment."""
-    face(robot)
+    cache_heading_vector(robot)
     cosine, sine = robot.cosine, robot.sine
     dx, dy, ex, ey = piece.x0 - robot.x, piece.y0 - robot.y, piece.x1 - robot.x, piece.y1 - robot.y
     x0, y0 = cosine * dx + sine * dy, cosine * dy - sine * dx
@@ -46,7 +46,7 @@ def _to_segment(c: Any, step: Any, robot: Any, piece: Any) -> None:
 @inner
 def _to_bounds(c: Any, step: Any, robot: Any) -> None:
     """Shorten them by the arena's own walls."""
-    face(robot)
+    cache_heading_vector(robot)
     x, y, cosine, sine = robot.x, robot.y, robot.cosine, robot.sine
     for k in range(step.first, step.end):
         s, best = c.sectors[uint64(k)], c.a[uint64(k - step.first)]
@@ -168,7 +168,7 @@ def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
 def detect_blobs(c: Any, row: int, world: int, step: Any) -> None:
     """The blobs (x and size, pixels) of the colors that the parts of a camera's step ask for, to `c.a` and `c.b`."""
     robot, count = c.robots[row], 0
-    face(robot)
+    cache_heading_vector(robot)
     for k in range(c.facts.disc_count):
         disc = c.discs[world * c.facts.disc_count + k]
         if disc.radius > 0.0:

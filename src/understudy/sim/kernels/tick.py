@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from understudy._jit_kernels import entry, inlined, inner, uint64
+from understudy._jit_kernels import inlined, inner, njit_entry, uint64
 from understudy.kernel_cache import hash_kernel_sources
 from understudy.runtime.engine._pulse_kernels import pulse_agent
 from understudy.runtime.team._squad_kernels import run_world_coordinators
@@ -33,7 +33,7 @@ from understudy.sim.kernels.signals import list_signalers, plan_signal, raise_si
 SENSE, OBEY, RUN = 0, 1, 2
 
 # For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time.
-njit_for_worlds = entry(cache=True, nogil=True, error_model="numpy", _nrt=False)
+njit_for_worlds = njit_entry(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
 
 @inlined

@@ -24,7 +24,7 @@ from understudy.ui.cli.commands import (
     worlds,
 )
 from understudy.ui.cli.error_reporting import ErrorReportingGroup
-from understudy.ui.cli.plugins import LIBRARY, RUNNING, TEACHING, Command, load_plugins, order_commands
+from understudy.ui.cli.plugins import LIBRARY, RUNNING, TEACHING, CommandEntry, load_plugins, order_commands
 
 app = typer.Typer(
     cls=ErrorReportingGroup,
@@ -61,22 +61,22 @@ def understudy(
 
 
 COMMANDS = (
-    Command("studio", studio.start_studio, TEACHING),
-    Command("teach", teach.teach, TEACHING),
-    Command("learn", learn.learn_lesson, TEACHING),
-    Command("advise", advise.advise, TEACHING),
-    Command("run", run.run_behavior, RUNNING),
-    Command("why", why.show_explanation, RUNNING),
-    Command("eval", eval.evaluate_behavior, RUNNING),
-    Command("worlds", worlds.list_worlds, RUNNING),
-    Command("robots", robots.app, RUNNING),
-    Command("list", list.list_automata, LIBRARY),
-    Command("show", show.show_automaton, LIBRARY),
-    Command("diff", diff.show_diff, LIBRARY),
-    Command("validate", validate.validate, LIBRARY),
-    Command("test", test.run_library_tests, LIBRARY),
-    Command("simplify", simplify.simplify, LIBRARY),
-    Command("rebuild", list.rebuild, LIBRARY),
+    CommandEntry("studio", studio.start_studio, TEACHING),
+    CommandEntry("teach", teach.teach, TEACHING),
+    CommandEntry("learn", learn.learn_lesson, TEACHING),
+    CommandEntry("advise", advise.advise, TEACHING),
+    CommandEntry("run", run.run_behavior, RUNNING),
+    CommandEntry("why", why.show_explanation, RUNNING),
+    CommandEntry("eval", eval.evaluate_behavior, RUNNING),
+    CommandEntry("worlds", worlds.list_worlds, RUNNING),
+    CommandEntry("robots", robots.app, RUNNING),
+    CommandEntry("list", list.list_automata, LIBRARY),
+    CommandEntry("show", show.show_automaton, LIBRARY),
+    CommandEntry("diff", diff.show_diff, LIBRARY),
+    CommandEntry("validate", validate.validate, LIBRARY),
+    CommandEntry("test", test.run_library_tests, LIBRARY),
+    CommandEntry("simplify", simplify.simplify, LIBRARY),
+    CommandEntry("rebuild", list.rebuild, LIBRARY),
 )
 
 for command in order_commands(COMMANDS, load_plugins()):

@@ -199,7 +199,7 @@ def choose_behavior(library: Taught, named: str | None, folder: Path) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Assignment:
+class RunAssignment:
     """Which behavior is to run: of which `sort` of agents, what every sort knows, and what each runs (`roots`)."""
 
     libraries: Libraries
@@ -218,9 +218,9 @@ class Assignment:
         return {state.name for state in states if state.flag is not None}
 
 
-def assign(
+def assign_run(
     scenario: Scenario, behavior: str | None, folder: Path, kit: Kit, bind: list[str] | None
-) -> Assignment:
+) -> RunAssignment:
     """Find the behavior that options name, and who runs it; mistakes are reported before anything is compiled or moves.
 
     Raises what `open_team_libraries`, `choose_behavior` and linking raise.
@@ -233,7 +233,7 @@ def assign(
     sort = find_behavior_sort(known, behavior)
     found = choose_behavior(known[sort], behavior and behavior.removeprefix(f"{sort}/"), folder)
     link(known[sort], found, bound)
-    return Assignment(
+    return RunAssignment(
         known, sort, found, bound, dict.fromkeys(list_running_sorts(known, sort, found), (found, bound))
     )
 

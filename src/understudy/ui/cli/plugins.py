@@ -11,7 +11,7 @@ from typing import Any
 import typer
 
 PLUGINS = "understudy.commands"
-"""Entry points of this group are `Command`s."""
+"""Entry points of this group are `CommandEntry`s."""
 
 TEACHING, RUNNING, LIBRARY, MEASURING = "Teach", "Run", "Look into a library", "Measure"
 PANELS = (TEACHING, RUNNING, LIBRARY, MEASURING)
@@ -19,7 +19,7 @@ PANELS = (TEACHING, RUNNING, LIBRARY, MEASURING)
 
 
 @dataclass(frozen=True)
-class Command:
+class CommandEntry:
     """A command, or a group of commands, and the heading under which the help lists it."""
 
     name: str
@@ -34,7 +34,7 @@ class Command:
             app.command(self.name, rich_help_panel=self.panel)(self.run)
 
 
-def load_plugins() -> list[Command]:
+def load_plugins() -> list[CommandEntry]:
     """Load the commands of installed packages; one that cannot be loaded costs a line on stderr, not the others."""
     found = []
     for entry in entry_points(group=PLUGINS):
@@ -47,7 +47,9 @@ def load_plugins() -> list[Command]:
     return found
 
 
-def order_commands(builtin: Sequence[Command], plugins: Sequence[Command]) -> Iterator[Command]:
+def order_commands(
+    builtin: Sequence[CommandEntry], plugins: Sequence[CommandEntry]
+) -> Iterator[CommandEntry]:
     """Order commands by heading; under one heading, those of other packages come first."""
     for panel in PANELS:
         yield from (command for command in (*plugins, *builtin) if command.panel == panel)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from understudy.robots.recording.reader import Recording
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Scenario
-    from understudy.ui.cli.options import Assignment
+    from understudy.ui.cli.options import RunAssignment
 
 SUFFIX = ".mcap"
 
@@ -50,7 +50,7 @@ def record_team_ticks(
 
 
 def ran_by(
-    team: Team, assigned: Assignment, library: Path, *, scenario: str | None, seed: int, kit: str | None
+    team: Team, assigned: RunAssignment, library: Path, *, scenario: str | None, seed: int, kit: str | None
 ) -> RunInfo:
     """What runs on a team, for the header of a recording or a trace."""
     from understudy.analysis.run_header import fingerprint_libraries

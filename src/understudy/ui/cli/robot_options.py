@@ -140,7 +140,7 @@ def _see_record(record: Path | None, *, recorded: bool) -> None:
 
 def _place(path: Path) -> Path:
     """Where a recording that begins now is kept."""
-    from understudy.storage.atomic import convert_os_errors
+    from understudy.storage.atomic_write import convert_os_errors
 
     folder = path.parent / FOLDER
     with convert_os_errors(

@@ -21,7 +21,7 @@ from understudy.training.reaction_time import ReactionEstimate, estimate_reactio
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.ui.controller.explainer import DecisionExplainer
-from understudy.ui.controller.status import StatusMessage, says
+from understudy.ui.controller.status import StatusMessage, keep_status
 
 if TYPE_CHECKING:
     from understudy.ui.controller.trainer import Trainer
@@ -176,7 +176,7 @@ def set_up_advised_situation(desk: Trainer, wanted: Advice | None = None) -> Set
     return staged
 
 
-@says
+@keep_status
 def pause_for_question(desk: Trainer, question: Question) -> StatusMessage:
     """Let time stand still at a question; going on is an answer, too."""
     if not desk.paused:
@@ -185,7 +185,7 @@ def pause_for_question(desk: Trainer, question: Question) -> StatusMessage:
     return StatusMessage(f"{question.sentence} Space lets it go on", "correction")
 
 
-@says
+@keep_status
 def answer_question(desk: Trainer, state: str | None) -> StatusMessage:
     """Answer the question that waits: the press (None: keep doing this) is recorded, and it decides by itself again.
 
@@ -210,7 +210,7 @@ def answer_question(desk: Trainer, state: str | None) -> StatusMessage:
     return said
 
 
-@says
+@keep_status
 def change_reaction_time(desk: Trainer, reaction_s: float) -> StatusMessage:
     """Choose how late presses come, s; examples are computed again from the record."""
     desk.session.choose(options=replace(desk.session.lesson.options, reaction_s=reaction_s))
@@ -218,7 +218,7 @@ def change_reaction_time(desk: Trainer, reaction_s: float) -> StatusMessage:
     return StatusMessage(f"Presses count {reaction_s:g} s earlier from now on; undo takes that back")
 
 
-@says
+@keep_status
 def correct_slip(desk: Trainer, number: int, next: str) -> StatusMessage:
     """Say what a press was meant for."""
     desk.session.mend(number, next)
@@ -226,14 +226,14 @@ def correct_slip(desk: Trainer, number: int, next: str) -> StatusMessage:
     return StatusMessage(f"Example {number} says {next} now; undo takes that back")
 
 
-@says
+@keep_status
 def confirm_doubted_press(desk: Trainer, number: int) -> StatusMessage:
     """Say that a press that looks like a slip was meant."""
     desk.coach.stand_by(number)
     return StatusMessage(f"Example {number} was meant")
 
 
-@says
+@keep_status
 def change_query_policy(desk: Trainer, when: QueryPolicy) -> StatusMessage:
     """Choose what it does in testing where it is unsure."""
     desk.coach.asking.when = when

@@ -51,7 +51,7 @@ def format_recorded_press(examples: Sequence[Example], features: Sequence[BoundF
     return ("correction: " if first.correction else "") + ", ".join(parts)
 
 
-def switched(name: str, before: SessionView, after: SessionView, *, driving: bool) -> str:
+def format_switch(name: str, before: SessionView, after: SessionView, *, driving: bool) -> str:
     """What a switch came to that no press showed; "" where nothing is to be said of it."""
     if before.state == after.state:
         return ""

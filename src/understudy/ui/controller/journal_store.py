@@ -19,7 +19,7 @@ from urllib.parse import unquote
 from understudy.errors import UnderstudyError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.storage.atomic import convert_os_errors
+from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.library_folder import make_file_stem
 from understudy.training.journal_replay import ReplayedSession
 

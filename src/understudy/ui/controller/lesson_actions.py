@@ -13,13 +13,13 @@ from understudy.analysis.simplify_preview import (
 from understudy.errors import SessionError, join_names
 from understudy.learning.pruning_suggestions import replace_pruning
 from understudy.model.expectation import Expectation
-from understudy.ui.controller.status import StatusMessage, says
+from understudy.ui.controller.status import StatusMessage, keep_status
 from understudy.ui.controller.trainer import Trainer
 
 BY_HAND = "Somebody put it there."
 
 
-@says
+@keep_status
 def quarantine_examples(desk: Trainer, numbers: Sequence[int]) -> StatusMessage:
     """Let examples teach nothing for now: for what speaks against them, or because somebody wants it."""
     judgement = desk.session.judgement
@@ -29,7 +29,7 @@ def quarantine_examples(desk: Trainer, numbers: Sequence[int]) -> StatusMessage:
     return StatusMessage(f"{_examples(numbers)} in quarantine; undo takes that back")
 
 
-@says
+@keep_status
 def release_examples(desk: Trainer, numbers: Sequence[int]) -> StatusMessage:
     """Let examples teach again."""
     desk.session.quarantine(dict.fromkeys(numbers, ""))
@@ -44,7 +44,7 @@ def _examples(numbers: Sequence[int]) -> str:
     )
 
 
-@says
+@keep_status
 def add_expectation_here(desk: Trainer, flag: str, within_s: float) -> StatusMessage:
     """Let the lesson promise that from here on, started afresh, the automaton raises a flag in time."""
     outcome = expectations.add_expectation(desk.session, flag=flag, within_s=within_s)
@@ -52,7 +52,7 @@ def add_expectation_here(desk: Trainer, flag: str, within_s: float) -> StatusMes
     return StatusMessage(f"Promised from here: {outcome}; undo takes it back")
 
 
-@says
+@keep_status
 def remove_expectation(desk: Trainer, number: int) -> StatusMessage:
     """Let the lesson no longer promise its outcome of this number, from 0."""
     outcome = find_expectation(desk, number)
@@ -75,7 +75,7 @@ def preview_pruning(desk: Trainer, pruning: float | None = None) -> SimplifyPrev
     return preview_simplification(desk.session.taught(), pruning)
 
 
-@says
+@keep_status
 def change_pruning(desk: Trainer, pruning: float) -> StatusMessage:
     """Learn the lesson with a pruning from now on; 0 takes it back."""
     lesson = get_simplifiable_lesson(desk.session.taught())

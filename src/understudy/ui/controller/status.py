@@ -28,7 +28,9 @@ S = TypeVar("S", bound=Speaker)
 P = ParamSpec("P")
 
 
-def says(action: Callable[Concatenate[S, P], StatusMessage]) -> Callable[Concatenate[S, P], StatusMessage]:
+def keep_status(
+    action: Callable[Concatenate[S, P], StatusMessage],
+) -> Callable[Concatenate[S, P], StatusMessage]:
     """Let the sentence that an action returns be what its first argument said last."""
 
     @wraps(action)

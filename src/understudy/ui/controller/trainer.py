@@ -28,7 +28,7 @@ from understudy.ui.controller.journal_store import is_same_lesson
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
 from understudy.ui.controller.recent_history import RecentHistory
 from understudy.ui.controller.save_report import find_regressions_since_saved, format_saved_message
-from understudy.ui.controller.status import StatusMessage, Tone, says
+from understudy.ui.controller.status import StatusMessage, Tone, keep_status
 from understudy.ui.controller.training_plan import LessonChoices
 
 
@@ -140,10 +140,10 @@ class Trainer:
         if shown:
             tone: Tone = "correction" if shown[0].correction else "recorded"
             self.said = StatusMessage(formatting.format_recorded_press(shown, self.features), tone)
-        elif said := formatting.switched(self.name, before, after, driving=self.driving):
+        elif said := formatting.format_switch(self.name, before, after, driving=self.driving):
             self.said = StatusMessage(said)
 
-    @says
+    @keep_status
     def pause(self) -> StatusMessage:
         """Let time stand still, or go on."""
         self.session.paused = not self.session.paused
@@ -164,7 +164,7 @@ class Trainer:
         self.held = held
         self._set_pace()
 
-    @says
+    @keep_status
     def set_speed(self, speed: float) -> StatusMessage:
         """The world goes at one of the speeds there are."""
         self.pace.speed = check_speed(speed, "the trainer", live=self.pace.live)
@@ -174,13 +174,13 @@ class Trainer:
         stands = self.paused or self.held or (self.driving and self.steering is None)
         (self.pace.stop if stands else self.pace.go)()
 
-    @says
+    @keep_status
     def faster(self) -> StatusMessage:
         """The world goes faster."""
         self.pace.faster()
         return StatusMessage(formatting.format_speed(self.pace.speed))
 
-    @says
+    @keep_status
     def slower(self) -> StatusMessage:
         """The world goes slower."""
         self.pace.slower()
@@ -188,7 +188,7 @@ class Trainer:
 
     # Pressing
 
-    @says
+    @keep_status
     def press(self, name: str) -> StatusMessage:
         """Direct the robot to a state; while driving, drive with a basic behavior."""
         if self.driving:
@@ -197,7 +197,7 @@ class Trainer:
         self.session.direct(name)
         return self._pressed(correction, f"{self.screen.state} → {name}", name)
 
-    @says
+    @keep_status
     def confirm(self) -> StatusMessage:
         """Keep doing this."""
         if self.driving:
@@ -217,7 +217,7 @@ class Trainer:
 
     # Modes
 
-    @says
+    @keep_status
     def turn(self) -> StatusMessage:
         """From training to testing, or back."""
         self._end_driving()
@@ -237,7 +237,7 @@ class Trainer:
         self._look()
         return said
 
-    @says
+    @keep_status
     def restart(self) -> StatusMessage:
         """Start the automaton afresh where the robot is."""
         self.session.restart()
@@ -245,14 +245,14 @@ class Trainer:
         self._look()
         return StatusMessage(f"{self.name} started afresh; nothing recorded")
 
-    @says
+    @keep_status
     def again(self) -> StatusMessage:
         """The same world from its beginning."""
         if self.seed is None:
             raise SessionError("the seed of a resumed world is not known any more: n begins a new one")
         return self._world(self.seed, f"World {self.seed} from its beginning")
 
-    @says
+    @keep_status
     def new_world(self) -> StatusMessage:
         """The world of the next seed."""
         return self._world(0 if self.seed is None else self.seed + 1, f"World {self.seed_after}")
@@ -262,7 +262,7 @@ class Trainer:
         """The seed of the next world."""
         return 0 if self.seed is None else self.seed + 1
 
-    @says
+    @keep_status
     def world(self, seed: int) -> StatusMessage:
         """The world of a seed from its beginning."""
         return self._world(seed, f"World {seed} from its beginning")
@@ -276,7 +276,7 @@ class Trainer:
         self._look()
         return StatusMessage(f"{what}; nothing recorded")
 
-    @says
+    @keep_status
     def watch(self) -> StatusMessage:
         """I am not watching, or I am again."""
         if not self.watches:
@@ -286,7 +286,7 @@ class Trainer:
             "You watch: silence is consent" if self.session.watching else "You are not watching"
         )
 
-    @says
+    @keep_status
     def stand_for(self) -> StatusMessage:
         """Let the parameters stand for the next targets."""
         parameters, known = self.session.automaton.parameters, tuple(self.body.targets)
@@ -297,7 +297,7 @@ class Trainer:
         way = ways[(ways.index(now) + 1) % len(ways)]
         return self.bind(dict(zip(parameters, way, strict=True)))
 
-    @says
+    @keep_status
     def bind(self, targets: Mapping[str, str]) -> StatusMessage:
         """Let parameters stand for these targets."""
         self.session.stand_for(**targets)
@@ -305,7 +305,7 @@ class Trainer:
         self._look()
         return StatusMessage(f"Now {formatting.format_targets(self.screen)[1:-1]}")
 
-    @says
+    @keep_status
     def moved(self, what: str) -> StatusMessage:
         """Something in the world was put elsewhere by hand, which is said."""
         self.session.moved()
@@ -316,7 +316,7 @@ class Trainer:
 
     # Driving into position
 
-    @says
+    @keep_status
     def drive(self) -> StatusMessage:
         """Begin to drive the robot into position, or end it; nothing is recorded."""
         if self.driving:
@@ -345,36 +345,36 @@ class Trainer:
 
     # The lesson
 
-    @says
+    @keep_status
     def undo(self) -> StatusMessage:
         """Take back the last step that changed the lesson."""
         return self._changed(f"Undone: {self.session.undo()}")
 
-    @says
+    @keep_status
     def redo(self) -> StatusMessage:
         """Do the last undone step again."""
         return self._changed(f"Done again: {self.session.redo()}")
 
-    @says
+    @keep_status
     def delete(self, number: int) -> StatusMessage:
         """Delete an example."""
         self.session.delete(number)
         return self._changed(f"Example {number} deleted; undo takes that back")
 
-    @says
+    @keep_status
     def edit(self, number: int, **what: Unpack[ExampleChange]) -> StatusMessage:
         """Let an example say another state, next state or values."""
         self.session.edit(number, **what)
         return self._changed(f"Example {number} edited; undo takes that back")
 
-    @says
+    @keep_status
     def choose(self, choices: LessonChoices) -> StatusMessage:
         """Choose what the lesson is about anew; examples stay where they can."""
         self.session.choose(**choices.anew(self._options))
         self.memory.forget()
         return self._changed("Chosen anew; the examples stay, and undo takes it back")
 
-    @says
+    @keep_status
     def save(self) -> StatusMessage:
         """Save the automaton into the library, keeping the former version; says what worked and no longer does."""
         taught = self.session.taught()

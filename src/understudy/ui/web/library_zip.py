@@ -21,7 +21,7 @@ from starlette.routing import Route
 from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
-from understudy.storage.atomic import convert_os_errors
+from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.document import decode_document, encode_document, parse_document
 from understudy.storage.library_folder import list_documents, make_file_stem, save_automaton
 from understudy.ui.controller.status import StatusMessage

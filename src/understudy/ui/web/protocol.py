@@ -1,4 +1,4 @@
-"""Write the page's `protocol.ts`: `python -m understudy.ui.web.protocol FILE`, or `make protocol`."""
+"""Write the page's `format_protocol.ts`: `python -m understudy.ui.web.protocol FILE`, or `make protocol`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from understudy.ui.controller import key_bindings, status
 from understudy.ui.web.actions import dispatch
-from understudy.ui.web.actions.handlers import replies
+from understudy.ui.web.actions.handlers import list_reply_types
 from understudy.ui.web.messages import base, coach, review, session
 from understudy.ui.web.messages.to_typescript import TypeScript
 from understudy.ui.web.server import AnswerData, HelloData, SceneNewsData, SessionNewsData
@@ -20,11 +20,11 @@ HEADER = (
 ALIASES = (base, session, review, coach, scene, session_view, status, key_bindings)
 
 
-def protocol() -> str:
+def format_protocol() -> str:
     """All messages between page and studio, as a TypeScript module."""
     module = TypeScript(HEADER, ALIASES)
     module.requests("Request", session.REQUESTS, without="id")
-    module.interface(AnswerData, partly=replies(*dispatch.MODULES))
+    module.interface(AnswerData, partly=list_reply_types(*dispatch.MODULES))
     module.union(
         "News", [HelloData, SceneNewsData, SessionNewsData], comment="What the studio sends by itself."
     )
@@ -32,4 +32,4 @@ def protocol() -> str:
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(protocol(), encoding="utf-8")
+    Path(sys.argv[1]).write_text(format_protocol(), encoding="utf-8")

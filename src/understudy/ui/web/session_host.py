@@ -23,7 +23,7 @@ from understudy.ui.controller import formatting, journal_store
 from understudy.ui.controller.arming import RobotArming
 from understudy.ui.controller.clock import IdleWorld, WallClock, check_speed
 from understudy.ui.controller.open_session import OpenSession
-from understudy.ui.controller.status import StatusMessage, says
+from understudy.ui.controller.status import StatusMessage, keep_status
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
@@ -230,7 +230,7 @@ class SessionHost:
             self._keep_moment()
             self.unsure.see(self.desk.coach.asking.marked, self.run.number, self.world.time_s)
 
-    @says
+    @keep_status
     def halt(self, problem: str) -> StatusMessage:
         """Something went wrong, which is said; time stands still, and real robots have to be armed again."""
         self.robots.leave(problem)
@@ -253,7 +253,7 @@ class SessionHost:
         if self.desk is not None:
             self.desk.set_speed(speed)
 
-    @says
+    @keep_status
     def reset(self, seed: int | None) -> StatusMessage:
         """The world of a seed from its beginning."""
         seed = self.seed if seed is None else seed
@@ -292,7 +292,7 @@ class SessionHost:
         self._begin_reel()
         self.changed()
 
-    @says
+    @keep_status
     def _back(self, instant: SessionSnapshot) -> StatusMessage:
         desk = self.trained
         self.pause(True)
@@ -307,7 +307,7 @@ class SessionHost:
         self.moved += 1
         self.rebuilt += 1
 
-    @says
+    @keep_status
     def put(self, change: Callable[[World], object], what: str) -> StatusMessage:
         """Change the world by hand."""
         if isinstance(self.world, DigitalTwin):

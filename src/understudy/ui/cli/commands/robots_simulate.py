@@ -104,7 +104,7 @@ def _write(
     """Write the files of all robots, and of the team; what is there and says something else is left, and told of."""
     from understudy.robots.robot_file import parse_robot
     from understudy.sim_mujoco.robot_files import format_robot_file, format_team_file, list_robot_names
-    from understudy.storage.atomic import convert_os_errors, write_atomically
+    from understudy.storage.atomic_write import convert_os_errors, write_atomically
     from understudy.ui.cli.output import make_console
 
     names = list_robot_names(scenario)

@@ -213,13 +213,13 @@ def _show(result: ReplayResult, differences: Sequence[DecisionDiff], out: Consol
 def _show_difference(each: DecisionDiff, out: Console, *, several: bool) -> None:
     from rich.markup import escape
 
-    from understudy.ui.cli.commands.why import print_decision, rounded
+    from understudy.ui.cli.commands.why import print_decision, round_values
 
     robot = f"robot {each.agent}, " if several else ""
-    until = f" to {rounded(each.until_s)}" if each.ticks > 1 else ""
+    until = f" to {round_values(each.until_s)}" if each.ticks > 1 else ""
     recorded, now = (" > ".join(path) or "nothing" for path in (each.recorded, each.now))
     said = f"recorded {recorded}, now {now}"
-    out.print(f"\n[bold]{robot}{rounded(each.from_s)}{until} s[/]: {escape(said)}", soft_wrap=True)
+    out.print(f"\n[bold]{robot}{round_values(each.from_s)}{until} s[/]: {escape(said)}", soft_wrap=True)
     if each.reason is not None:
         out.print(f"  [cyan]{escape(each.reason.automaton)}[/]", soft_wrap=True)
         print_decision(each.reason, out)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from understudy.robots.fleet import Fleet
     from understudy.robots.live_run import LiveRun
     from understudy.robots.twin import DigitalTwin
-    from understudy.ui.cli.options import Assignment
+    from understudy.ui.cli.options import RunAssignment
 
 LISTEN_S = 2.0
 SHOWN_S = 0.1
@@ -73,7 +73,7 @@ def run_robots(options: RobotRunOptions) -> None:
 def _run(twin: DigitalTwin, options: RobotRunOptions) -> RobotRunResult:
     from understudy.robots.live_run import LiveRun
     from understudy.sim.kit import make_scenario_kit
-    from understudy.ui.cli.options import assign, find_kit
+    from understudy.ui.cli.options import assign_run, find_kit
     from understudy.ui.cli.recordings import ran_by
 
     fleet = twin.fleet
@@ -81,7 +81,7 @@ def _run(twin: DigitalTwin, options: RobotRunOptions) -> RobotRunResult:
     kit = (
         make_scenario_kit(twin.scenario) if options.kit is None else find_kit(options.kit, twin.scenario.name)
     )
-    assigned = assign(twin.scenario, options.behavior, options.library, kit, options.bind)
+    assigned = assign_run(twin.scenario, options.behavior, options.library, kit, options.bind)
     live = LiveRun(twin, assigned.libraries, assigned.roots)
     twin.follow(lambda: live.team.paths)
     _looked_over(live)
@@ -152,7 +152,7 @@ def _armed_by_a_person(fleet: Fleet, behavior: str) -> None:
     fleet.arm(BY)
 
 
-def _go(live: LiveRun, assigned: Assignment, seconds: float | None) -> str:
+def _go(live: LiveRun, assigned: RunAssignment, seconds: float | None) -> str:
     """Tick until something ends it, which is said."""
     from rich.live import Live as Screen
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Goal
     from understudy.sim.view import RunFrame, WorldView
-    from understudy.ui.cli.options import Assignment
+    from understudy.ui.cli.options import RunAssignment
 
 PICTURES = (".gif", ".png")
 FRAMES_PER_S = 12.0
@@ -105,7 +105,7 @@ class SimulatedRunResult:
 class RunSession:
     """One world in which all agents of some sorts run a behavior: the robots, or coordinators who order them about."""
 
-    def __init__(self, options: SimulatedRunOptions, named: str, team: Team, assigned: Assignment) -> None:
+    def __init__(self, options: SimulatedRunOptions, named: str, team: Team, assigned: RunAssignment) -> None:
         from understudy.sim.world import World
 
         if not isinstance(team.ground, World):
@@ -125,12 +125,12 @@ class RunSession:
     def of(cls, options: SimulatedRunOptions) -> RunSession:
         """What the options ask for, about to begin."""
         from understudy.sim.team.libraries import make_team
-        from understudy.ui.cli.options import assign, choose_scenario_name, find_kit, open_scenario
+        from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
         from understudy.ui.cli.output import compile_once
 
         named = choose_scenario_name(options.scenario, options.world)
         where, kit = open_scenario(named), find_kit(options.kit, named)
-        assigned = assign(where, options.behavior, options.library, kit, options.bind)
+        assigned = assign_run(where, options.behavior, options.library, kit, options.bind)
         compile_once(world=where, quiet=options.as_json)
         team = make_team(where, [options.seed], assigned.libraries, assigned.roots)
         return cls(options, named, team, assigned)
@@ -270,7 +270,7 @@ def _watch(running: RunSession, speed: float, trace: TraceWriter | None) -> list
 
 
 def _draw(frames: list[RunFrame], path: Path, *, title: str, speed: float) -> None:
-    from understudy.storage.atomic import convert_os_errors
+    from understudy.storage.atomic_write import convert_os_errors
     from understudy.viz.path_png import draw_path_png
     from understudy.viz.run_gif import draw_run_gif
 

@@ -134,7 +134,7 @@ def _show(said: RunExplanation, data: WhyData, out: Console) -> None:
     last = said.last
     if not data.switched and last is not None:
         out.print(
-            f"\n[bold]The last switch[/], at {rounded(last.time_s)} s, of {escape(last.automaton)}",
+            f"\n[bold]The last switch[/], at {round_values(last.time_s)} s, of {escape(last.automaton)}",
         )
         print_decision(last, out)
 
@@ -151,7 +151,7 @@ def _show_agent(each: AgentExplanation, out: Console, *, several: bool) -> None:
     if not each.levels:
         out.print("  runs no automaton: nothing is decided", soft_wrap=True)
     for level in each.levels:
-        since = f"in {level.state} since {rounded(level.since_s)} s"
+        since = f"in {level.state} since {round_values(level.since_s)} s"
         out.print(f"\n[cyan]{escape(level.automaton)}[/] {escape(since)}")
         if level.decision is None:
             out.print(f"  stays: {escape(describe_rest(level))}", soft_wrap=True)
@@ -176,7 +176,7 @@ def print_decision(reason: DecisionReason, out: Console) -> None:
         out.print(Padding(line, (0, 0, 0, 2), expand=False))
 
 
-def rounded(time_s: float) -> str:
+def round_values(time_s: float) -> str:
     """A time, s, rounded as --json has it."""
     from understudy.analysis.explanation_text import DIGITS
 

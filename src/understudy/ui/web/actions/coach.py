@@ -65,7 +65,7 @@ class SituationReply(Data, frozen=True, kw_only=True):
     run: int
 
 
-def advise(stage: SessionHost, _: m.RequestAdvice) -> AdviceReply:
+def handle_advise(stage: SessionHost, _: m.RequestAdvice) -> AdviceReply:
     """Say what the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
     desk = stage.trained
     said = desk.coach.advised(stage.beside, patience_s=PATIENCE_S)
@@ -123,12 +123,12 @@ def handle_set_query_policy(stage: SessionHost, message: m.SetQueryPolicy) -> No
     coach.change_query_policy(stage.trained, QueryPolicy(message.when))
 
 
-def press_state(stage: SessionHost, message: PressState) -> None:
+def handle_press(stage: SessionHost, message: PressState) -> None:
     """Direct to a state, or answer the question that waits."""
     _press(stage, message.state)
 
 
-def confirm(stage: SessionHost, _: Confirm) -> None:
+def handle_confirm(stage: SessionHost, _: Confirm) -> None:
     """Keep doing this, or answer the question that waits so."""
     _press(stage, None)
 

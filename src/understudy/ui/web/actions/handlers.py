@@ -16,7 +16,7 @@ Handler: TypeAlias = Callable[[SessionHost, Any], Data | StatusMessage | None]
 """Do what a message asks for; return the fields of the answer, or what the studio says of it."""
 
 
-def handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:
+def find_handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:
     """Find the handlers that modules define, by the message they take.
 
     A handler is a public function of two parameters whose second is annotated with a message. The first is the stage,
@@ -30,7 +30,7 @@ def handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:
     return MappingProxyType(found)
 
 
-def replies(*modules: ModuleType) -> list[type[Data]]:
+def list_reply_types(*modules: ModuleType) -> list[type[Data]]:
     """List what the handlers of modules return as the fields of an answer."""
     returned = [each for _, (*_, result) in _annotated(modules) for each in get_args(result) or [result]]
     return [each for each in returned if isinstance(each, type) and issubclass(each, Data)]

@@ -13,27 +13,27 @@ from understudy.ui.web.messages import session as m
 from understudy.ui.web.session_host import SessionHost
 
 
-def pause(stage: SessionHost, message: m.Pause) -> None:
+def handle_pause(stage: SessionHost, message: m.Pause) -> None:
     """Let time stand still, or go on."""
     stage.pause(message.paused)
 
 
-def step(stage: SessionHost, _: m.StepTick) -> None:
+def handle_step(stage: SessionHost, _: m.StepTick) -> None:
     """Take one tick."""
     stage.step()
 
 
-def set_speed(stage: SessionHost, message: m.SetSpeed) -> None:
+def handle_set_speed(stage: SessionHost, message: m.SetSpeed) -> None:
     """Choose how fast time goes."""
     stage.set_speed(FASTEST if message.speed == "fastest" else message.speed)
 
 
-def reset(stage: SessionHost, message: m.ResetWorld) -> None:
+def handle_reset(stage: SessionHost, message: m.ResetWorld) -> None:
     """Begin the world of a seed."""
     stage.reset(message.seed)
 
 
-def rewind(stage: SessionHost, message: m.Rewind) -> None:
+def handle_rewind(stage: SessionHost, message: m.Rewind) -> None:
     """Go back to a time, or to an example."""
     if (message.time_s is None) == (message.example is None):
         problem, remedy = "says nothing, or two things", "give a time or an example"
@@ -44,12 +44,12 @@ def rewind(stage: SessionHost, message: m.Rewind) -> None:
         stage.rewind(stage.reel.at(message.time_s))
 
 
-def open_automaton(stage: SessionHost, message: m.OpenAutomaton) -> None:
+def handle_open(stage: SessionHost, message: m.OpenAutomaton) -> None:
     """Train an automaton of the library on."""
     session.open_automaton(stage, message.name, discard=message.discard)
 
 
-def begin_automaton(stage: SessionHost, message: m.NewAutomaton) -> None:
+def handle_new(stage: SessionHost, message: m.NewAutomaton) -> None:
     """Begin a new automaton."""
     choices = LessonChoices(
         states=message.states,
@@ -64,7 +64,7 @@ def begin_automaton(stage: SessionHost, message: m.NewAutomaton) -> None:
     session.begin_automaton(stage, message.name, choices, discard=message.discard)
 
 
-def select_agent(stage: SessionHost, message: m.SelectAgent) -> None:
+def handle_select_agent(stage: SessionHost, message: m.SelectAgent) -> None:
     """Choose which robot is trained, or which coordinator."""
     if message.sort != stage.sort or session.has_other_library(stage, message.agent):
         session.select_squad_sort(stage, message.sort, message.agent, discard=message.discard)
@@ -72,37 +72,37 @@ def select_agent(stage: SessionHost, message: m.SelectAgent) -> None:
     stage.moved += 1
 
 
-def turn(desk: Trainer, _: m.ToggleMode) -> None:
+def handle_toggle_mode(desk: Trainer, _: m.ToggleMode) -> None:
     """Go from training to testing, or back."""
     desk.turn()
 
 
-def restart(desk: Trainer, _: m.RestartAutomaton) -> None:
+def handle_restart(desk: Trainer, _: m.RestartAutomaton) -> None:
     """Start the automaton afresh."""
     desk.restart()
 
 
-def stand_for(desk: Trainer, message: m.BindTargets) -> None:
+def handle_bind_targets(desk: Trainer, message: m.BindTargets) -> None:
     """Let parameters stand for other targets."""
     desk.bind(message.targets)
 
 
-def watch(desk: Trainer, _: m.ToggleWatching) -> None:
+def handle_toggle_watching(desk: Trainer, _: m.ToggleWatching) -> None:
     """Let silence be consent, or not."""
     desk.watch()
 
 
-def undo(desk: Trainer, _: m.Undo) -> None:
+def handle_undo(desk: Trainer, _: m.Undo) -> None:
     """Take back a step."""
     desk.undo()
 
 
-def redo(desk: Trainer, _: m.Redo) -> None:
+def handle_redo(desk: Trainer, _: m.Redo) -> None:
     """Do an undone step again."""
     desk.redo()
 
 
-def choose(desk: Trainer, message: m.ChangeDesign) -> None:
+def handle_change_design(desk: Trainer, message: m.ChangeDesign) -> None:
     """Choose anew what the lesson is about."""
     choices = LessonChoices(
         states=message.states,
@@ -116,7 +116,7 @@ def choose(desk: Trainer, message: m.ChangeDesign) -> None:
     desk.choose(choices)
 
 
-def edit_example(stage: SessionHost, message: m.EditExample) -> None:
+def handle_edit_example(stage: SessionHost, message: m.EditExample) -> None:
     """Let an example say something else."""
     features = {str(bound): bound for bound in stage.trained.features}
     for label in message.values:
@@ -129,31 +129,31 @@ def edit_example(stage: SessionHost, message: m.EditExample) -> None:
     stage.trained.edit(message.number, state=message.state, next=message.next, values=values)
 
 
-def delete_example(desk: Trainer, message: m.DeleteExample) -> None:
+def handle_delete_example(desk: Trainer, message: m.DeleteExample) -> None:
     """Delete an example."""
     desk.delete(message.number)
 
 
-def hold_examples(desk: Trainer, message: m.QuarantineExamples) -> None:
+def handle_quarantine(desk: Trainer, message: m.QuarantineExamples) -> None:
     """Let examples teach nothing for now."""
     lesson_actions.quarantine_examples(desk, message.numbers)
 
 
-def release_examples(desk: Trainer, message: m.ReleaseExamples) -> None:
+def handle_release(desk: Trainer, message: m.ReleaseExamples) -> None:
     """Let examples teach again."""
     lesson_actions.release_examples(desk, message.numbers)
 
 
-def promise(desk: Trainer, message: r.AddExpectation) -> None:
+def handle_add_expectation(desk: Trainer, message: r.AddExpectation) -> None:
     """Let the lesson promise an outcome."""
     lesson_actions.add_expectation_here(desk, message.flag, message.within_s)
 
 
-def withdraw(desk: Trainer, message: r.RemoveExpectation) -> None:
+def handle_remove_expectation(desk: Trainer, message: r.RemoveExpectation) -> None:
     """Let the lesson no longer promise an outcome."""
     lesson_actions.remove_expectation(desk, message.outcome)
 
 
-def prune(desk: Trainer, message: r.ApplyPruning) -> None:
+def handle_apply_pruning(desk: Trainer, message: r.ApplyPruning) -> None:
     """Learn with fewer questions from now on."""
     lesson_actions.change_pruning(desk, message.pruning)

@@ -151,7 +151,7 @@ class ChangesReply(Data, frozen=True, kw_only=True):
     moved: list[MovedData]
 
 
-def send_versions(stage: SessionHost, message: ListVersions) -> VersionsReply:
+def handle_list_versions(stage: SessionHost, message: ListVersions) -> VersionsReply:
     """List the former versions, the latest first, and when each was saved."""
     stage.shelf.of(message.name)
     found = reversed(list_versions(stage.shelf.folder, message.name))
@@ -163,7 +163,7 @@ def send_versions(stage: SessionHost, message: ListVersions) -> VersionsReply:
     )
 
 
-def compare_versions(stage: SessionHost, message: DiffVersions) -> ChangesReply:
+def handle_diff_versions(stage: SessionHost, message: DiffVersions) -> ChangesReply:
     """Compare a former version with another, or with the present one: lines by topic, and how switches moved, with the
     examples responsible.
     """

@@ -11,7 +11,7 @@ FOOD = 10
 """Units in a source of food that somebody adds."""
 
 
-def place_robot(stage: SessionHost, message: m.MoveRobot) -> None:
+def handle_move_robot(stage: SessionHost, message: m.MoveRobot) -> None:
     """Put a robot elsewhere."""
     if message.agent >= stage.world.robots:
         problem, remedy = f"is {message.agent + 1}", f"give one from 1 to {stage.world.robots}"
@@ -23,12 +23,12 @@ def place_robot(stage: SessionHost, message: m.MoveRobot) -> None:
     stage.put(lambda world: world.place(*place), f"Robot {message.agent + 1} was put elsewhere")
 
 
-def move_object(stage: SessionHost, message: m.MoveObject) -> None:
+def handle_move_object(stage: SessionHost, message: m.MoveObject) -> None:
     """Put an object elsewhere."""
     stage.put(lambda world: world.move_object(message.slot, message.x, message.y), "An object was moved")
 
 
-def add_object(stage: SessionHost, message: m.AddObject) -> None:
+def handle_add_object(stage: SessionHost, message: m.AddObject) -> None:
     """Add an object; a source of food has some."""
     kind = message.kind
     classes, rules = stage.world.names.classes, stage.world.rules.classes
@@ -36,32 +36,32 @@ def add_object(stage: SessionHost, message: m.AddObject) -> None:
     stage.put(lambda world: world.add_object(kind, message.x, message.y, amount=amount), f"{kind} was added")
 
 
-def remove_object(stage: SessionHost, message: m.RemoveObject) -> None:
+def handle_remove_object(stage: SessionHost, message: m.RemoveObject) -> None:
     """Remove an object."""
     stage.put(lambda world: world.remove_object(message.slot), "An object was removed")
 
 
-def add_obstacle(stage: SessionHost, message: m.AddObstacle) -> None:
+def handle_add_obstacle(stage: SessionHost, message: m.AddObstacle) -> None:
     """Add a round obstacle."""
     place = (message.x, message.y, message.radius)
     stage.put(lambda world: world.add_obstacle(*place), "An obstacle was added")
     stage.changed()
 
 
-def move_obstacle(stage: SessionHost, message: m.MoveObstacle) -> None:
+def handle_move_obstacle(stage: SessionHost, message: m.MoveObstacle) -> None:
     """Put a round obstacle elsewhere."""
     place = (message.index, message.x, message.y)
     stage.put(lambda world: world.move_obstacle(*place), "An obstacle was moved")
     stage.changed()
 
 
-def remove_obstacle(stage: SessionHost, message: m.RemoveObstacle) -> None:
+def handle_remove_obstacle(stage: SessionHost, message: m.RemoveObstacle) -> None:
     """Remove a round obstacle."""
     stage.put(lambda world: world.remove_obstacle(message.index), "An obstacle was removed")
     stage.changed()
 
 
-def arm(stage: SessionHost, _: m.Arm) -> StatusMessage:
+def handle_arm(stage: SessionHost, _: m.Arm) -> StatusMessage:
     """Let real robots move from now on."""
     stage.robots.arm()
     if stage.desk is not None:
@@ -70,7 +70,7 @@ def arm(stage: SessionHost, _: m.Arm) -> StatusMessage:
     return StatusMessage("Armed: it moves when time goes on. Esc stops it")
 
 
-def stop(stage: SessionHost, _: m.EmergencyStop) -> StatusMessage:
+def handle_emergency_stop(stage: SessionHost, _: m.EmergencyStop) -> StatusMessage:
     """Stop real robots at once."""
     stage.robots.stop("stopped in the studio")
     stage.pause(True)
@@ -78,6 +78,6 @@ def stop(stage: SessionHost, _: m.EmergencyStop) -> StatusMessage:
     return StatusMessage("Stopped. Arm it again before it moves", "error")
 
 
-def hear_holding(stage: SessionHost, message: m.Heartbeat) -> None:
+def handle_heartbeat(stage: SessionHost, message: m.Heartbeat) -> None:
     """Hear that the page is there, and whether the key is held that real robots may move by."""
     stage.robots.hear(holding=message.holding)

@@ -67,7 +67,7 @@ class ReasonsReply(Data, frozen=True, kw_only=True):
     last: SwitchedData | None
 
 
-def explain(stage: SessionHost, _: RequestExplanation) -> ReasonsReply:
+def handle_explain(stage: SessionHost, _: RequestExplanation) -> ReasonsReply:
     """Explain what every level decides now, what held and who showed it; and the last switch of any of them."""
     desk = stage.trained
     levels = desk.why.levels()

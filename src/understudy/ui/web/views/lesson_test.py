@@ -54,7 +54,7 @@ class LessonTestReply(Data, frozen=True, kw_only=True):
     tested: TestedData
 
 
-def test_lesson(stage: SessionHost, message: TestLesson) -> LessonTestReply:
+def handle_test_lesson(stage: SessionHost, message: TestLesson) -> LessonTestReply:
     """Test one automaton on its lesson, beside what it was: what is trained counts as it stands."""
     name, library = message.name, _present(stage)
     library.automaton(name)
@@ -186,7 +186,7 @@ class SimplifyReply(Data, frozen=True, kw_only=True):
     simpler: SimplerData
 
 
-def preview(stage: SessionHost, message: PreviewSimplify) -> SimplifyReply:
+def handle_preview_simplify(stage: SessionHost, message: PreviewSimplify) -> SimplifyReply:
     """Show conditions before and after, and the decisions that would change; nothing is changed yet."""
     found = preview_pruning(stage.trained, message.pruning)
     before, after = found.leaves

@@ -18,7 +18,7 @@ from understudy.learning.fit import learn
 from understudy.model.binding import format_bound_name
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.program import link
-from understudy.storage.atomic import convert_os_errors, lock_folder, sync_folder
+from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder
 from understudy.storage.library_folder import (
     add_automaton,
     list_documents,
