@@ -58,7 +58,7 @@ def test_index_out_of_bounds(index: int, checked: bool, python: bool) -> None:
     code = (
         "import numpy as np\n"
         "from understudy._jit_kernels import njit_entry\n"
-        "element = entry()(lambda array, index: array[index])\n"
+        "element = njit_entry()(lambda array, index: array[index])\n"
         f"try: element(np.zeros(3), {index})\n"
         "except IndexError: print('refused')"
     )

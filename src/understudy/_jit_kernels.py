@@ -1,4 +1,4 @@
-"""How kernels run: compiled, compiled with bounds checked, or as the plain Python they are (see `compiling.mode`)."""
+"""How kernels run: compiled, compiled with bounds checked, or as the plain Python they are (see `read_kernel_mode`)."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar

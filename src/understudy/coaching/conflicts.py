@@ -157,7 +157,7 @@ MOST = 3
 
 
 def advise_on_mislabels(survey: LessonAnalysis, meant: Mapping[int, float]) -> Iterator[Advice]:
-    """Directives and confirmations that the others speak against, the oddest first (see `learning.slips`).
+    """Directives and confirmations that the others speak against, the oddest first (see `learning.mislabels`).
 
     What would be decided as shown without them, too, is odd but no slip: it is rare. `meant` are those that the
     demonstrator stands by, with the doubt then.

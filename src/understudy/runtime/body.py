@@ -144,7 +144,7 @@ class FusedPlan:
     commands: NDArray[np.float64]
     running: NDArray[np.int32]
     lead: tuple[Any, Any] | None = None
-    """Coordinators above the agents, as `_lead_kernels.py` sees them: bands and leads."""
+    """Coordinators above the agents, as `_squad_kernels.py` sees them: bands and leads."""
 
 
 @runtime_checkable

@@ -1,8 +1,8 @@
 """From a reading to the command that it causes, on one machine: published here, decided there, back here.
 
 Ranges go out at 50 Hz, far and near in turn, so that each is answered by a command unlike the one before. Ours is a
-robot in a process of its own with all that a run has (`decider.py`), over DDS and over Zenoh; beside it, at the same
-end, a program in C that answers on Cyclone DDS and does nothing else.
+robot in a process of its own with all that a run has (`latency_decider.py`), over DDS and over Zenoh; beside it, at
+the same end, a program in C that answers on Cyclone DDS and does nothing else.
 """
 
 from __future__ import annotations

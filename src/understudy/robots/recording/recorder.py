@@ -1,6 +1,6 @@
 """Recordings: all messages of a run and all it decided, in one MCAP file that ROS 2 and Foxglove open.
 
-Whoever records only hands bytes over; what writes them is in `recording_writer.py`.
+Whoever records only hands bytes over; what writes them is in `writer.py`.
 """
 
 from __future__ import annotations

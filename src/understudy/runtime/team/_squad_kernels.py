@@ -1,7 +1,8 @@
-"""Coordinators in kernels: what `squads.py` senses, decides and orders, for layers of squads over one world's agents.
+"""Coordinators in kernels: what `squad_body.py` senses, decides and orders, for layers of squads over one world's
+agents.
 
-All layers are handed over as tuples of the same types (see `leading.py`): `bands` has the robots and then every layer
-of squads, `leads` what is more about each layer of squads.
+All layers are handed over as tuples of the same types (see `compiled_squads.py`): `bands` has the robots and then
+every layer of squads, `leads` what is more about each layer of squads.
 """
 
 import math

@@ -45,7 +45,7 @@ Leads: TypeAlias = tuple[tuple[Any, ...], ...]
 
 
 class SquadTables(NamedTuple):
-    """All that kernels see of a team (see `_lead_kernels.py`), and what the robots have to sense."""
+    """All that kernels see of a team (see `_squad_kernels.py`), and what the robots have to sense."""
 
     bands: Bands
     leads: Leads

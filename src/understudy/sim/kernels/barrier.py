@@ -32,7 +32,8 @@ else:
 def wait_at_barrier(crew: Any) -> None:
     """Wait until all of a crew (barrier, part, parts) have come here.
 
-    `barrier` is zeros, shared by them (`contexts.shared`); this thread is number `part` of `parts`.
+    `barrier` is zeros, shared by them (`make_thread_scratch` in `sim.kernel_context`); this thread is number `part`
+    of `parts`.
     """
     barrier, _, parts = crew
     if parts == 1:

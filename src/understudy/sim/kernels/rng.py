@@ -1,4 +1,4 @@
-"""Keyed random draws inside kernels: the same numbers as `draws.py` gives for the same key."""
+"""Keyed random draws inside kernels: the same numbers as `layout/rng.py` gives for the same key."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Kernels of sensing: what one robot measures in one tick, step by step of its sense plan (see `plans.py`)."""
+"""Kernels of sensing: what one robot measures in one tick, step by step of its sense plan (see `sense_plan.py`)."""
 
 import math
 from typing import Any

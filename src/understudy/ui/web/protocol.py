@@ -1,4 +1,4 @@
-"""Write the page's `format_protocol.ts`: `python -m understudy.ui.web.protocol FILE`, or `make protocol`."""
+"""Write the page's `protocol.ts`: `python -m understudy.ui.web.protocol FILE`, or `make protocol`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from understudy.ui.controller import key_bindings, status
 from understudy.ui.web.actions import dispatch
-from understudy.ui.web.actions.handlers import list_reply_types
+from understudy.ui.web.actions.dispatch import list_reply_types
 from understudy.ui.web.messages import base, coach, review, session
 from understudy.ui.web.messages.to_typescript import TypeScript
 from understudy.ui.web.server import AnswerData, HelloData, SceneNewsData, SessionNewsData
