@@ -49,7 +49,7 @@ def record_team_ticks(
         yield tick
 
 
-def ran_by(
+def make_run_info(
     team: Team, assigned: RunAssignment, library: Path, *, scenario: str | None, seed: int, kit: str | None
 ) -> RunInfo:
     """What runs on a team, for the header of a recording or a trace."""

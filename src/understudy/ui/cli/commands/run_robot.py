@@ -74,7 +74,7 @@ def _run(twin: DigitalTwin, options: RobotRunOptions) -> RobotRunResult:
     from understudy.robots.live_run import LiveRun
     from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import assign_run, find_kit
-    from understudy.ui.cli.recordings import ran_by
+    from understudy.ui.cli.recordings import make_run_info
 
     fleet = twin.fleet
     _see_person(fleet)
@@ -88,7 +88,7 @@ def _run(twin: DigitalTwin, options: RobotRunOptions) -> RobotRunResult:
     _armed_by_a_person(fleet, assigned.behavior)
     live.restart()
     began_s = twin.time_s
-    twin.record(ran_by(live.team, assigned, options.library, scenario=None, seed=0, kit=options.kit))
+    twin.record(make_run_info(live.team, assigned, options.library, scenario=None, seed=0, kit=options.kit))
     ended = _go(live, assigned, options.seconds)
     fleet.disarm(f"the run ended: {ended}")
     return RobotRunResult(

@@ -138,11 +138,11 @@ class RunSession:
     def ran(self) -> RunInfo:
         """What it takes to run it again, for the header of its trace or recording."""
         from understudy.sim.scenario.files import list_builtin_scenarios
-        from understudy.ui.cli.recordings import ran_by
+        from understudy.ui.cli.recordings import make_run_info
 
         named, options = self._named, self._options
         scenario = named if named in list_builtin_scenarios() else str(Path(named).resolve())
-        return ran_by(
+        return make_run_info(
             self.team, self._assigned, options.library, scenario=scenario, seed=options.seed, kit=options.kit
         )
 

@@ -1,0 +1,97 @@
+"""Names: functions are verbs, and no public name of the product stands for two things."""
+
+import ast
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parents[1] / "src" / "understudy"
+MODULES = sorted(path for path in SOURCE.rglob("*.py") if path.name != "__main__.py")
+
+
+def name_of(path: Path) -> str:
+    parts = path.relative_to(SOURCE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def definitions(path: Path) -> Iterator[tuple[str, type[ast.AST]]]:
+    """The public functions and classes that a module defines at its top level."""
+    for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(statement, ast.FunctionDef | ast.ClassDef) and not statement.name.startswith("_"):
+            yield statement.name, type(statement)
+
+
+def homonyms() -> dict[str, set[str]]:
+    """Public names by the places that define them, where there are several."""
+    places = defaultdict[str, set[str]](set)
+    for path in MODULES:
+        module = name_of(path)
+        if last := module.rpartition(".")[2]:
+            places[last.removeprefix("_")].add(module)
+        for name, _ in definitions(path):
+            places[name].add(f"{module}:{name}")
+    return {name: found for name, found in places.items() if len(found) > 1}
+
+
+def is_one_subject(name: str, places: set[str]) -> bool:
+    """Whether equal names are meant: by rule, what they name belongs together."""
+    modules = {place for place in places if ":" not in place}
+    functions = places - modules
+    if functions and {place.partition(":")[0] for place in functions} <= modules:
+        return len(functions) == 1 and is_one_subject(
+            name, modules
+        )  # a module and the one function it is there for
+    if functions:
+        return False
+    outer = [module for module in modules if f"{module}.{name}" in modules]  # a package and its main module
+    rest = modules - {f"{module}.{name}" for module in outer}
+    rest = {module for module in rest if not module.startswith("ui.cli.commands.")}  # named as their command
+    web = {module for module in rest if module.startswith("ui.web.")}  # message, action and view of a subject
+    kernels = {
+        module for module in rest if module.startswith("sim.kernels.")
+    }  # named as the module they serve
+    return len(rest - web - kernels) + bool(web) <= 1
+
+
+ALLOWED = {
+    "app": "each front end has one application object",
+    "body": "the protocol, and its implementation in MuJoCo",
+    "camera": "one subject: in the real robot, in the kernels, on the page",
+    "coach": "the controller, and its messages and actions on the page",
+    "learn": "the public function, and the command that calls it",
+    "library": "the value, and its actions and view on the page",
+    "messages": "messages of the page, and messages of ROS: each field's own term",
+    "model": "MuJoCo's own term (MjModel)",
+    "schema": "what a file may hold: library documents, and scenarios",
+    "session": "the session, and its messages, actions and view on the page",
+    "team": "one subject by layer: the runtime's, the scenario's, the page's",
+    "world": "MuJoCo's world has the modules of the 2-D simulator for the same subjects",
+}
+"""Public names that may stand for several things, and why."""
+
+NO_PARTICIPLES = {"feed", "need", "read", "send", "string", "bring", "hold"}
+IRREGULAR = {
+    "begun", "bound", "built", "cut", "drawn", "dealt", "found", "given", "gone", "held", "hidden", "kept", "known",
+    "led", "left", "lost", "made", "meant", "paid", "put", "ran", "said", "seen", "sent", "shown", "sold", "sorted",
+    "spoken", "stood", "taken", "taught", "thought", "told", "went", "won", "worn", "written",
+}  # fmt: skip
+FUNCTIONS = sorted(
+    (name, name_of(path)) for path in MODULES for name, kind in definitions(path) if kind is ast.FunctionDef
+)
+
+
+def test_no_public_name_stands_for_two_things() -> None:
+    found = {name: sorted(places) for name, places in homonyms().items() if not is_one_subject(name, places)}
+    assert {name: places for name, places in found.items() if name not in ALLOWED} == {}
+    assert [name for name in ALLOWED if name not in found] == []  # allowed for nothing
+
+
+@pytest.mark.parametrize(("function", "module"), FUNCTIONS, ids=lambda each: str(each))
+def test_functions_are_no_participles(function: str, module: str) -> None:
+    """A function says what it does: `make_kit`, not `made`."""
+    first = function.partition("_")[0]
+    regular = first.endswith(("ed", "ing")) and first not in NO_PARTICIPLES
+    assert not regular, module
+    assert first not in IRREGULAR, module
