@@ -14,10 +14,18 @@ from understudy.model.tree import STAY
 from understudy.sim.forage import FORAGE_KIT
 from understudy.training.session import Session
 from understudy_lab.ablation import study
+from understudy_lab.ablation.evaluate import make_stochastic_automaton, name_chance_reading
 from understudy_lab.ablation.feature_variants import cosine_to, round_angle_to, signed_angle_to, sine_to
-from understudy_lab.ablation.simulated_people import ATTENTIVE_S, AWAY_S, Candid, Confirming, Inattentive
-from understudy_lab.ablation.stochastic_leaves import make_stochastic_automaton, name_chance_reading
-from understudy_lab.ablation.variants import BASE, SILENT, VARIANTS
+from understudy_lab.ablation.variants import (
+    ATTENTIVE_S,
+    AWAY_S,
+    BASE,
+    SILENT,
+    VARIANTS,
+    Candid,
+    Confirming,
+    Inattentive,
+)
 from understudy_lab.forage.teach import make_practice
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of

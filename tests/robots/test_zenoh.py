@@ -26,10 +26,10 @@ from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Publisher, Unreachable
-from understudy.robots.ros.zenoh import ZenohTransport
-from understudy.robots.ros.zenoh_names import (
+from understudy.robots.ros.zenoh import (
     Endpoint,
     ZenohSession,
+    ZenohTransport,
     make_attachment,
     make_topic_keys,
     parse_liveliness_token,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from msgspec.structs import replace
+from tests.sim_mujoco.world_image import render_with_camera_inset, save_png
 
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim_mujoco.body import MujocoBody
-from understudy.sim_mujoco.world_image import render_with_camera_inset, save_png
 
 PICTURE = Path(__file__).parents[2] / "docs" / "pictures" / "physics.png"
 SEED, ROBOT = 54, 3

@@ -10,6 +10,7 @@ import pytest
 from msgspec.structs import replace
 from tests.sim_mujoco.drawing import draws
 from tests.sim_mujoco.pictures import ROBOT, patrol
+from tests.sim_mujoco.world_image import INSET, SIZE_PX, render_with_camera_inset, save_png
 
 from understudy.robots.camera.blobs import BlobDetector
 from understudy.sim.scenario.files import load_scenario
@@ -18,7 +19,6 @@ from understudy.sim.scenario.schema import RobotType, Scenario, Sonar
 from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.materials import PAINTS, choose_material_color, derive_camera_color
 from understudy.sim_mujoco.robot_files import calibrate_camera_colors
-from understudy.sim_mujoco.world_image import INSET, SIZE_PX, render_with_camera_inset, save_png
 
 
 def plain(name: str) -> Scenario:

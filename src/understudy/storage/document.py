@@ -20,8 +20,7 @@ from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import Transition
 from understudy.model.lesson import LEARNER_VERSION, Lesson
 from understudy.model.library import Kit, TrainedAutomaton
-from understudy.storage.decode import decode_automaton, decode_lesson
-from understudy.storage.decode_trees import decode_trees
+from understudy.storage.decode import decode_automaton, decode_lesson, decode_trees
 from understudy.storage.encode import encode_automaton, encode_built_trees, encode_lesson, sort_examples
 from understudy.storage.json_text import Source, find_repeated_key, format_document, parse_json_path
 from understudy.storage.schema import FORMAT, MIGRATIONS, Document, FormatVersion, ScikitDoc

@@ -7,6 +7,7 @@ the same end, a program in C that answers on Cyclone DDS and does nothing else.
 
 from __future__ import annotations
 
+import shutil
 import struct
 import subprocess
 import sys
@@ -25,8 +26,28 @@ from understudy.robots.ros.dds import DdsTransport
 from understudy.robots.ros.messages import encode_message, make_message
 from understudy.robots.ros.transport import ExtraMissing, Transport
 from understudy.robots.ros.zenoh import ZenohTransport
-from understudy_lab.bench import cyclone_echo
 from understudy_lab.bench.harness import BenchGoal, Row, result
+
+PEER = "Cyclone DDS in C (cyclonedds-dev, cyclonedds-tools and gcc on Debian)"
+"""What has to be installed for it."""
+
+
+def build_program(folder: Path) -> Path | None:
+    """The program, built in a folder; None where that cannot be here."""
+    here = Path(__file__).parent
+    compiler, generator = shutil.which("gcc"), shutil.which("idlc")
+    if compiler is None or generator is None:
+        return None
+    program = folder / "echo"
+    commands = (
+        [generator, "-o", str(folder), str(here / "echo.idl")],
+        [compiler, "-O2", f"-I{folder}", str(here / "echo.c"), str(folder / "echo.c"), "-o", str(program)],
+    )
+    for command in (commands[0], [*commands[1], "-lddsc"]):
+        if subprocess.run(command, capture_output=True, check=False).returncode:
+            return None
+    return program
+
 
 RATE_HZ, MESSAGES, FIRST = 50, 1000, 50
 """The first are not counted."""
@@ -60,7 +81,7 @@ def run(messages: int = MESSAGES) -> dict[str, Any]:
     except ExtraMissing as error:
         return {**result([], goals()), "missing": [str(error)]}
     found = {row["what"] for row in rows}
-    return {**result(rows, goals()), "missing": [] if ECHO_ROW in found else [cyclone_echo.PEER]}
+    return {**result(rows, goals()), "missing": [] if ECHO_ROW in found else [PEER]}
 
 
 def goals() -> Sequence[BenchGoal]:
@@ -84,7 +105,7 @@ def _rows(messages: int) -> Iterator[Row]:
             endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
         joined = ZenohTransport(DOMAIN, listen=endpoint)
         yield measure_latency(ZENOH_ROW, joined, _decider(Path(folder), "zenoh", endpoint), messages)
-        program = cyclone_echo.build_program(Path(folder))
+        program = build_program(Path(folder))
         if program is not None:
             yield _dds(ECHO_ROW, [str(program), str(DOMAIN), SPACE], messages)
 

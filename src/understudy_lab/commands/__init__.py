@@ -1,1 +1,10 @@
-"""The laboratory's commands: demo, experiment and bench."""
+"""The laboratory's commands - demo, experiment and bench - as entry points name them."""
+
+from __future__ import annotations
+
+from understudy.ui.cli.plugins import MEASURING, TEACHING, CommandEntry
+from understudy_lab.commands import bench, demo, experiment
+
+demo_command = CommandEntry("demo", demo.demo, TEACHING)
+experiment_command = CommandEntry("experiment", experiment.experiment, MEASURING)
+bench_command = CommandEntry("bench", bench.app, MEASURING)

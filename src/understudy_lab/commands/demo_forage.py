@@ -16,7 +16,7 @@ def demo_forage(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
     from understudy.ui.cli.options import open_scenario
     from understudy.ui.cli.output import compile_once
-    from understudy_lab.commands.demo_report import (
+    from understudy_lab.commands.demo import (
         print_lessons,
         save_with_graphs,
         show_progress_table,
@@ -70,7 +70,7 @@ def _evaluate_forage(library: Library, seed: int, *, quiet: bool) -> tuple[Evalu
 
 
 def _print_forage(result: dict[str, Any], talk: Console, out: Path) -> None:
-    from understudy_lab.commands.demo_report import format_lasting, print_next_steps, print_numbers
+    from understudy_lab.commands.demo import format_lasting, print_next_steps, print_numbers
 
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",

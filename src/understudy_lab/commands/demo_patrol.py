@@ -20,7 +20,7 @@ PATROL_FILM_S, PATROL_SPEED = 150.0, 8.0
 def demo_patrol(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
     from understudy.ui.cli.output import compile_once
-    from understudy_lab.commands.demo_report import (
+    from understudy_lab.commands.demo import (
         print_lessons,
         save_with_graphs,
         show_progress_table,
@@ -117,7 +117,7 @@ def _eventful(tracks: PatrolTracks) -> int:
 
 def _print_patrol(result: dict[str, Any], talk: Console, out: Path) -> None:
     from understudy.ui.cli.output import make_table
-    from understudy_lab.commands.demo_report import format_lasting, print_next_steps, print_numbers
+    from understudy_lab.commands.demo import format_lasting, print_next_steps, print_numbers
 
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",

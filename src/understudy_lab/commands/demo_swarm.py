@@ -23,7 +23,7 @@ PLATOONS, LARGE_S, LARGE_EVERY = 400, 40.0, 20
 def demo_swarm(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, keep, judge and tell; the result as plain data."""
     from understudy.ui.cli.output import compile_once
-    from understudy_lab.commands.demo_report import (
+    from understudy_lab.commands.demo import (
         print_lessons,
         save_with_graphs,
         show_progress_table,
@@ -132,7 +132,7 @@ def _frame(team: Team) -> RunFrame:
 def _print_swarm(result: dict[str, Any], talk: Console, out: Path) -> None:
     from understudy.ui.cli.output import make_table
     from understudy.viz.appearance import format_thousands
-    from understudy_lab.commands.demo_report import format_lasting, print_next_steps, print_numbers
+    from understudy_lab.commands.demo import format_lasting, print_next_steps, print_numbers
     from understudy_lab.swarm.evaluate import LOADS
     from understudy_lab.tasks.swarm_world import EACH
 

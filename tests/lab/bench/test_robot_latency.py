@@ -14,7 +14,7 @@ from tests.peers.building import missing
 
 from understudy.robots.ros.dds import DdsTransport
 from understudy_lab.bench import robot_latency
-from understudy_lab.bench.cyclone_echo import build_program
+from understudy_lab.bench.robot_latency import build_program
 
 
 @pytest.fixture

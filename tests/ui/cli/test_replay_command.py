@@ -24,7 +24,6 @@ from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Percept, TimeInState
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
-from understudy.robots.live_run import LiveRun
 from understudy.robots.recording.header import RunInfo
 from understudy.robots.recording.reader import read_recording
 from understudy.robots.recording.recorder import RecordingTransport, RunRecorder
@@ -36,6 +35,7 @@ from understudy.runtime.run_loop import Run
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
+from understudy.ui.cli.commands.run_robot import LiveRun
 from understudy.ui.cli.options import find_kit
 from understudy_lab.bench.patrol import lead
 

@@ -9,8 +9,7 @@ from typing import Annotated, Literal, TypeAlias
 import pytest
 from msgspec import UNSET, Meta, Struct, UnsetType, field
 
-from understudy.ui.web.messages.to_typescript import TypeScript
-from understudy.ui.web.protocol import format_protocol
+from understudy.ui.web.protocol import TypeScript, format_protocol
 
 FILE = Path(__file__).parents[3] / "page/src/protocol.ts"
 

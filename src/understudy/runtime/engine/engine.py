@@ -5,26 +5,62 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
-from typing import Any, Self, TypeAlias
+from typing import Any, Protocol, Self, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import SettingError
+from understudy.errors import DefinitionError, SettingError
 from understudy.kernel_cache import choose_cache_folder
 from understudy.model.features import Percept
 from understudy.model.kinds import Column
 from understudy.runtime.body import ORDER, Body, Fused, FusedPlan
 from understudy.runtime.command_columns import CommandColumns
-from understudy.runtime.engine.compiler import StateSlot, compile_programs
-from understudy.runtime.engine.python_transitions import query_python_transition
+from understudy.runtime.engine import _pulse_kernels
+from understudy.runtime.engine.compiler import PythonTransition, StateSlot, compile_programs
 from understudy.runtime.engine.tables import Stacks
 from understudy.runtime.feature_columns import FeatureColumns, get_body_feature, get_feature_key
 from understudy.runtime.interpreter import StackFrame, measure_elapsed
 from understudy.runtime.program import IDLING, Program
 
+Ints = NDArray[np.int32]
+
+
+@runtime_checkable
+class BatchTransition(Protocol):
+    """A transition function that decides for many agents at once, for each as it would alone."""
+
+    def decide_all(self, values: NDArray[np.float64], /) -> Sequence[int] | NDArray[Any]:
+        """The next state's index, or STAY, for each of n feature vectors [n, F]."""
+        ...
+
+
+def query_python_transition(
+    asked: PythonTransition, values: NDArray[np.float64], *, place: StateSlot, agents: Ints
+) -> Ints:
+    """The state's index (or STAY) that a transition function answers for each agent's feature vector [n, F]."""
+    transition = asked.transition
+    if isinstance(transition, BatchTransition):
+        answered = np.asarray(transition.decide_all(values))
+    else:
+        answered = np.array([transition.decide(row) for row in values.tolist()])
+    known = np.arange(-1, asked.states)
+    wrong = np.flatnonzero(~np.isin(answered, known))
+    if answered.shape != agents.shape or len(wrong):
+        found = (
+            f"{answered[wrong[0]]} for agent {agents[wrong[0]]}"
+            if len(wrong)
+            else f"{answered.shape} answers"
+        )
+        raise DefinitionError(
+            what=f"automaton {place.automaton!r}, state {place.state!r}",
+            problem=f"its transition function answered {found}",
+            remedy=f"it has to answer a state, from 0 to {asked.states - 1}, or -1 to stay",
+        )
+    return np.where(answered < 0, -1, answered + asked.first).astype(np.int32)
+
+
 choose_cache_folder()
-from understudy.runtime.engine import _pulse_kernels  # noqa: E402 - Numba is imported here, once it has a place for its cache
 
 Each: TypeAlias = Callable[[Callable[[tuple[int, int]], Any], Iterable[tuple[int, int]]], Iterable[Any]]
 """`map`, or the like in threads: what to do with each part of the agents, from the first up to another."""

@@ -5,6 +5,7 @@ Every action says in one sentence what came of it (`said`); UnderstudyError wher
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
@@ -19,6 +20,7 @@ from understudy.sim.view import WorldView
 from understudy.storage.library_folder import save_automaton
 from understudy.training.edits import ExampleChange
 from understudy.training.session import Session
+from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting
 from understudy.ui.controller.clock import RealTimeClock, check_speed
@@ -26,10 +28,36 @@ from understudy.ui.controller.coach import CoachController, pause_for_question
 from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.journal_store import is_same_lesson
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
-from understudy.ui.controller.recent_history import RecentHistory
 from understudy.ui.controller.save_report import find_regressions_since_saved, format_saved_message
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status
 from understudy.ui.controller.training_plan import LessonChoices
+
+TRAIL_POINTS = 400
+READINGS = 60
+
+
+class RecentHistory:
+    """The last moments of a run, forgotten where the world begins anew."""
+
+    def __init__(self) -> None:
+        self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
+        self._readings: dict[str, deque[float]] = {}
+
+    def see(self, x: float, y: float, screen: SessionView) -> None:
+        """A tick passed."""
+        if not self.trail or (self.trail[-1][0] - x) ** 2 + (self.trail[-1][1] - y) ** 2 > 0.01:
+            self.trail.append((x, y))
+        for label, number in screen.features.items():
+            self._readings.setdefault(label, deque(maxlen=READINGS)).append(number)
+
+    def readings(self, label: str) -> Sequence[float]:
+        """The last values of a feature, oldest first."""
+        return tuple(self._readings.get(label, ()))
+
+    def forget(self) -> None:
+        """Another world."""
+        self.trail.clear()
+        self._readings.clear()
 
 
 class Trainer:

@@ -2,17 +2,227 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
+import json
 import sys
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from pathlib import Path
+from textwrap import dedent, indent
+from types import ModuleType
+from typing import NamedTuple
+
+import msgspec.inspect as mi
+from msgspec import NODEFAULT, Struct
 
 from understudy.ui.controller import key_bindings, status
 from understudy.ui.web.actions import dispatch
 from understudy.ui.web.actions.dispatch import list_reply_types
 from understudy.ui.web.messages import base, coach, review, session
-from understudy.ui.web.messages.to_typescript import TypeScript
 from understudy.ui.web.server import AnswerData, HelloData, SceneNewsData, SessionNewsData
 from understudy.ui.web.views import scene
 from understudy.ui.web.views import session as session_view
+
+SUFFIX = "Data"
+"""A struct called `ExampleData` is the interface `Example`."""
+WIDTH = 110
+"""Letters in a line, as the page's source is formatted."""
+
+
+class _Alias(NamedTuple):
+    name: str
+    meaning: mi.Type
+    comment: str
+
+
+class TypeScript:
+    """A TypeScript module under construction, formatted as prettier does.
+
+    Structs and the type aliases of `modules` are declared once, after what refers to them. Docstrings, those below
+    fields too, and the limits of values become comments.
+    """
+
+    def __init__(self, header: str, modules: Iterable[ModuleType]) -> None:
+        self._parts = [_comment(header)]
+        self._aliases = [alias for module in modules for alias in _aliases(module)]
+        self._waiting: list[type[Struct] | _Alias] = []
+        self._declared: set[str] = set()
+
+    def text(self) -> str:
+        """The module, with all that was referred to."""
+        while self._waiting:
+            each = self._waiting.pop(0)
+            if isinstance(each, _Alias):
+                self._alias(each)
+            else:
+                self.interface(each)
+        return "\n".join(self._parts)
+
+    def requests(self, name: str, structs: Iterable[type[Struct]], *, without: str) -> None:
+        """Declare a union of tagged structs, each written in place; the field `without` is left out."""
+        members = "".join(f"{_comment(_doc(each))}| {self._in_place(each, without)}\n" for each in structs)
+        self._parts.append(f"export type {name} =\n{indent(members, '  ').rstrip()};\n")
+
+    def union(self, name: str, members: Iterable[type[Struct] | str], *, comment: str) -> None:
+        """Declare a union of structs, or of what is declared under a name."""
+        names = [each if isinstance(each, str) else self._name(each) for each in members]
+        self._parts.append(f"{_comment(comment)}export type {name} = {' | '.join(names)};\n")
+
+    def interface(self, struct: type[Struct], *, partly: Iterable[type[Struct]] = ()) -> None:
+        """Declare an interface, perhaps with the fields of the structs `partly` as optional ones."""
+        if struct.__name__ in self._declared:
+            return
+        self._declared.add(struct.__name__)
+        base = struct.__base__
+        inherited: set[str] = set()
+        bases = []
+        if base is not None and issubclass(base, Struct) and base.__struct_fields__:
+            inherited = set(base.__struct_fields__)
+            bases.append(self._name(base))
+        bases += [f"Partial<{self._name(each)}>" for each in partly]
+        head = f"export interface {_name(struct)}"
+        if bases:
+            short = f"{head} extends {', '.join(bases)}"
+            separator = ",\n    "
+            head = short if len(short) + 2 <= WIDTH else f"{head}\n  extends\n    {separator.join(bases)}"
+        body = indent("".join(self._fields(struct, without=inherited)), "  ")
+        self._parts.append(f"{_comment(_doc(struct))}{head} {{\n{body}}}\n")
+
+    def _alias(self, alias: _Alias) -> None:
+        if alias.name not in self._declared:
+            self._declared.add(alias.name)
+            told = " ".join(filter(None, [alias.comment, _limits(alias.meaning)]))
+            self._parts.append(f"{_comment(told)}export type {alias.name} = {self._type(alias.meaning)};\n")
+
+    def _in_place(self, struct: type[Struct], without: str) -> str:
+        lines = self._fields(struct, without={without}, sent=True)
+        short = f"{{ {' '.join(line.rstrip() for line in lines).removesuffix(';')} }}"
+        if len(short) + 4 <= WIDTH and not any("\n" in line.rstrip() for line in lines):
+            return short
+        return f"{{\n{indent(''.join(lines), '    ')}  }}"
+
+    def _fields(self, struct: type[Struct], *, without: set[str], sent: bool = False) -> list[str]:
+        """A line for each field, below what is to be known of it.
+
+        Whoever sends a request may leave out what has a default; the studio leaves out only what is UNSET.
+        """
+        config, comments = struct.__struct_config__, _field_comments(struct)
+        lines = [] if config.tag is None else [f"{config.tag_field}: {json.dumps(config.tag)};\n"]
+        found = mi.type_info(struct)
+        for field in found.fields if isinstance(found, mi.StructType) else ():
+            if field.name not in without:
+                named, limits = self._named(field.type), _limits(field.type)
+                told = " ".join(filter(None, [comments.get(field.name), None if named else limits]))
+                defaults = field.default is not NODEFAULT or field.default_factory is not NODEFAULT
+                optional = "" if field.required or (defaults and not sent) else "?"
+                lines.append(f"{_comment(told)}{field.encode_name}{optional}: {self.type_of(field.type)};\n")
+        return lines
+
+    def type_of(self, kind: mi.Type) -> str:
+        """A type as TypeScript writes it, by its name where it has one."""
+        return self._named(kind) or self._type(kind)
+
+    def _named(self, kind: mi.Type) -> str | None:
+        alias = next((each for each in self._aliases if each.meaning == kind), None)
+        if alias is None:
+            return None
+        self._waiting.append(alias)
+        return alias.name
+
+    def _name(self, struct: type[Struct]) -> str:
+        self._waiting.append(struct)
+        return _name(struct)
+
+    def _type(self, kind: mi.Type) -> str:
+        match kind:
+            case mi.BoolType():
+                return "boolean"
+            case mi.IntType() | mi.FloatType():
+                return "number"
+            case mi.StrType():
+                return "string"
+            case mi.NoneType():
+                return "null"
+            case mi.LiteralType():
+                return " | ".join(map(json.dumps, kind.values))
+            case mi.TupleType():
+                return f"readonly [{', '.join(map(self.type_of, kind.item_types))}]"
+            case mi.CollectionType():
+                item = self.type_of(kind.item_type)
+                return f"readonly {item}[]" if item.isidentifier() else f"readonly ({item})[]"
+            case mi.DictType():
+                return f"Readonly<Record<{self.type_of(kind.key_type)}, {self.type_of(kind.value_type)}>>"
+            case mi.UnionType():
+                return self._union(kind)
+            case mi.StructType():
+                return self._name(kind.cls)
+        raise TypeError(f"no TypeScript type for {kind}")
+
+    def _union(self, kind: mi.UnionType) -> str:
+        """A union, with null last."""
+        null_last = sorted(kind.types, key=lambda each: isinstance(each, mi.NoneType))
+        return " | ".join(map(self.type_of, null_last))
+
+
+def _name(struct: type[Struct]) -> str:
+    return struct.__name__.removesuffix(SUFFIX)
+
+
+def _doc(struct: type[Struct]) -> str:
+    return inspect.getdoc(struct) or ""
+
+
+def _aliases(module: ModuleType) -> Iterator[_Alias]:
+    comments = dict(_comments_below(ast.parse(inspect.getsource(module)).body))
+    for name, annotation in module.__annotations__.items():
+        if annotation == "TypeAlias":
+            yield _Alias(name, mi.type_info(getattr(module, name)), comments.get(name, ""))
+
+
+def _field_comments(struct: type[Struct]) -> dict[str, str]:
+    (definition,) = ast.parse(dedent(inspect.getsource(struct))).body
+    return dict(_comments_below(definition.body)) if isinstance(definition, ast.ClassDef) else {}
+
+
+def _comments_below(statements: list[ast.stmt]) -> Iterator[tuple[str, str]]:
+    """What the strings below declarations say of them, by name."""
+    for declared, after in pairwise(statements):
+        match declared, after:
+            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
+                yield name, inspect.cleandoc(text)
+
+
+def _limits(kind: mi.Type) -> str:
+    """The limits of a value in words; "" where there are none."""
+    match kind:
+        case mi.IntType():
+            return _between(kind.ge, kind.le, what="Whole")
+        case mi.FloatType():
+            more = _between(kind.ge, kind.le)
+            return more if kind.gt is None else f"More than {kind.gt:,g}. {more}"
+        case mi.StrType():
+            return _between(kind.min_length, kind.max_length, " letters")
+        case mi.CollectionType():
+            return _between(kind.min_length, kind.max_length, " items")
+    return ""
+
+
+def _between(least: float | None, most: float | None, unit: str = "", *, what: str = "") -> str:
+    bounds = [f"at least {least:,.0f}"] if least is not None else []
+    bounds += [f"at most {most:,.0f}"] if most is not None else []
+    text = ", ".join([what, *bounds] if what else bounds)
+    return f"{text[0].upper()}{text[1:]}{unit}." if bounds else ""
+
+
+def _comment(text: str) -> str:
+    if not text:
+        return ""
+    lines = text.splitlines()
+    if len(lines) == 1:
+        return f"/** {text} */\n"
+    return "/**\n" + "".join(f" * {line}".rstrip() + "\n" for line in lines) + " */\n"
+
 
 HEADER = (
     "What page and studio send each other as text. Generated by `make protocol`: change the Python types."
