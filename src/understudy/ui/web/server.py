@@ -36,18 +36,18 @@ _encode = msgspec.json.Encoder().encode
 
 
 class StatusData(Data, frozen=True, kw_only=True):
-    """What was said last."""
+    """The last status message."""
 
     text: str
     tone: Tone
 
 
 class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
-    """What a page is told as it arrives."""
+    """The first message to a page that connects."""
 
     version: str
     key: str
-    """What makes this page the director again after a lost connection."""
+    """The key that gives control back to this page after a lost connection."""
     directs: bool
     scene: SceneData
 
@@ -74,9 +74,9 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
     """The robots, where they are real."""
     run: RunData
     directed: bool
-    """Whether anybody directs."""
+    """Whether any client has control."""
     directs: bool
-    """Whether this page does."""
+    """Whether this page has control."""
 
 
 class AnswerData(Data, frozen=True, kw_only=True):

@@ -108,7 +108,7 @@ class SessionHost:
 
     @property
     def said(self) -> StatusMessage:
-        """What was said last."""
+        """The last status message."""
         return self._said if self.desk is None else self.desk.said
 
     @said.setter
@@ -238,7 +238,7 @@ class SessionHost:
         return StatusMessage(problem, "error")
 
     def pause(self, paused: bool, why: str | None = None) -> None:
-        """Let time stand still, or go on."""
+        """Pause or resume."""
         self.moved += 1
         if self.paused != paused:
             if self.desk is None:

@@ -31,7 +31,7 @@ from understudy.ui.web.views import lesson_test, library
 
 
 class NotSavedReply(Data, frozen=True, kw_only=True):
-    """What worked and no longer does, so that nothing was saved."""
+    """The regressions that kept the automaton from being saved."""
 
     worse: list[str]
 

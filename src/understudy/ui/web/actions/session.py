@@ -239,7 +239,7 @@ def _before(journal: Path, number: int) -> SnapshotTaken | None:
 
 
 def handle_pause(stage: SessionHost, message: m.Pause) -> None:
-    """Let time stand still, or go on."""
+    """Pause or resume."""
     stage.pause(message.paused)
 
 
@@ -270,7 +270,7 @@ def handle_rewind(stage: SessionHost, message: m.Rewind) -> None:
 
 
 def handle_open(stage: SessionHost, message: m.OpenAutomaton) -> None:
-    """Train an automaton of the library on."""
+    """Continue the training of an automaton of the library."""
     open_automaton(stage, message.name, discard=message.discard)
 
 
@@ -308,7 +308,7 @@ def handle_restart(desk: Trainer, _: m.RestartAutomaton) -> None:
 
 
 def handle_bind_targets(desk: Trainer, message: m.BindTargets) -> None:
-    """Let parameters stand for other targets."""
+    """Bind parameters to other targets."""
     desk.bind(message.targets)
 
 
@@ -328,7 +328,7 @@ def handle_redo(desk: Trainer, _: m.Redo) -> None:
 
 
 def handle_change_design(desk: Trainer, message: m.ChangeDesign) -> None:
-    """Choose anew what the lesson is about."""
+    """Change states, features or options of the lesson."""
     choices = LessonChoices(
         states=message.states,
         features=message.features,
@@ -360,12 +360,12 @@ def handle_delete_example(desk: Trainer, message: m.DeleteExample) -> None:
 
 
 def handle_quarantine(desk: Trainer, message: m.QuarantineExamples) -> None:
-    """Let examples teach nothing for now."""
+    """Put examples into quarantine: the learner ignores them."""
     lesson_actions.quarantine_examples(desk, message.numbers)
 
 
 def handle_release(desk: Trainer, message: m.ReleaseExamples) -> None:
-    """Let examples teach again."""
+    """Release examples from quarantine."""
     lesson_actions.release_examples(desk, message.numbers)
 
 

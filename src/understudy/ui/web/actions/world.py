@@ -24,7 +24,7 @@ def handle_move_robot(stage: SessionHost, message: m.MoveRobot) -> None:
 
 
 def handle_move_object(stage: SessionHost, message: m.MoveObject) -> None:
-    """Put an object elsewhere."""
+    """Move an object."""
     stage.put(lambda world: world.move_object(message.slot, message.x, message.y), "An object was moved")
 
 
@@ -62,7 +62,7 @@ def handle_remove_obstacle(stage: SessionHost, message: m.RemoveObstacle) -> Non
 
 
 def handle_arm(stage: SessionHost, _: m.Arm) -> StatusMessage:
-    """Let real robots move from now on."""
+    """Arm the real robots."""
     stage.robots.arm()
     if stage.desk is not None:
         stage.desk.session.look()  # what it read before is old by now

@@ -16,43 +16,43 @@ AskWhenName: TypeAlias = Literal["never", "pause", "mark"]
 
 
 class RequestAdvice(Message, frozen=True, kw_only=True, tag="advise"):
-    """Say what the lesson lacks, and how late presses seem to come."""
+    """List what the lesson lacks, and estimate how late presses come."""
 
     by_anyone: ClassVar[bool] = True
 
 
 class SetUpSituation(Message, frozen=True, kw_only=True, tag="set_up"):
-    """Put the robot into the situation that the advice of this sentence is about."""
+    """Put the robot into the situation that this piece of advice is about."""
 
     sentence: Sentence
 
 
 class SetQueryPolicy(Message, frozen=True, kw_only=True, tag="ask_when"):
-    """What the robot does in testing where it is unsure."""
+    """Set what the robot does in testing where it is uncertain."""
 
     when: AskWhenName
 
 
 class GoToUncertain(Message, frozen=True, kw_only=True, tag="go_to_mark"):
-    """Go back to a moment at which the robot was unsure and went on."""
+    """Go back to a moment at which the robot was uncertain and continued."""
 
     number: Index
 
 
 class SetReactionTime(Message, frozen=True, kw_only=True, tag="use_reaction"):
-    """Choose how late presses come, s."""
+    """Set the reaction time of the demonstrator, s."""
 
     reaction_s: float
 
 
 class CorrectSlip(Message, frozen=True, kw_only=True, tag="mend"):
-    """Say what the press of an example was meant for: it slipped."""
+    """Correct the press of an example: the demonstrator hit the wrong button."""
 
     number: Index
     next: Call
 
 
 class ConfirmPress(Message, frozen=True, kw_only=True, tag="stand_by"):
-    """Say that the press of an example was meant, odd as it looks."""
+    """Confirm that the press of an example was intended."""
 
     number: Index

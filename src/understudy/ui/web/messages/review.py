@@ -15,32 +15,32 @@ Pruning: TypeAlias = Annotated[float, Meta(ge=0, le=1e6)]
 
 
 class RequestExplanation(Message, frozen=True, kw_only=True, tag="why"):
-    """Explain the decisions of now, on all levels, and the last switch."""
+    """Explain the current decisions on all levels, and the last switch."""
 
     by_anyone: ClassVar[bool] = True
 
 
 class AddExpectation(Message, frozen=True, kw_only=True, tag="promise"):
-    """From here on, the automaton will raise a flag in time."""
+    """Expect the automaton to raise a flag in time, from the present moment on."""
 
     flag: NameField
     within_s: Seconds
 
 
 class RemoveExpectation(Message, frozen=True, kw_only=True, tag="withdraw"):
-    """Promise an outcome no longer; it is counted as in the lesson."""
+    """Remove an expectation, given by its position in the lesson."""
 
     outcome: Index
 
 
 class GoToExpectation(Message, frozen=True, kw_only=True, tag="visit"):
-    """Go to where an outcome was promised."""
+    """Go to the moment of an expectation."""
 
     outcome: Index
 
 
 class TestLesson(Message, frozen=True, kw_only=True, tag="test"):
-    """Test an automaton on its lesson, as all is now: what is trained counts as it stands."""
+    """Test an automaton on its lesson, with the unsaved state of what is in training."""
 
     by_anyone: ClassVar[bool] = True
     name: NameField
@@ -56,14 +56,14 @@ class SaveAutomaton(Message, frozen=True, kw_only=True, tag="save"):
 
 
 class PreviewSimplify(Message, frozen=True, kw_only=True, tag="simplify"):
-    """Show what the automaton would be with fewer questions, as many as is best where it is not said."""
+    """Preview the automaton with fewer splits; the best number of splits unless one is given."""
 
     by_anyone: ClassVar[bool] = True
     pruning: Pruning | None = None
 
 
 class ApplyPruning(Message, frozen=True, kw_only=True, tag="prune"):
-    """Learn with fewer questions from now on; 0 takes that back."""
+    """Learn with fewer splits from now on; 0 turns pruning off."""
 
     pruning: Pruning
 
@@ -76,7 +76,7 @@ class ListVersions(Message, frozen=True, kw_only=True, tag="versions"):
 
 
 class DiffVersions(Message, frozen=True, kw_only=True, tag="changes"):
-    """Tell what changed from a former version to another, or to the present one."""
+    """Compare a former version with another, or with the present one."""
 
     by_anyone: ClassVar[bool] = True
     name: NameField

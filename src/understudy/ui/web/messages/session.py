@@ -28,7 +28,7 @@ MOST_BYTES = 64 * 1024
 
 
 SpeedFactor: TypeAlias = float | Literal["fastest"]
-"""How many times as fast as in life, or as fast as it goes."""
+"""Set the speed: a multiple of real time, or as fast as possible."""
 
 
 class PressState(Message, frozen=True, kw_only=True, tag="press"):
@@ -38,11 +38,11 @@ class PressState(Message, frozen=True, kw_only=True, tag="press"):
 
 
 class Confirm(Message, frozen=True, kw_only=True, tag="confirm"):
-    """Keep doing this."""
+    """Confirm the current state."""
 
 
 class ToggleMode(Message, frozen=True, kw_only=True, tag="turn"):
-    """From training to testing, or back."""
+    """Switch between training and testing."""
 
 
 class Undo(Message, frozen=True, kw_only=True, tag="undo"):
@@ -54,29 +54,29 @@ class Redo(Message, frozen=True, kw_only=True, tag="redo"):
 
 
 class Pause(Message, frozen=True, kw_only=True, tag="pause"):
-    """Let time stand still, or go on."""
+    """Pause or resume."""
 
     paused: bool
 
 
 class StepTick(Message, frozen=True, kw_only=True, tag="step"):
-    """One tick, then pause."""
+    """Run one tick, then pause."""
 
 
 class SetSpeed(Message, frozen=True, kw_only=True, tag="speed"):
-    """How many times as fast as in life, or as fast as it goes."""
+    """Set the speed: a multiple of real time, or as fast as possible."""
 
     speed: SpeedFactor
 
 
 class ResetWorld(Message, frozen=True, kw_only=True, tag="reset"):
-    """The world of a seed from its beginning; the same seed again where none is given."""
+    """Reset the world to a seed; to the same seed if none is given."""
 
     seed: Seed | None = None
 
 
 class RestartAutomaton(Message, frozen=True, kw_only=True, tag="restart"):
-    """The automaton afresh, the robot where it is."""
+    """Restart the automaton and leave the robot where it is."""
 
 
 class Rewind(Message, frozen=True, kw_only=True, tag="rewind"):
@@ -87,13 +87,13 @@ class Rewind(Message, frozen=True, kw_only=True, tag="rewind"):
 
 
 class BindTargets(Message, frozen=True, kw_only=True, tag="stand_for"):
-    """Let parameters stand for other targets."""
+    """Bind parameters to other targets."""
 
     targets: Targets
 
 
 class OpenAutomaton(Message, frozen=True, kw_only=True, tag="open"):
-    """Train an automaton of the library on."""
+    """Continue the training of an automaton of the library."""
 
     name: NameField
     discard: bool = False
@@ -115,7 +115,9 @@ class NewAutomaton(Message, frozen=True, kw_only=True, tag="new"):
 
 
 class ChangeDesign(Message, frozen=True, kw_only=True, tag="choose"):
-    """Choose anew what the lesson is about; examples stay where they can, also those of states `renamed`."""
+    """Change states, features or options of the lesson. Keep the examples that still apply, also those of states
+    `renamed`.
+    """
 
     states: Calls
     features: Calls
@@ -133,19 +135,19 @@ class DeleteExample(Message, frozen=True, kw_only=True, tag="delete"):
 
 
 class QuarantineExamples(Message, frozen=True, kw_only=True, tag="quarantine"):
-    """Let examples teach nothing for now."""
+    """Put examples into quarantine: the learner ignores them."""
 
     numbers: Annotated[list[Index], Meta(min_length=1, max_length=200)]
 
 
 class ReleaseExamples(Message, frozen=True, kw_only=True, tag="release"):
-    """Let examples teach again."""
+    """Release examples from quarantine."""
 
     numbers: Annotated[list[Index], Meta(min_length=1, max_length=200)]
 
 
 class EditExample(Message, frozen=True, kw_only=True, tag="edit"):
-    """Let an example say another state, next state, or values, which are written as they are shown."""
+    """Change an example's state, next state, or values, which are written as they are shown."""
 
     number: Index
     state: Call | None = None
@@ -166,19 +168,19 @@ class RestoreBehavior(Message, frozen=True, kw_only=True, tag="restore"):
 
 
 class DiscardSession(Message, frozen=True, kw_only=True, tag="discard"):
-    """Throw away a lesson that was cut off."""
+    """Discard an interrupted session."""
 
     name: NameField
 
 
 class RecallSession(Message, frozen=True, kw_only=True, tag="recall"):
-    """Offer a lesson again that was cut off and thrown away."""
+    """Recall an interrupted session that was discarded."""
 
     name: NameField
 
 
 class RenameBehavior(Message, frozen=True, kw_only=True, tag="rename"):
-    """Give a trained behavior another name."""
+    """Rename a trained behavior."""
 
     name: NameField
     to: NameField
@@ -199,7 +201,7 @@ class RevertVersion(Message, frozen=True, kw_only=True, tag="go_back"):
 
 
 class SelectAgent(Message, frozen=True, kw_only=True, tag="agent"):
-    """Which robot is trained, or which squad's coordinator: that of a squad of this sort."""
+    """Select the robot to train, or the coordinator of a squad of this sort."""
 
     agent: Index
     sort: NameField | None = None
@@ -207,18 +209,18 @@ class SelectAgent(Message, frozen=True, kw_only=True, tag="agent"):
 
 
 class SetOtherAgents(Message, frozen=True, kw_only=True, tag="others"):
-    """What the robots do meanwhile that are not trained: idle, or a behavior of the library."""
+    """Set what the robots that are not in training do: idle, or a behavior of the library."""
 
     behavior: NameField | None
     targets: Targets = field(default_factory=dict)
 
 
 class ToggleWatching(Message, frozen=True, kw_only=True, tag="watch"):
-    """I am not watching, so that silence is no consent; or I am again."""
+    """Turn learning from silence off or on."""
 
 
 class MoveRobot(Message, frozen=True, kw_only=True, tag="place"):
-    """Put a robot elsewhere; without a heading it keeps its own."""
+    """Move a robot; without a heading it keeps its own."""
 
     agent: Index
     x: float
@@ -227,7 +229,7 @@ class MoveRobot(Message, frozen=True, kw_only=True, tag="place"):
 
 
 class MoveObject(Message, frozen=True, kw_only=True, tag="move_object"):
-    """Put an object elsewhere."""
+    """Move an object."""
 
     slot: Index
     x: float
@@ -257,7 +259,7 @@ class AddObstacle(Message, frozen=True, kw_only=True, tag="add_obstacle"):
 
 
 class MoveObstacle(Message, frozen=True, kw_only=True, tag="move_obstacle"):
-    """Put a round obstacle elsewhere; it is counted as in the scene."""
+    """Move a round obstacle, given by its position in the scene."""
 
     index: Index
     x: float
@@ -271,11 +273,11 @@ class RemoveObstacle(Message, frozen=True, kw_only=True, tag="remove_obstacle"):
 
 
 class TakeControl(Message, frozen=True, kw_only=True, tag="take"):
-    """Become director where nobody is, or where the present one has been silent for long."""
+    """Take control if no client has it, or if the one that has it has been silent for long."""
 
 
 class Arm(Message, frozen=True, kw_only=True, tag="arm"):
-    """Let real robots move from now on."""
+    """Arm the real robots."""
 
 
 class EmergencyStop(Message, frozen=True, kw_only=True, tag="stop"):
@@ -285,13 +287,13 @@ class EmergencyStop(Message, frozen=True, kw_only=True, tag="stop"):
 
 
 class Heartbeat(Message, frozen=True, kw_only=True, tag="here"):
-    """The page is there still, and the person holds the key that real robots may move by, or does not."""
+    """Report that the page is alive, and whether the key that lets real robots move is held down."""
 
     holding: bool = False
 
 
 class PickColor(Message, frozen=True, kw_only=True, tag="pick_color"):
-    """Clicks (column, row) into an image of a robot's camera: that is the color of what is called so."""
+    """Learn a named color from clicks (column, row) into an image of a robot's camera."""
 
     robot: Index
     name: NameField
@@ -300,7 +302,7 @@ class PickColor(Message, frozen=True, kw_only=True, tag="pick_color"):
 
 
 class ReleaseControl(Message, frozen=True, kw_only=True, tag="hand_over"):
-    """No longer direct: anyone may take."""
+    """Release control."""
 
 
 _MODULES = (__name__, review.__name__, coach.__name__)

@@ -51,7 +51,7 @@ class LevelData(BehindData, frozen=True, kw_only=True):
     state: str
     since_s: float
     yours: bool
-    """It is in training: somebody else decides."""
+    """Whether this level is in training, where the demonstrator decides."""
 
 
 class SwitchedData(BehindData, frozen=True, kw_only=True):

@@ -38,7 +38,7 @@ class ObjectClassData(Data, frozen=True, kw_only=True):
     pushable: bool
     """Whether robots can push or pull it."""
     marker: bool
-    """Whether it is a place that somebody marked."""
+    """Whether this is a marker that a person placed."""
     offered: bool
     """Whether it makes sense to add one."""
 

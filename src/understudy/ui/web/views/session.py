@@ -153,7 +153,7 @@ class SuspectData(Data, frozen=True, kw_only=True):
 
 
 class DoubtData(Data, frozen=True, kw_only=True):
-    """What the last correction came to, where it raised a doubt that nobody has acted on."""
+    """The diagnosis of the last correction, if it found suspect examples that are not resolved yet."""
 
     reason: str
     suspects: list[SuspectData]
@@ -282,7 +282,7 @@ class SessionViewBuilder:
 
 
 def _doubt(desk: Trainer) -> DoubtData | None:
-    """What the last correction came to where it raised a doubt that nobody has acted on."""
+    """Return the diagnosis of the last correction if it found suspect examples that are not resolved yet."""
     judgement = desk.session.judgement
     if judgement is None:
         return None
