@@ -1,4 +1,4 @@
-"""What examples say against each other, and which feature of the kit would tell them apart."""
+"""Advise on examples that contradict each other, on likely slips, and on features that would tell examples apart."""
 
 from __future__ import annotations
 

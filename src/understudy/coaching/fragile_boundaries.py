@@ -1,4 +1,4 @@
-"""Boundaries held up by one example: what would be decided otherwise had a single press never been."""
+"""Advise on boundaries that rest on a single example, and on leaves that reach far beyond their examples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The coach: what a lesson lacks, most useful first.
+"""List what a lesson lacks, most useful first.
 
 for each in advice(lesson, learn(lesson), kit=kit):
     print(each.sentence)

@@ -1,4 +1,4 @@
-"""From a lesson to transition functions: the one way in to the learner."""
+"""Fit transition functions to a lesson, and predict next states with them."""
 
 from __future__ import annotations
 

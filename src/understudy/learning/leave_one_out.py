@@ -1,4 +1,4 @@
-"""What the other examples say about each: leave-one-out predictions, all at once.
+"""Predict every example from all others (leave-one-out), with the pairwise distances that this needs.
 
 A Gaussian process fits each outcome's 0 and 1 (least-squares classification); what it predicts for an example
 without that example follows from one inverse for all of them (Rasmussen and Williams, Gaussian Processes for Machine

@@ -1,4 +1,4 @@
-"""Presses that look like slips: those that all others speak against, without any correction.
+"""Find presses that are probably mislabeled: the other examples contradict them.
 
 A press is looked at twice: among what was shown in its own state, and among all that was ever said, in whatever state,
 since a wrong button is mostly wrong there, too. Both predict it from the other examples, see `fit_leave_one_out`.

@@ -1,4 +1,4 @@
-"""Lessons: the examples of one automaton, with the features, states and options chosen for it.
+"""Examples and lessons: what was shown of one automaton, with its features, states and options.
 
 Examples are the source; transition functions are a build product (ARCHITECTURE section 4).
 """

@@ -1,4 +1,4 @@
-"""The senses of a real robot: what its messages said last, as readings, absent where that is too long ago."""
+"""Turn the latest messages of a real robot into readings; absent if they are too old."""
 
 from __future__ import annotations
 

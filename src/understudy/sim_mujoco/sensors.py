@@ -1,4 +1,4 @@
-"""The senses that physics gives: sonar and cameras of all robots, sensed at most once in a tick."""
+"""Measure the sonar and camera readings of all robots in MuJoCo, at most once a tick."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a document back to an automaton and its lesson; every error has its place."""
+"""Decode a library document into an automaton, its trees and its lesson; every error names its place."""
 
 from __future__ import annotations
 

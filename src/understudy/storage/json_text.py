@@ -1,4 +1,4 @@
-"""How a document looks on the page, and where a place in it is: one thing per line, fit to diff."""
+"""Lay out a document as JSON text that is easy to read and diff, and find the line of a place in it."""
 
 from __future__ import annotations
 

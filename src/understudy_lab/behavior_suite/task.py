@@ -1,4 +1,4 @@
-"""A feat: one behavior of the repertoire, with how it is taught, who does it by hand, and how it is judged."""
+"""One behavior of the suite: how it is taught, its hand-written expert, and how it is judged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Following a wall on one hand with two sonars: how it is taught, and by hand."""
+"""Following walls and circling obstacles with two sonars: how they are taught, and their experts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long learning takes, beside scikit-learn's DecisionTreeClassifier on the same data in the same run."""
+"""Measure learning, and the analyses of a lesson, beside scikit-learn's DecisionTreeClassifier in one run."""
 
 from __future__ import annotations
 

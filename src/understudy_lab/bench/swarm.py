@@ -1,4 +1,4 @@
-"""How fast swarms run the standard task, beside Mesa 3, VMAS and a prototype written by hand, in the same run."""
+"""Measure swarms on the standard task beside Mesa 3, VMAS and hand-written kernels; crowding, memory, squads."""
 
 from __future__ import annotations
 

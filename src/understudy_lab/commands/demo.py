@@ -1,4 +1,4 @@
-"""`understudy demo`: robots are taught before your eyes, and then judged."""
+"""`understudy demo`: teach robots with a scripted teacher, and judge them; and what all demos print and keep."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The yardstick of the foraging world: a forager written by hand, and the time that none can beat."""
+"""The baseline of the foraging world: a hand-written forager, and a lower bound on the time."""
 
 from __future__ import annotations
 

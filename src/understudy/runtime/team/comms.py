@@ -1,4 +1,4 @@
-"""The radio between coordinators and their members: what it takes, how long, and what gets lost (paper section 5).
+"""Delay and lose messages between coordinators and members, and keep what members report (paper section 5).
 
 In every tick a coordinator sends each member its order, and each member sends back what it senses, its flags, and
 which order it answers. So what is lost is made up for by the next message.

@@ -1,4 +1,4 @@
-"""Bands: the members that squads can have, by sort, with those who run them."""
+"""Groups of squad members by sort: who belongs to which squad, and which program each runs."""
 
 from __future__ import annotations
 

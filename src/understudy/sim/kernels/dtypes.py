@@ -1,4 +1,4 @@
-"""Records: what Python and the kernels of worlds both look at, and where it lies in memory.
+"""NumPy record types that Python and the world kernels share.
 
 Lengths in m, angles in rad; speeds, in TYPE and ROBOT, per tick. A record keeps what is used together in one place.
 Whole numbers are 64 bits wide, as those in kernels are, so that no kernel is compiled once more for narrow ones; but

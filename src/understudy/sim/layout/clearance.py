@@ -1,4 +1,4 @@
-"""What stands where in a running world: whether a disc put somewhere would overlap something solid."""
+"""Check whether a disc at a place would overlap something solid, and the geometry that this needs."""
 
 from __future__ import annotations
 

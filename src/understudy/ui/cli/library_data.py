@@ -1,4 +1,4 @@
-"""What commands say of one automaton of a library, as plain data: the same for people and for programs."""
+"""Describe automata of a library as plain data, for tables and for `--json`."""
 
 from __future__ import annotations
 

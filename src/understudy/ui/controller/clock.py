@@ -1,4 +1,4 @@
-"""How fast the world goes: ticks that are due, and the demonstrator's time, which stops while paused."""
+"""Pace the world against real time, count the demonstrator's time, and run a world without a session."""
 
 from __future__ import annotations
 

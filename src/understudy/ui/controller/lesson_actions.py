@@ -1,4 +1,4 @@
-"""Quarantine at the desk: examples that teach nothing for now, and those that may teach again."""
+"""Change a lesson outside of presses: quarantine examples, simplify trees, add and remove expectations."""
 
 from __future__ import annotations
 

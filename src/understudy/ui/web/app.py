@@ -1,4 +1,4 @@
-"""The studio as a web application: the page, and the socket behind it."""
+"""The studio as a web application: page, WebSocket, and the address it listens on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parcels: a library's documents as one zip file, and the automata of a zip that somebody gives.
+"""Export a library as a zip file, and import the automata of an uploaded zip.
 
 A zip is judged by what is in it, never by what it says of itself; nothing of it is written while it is read.
 """

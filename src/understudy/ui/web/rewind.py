@@ -1,4 +1,4 @@
-"""The reel: moments of a run, kept for some minutes, to go back to."""
+"""Keep the last minutes of a run to rewind to, with the moments at which the robot was uncertain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keeping: what a person does to the library - saving what is trained, removing, bringing back, throwing away."""
+"""Handle messages about the library: save, trash, restore, rename, duplicate, list and compare versions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Openings: how a lesson comes onto the stage - a new one, one of the library, one that was cut off."""
+"""Handle messages about the session: open and resume lessons, change, pause, step and rewind them."""
 
 from __future__ import annotations
 

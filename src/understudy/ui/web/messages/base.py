@@ -1,4 +1,4 @@
-"""What messages are made of: the fields that a page fills in, and what all messages have."""
+"""Base types and field types of messages, and the descriptions of invalid ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Testing: whether the lessons of the library still hold, as all is now, and what saving would break."""
+"""Show whether the lessons of a library still hold, what saving would break, and what pruning would change."""
 
 from __future__ import annotations
 
