@@ -31,16 +31,17 @@ from understudy.robots.robot_file import load_team, parse_robot
 from understudy.robots.ros.messages import decode_message, encode_twist
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
+from understudy.sim.sensing.sensor_table import RANGE
 from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.robot_files import (
     IMAGE,
     ODOMETRY,
-    RANGE,
     TWIST,
     check_ros,
     format_robot_file,
     format_team_file,
     list_robot_names,
+    list_sensor_topics,
 )
 from understudy.sim_mujoco.ros_robots import Simulation
 from understudy.ui.cli.commands.robots_simulate import _leaving_orderly
@@ -124,7 +125,8 @@ def test_sonar_is_as_rep_117_has_it() -> None:
     assert ahead.range == pytest.approx(0.4, abs=0.05)
     assert (ahead.min_range, ahead.max_range) == (0.0, 3.0)
     simulation.body.place(0, 6.0, 0.3, 0.0)
-    found = [last(wire, f"/rover/sonar/{name}", RANGE).range for name in simulation.robots[0]._limits]
+    topics = [each.name for each in list_sensor_topics(simulation.robots[0].kind) if each.type == RANGE]
+    found = [last(wire, f"/rover/{topic}", RANGE).range for topic in topics]
     assert all(each == inf or each < 3.0 for each in found)
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Continuous
 from understudy.runtime.body import Reading
-from understudy.sim.kit import STUCK
 from understudy.sim.scenario.schema import ElapsedSensor, RandomSensor, RobotType, StallSensor
+from understudy.sim.sensing.sensor_table import STUCK
 
 NOWHERE = 0.1
 """Stuck is who gets no further than this share of the way that was asked for, as in simulated worlds."""

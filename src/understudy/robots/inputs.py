@@ -17,9 +17,8 @@ from understudy.robots.ros.fields import Extract, make_extractor, make_position_
 from understudy.robots.ros.messages import MessageRefused, decode_message
 from understudy.robots.ros.transport import ExtraMissing, Transport
 from understudy.runtime.body import Reading
-from understudy.sim.kit import CAMERA as BLOBS
-from understudy.sim.kit import LOCATOR
 from understudy.sim.scenario.toml_decode import DecodeProblem
+from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
 
 Values: TypeAlias = Callable[[Any], Mapping[ReadingKey, float]]
 PLACE = ("x", "y")
@@ -180,7 +179,7 @@ class SensorInputs:
         self.latest: Mapping[str, LatestSample] = {name: LatestSample() for name in self.sources}
         readings = {each.name: each for source in found for each in source.readings}
         if file.targets:
-            readings.update({each.name: each for each in LOCATOR})
+            readings.update({each.name: each for each in LOCATIONS})
         self.readings: Sequence[Reading] = tuple(readings.values())
         seen = () if file.camera is None else (*file.camera.colors, *targets)
         self.targets: Sequence[str] = tuple(dict.fromkeys((*seen, *file.targets)))

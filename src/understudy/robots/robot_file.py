@@ -16,9 +16,9 @@ from msgspec import field
 
 from understudy.errors import FileError
 from understudy.robots.camera.config import CameraSpec
-from understudy.sim.kit import CAMERA, LOCATOR
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values
+from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
 
 FORMAT = "understudy-robot/1"
 TEAM = "understudy-robots/1"
@@ -266,8 +266,8 @@ def _wrong_reading(key: str, name: str, reading: ReadingSpec) -> Iterator[Decode
 def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:
     """Readings by the names of those of targets, and of cameras."""
     taken = {
-        "targets": [each.name for each in LOCATOR] if robot.targets else [],
-        "the camera": [each.name for each in CAMERA] if robot.camera is not None else [],
+        "targets": [each.name for each in LOCATIONS] if robot.targets else [],
+        "the camera": [each.name for each in BLOBS] if robot.camera is not None else [],
     }
     for of, names in taken.items():
         for name in names:

@@ -8,10 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy._jit_kernels import convert_for_kernels
-from understudy.sim.kernels.dtypes import FACTS, MOVE, OFFSET, PULL, PUSH, SEGMENT, SPOT, THING, VIEW, WORK
+from understudy.sim.kernels.dtypes import (
+    CAMERA,
+    FACTS,
+    MOVE,
+    OFFSET,
+    PULL,
+    PUSH,
+    SEGMENT,
+    SPOT,
+    THING,
+    TO_CLASS,
+    TO_UNCLAIMED,
+    VIEW,
+    WORK,
+)
 from understudy.sim.layout.neighbor_grid import RobotGrid, StaticNeighbors
-from understudy.sim.scenario.schema import Bumper, Camera, Scenario, Sonar
-from understudy.sim.sensing.sense_plan import CAMERA, TO_CLASS, TO_UNCLAIMED, SensePlan
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.sensing.sense_plan import SensePlan
+from understudy.sim.sensing.sensor_table import find_sensor_row
 from understudy.sim.state import Records, WorldParams, WorldState
 
 BLOCK = 32
@@ -172,12 +187,12 @@ def find_world_contents(scenario: Scenario, rules: WorldParams) -> tuple[bool | 
     """What there is - cameras, what ranges, boxes to push, cargo, objects that come, go or walk, boxes to pull,
     signals: True, or None.
     """
-    sensors = [sensor for kind in scenario.types.values() for sensor in kind.sensors]
+    sensing = {find_sensor_row(sensor).kernels for kind in scenario.types.values() for sensor in kind.sensors}
     classes = rules.classes
     comes, captured = ~np.isnan(classes["away_least"]), ~np.isnan(classes["capture_range"])
     found = (
-        any(isinstance(sensor, Camera) for sensor in sensors),
-        any(isinstance(sensor, Sonar | Bumper) for sensor in sensors),
+        "camera" in sensing,
+        "ranging" in sensing,
         classes["pushable"].any(),
         (rules.types["capacity"] > 0).any(),
         (comes | captured | (classes["walk"] > 0) | (classes["respawn"] != 0)).any(),

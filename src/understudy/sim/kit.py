@@ -10,26 +10,17 @@ from understudy.errors import SettingError
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Target
 from understudy.model.features import AnyFeature, Feature, FlagFeature, TimeInState
-from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
+from understudy.model.kinds import Continuous
 from understudy.model.library import Kit
 from understudy.runtime.body import Channel, Reading
 from understudy.sim.params import SIGNAL, list_signals
 from understudy.sim.scenario.schema import (
-    Bumper,
-    Camera,
-    CargoSensor,
-    ClaimSensor,
     ElapsedSensor,
-    GripSensor,
-    PoseSensor,
-    RandomSensor,
     RobotType,
     Scenario,
-    Sensor,
-    Sonar,
-    TargetLocator,
     TargetSpec,
 )
+from understudy.sim.sensing.sensor_table import find_sensor_row
 
 FEATURES: Mapping[str, str] = {"range": "distance_to", "bearing": "angle_to"}
 """How features of readings are called where it is not as the reading."""
@@ -142,7 +133,7 @@ def list_type_readings(robot: RobotType) -> Iterator[tuple[int, Reading]]:
         if isinstance(sensor, ElapsedSensor):
             later.append((index, sensor))
             continue
-        for reading in list_sensor_readings(sensor):
+        for reading in find_sensor_row(sensor).readings(sensor):
             found.setdefault(reading.name, reading)
             yield index, reading
     for index, sensor in later:
@@ -152,68 +143,6 @@ def list_type_readings(robot: RobotType) -> Iterator[tuple[int, Reading]]:
             index,
             Reading(sensor.name, Continuous(), "s", of_targets=of is not None and of.of_targets, doc=doc),
         )
-
-
-def list_sensor_readings(sensor: Sensor) -> tuple[Reading, ...]:
-    """What a sensor reads, other than one of the time since another reading."""
-    match sensor:
-        case Sonar(sectors=sectors):
-            doc = "Distance to the nearest thing there; the sonar's range if none."
-            return tuple(Reading(name, Continuous(), "m", doc=doc) for name in sectors)
-        case Bumper(sectors=sectors):
-            return tuple(
-                Reading(name, BOOLEAN, doc="Whether something touches the robot there.") for name in sectors
-            )
-        case Camera():
-            return CAMERA
-        case TargetLocator():
-            return LOCATOR
-        case PoseSensor():
-            return POSE
-        case CargoSensor():
-            return CARGO
-        case GripSensor():
-            return HOLDING
-        case ClaimSensor(name=name, signal=signal):
-            doc = f"Whether another robot near it raises {signal}."
-            return (Reading(name, BOOLEAN, of_targets=True, doc=doc),)
-        case RandomSensor(name=name):
-            return (Reading(name, Continuous(), doc="A random number from 0 to 1."),)
-        case ElapsedSensor():
-            return ()
-        case _:
-            return STUCK
-
-
-CAMERA = (
-    Reading(
-        "blob_x", Continuous(), "px", of_targets=True, doc="Where in the picture it is, from the left edge."
-    ),
-    Reading("blob_size", Continuous(), "px", of_targets=True, doc="How many pixels its color covers."),
-)
-LOCATOR = (
-    Reading("range", Continuous(), "m", of_targets=True, doc="How far the target is; absent if none."),
-    Reading("bearing", Toroidal(), "rad", of_targets=True, doc="Where it is: 0 ahead, then to the left."),
-)
-POSE = (
-    Reading("x", Continuous(), "m", doc="Where the robot is, from the left edge of the arena."),
-    Reading("y", Continuous(), "m", doc="Where the robot is, from the lower edge of the arena."),
-    Reading("heading", Toroidal(), "rad", doc="Where the robot looks: 0 along x, then to the left."),
-    Reading("speed", Continuous(), "m/s", doc="How fast it drives, negative backwards."),
-    Reading("turning", Continuous(), "rad/s", doc="How fast it turns, to the left positive."),
-)
-STUCK = (Reading("stuck", BOOLEAN, doc="Whether it has been driving without getting anywhere."),)
-CARGO = (
-    Reading("food_here", Continuous(), "units", doc="Food in the nearest source, if within reach."),
-    Reading("food_stored", Continuous(), "units", doc="Food the robot carries."),
-    Reading("food_left", BOOLEAN, doc="Whether any source still has food."),
-    Reading("station_here", BOOLEAN, doc="Whether a home is within reach, so that unloading works."),
-)
-
-HOLDING = (
-    Reading("holding", BOOLEAN, doc="Whether the robot holds a box."),
-    Reading("enough", BOOLEAN, doc="Whether so many hold the box it holds that they can pull it."),
-)
 
 
 def _feature(name: str, reading: Reading, doc: str = "") -> Feature:

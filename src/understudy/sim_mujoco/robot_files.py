@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import radians
+from typing import Any
 
 from understudy.errors import SettingError
 from understudy.robots.camera.blobs import LEAST_PX
 from understudy.robots.camera.color import Color
 from understudy.robots.camera.config import HEADING, format_color_line
 from understudy.robots.robot_file import FORMAT, TEAM
-from understudy.sim.kit import list_type_readings
-from understudy.sim.params import collect_names, count_robots, make_world_params
+from understudy.sim.params import count_robots
 from understudy.sim.scenario.files import TARGET as MARKER
-from understudy.sim.scenario.schema import Bumper, CargoSensor, RobotType, Scenario, Sonar, TargetLocator
-from understudy.sim.sensing.sense_plan import SensePlanner
+from understudy.sim.scenario.schema import RobotType, Scenario, TargetLocator
+from understudy.sim.sensing.sensor_row import SensorTopic, find_target_color
+from understudy.sim.sensing.sensor_table import find_sensor_row
 from understudy.sim_mujoco.materials import derive_camera_color
 from understudy.sim_mujoco.robot_model import find_camera
 
-RANGE, BOOL, FLOAT = "sensor_msgs/msg/Range", "std_msgs/msg/Bool", "std_msgs/msg/Float64"
 ODOMETRY, IMAGE, PLACE = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Image", "geometry_msgs/msg/PoseStamped"
 TWIST = "geometry_msgs/msg/Twist"
 STALE_S = 0.5
@@ -75,9 +75,8 @@ def list_robot_types(scenario: Scenario) -> tuple[str, ...]:
 
 def calibrate_camera_colors(scenario: Scenario, type_name: str) -> Mapping[str, Color]:
     """The pixels that a type's camera takes for each target, calibrated to how it is painted in physics."""
-    planner = SensePlanner(scenario, make_world_params(scenario), collect_names(scenario))
     films = {thing.color for thing in scenario.objects if thing.aloft and thing.color is not None}
-    colors = {target: planner.color_of(of, type_name) for target, of in scenario.targets.items()}
+    colors = {target: find_target_color(scenario, of, type_name) for target, of in scenario.targets.items()}
     return {
         target: derive_camera_color(color, film=color in films, films=films)
         for target, color in colors.items()
@@ -113,9 +112,9 @@ def format_robot_file(
         f"drive_m_s = {kind.speed:g}",
         f"turn_rad_s = {radians(kind.turning_deg):g}",
     ]
-    for reading, (topic, type, field, unit) in list_published_readings(kind).items():
+    for reading, (topic, type, settings) in list_published_readings(kind).items():
         lines += ["", f"[readings.{reading}]", f'topic = "{topic}"', f'type = "{type}"']
-        lines += [f'{key} = "{value}"' for key, value in (("field", field), ("unit", unit)) if value]
+        lines += [f"{key} = {json.dumps(value)}" for key, value in settings.items()]
         lines += [f"rate_hz = {rate_hz:g}", f"stale_s = {STALE_S:g}", "required = true"]
     lines += _camera_lines(scenario, type_name, rate_hz)
     for target in list_located_targets(scenario, kind):
@@ -130,24 +129,19 @@ def format_team_file(scenario: Scenario) -> str:
     return f'format = "{TEAM}"\nname = "{scenario.name}"\nrobots = [{files}]\n'
 
 
-def list_published_readings(kind: RobotType) -> Mapping[str, tuple[str, str, str, str]]:
-    """The readings that have a topic: that, its type, the field, the unit."""
-    found: dict[str, tuple[str, str, str, str]] = {}
-    for sensor in kind.sensors:
-        if isinstance(sensor, Sonar):
-            found |= {name: (f"sonar/{name}", RANGE, "", "m") for name in sensor.sectors}
-        if isinstance(sensor, Bumper):
-            found |= {name: (f"bumper/{name}", BOOL, "data", "") for name in sensor.sectors}
-    return found | {name: ("odom", ODOMETRY, *of) for name, of in POSE.items()} | dict(_of_cargo(kind))
+def list_sensor_topics(kind: RobotType) -> tuple[SensorTopic, ...]:
+    """What a type of robots publishes of its sensors' readings."""
+    return tuple(topic for sensor in kind.sensors for topic in find_sensor_row(sensor).topics(sensor))
 
 
-def _of_cargo(kind: RobotType) -> Iterator[tuple[str, tuple[str, str, str, str]]]:
-    """What a robot knows of food."""
-    cargo = next((index for index, each in enumerate(kind.sensors) if isinstance(each, CargoSensor)), None)
-    for index, reading in list_type_readings(kind):
-        if index == cargo:
-            type = FLOAT if reading.unit else BOOL
-            yield reading.name, (f"readings/{reading.name}", type, "data", reading.unit)
+def list_published_readings(kind: RobotType) -> Mapping[str, tuple[str, str, Mapping[str, Any]]]:
+    """The readings that have a topic: that, its type, and the other settings of a reading in a robot file."""
+    found: dict[str, tuple[str, str, Mapping[str, Any]]] = {}
+    for topic in list_sensor_topics(kind):
+        for reading, settings in topic.readings.items():
+            found.setdefault(reading, (topic.name, topic.type, settings))
+    odometry = {name: ("odom", ODOMETRY, {"field": of, "unit": unit}) for name, (of, unit) in POSE.items()}
+    return found | odometry
 
 
 def list_located_targets(scenario: Scenario, kind: RobotType) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from math import cos, inf, isfinite, isnan, pi, sin
+from math import cos, inf, isfinite, isnan, sin
 from typing import Any
 
 import numpy as np
@@ -13,28 +13,31 @@ from msgspec.structs import replace
 
 from understudy.model.features import ReadingKey
 from understudy.robots.camera.blobs import Image
-from understudy.robots.ros.messages import MessageRefused, decode_message, encode_message, make_message
+from understudy.robots.ros.messages import (
+    MessageRefused,
+    decode_message,
+    encode_message,
+    list_message_fields,
+    make_message,
+)
 from understudy.robots.ros.transport import Publish, Transport
-from understudy.sim.scenario.schema import ElapsedSensor, RobotType, Scenario, Sonar
+from understudy.sim.scenario.schema import ElapsedSensor, RobotType, Scenario
 from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.robot_files import (
-    BOOL,
     IMAGE,
     ODOMETRY,
     PLACE,
-    RANGE,
     TWIST,
     list_located_targets,
-    list_published_readings,
     list_robot_names,
     list_robot_types,
+    list_sensor_topics,
 )
 from understudy.sim_mujoco.robot_model import find_camera, scale_to_commands
 
 DEADLINE_S = 0.15
 """A robot whose last command is older stops: its own watch over who decides."""
 POINT, TURNED = "geometry_msgs/msg/Point", "geometry_msgs/msg/Quaternion"
-ULTRASOUND = 0
 
 
 @dataclass
@@ -59,16 +62,12 @@ class RosRobot:
         scenario = self.body.scenario
         self.name = list_robot_names(scenario)[self.number]
         self.kind: RobotType = scenario.types[list_robot_types(scenario)[self.number]]
-        self._readings = list_published_readings(self.kind)
+        self._sensors = list_sensor_topics(self.kind)
         self._targets = list_located_targets(scenario, self.kind)
         self._camera = find_camera(self.kind)
-        self._limits = {
-            name: sonar.range
-            for sonar in self.kind.sensors
-            if isinstance(sonar, Sonar)
-            for name in sonar.sectors
-        }
-        topics = {topic: type for topic, type, _, _ in self._readings.values()}
+        types = {topic.type for topic in self._sensors}
+        self._with_header = {type for type in types if "header" in list_message_fields(type)}
+        topics = {topic.name: topic.type for topic in self._sensors} | {"odom": ODOMETRY}
         topics |= {f"targets/{target}": PLACE for target in self._targets}
         topics |= {"image_raw": IMAGE} if self._camera else {}
         self._publish: Mapping[str, Publish] = {
@@ -79,7 +78,7 @@ class RosRobot:
     @property
     def keys(self) -> tuple[ReadingKey, ...]:
         """What it publishes of what its body senses."""
-        own = {name for name, of in self._readings.items() if of[0] != "odom"}
+        own = dict.fromkeys(name for topic in self._sensors for name in topic.readings)
         located = [(reading, target) for target in self._targets for reading in ("range", "bearing")]
         return (*((name, None) for name in own), *located)
 
@@ -102,10 +101,12 @@ class RosRobot:
     def publish(self, percept: Mapping[ReadingKey, Any], time_s: float) -> None:
         """Tell what it senses now; `percept` has the columns of all robots."""
         header = make_message_header(time_s, self.name)
-        for name, (topic, type, _, _) in self._readings.items():
-            if type != ODOMETRY:
-                value = float(percept[name, None][self.number])
-                self._publish[topic](encode_message(type, self._message(type, name, value, header)))
+        for topic in self._sensors:
+            values = {name: float(percept[name, None][self.number]) for name in topic.readings}
+            fields = dict(topic.make_fields(values))
+            if topic.type in self._with_header:
+                fields["header"] = header
+            self._publish[topic.name](encode_message(topic.type, make_message(topic.type, **fields)))
         self._publish["odom"](encode_message(ODOMETRY, self._odometry(header)))
         for target in self._targets:
             away, bearing = (float(percept[each, target][self.number]) for each in ("range", "bearing"))
@@ -119,16 +120,6 @@ class RosRobot:
                 )
         if self._camera is not None and (image := self.body.image(self.number)) is not None:
             self._publish["image_raw"](encode_image_message(image, header))
-
-    def _message(self, type: str, name: str, value: float, header: Any) -> Any:
-        if type == RANGE:
-            limit = self._limits[name]
-            far = inf if value >= limit else value  # REP 117
-            return make_message(
-                RANGE, header=header, radiation_type=ULTRASOUND, field_of_view=pi / 6, min_range=0.0,
-                max_range=limit, range=far,
-            )  # fmt: skip
-        return make_message(type, data=value > 0 if type == BOOL else value)
 
     def _odometry(self, header: Any) -> Any:
         pose = self.body.arenas[0].pose(self.number)

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
 from understudy.robots.camera.blobs import LEAST_PX, BlobDetector, FrameGeometry, Image
-from understudy.sim.kit import CAMERA
-from understudy.sim.scenario.schema import ElapsedSensor, RobotType, Scenario, Sonar
+from understudy.sim.scenario.schema import ElapsedSensor, RobotType, Scenario
+from understudy.sim.sensing.sensor_row import RangeScan
+from understudy.sim.sensing.sensor_table import BLOBS, find_sensor_row, list_range_scans
 from understudy.sim.world import World
 from understudy.sim_mujoco.optional import import_mujoco
 from understudy.sim_mujoco.robot_files import calibrate_camera_colors
@@ -27,28 +28,28 @@ HEIGHT = 0.7
 """Where rays begin: a share of the robot's radius above the floor, which is within its chassis."""
 
 
-class RaycastSonar:
-    """The rays of one sonar of a type of robots; `names` are its readings, one for each sector."""
+class RaycastScan:
+    """The rays of one range sensor of a type of robots."""
 
-    def __init__(self, kind: RobotType, sonar: Sonar) -> None:
-        self.names = tuple(sonar.sectors)
-        self._radius, self._range = kind.radius, sonar.range
+    def __init__(self, kind: RobotType, scan: RangeScan) -> None:
+        self._radius, self._range = kind.radius, scan.range
         rays, self._first = list[tuple[float, float, float]](), list[int]()
-        for low, high in sonar.sectors.values():
+        for arc in scan.arcs:
+            low, turn = arc.from_deg, arc.to_deg - arc.from_deg
             self._first.append(len(rays))
-            width = high - low if high - low >= 360.0 else (high - low) % 360.0
+            width = turn if turn >= 360.0 else turn % 360.0
             angles = np.linspace(radians(low), radians(low + width), ceil(width / APART_DEG) + 1)
             rays += [(cos(angle), sin(angle), 0.0) for angle in angles.tolist()]
         self._rays = np.array(rays)
         groups = {"walls": (WALLS,), "obstacles": (OBSTACLES, UNSEEN), "robots": (ROBOTS,)}
         self._groups = np.zeros(6, np.uint8)
-        for each in sonar.sees:
+        for each in scan.sees:
             self._groups[list(groups[each])] = 1
         self._hit = np.zeros(len(rays), np.int32)
         self._far = np.zeros(len(rays))
 
     def distances(self, model: Any, data: Any, body: int) -> Column:
-        """How far it is to the nearest thing in each sector, m; the sonar's range where there is none."""
+        """The distance to the nearest thing in each arc, m; the sensor's range where there is none."""
         turn: NDArray[np.float64] = data.xmat[body].reshape(3, 3)
         flat = np.array([turn[0, 0], turn[1, 0], 0.0])
         ahead = flat / np.linalg.norm(flat)
@@ -75,11 +76,11 @@ class RaycastSonar:
         return np.clip(nearest - self._radius, 0.0, self._range)
 
 
-BLOB_X, BLOB_SIZE = (each.name for each in CAMERA)
+BLOB_X, BLOB_SIZE = (each.name for each in BLOBS)
 
 
 class MujocoSensors:
-    """Sonar, blobs and the time since these were seen, for the robots of a world, the referee; it has all else.
+    """Distances, blobs and the time since these were seen, for the robots of a world, the referee; it has all else.
 
     `last` [B*N, T] is when each target was last seen, s.
     """
@@ -88,8 +89,8 @@ class MujocoSensors:
         scenario = world.scenario
         self._world, self._names = world, list(scenario.types)
         self._eyes = {name: _decoding(scenario, name) for name in scenario.types}
-        self._sonars = {
-            name: [(sonar, RaycastSonar(kind, sonar)) for sonar in kind.sensors if isinstance(sonar, Sonar)]
+        self._scans = {
+            name: [(scan, RaycastScan(kind, scan)) for scan in list_range_scans(kind)]
             for name, kind in scenario.types.items()
         }
         self._since = [
@@ -98,7 +99,7 @@ class MujocoSensors:
             for each in kind.sensors
             if isinstance(each, ElapsedSensor) and each.of in (BLOB_X, BLOB_SIZE)
         ]
-        self._noisy = max((len(each.names) for of in self._sonars.values() for _, each in of), default=0)
+        self._noisy = max((len(scan.arcs) for of in self._scans.values() for scan, _ in of), default=0)
         self.keys = self._own_keys()
         """The readings that it gives."""
 
@@ -135,7 +136,7 @@ class MujocoSensors:
         return self._names[int(self._world.state.robots["type"][agent])]
 
     def noise(self, index: int) -> NDArray[np.float64]:
-        """Numbers from the normal distribution for each robot of a world, in this tick: driving, turning, sonar."""
+        """Numbers from the normal distribution for each robot of a world, in this tick: driving, turning, distances."""
         if index not in self._drawn:
             tick, seed = int(self._world.state.tick[index]), self._world.seeds[index]
             self._drawn[index] = np.random.default_rng((seed, tick)).standard_normal(
@@ -158,18 +159,16 @@ class MujocoSensors:
         return self._world.time_s - float(self.last[agent, self._world.targets.index(target)])
 
     def _ranged(self, agent: int) -> dict[ReadingKey, float]:
-        """The sonar of a robot in this tick."""
+        """The distances that a robot measures in this tick, and what is read from them."""
         if agent not in self._ranges:
             self._ranges[agent] = found = {}
             arena, robot = self._at(agent)
-            for sonar, ranging in self._sonars[self._name(agent)]:
-                far = ranging.distances(arena.model, arena.data, int(arena.built.bodies[robot]))
-                if sonar.noise:
+            for scan, rays in self._scans[self._name(agent)]:
+                far = rays.distances(arena.model, arena.data, int(arena.built.bodies[robot]))
+                if scan.noise:
                     noise = self.noise(agent // self._world.robots)[robot, 2 : 2 + len(far)]
-                    far = np.where(far < sonar.range, (far + sonar.noise * noise).clip(0.0, sonar.range), far)
-                found.update(
-                    {(name, None): float(each) for name, each in zip(ranging.names, far, strict=True)}
-                )
+                    far = np.where(far < scan.range, (far + scan.noise * noise).clip(0.0, scan.range), far)
+                found.update({(name, None): each for name, each in scan.summarize(far.tolist()).items()})
         return self._ranges[agent]
 
     def _seen(self, agent: int) -> dict[ReadingKey, float]:
@@ -191,13 +190,17 @@ class MujocoSensors:
 
     def _own_keys(self) -> frozenset[ReadingKey]:
         """Readings that physics gives; the referee has all others."""
-        sonars = {
-            (name, None) for each in self._sonars.values() for _, ranging in each for name in ranging.names
+        ranges = {
+            (reading.name, None)
+            for kind in self._world.scenario.types.values()
+            for sensor in kind.sensors
+            if (row := find_sensor_row(sensor)).scan is not None
+            for reading in row.readings(sensor)
         }
         of_targets = {each.name for _, each in self._since}
         if any(self._eyes.values()):
             of_targets |= {BLOB_X, BLOB_SIZE}
-        return frozenset(sonars | {(name, target) for name in of_targets for target in self._world.targets})
+        return frozenset(ranges | {(name, target) for name in of_targets for target in self._world.targets})
 
 
 def _decoding(scenario: Scenario, name: str) -> BlobDetector | None:

@@ -192,6 +192,19 @@ PULL = np.dtype(
 OFFSET = np.dtype([("x", "f8"), ("y", "f8")])
 """How far off something is; NaN where it is not there."""
 
+(
+    TO_CLASS, TO_OBJECT, TO_ROBOT, TO_UNCLAIMED, TO_CALLER, SONAR, CAMERA, BUMPER,
+    OWN_X, OWN_Y, OWN_HEADING, OWN_SPEED, OWN_TURNING,
+    STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, HOLDING, ENOUGH, CHANCE, SINCE, CLAIMED,
+) = range(23)  # fmt: skip
+"""What a step measures: `what` of a STEP."""
+
+WALLS, OBSTACLES, ROBOTS = 1, 2, 4
+"""What reflects: bits of `sees` of a STEP."""
+
+ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
+"""Which robots a target means: `index` of a STEP TO_ROBOT; a team is TEAM + its index."""
+
 STEP = np.dtype(
     [
         ("range", "f8"),
@@ -206,12 +219,12 @@ STEP = np.dtype(
         ("misses", "f8"),
         ("ghosts", "f8"),
         ("noisy", "i8"),  # has noise, dropout or the like
-        ("what", "i8"),
+        ("what", "i8"),  # as listed above
         ("place", "i8"),  # what is to be located first, as `what` has it; -1 nothing
         ("signal", "i8"),  # that robots raise who are looked for, or who claim
         ("index", "i8"),  # class, object slot, relation of a robot, source column of SINCE
         ("nearest", "i8"),
-        ("sees", "i8"),  # walls 1, obstacles 2, robots 4
+        ("sees", "i8"),  # WALLS | OBSTACLES | ROBOTS
         ("period", "i8"),  # ticks between measurements
         ("ticks", "i8"),  # of STUCK and CHANCE
         ("stream", "i8"),

@@ -4,11 +4,11 @@ import math
 from typing import Any
 
 from understudy._jit_kernels import inlined, inner, int64, uint64
+from understudy.sim.kernels.dtypes import ANYONE, OPPONENT, TEAM, TEAMMATE
 
 CLOSE = 1e-9  # m; what rounding may do to the border between two cells
 MANY = 8  # robots in a cell; where there are more, its small cells are looked at one by one
 
-ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
 CROWDED = -2
 SIGNALED = 1 << 32  # a relation to those who raise a signal is one to all of them + SIGNALED * the signal
 

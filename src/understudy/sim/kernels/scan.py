@@ -6,14 +6,13 @@ from typing import Any
 from understudy._jit_kernels import inlined, inner, int64, uint64
 from understudy.sim.kernels.angles import cache_heading_vector
 from understudy.sim.kernels.camera import measure_blob, project_objects, project_segments
+from understudy.sim.kernels.dtypes import OBSTACLES, ROBOTS, WALLS
 from understudy.sim.kernels.grid import find_big_cells, find_line_spots, find_static_range
 from understudy.sim.kernels.sonar import (
     measure_sector_to_bounds,
     measure_sector_to_disc,
     measure_sector_to_segment,
 )
-
-WALLS, OBSTACLES, ROBOTS = 1, 2, 4
 
 
 @inner

@@ -5,8 +5,33 @@ from typing import Any
 
 from understudy._jit_kernels import inlined, inner, int64, njit, uint64
 from understudy.sim.kernels.angles import compute_angle, wrap_angle
-from understudy.sim.kernels.dtypes import TOUCH
-from understudy.sim.kernels.grid import ANYONE, find_nearest_robot
+from understudy.sim.kernels.dtypes import (
+    ANYONE,
+    BUMPER,
+    CAMERA,
+    CHANCE,
+    CLAIMED,
+    ENOUGH,
+    FOOD_LEFT,
+    HOLDING,
+    OWN_HEADING,
+    OWN_SPEED,
+    OWN_TURNING,
+    OWN_X,
+    OWN_Y,
+    SINCE,
+    SONAR,
+    STATION_HERE,
+    STORED,
+    STUCK,
+    TO_CALLER,
+    TO_CLASS,
+    TO_OBJECT,
+    TO_ROBOT,
+    TO_UNCLAIMED,
+    TOUCH,
+)
+from understudy.sim.kernels.grid import find_nearest_robot
 from understudy.sim.kernels.nearest import (
     find_nearest_gathered_object,
     find_nearest_object,
@@ -15,12 +40,6 @@ from understudy.sim.kernels.nearest import (
 from understudy.sim.kernels.rng import draw_normal, draw_uniform
 from understudy.sim.kernels.scan import detect_blobs, scan_sectors
 from understudy.sim.kernels.signals import find_nearest_signaler, is_claimed
-
-(
-    TO_CLASS, TO_OBJECT, TO_ROBOT, TO_UNCLAIMED, TO_CALLER, SONAR, CAMERA, BUMPER,
-    OWN_X, OWN_Y, OWN_HEADING, OWN_SPEED, OWN_TURNING,
-    STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, HOLDING, ENOUGH, CHANCE, SINCE, CLAIMED,
-) = range(23)  # fmt: skip
 
 NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams within a part's eight
 GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high

@@ -10,8 +10,7 @@ where that point is outside the sector, the nearest within is on one of the edge
 import math
 
 from understudy._jit_kernels import njit
-
-BEAM, NARROW, WIDE, FULL = 0, 1, 2, 3  # as in a SECTOR
+from understudy.sim.sensing.sectors import BEAM, FULL, NARROW
 
 
 @njit(error_model="numpy")

@@ -1,10 +1,10 @@
-"""How what is wrong with a scenario is said: one error that names the key, and what would be right."""
+"""Report what is wrong with a scenario: one error that names the key and what would be right; limits of numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from difflib import get_close_matches
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 from understudy.errors import SettingError, join_names
 from understudy.sim.scenario.schema import Scenario
@@ -38,3 +38,30 @@ def suggest_name(name: str, names: Iterable[str], *, what: str) -> str:
         if names
         else f"declare a {what} of this name first"
     )
+
+
+MOST_THINGS = 10_000_000
+MOST_SPARE = 10_000
+"""Room for objects that are not there costs memory and time in every world."""
+
+
+class Limit(NamedTuple):
+    """What a number must be, and in words."""
+
+    holds: Callable[[float], bool]
+    words: str
+
+
+POSITIVE = Limit(lambda number: number > 0, "a number above 0")
+NOT_NEGATIVE = Limit(lambda number: number >= 0, "0 or more")
+TICK = Limit(lambda number: number >= 0.0001, "0.0001 or more")
+AT_LEAST_1 = Limit(lambda number: number >= 1, "1 or more")
+CHANCE = Limit(lambda number: 0 <= number <= 1, "a probability from 0 to 1")
+VIEW = Limit(lambda number: 0 < number < 180, "more than 0 and less than 180 degrees")
+THINGS = Limit(
+    lambda number: 0 <= number <= MOST_THINGS, f"a number from 0 to {MOST_THINGS:,}".replace(",", " ")
+)
+SPARE = Limit(
+    lambda number: 0 <= number <= MOST_SPARE, f"a number from 0 to {MOST_SPARE:,}".replace(",", " ")
+)
+PIXELS = Limit(lambda number: 1 <= number <= 100_000, "1 to 100 000 pixels")

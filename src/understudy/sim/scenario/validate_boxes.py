@@ -8,7 +8,7 @@ from understudy.errors import join_names
 from understudy.sim.params import SIGNAL, count_robots, get_most_count, list_signals
 from understudy.sim.scenario.scenario_errors import ScenarioErrors
 from understudy.sim.scenario.schema import ClaimSensor, Goal, ObjectClass, PullRule, RobotType, TargetSpec
-from understudy.sim.sensing.sense_plan import list_claimable_targets
+from understudy.sim.sensing.sensor_row import list_claimable_targets
 
 NOT_BESIDE = ("home", "solid", "pushable", "presence", "capture", "walk")
 

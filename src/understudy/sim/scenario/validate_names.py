@@ -21,19 +21,16 @@ from understudy.sim.params import SIGNAL, collect_names, get_most_count
 from understudy.sim.scenario.scenario_errors import ScenarioErrors
 from understudy.sim.scenario.schema import (
     MOUSE,
-    Bumper,
-    ClaimSensor,
     ElapsedSensor,
     Goal,
     ObjectClass,
-    RandomSensor,
     RobotType,
     Scenario,
-    Sonar,
     TargetLocator,
     TargetSpec,
 )
 from understudy.sim.scenario.validate_boxes import check_signal, list_raised_signals
+from understudy.sim.sensing.sensor_table import find_sensor_row
 
 NAME = re.compile(r"\w(?:[\w -]{0,58}\w)?")
 _REFERENCES = ("nearest", "object", "team", "robot", "color", "signal")
@@ -101,10 +98,8 @@ def _check_spelling(checker: ScenarioErrors) -> None:
         ]
         for index, sensor in enumerate(robot.sensors):
             key = f"types.{kind}.sensors[{index}]"
-            if isinstance(sensor, Sonar | Bumper):
-                spelled += [(f"{key}.sectors", name) for name in sensor.sectors]
-            elif isinstance(sensor, RandomSensor | ElapsedSensor | ClaimSensor):
-                spelled.append((f"{key}.name", sensor.name))
+            spelled += [(f"{key}.sectors", name) for name in getattr(sensor, "sectors", ())]
+            spelled += [(f"{key}.name", sensor.name)] if hasattr(sensor, "name") else []
     for key, name in spelled:
         check_identifier(checker, key, name)
         if name == MOUSE and key.startswith("objects"):
@@ -123,11 +118,8 @@ def _check_sensors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
     """Each reading is there once, sectors are arcs, and what is timed is there to be timed."""
     read: dict[str, int] = {}
     for index, sensor in enumerate(kind.sensors):
-        at = f"{key}.sensors[{index}]"
-        if isinstance(sensor, Sonar | Bumper):
-            _check_sectors(checker, f"{at}.sectors", sensor.sectors)
-        if isinstance(sensor, Sonar) and not sensor.sees:
-            checker.wrong(f"{at}.sees", "is empty", "give what reflects: walls, obstacles, robots")
+        for setting, problem, remedy in find_sensor_row(sensor).check(sensor):
+            checker.wrong(f"{key}.sensors[{index}].{setting}", problem, remedy)
     _check_locators(checker, key, kind)
     for index, reading in list_type_readings(kind):
         both = (kind.sensors[index], kind.sensors[read.get(reading.name, index)])
@@ -164,15 +156,6 @@ def _check_locators(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
                 remedy = "give one of them other `targets`, or leave it out"
                 checker.wrong(at, f"reads the range of {what}, as does sensors[{taken[target]}]", remedy)
             taken[target] = index
-
-
-def _check_sectors(checker: ScenarioErrors, key: str, sectors: Mapping[str, tuple[float, float]]) -> None:
-    if not sectors:
-        checker.wrong(key, "is empty", "give at least one sector")
-    for name, (first, last) in sectors.items():
-        if not 0 <= last - first <= 360 or not (first >= -360 and last <= 360):
-            remedy = "give (from, to) in degrees from -360 to 360, counter-clockwise from ahead, at most a full circle"
-            checker.wrong(f"{key}.{name}", f"is [{first}, {last}]", remedy)
 
 
 def _check_behaviors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:

@@ -2,34 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 
-from understudy.sim.scenario.scenario_errors import ScenarioErrors
+from understudy.sim.scenario.scenario_errors import (
+    AT_LEAST_1,
+    CHANCE,
+    NOT_NEGATIVE,
+    POSITIVE,
+    SPARE,
+    THINGS,
+    TICK,
+    Limit,
+    ScenarioErrors,
+)
 from understudy.sim.scenario.schema import (
     AppearanceSchedule,
     ArenaRegion,
-    Camera,
     CaptureRule,
-    ClaimSensor,
     Goal,
     ObjectClass,
     Obstacle,
     Placement,
-    PoseSensor,
     PullRule,
-    RandomSensor,
     RandomWalk,
     RobotGroup,
     RobotType,
     Scenario,
     SensorBase,
-    Sonar,
-    StallSensor,
-    TargetLocator,
     TargetSpec,
 )
 from understudy.sim.scenario.squad_schema import (
@@ -40,34 +43,11 @@ from understudy.sim.scenario.squad_schema import (
     StatisticSpec,
     StrictStruct,
 )
+from understudy.sim.sensing.sensor_table import SENSORS
 
 MOST = 1e9
 """Whatever is larger is a slip, or breaks arithmetic."""
-MOST_THINGS = 10_000_000
-MOST_SPARE = 10_000
-"""Room for objects that are not there costs memory and time in every world."""
 
-
-class Limit(NamedTuple):
-    """What a number must be, and in words."""
-
-    holds: Callable[[float], bool]
-    words: str
-
-
-POSITIVE = Limit(lambda number: number > 0, "a number above 0")
-NOT_NEGATIVE = Limit(lambda number: number >= 0, "0 or more")
-TICK = Limit(lambda number: number >= 0.0001, "0.0001 or more")
-AT_LEAST_1 = Limit(lambda number: number >= 1, "1 or more")
-CHANCE = Limit(lambda number: 0 <= number <= 1, "a probability from 0 to 1")
-VIEW = Limit(lambda number: 0 < number < 180, "more than 0 and less than 180 degrees")
-THINGS = Limit(
-    lambda number: 0 <= number <= MOST_THINGS, f"a number from 0 to {MOST_THINGS:,}".replace(",", " ")
-)
-SPARE = Limit(
-    lambda number: 0 <= number <= MOST_SPARE, f"a number from 0 to {MOST_SPARE:,}".replace(",", " ")
-)
-PIXELS = Limit(lambda number: 1 <= number <= 100_000, "1 to 100 000 pixels")
 
 LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
     Scenario: {"size": POSITIVE, "tick_s": TICK, "limit_s": POSITIVE, "spare_objects": SPARE},
@@ -78,25 +58,7 @@ LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
     AppearanceSchedule: {"away_s": NOT_NEGATIVE, "first_s": NOT_NEGATIVE, "stays_s": NOT_NEGATIVE},
     CaptureRule: {"range": POSITIVE, "after_s": NOT_NEGATIVE},
     PullRule: {"robots": AT_LEAST_1},
-    ClaimSensor: {"range": POSITIVE},
     RandomWalk: {"speed": POSITIVE, "turn_s": POSITIVE},
-    SensorBase: {"dropout": CHANCE, "rate_hz": POSITIVE},
-    Sonar: {"range": POSITIVE, "noise": NOT_NEGATIVE},
-    Camera: {
-        "view_deg": VIEW,
-        "width_px": PIXELS,
-        "height_px": PIXELS,
-        "range": POSITIVE,
-        "least_px": NOT_NEGATIVE,
-        "noise_x": NOT_NEGATIVE,
-        "noise_size": NOT_NEGATIVE,
-        "misses": CHANCE,
-        "ghosts": CHANCE,
-    },
-    TargetLocator: {"range": POSITIVE, "noise_range": NOT_NEGATIVE, "noise_deg": NOT_NEGATIVE},
-    PoseSensor: {"noise": NOT_NEGATIVE, "noise_deg": NOT_NEGATIVE},
-    StallSensor: {"after_s": POSITIVE},
-    RandomSensor: {"every_s": POSITIVE},
     RobotType: {
         "radius": POSITIVE,
         "speed": NOT_NEGATIVE,
@@ -119,6 +81,8 @@ LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
     StatisticSpec: {"within_s": POSITIVE, "for_s": POSITIVE},
     AssignmentSpec: {"share": AT_LEAST_1},
     CommsSpec: {"delay_s": NOT_NEGATIVE, "loss": CHANCE},
+    SensorBase: {"dropout": CHANCE, "rate_hz": POSITIVE},
+    **{row.spec: row.limits for row in SENSORS},
 }
 """Limits by part and field; a part keeps those of what it is a sort of."""
 

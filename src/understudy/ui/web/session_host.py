@@ -15,7 +15,8 @@ from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.team.coordinator_body import CoordinatorBody
-from understudy.sim.scenario.schema import Scenario, Sonar
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.sensing.sensor_table import list_range_scans
 from understudy.sim.world import World
 from understudy.training.other_agents import SessionSnapshot
 from understudy.training.trainee import Mode
@@ -191,8 +192,8 @@ class SessionHost:
         if self.sort is not None:
             return ()
         kind = self.world.names.types[int(self.world.state.robots["type"][self.agent])]
-        sensors = self.world.scenario.types[kind].sensors
-        keys = [(name, None) for each in sensors if isinstance(each, Sonar) for name in each.sectors]
+        scans = list_range_scans(self.world.scenario.types[kind])
+        keys = [(arc.reading, None) for scan in scans for arc in scan.arcs]
         if not keys:
             return ()
         percept = self.world.sense(keys) if self.desk is None else self.desk.session.percept

@@ -11,7 +11,8 @@ from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
 from understudy.sim.scenario.files import MARKER
-from understudy.sim.scenario.schema import MOUSE, Camera, RobotType, Sonar
+from understudy.sim.scenario.schema import MOUSE, Camera, RobotType
+from understudy.sim.sensing.sensor_table import list_range_scans
 from understudy.ui.web.messages.base import Data
 
 KindName: TypeAlias = Literal["continuous", "toroidal", "categorical"]
@@ -52,8 +53,8 @@ class DiscData(Data, frozen=True, kw_only=True):
     color: str | None
 
 
-class SonarData(Data, frozen=True, kw_only=True):
-    """A sector of a sonar; angles are relative to the robot's heading."""
+class RangeArcData(Data, frozen=True, kw_only=True):
+    """An arc in which a sensor measures a distance, a beam where both angles are one; relative to the heading."""
 
     name: str
     from_deg: float
@@ -125,7 +126,7 @@ class SceneData(Data, frozen=True, kw_only=True):
     polygons: list[list[tuple[float, float]]]
     discs: list[DiscData]
     targets: list[str]
-    sonars: list[list[SonarData]]
+    sonars: list[list[RangeArcData]]
     """By type of robots."""
     cameras: list[list[CameraData]]
     """By type of robots."""
@@ -217,12 +218,11 @@ def _classes(world: Ground) -> list[ObjectClassData]:
     ]
 
 
-def _sonars(kind: RobotType) -> list[SonarData]:
+def _sonars(kind: RobotType) -> list[RangeArcData]:
     return [
-        SonarData(name=name, from_deg=start, to_deg=stop, range=sensor.range)
-        for sensor in kind.sensors
-        if isinstance(sensor, Sonar)
-        for name, (start, stop) in sensor.sectors.items()
+        RangeArcData(name=arc.reading, from_deg=arc.from_deg, to_deg=arc.to_deg, range=scan.range)
+        for scan in list_range_scans(kind)
+        for arc in scan.arcs
     ]
 
 
