@@ -28,8 +28,7 @@ from understudy.robots.safety.stop_log import StopEvent, StopLog, find_stop_log
 from understudy.robots.safety.watchdog_client import WatchdogClient
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.sim.catalog import find_scenario
-from understudy.sim.command_table import make_command_table
-from understudy.sim.kit import COLUMNS, MOVING, list_type_readings
+from understudy.sim.kit import COLUMNS, MOVING, list_type_readings, make_command_table
 from understudy.sim.scenario.schema import RobotType, Scenario
 
 

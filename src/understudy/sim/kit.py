@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-from understudy.errors import SettingError
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError, SettingError, UnknownName
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Target
 from understudy.model.features import AnyFeature, Feature, FlagFeature, TimeInState
-from understudy.model.kinds import Continuous
+from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Kit
 from understudy.runtime.body import Channel, Reading
 from understudy.sim.params import SIGNAL, list_signals
@@ -216,3 +219,40 @@ def _is_of(part: AnyFeature | Behavior | Target, readings: set[str], behaviors: 
     if isinstance(part, Behavior):
         return part.name in behaviors
     return isinstance(part, Feature) and part.reading in readings
+
+
+def make_command_table(
+    commands: Mapping[str, Column], *, agents: int, channels: Sequence[str], where: str
+) -> NDArray[np.float64]:
+    """Commands as a table [N, 5], whose columns are COLUMNS and none left out; an unusable one raises."""
+    table = np.zeros((agents, len(COLUMNS)))
+    for channel, column in commands.items():
+        if channel not in channels:
+            raise UnknownName(what="channel", name=channel, where=where, known=channels)
+        table[:, COLUMNS.index(channel)] = _column(channel, column, agents)
+    return table
+
+
+def _column(channel: str, column: Column, agents: int) -> Column:
+    try:
+        values: Column = np.asarray(column, np.float64)
+    except (TypeError, ValueError) as error:
+        raise DefinitionError(
+            what=f"command {channel!r}",
+            problem=f"it is {column!r:.60}",
+            remedy="give one finite number per robot",
+        ) from error
+    if values.shape != (agents,):
+        raise DefinitionError(
+            what=f"command {channel!r}",
+            problem=f"it has shape {values.shape}",
+            remedy=f"give one value per robot: shape ({agents},)",
+        )
+    wrong = np.flatnonzero(~np.isfinite(values))
+    if len(wrong):
+        raise DefinitionError(
+            what=f"command {channel!r}",
+            problem=f"it is {values[wrong[0]]} for robot {wrong[0]}",
+            remedy="give finite numbers",
+        )
+    return values

@@ -22,7 +22,6 @@ from understudy.model.kinds import Column
 from understudy.model.library import Kit
 from understudy.runtime.body import Channel, Commands, FusedPlan, Reading
 from understudy.sim import state as snapshots
-from understudy.sim.command_table import make_command_table
 from understudy.sim.kernel_context import (
     KernelContext,
     KernelWorlds,
@@ -30,7 +29,14 @@ from understudy.sim.kernel_context import (
     make_thread_scratch,
 )
 from understudy.sim.kernels.dtypes import DISC
-from understudy.sim.kit import COLUMNS, list_readings, make_channels, make_scenario_kit, make_targets
+from understudy.sim.kit import (
+    COLUMNS,
+    list_readings,
+    make_channels,
+    make_command_table,
+    make_scenario_kit,
+    make_targets,
+)
 from understudy.sim.layout.clearance import find_overlap
 from understudy.sim.layout.neighbor_grid import make_robot_grid, make_static_neighbors
 from understudy.sim.layout.placement import lay_out_worlds
