@@ -430,7 +430,7 @@ export interface Scene {
   discs: readonly Disc[];
   targets: readonly string[];
   /** By type of robots. */
-  sonars: readonly (readonly Sonar[])[];
+  sonars: readonly (readonly RangeArc[])[];
   /** By type of robots. */
   cameras: readonly (readonly Camera[])[];
   features: readonly KitFeature[];
@@ -594,8 +594,8 @@ export interface Disc {
   color: string | null;
 }
 
-/** A sector of a sonar; angles are relative to the robot's heading. */
-export interface Sonar {
+/** An arc in which a sensor measures a distance, a beam where both angles are one; relative to the heading. */
+export interface RangeArc {
   name: string;
   from_deg: number;
   to_deg: number;

@@ -1,8 +1,8 @@
-/** What is shown on demand: the way it came, lines to targets, sonar cones, what the camera sees. */
+/** What is shown on demand: the way it came, lines to targets, measured distances, what the camera sees. */
 
 import type { Session } from "../protocol";
 import { degrees, minus } from "../words";
-import { letters, spot, type Picture } from "./picture";
+import { disc, letters, spot, type Picture } from "./picture";
 import { pose } from "./robots";
 
 const TO_RADIANS = Math.PI / 180;
@@ -14,7 +14,7 @@ export function drawOverlays(picture: Picture): void {
   if (frame === null || picture.desk === null || frame.agent >= frame.robots.count) return;
   if (picture.overlays.has("trail")) drawTrail(picture);
   if (picture.overlays.has("camera")) drawCamera(picture, frame.agent);
-  if (picture.overlays.has("sonars")) drawSonars(picture, frame.agent, frame.sonars);
+  if (picture.overlays.has("distances")) drawDistances(picture, frame.agent, frame.sonars);
   if (picture.overlays.has("targets")) drawTargets(picture, frame.agent, picture.desk, frame.features);
 }
 
@@ -67,24 +67,42 @@ function drawCamera(picture: Picture, robot: number): void {
   }
 }
 
-function drawSonars(picture: Picture, robot: number, readings: Float32Array): void {
+/** What the range sensors measure, from the robot's rim: a cone for an arc, a ray with a dot where it hits for a beam. */
+function drawDistances(picture: Picture, robot: number, readings: Float32Array): void {
   const { pen, scene, palette } = picture;
-  const sonars = scene.sonars[scene.robot_type[robot] ?? 0] ?? [];
-  sonars.forEach((sonar, index) => {
+  const type = scene.robot_type[robot] ?? 0;
+  const rim = scene.types[type]?.radius ?? 0;
+  (scene.sonars[type] ?? []).forEach((arc, index) => {
     const reading = readings[index] ?? NaN;
-    const heard = !Number.isNaN(reading);
-    cone(picture, robot, sonar.from_deg, sonar.to_deg, heard ? reading : sonar.range);
-    pen.globalAlpha = heard && reading < sonar.range * 0.99 ? 0.2 : 0.08;
+    const answered = !Number.isNaN(reading);
+    const hit = answered && reading < arc.range * 0.99;
+    const beam = arc.from_deg === arc.to_deg;
+    cone(picture, robot, arc.from_deg, arc.to_deg, rim + (answered ? reading : arc.range));
     pen.fillStyle = palette.train;
-    pen.fill();
-    pen.globalAlpha = 0.5;
+    if (!beam) {
+      pen.globalAlpha = hit ? 0.2 : 0.08;
+      pen.fill();
+    }
+    pen.globalAlpha = beam ? (hit ? 0.35 : 0.12) : 0.5;
     pen.lineWidth = 1;
     pen.strokeStyle = palette.train;
-    if (!heard) pen.setLineDash([3, 4]);
+    if (!answered) pen.setLineDash([3, 4]);
     pen.stroke();
     pen.setLineDash([]);
+    if (beam && hit) drawHit(picture, robot, arc.from_deg, rim + reading);
     pen.globalAlpha = 1;
   });
+}
+
+/** A dot where a beam hits, so far from the middle of the robot. */
+function drawHit(picture: Picture, robot: number, deg: number, away: number): void {
+  const at = pose(picture, robot);
+  const angle = at.heading + deg * TO_RADIANS;
+  const [x, y] = spot(picture, at.x + away * Math.cos(angle), at.y + away * Math.sin(angle));
+  picture.pen.beginPath();
+  disc(picture.pen, x, y, 2.5);
+  picture.pen.globalAlpha = 0.9;
+  picture.pen.fill();
 }
 
 /** A line to each target that the automaton knows distance and angle of, as it senses them. */

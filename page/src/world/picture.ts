@@ -5,7 +5,7 @@ import { toScreen, type Size, type View } from "./geometry";
 import type { Motion } from "./motion";
 import type { Palette } from "./palette";
 
-export const OVERLAYS = ["targets", "sonars", "camera", "trail", "names"] as const;
+export const OVERLAYS = ["targets", "distances", "camera", "trail", "names"] as const;
 export type Overlay = (typeof OVERLAYS)[number];
 
 export interface Picture {

@@ -22,7 +22,7 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
   const type = scene.robot_type[desk?.agent ?? 0] ?? 0;
   const has: Record<Overlay, boolean> = {
     targets: desk !== null,
-    sonars: desk !== null && (scene.sonars[type]?.length ?? 0) > 0,
+    distances: desk !== null && (scene.sonars[type]?.length ?? 0) > 0,
     camera: desk !== null && (scene.cameras[type]?.length ?? 0) > 0,
     trail: desk !== null,
     names: true,
