@@ -30,7 +30,7 @@ from understudy.sim.sensing.sensor_table import find_sensor_row
 from understudy.sim.state import Records, WorldParams, WorldState
 
 BLOCK = 32
-"""Robots that sense, decide and mean to move together; `_barrier_kernels` has the same."""
+"""Robots that sense, decide and mean to move together; `thread_barrier` has the same."""
 
 
 MOST_THREADS = 64

@@ -6,7 +6,6 @@ from understudy._jit_kernels import inlined, inner, njit_entry, uint64
 from understudy.kernel_cache import hash_kernel_sources
 from understudy.runtime.engine._pulse_kernels import pulse_agent
 from understudy.runtime.team._squad_kernels import run_world_coordinators
-from understudy.sim.kernels.barrier import BLOCK, claim_block, run_for_each_robot, wait_at_barrier
 from understudy.sim.kernels.dynamics import (
     add_push,
     limit_by_boxes,
@@ -29,6 +28,7 @@ from understudy.sim.kernels.pulling import (
 )
 from understudy.sim.kernels.sensing import sense_robots
 from understudy.sim.kernels.signals import list_signalers, plan_signal, raise_signal
+from understudy.sim.kernels.thread_barrier import BLOCK, claim_block, run_for_each_robot, wait_at_barrier
 
 SENSE, OBEY, RUN = 0, 1, 2
 
