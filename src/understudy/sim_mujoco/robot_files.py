@@ -131,7 +131,7 @@ def format_team_file(scenario: Scenario) -> str:
 
 def list_sensor_topics(kind: RobotType) -> tuple[SensorTopic, ...]:
     """What a type of robots publishes of its sensors' readings."""
-    return tuple(topic for sensor in kind.sensors for topic in find_sensor_row(sensor).topics(sensor))
+    return tuple(topic for sensor in kind.sensors for topic in find_sensor_row(sensor).topics(sensor, kind))
 
 
 def list_published_readings(kind: RobotType) -> Mapping[str, tuple[str, str, Mapping[str, Any]]]:

@@ -131,8 +131,8 @@ class SensorRow(Generic[S]):
     """The optional part of the kernels that it needs, which worlds without such sensors are compiled without."""
     reach: Callable[[S], float] = lambda sensor: 0.0
     """How far beyond the rim it feels what stands or drives there, m."""
-    scan: Callable[[S], RangeScan] | None = None
-    topics: Callable[[S], tuple[SensorTopic, ...]] = lambda sensor: ()
+    scan: Callable[[S, RobotType], RangeScan] | None = None
+    topics: Callable[[S, RobotType], tuple[SensorTopic, ...]] = lambda sensor, kind: ()
 
 
 def find_target_color(scenario: Scenario, target: TargetSpec, type_name: str) -> str | None:

@@ -117,7 +117,7 @@ def _list_sonar_channels(sensor: Sonar, context: SensorContext) -> Iterator[Sens
         yield SensorChannel(((name, None),), step, sector=make_sector(radians(low), radians(high)))
 
 
-def _sweep_sonar(sensor: Sonar) -> RangeScan:
+def _sweep_sonar(sensor: Sonar, kind: RobotType) -> RangeScan:
     arcs = tuple(RangeArc(name, low, high) for name, (low, high) in sensor.sectors.items())
     names = tuple(sensor.sectors)
     return RangeScan(
@@ -125,7 +125,7 @@ def _sweep_sonar(sensor: Sonar) -> RangeScan:
     )
 
 
-def _list_sonar_topics(sensor: Sonar) -> tuple[SensorTopic, ...]:
+def _list_sonar_topics(sensor: Sonar, kind: RobotType) -> tuple[SensorTopic, ...]:
     """A message Range for each sector; REP 117: infinite where nothing is in range."""
     return tuple(
         SensorTopic(
@@ -165,7 +165,7 @@ def _list_bumper_channels(sensor: Bumper, context: SensorContext) -> Iterator[Se
         yield SensorChannel(((name, None),), {"what": dtypes.BUMPER, "sees": 7}, sector=sector)
 
 
-def _list_bumper_topics(sensor: Bumper) -> tuple[SensorTopic, ...]:
+def _list_bumper_topics(sensor: Bumper, kind: RobotType) -> tuple[SensorTopic, ...]:
     return tuple(
         SensorTopic(f"bumper/{name}", BOOL, {name: {"field": "data"}}, partial(_make_bool_fields, name))
         for name in sensor.sectors
@@ -234,7 +234,7 @@ def _list_cargo_channels(sensor: CargoSensor, context: SensorContext) -> Iterato
         yield SensorChannel(((name, None),), {"what": what})
 
 
-def _list_cargo_topics(sensor: CargoSensor) -> tuple[SensorTopic, ...]:
+def _list_cargo_topics(sensor: CargoSensor, kind: RobotType) -> tuple[SensorTopic, ...]:
     def make_topic(reading: Reading) -> SensorTopic:
         is_number = bool(reading.unit)
         settings = {"field": "data", "unit": reading.unit} if is_number else {"field": "data"}
@@ -386,4 +386,4 @@ def find_sensor_row(sensor: SensorBase) -> SensorRow[Any]:
 def list_range_scans(kind: RobotType) -> list[RangeScan]:
     """What the range sensors of a type of robots sweep, in their order."""
     rows = ((find_sensor_row(sensor).scan, sensor) for sensor in kind.sensors)
-    return [scan(sensor) for scan, sensor in rows if scan is not None]
+    return [scan(sensor, kind) for scan, sensor in rows if scan is not None]
