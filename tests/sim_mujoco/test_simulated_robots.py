@@ -31,7 +31,7 @@ from understudy.robots.robot_file import load_team, parse_robot
 from understudy.robots.ros.messages import decode_message, encode_twist
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.sensing.sensor_table import RANGE
+from understudy.sim.sensing.range_sensors import RANGE
 from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.robot_files import (
     IMAGE,

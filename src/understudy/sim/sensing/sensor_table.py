@@ -1,21 +1,21 @@
 """The table of sensors: for each kind its readings, limits, measurement in kernels, drawing, and ROS 2 topics.
 
-A new kind of sensor is a struct in `scenario/schema.py`, a row here, and its measurement in `kernels/sensing.py`.
+A new kind of sensor is a struct in `scenario/schema.py`, a row here or in `range_sensors.py`, and its measurement in
+`kernels/sensing.py`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from math import inf, pi, radians, tan
-from typing import Any, TypeAlias
+from math import inf, radians, tan
+from typing import Any
 
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.runtime.body import Reading
 from understudy.sim.kernels import dtypes
 from understudy.sim.scenario.scenario_errors import CHANCE, NOT_NEGATIVE, PIXELS, POSITIVE, VIEW
 from understudy.sim.scenario.schema import (
-    Bumper,
     Camera,
     CargoSensor,
     ClaimSensor,
@@ -25,13 +25,11 @@ from understudy.sim.scenario.schema import (
     RandomSensor,
     RobotType,
     SensorBase,
-    Sonar,
     StallSensor,
     TargetLocator,
 )
-from understudy.sim.sensing.sectors import make_sector
+from understudy.sim.sensing.range_sensors import BOOL, RANGE_SENSORS, make_bool_fields
 from understudy.sim.sensing.sensor_row import (
-    RangeArc,
     RangeScan,
     SensorChannel,
     SensorContext,
@@ -41,7 +39,7 @@ from understudy.sim.sensing.sensor_row import (
     list_claimable_targets,
 )
 
-Sectors: TypeAlias = Mapping[str, tuple[float, float]]
+FLOAT = "std_msgs/msg/Float64"
 
 BLOBS = (
     Reading(
@@ -71,105 +69,6 @@ GRIP = (
     Reading("holding", BOOLEAN, doc="Whether the robot holds a box."),
     Reading("enough", BOOLEAN, doc="Whether so many hold the box it holds that they can pull it."),
 )
-
-
-def _check_sectors(sectors: Sectors) -> Iterator[tuple[str, str, str]]:
-    for name, (first, last) in sectors.items():
-        if not 0 <= last - first <= 360 or not (first >= -360 and last <= 360):
-            remedy = "give (from, to) in degrees from -360 to 360, counter-clockwise from ahead, at most a full circle"
-            yield f"sectors.{name}", f"is [{first}, {last}]", remedy
-
-
-def _check_sector_list(sensor: Sonar | Bumper) -> Iterator[tuple[str, str, str]]:
-    if not sensor.sectors:
-        yield "sectors", "is empty", "give at least one sector"
-    yield from _check_sectors(sensor.sectors)
-
-
-def _check_sees(sees: Sequence[str]) -> Iterator[tuple[str, str, str]]:
-    if not sees:
-        yield "sees", "is empty", "give what reflects: walls, obstacles, robots"
-
-
-# Sonar and bumpers
-
-
-def _check_sonar(sensor: Sonar) -> Iterator[tuple[str, str, str]]:
-    yield from _check_sector_list(sensor)
-    yield from _check_sees(sensor.sees)
-
-
-def _list_sonar_readings(sensor: Sonar) -> tuple[Reading, ...]:
-    doc = "Distance to the nearest thing there; the sonar's range if none."
-    return tuple(Reading(name, Continuous(), "m", doc=doc) for name in sensor.sectors)
-
-
-def _combine_reflectors(sees: Sequence[str]) -> int:
-    """What reflects, as the bits of a STEP."""
-    bits = {"walls": dtypes.WALLS, "obstacles": dtypes.OBSTACLES, "robots": dtypes.ROBOTS}
-    return sum({bits[each] for each in sees})
-
-
-def _list_sonar_channels(sensor: Sonar, context: SensorContext) -> Iterator[SensorChannel]:
-    step = {"what": dtypes.SONAR, "range": sensor.range, "noise_a": sensor.noise}
-    step |= {"sees": _combine_reflectors(sensor.sees)}
-    for name, (low, high) in sensor.sectors.items():
-        yield SensorChannel(((name, None),), step, sector=make_sector(radians(low), radians(high)))
-
-
-def _sweep_sonar(sensor: Sonar, kind: RobotType) -> RangeScan:
-    arcs = tuple(RangeArc(name, low, high) for name, (low, high) in sensor.sectors.items())
-    names = tuple(sensor.sectors)
-    return RangeScan(
-        arcs, sensor.range, sensor.noise, sensor.sees, lambda far: dict(zip(names, far, strict=True))
-    )
-
-
-def _list_sonar_topics(sensor: Sonar, kind: RobotType) -> tuple[SensorTopic, ...]:
-    """A message Range for each sector; REP 117: infinite where nothing is in range."""
-    return tuple(
-        SensorTopic(
-            f"sonar/{name}", RANGE, {name: {"unit": "m"}}, partial(_make_range_fields, name, sensor.range)
-        )
-        for name in sensor.sectors
-    )
-
-
-RANGE, BOOL, FLOAT = "sensor_msgs/msg/Range", "std_msgs/msg/Bool", "std_msgs/msg/Float64"
-ULTRASOUND = 0
-
-
-def _make_range_fields(name: str, limit: float, values: Mapping[str, float]) -> Mapping[str, Any]:
-    far = inf if values[name] >= limit else values[name]
-    return {
-        "radiation_type": ULTRASOUND, "field_of_view": pi / 6, "min_range": 0.0, "max_range": limit, "range": far,
-    }  # fmt: skip
-
-
-def _make_bool_fields(name: str, values: Mapping[str, float]) -> Mapping[str, Any]:
-    return {"data": values[name] > 0}
-
-
-def _make_float_fields(name: str, values: Mapping[str, float]) -> Mapping[str, Any]:
-    return {"data": values[name]}
-
-
-def _list_bumper_readings(sensor: Bumper) -> tuple[Reading, ...]:
-    doc = "Whether something touches the robot there."
-    return tuple(Reading(name, BOOLEAN, doc=doc) for name in sensor.sectors)
-
-
-def _list_bumper_channels(sensor: Bumper, context: SensorContext) -> Iterator[SensorChannel]:
-    for name, (low, high) in sensor.sectors.items():
-        sector = make_sector(radians(low), radians(high))
-        yield SensorChannel(((name, None),), {"what": dtypes.BUMPER, "sees": 7}, sector=sector)
-
-
-def _list_bumper_topics(sensor: Bumper, kind: RobotType) -> tuple[SensorTopic, ...]:
-    return tuple(
-        SensorTopic(f"bumper/{name}", BOOL, {name: {"field": "data"}}, partial(_make_bool_fields, name))
-        for name in sensor.sectors
-    )
 
 
 # Cameras and locators
@@ -234,11 +133,15 @@ def _list_cargo_channels(sensor: CargoSensor, context: SensorContext) -> Iterato
         yield SensorChannel(((name, None),), {"what": what})
 
 
+def _make_float_fields(name: str, values: Mapping[str, float]) -> Mapping[str, Any]:
+    return {"data": values[name]}
+
+
 def _list_cargo_topics(sensor: CargoSensor, kind: RobotType) -> tuple[SensorTopic, ...]:
     def make_topic(reading: Reading) -> SensorTopic:
         is_number = bool(reading.unit)
         settings = {"field": "data", "unit": reading.unit} if is_number else {"field": "data"}
-        fields = partial(_make_float_fields if is_number else _make_bool_fields, reading.name)
+        fields = partial(_make_float_fields if is_number else make_bool_fields, reading.name)
         return SensorTopic(
             f"readings/{reading.name}", FLOAT if is_number else BOOL, {reading.name: settings}, fields
         )
@@ -294,18 +197,7 @@ def _list_elapsed_channels(sensor: ElapsedSensor, context: SensorContext) -> Ite
 
 
 SENSORS: tuple[SensorRow[Any], ...] = (
-    SensorRow(
-        spec=Sonar,
-        readings=_list_sonar_readings,
-        channels=_list_sonar_channels,
-        limits={"range": POSITIVE, "noise": NOT_NEGATIVE},
-        check=_check_sonar,
-        in_one_step=True,
-        kernels="ranging",
-        reach=lambda sonar: sonar.range,
-        scan=_sweep_sonar,
-        topics=_list_sonar_topics,
-    ),
+    *RANGE_SENSORS,
     SensorRow(
         spec=Camera,
         readings=lambda _: BLOBS,
@@ -335,16 +227,6 @@ SENSORS: tuple[SensorRow[Any], ...] = (
         readings=lambda _: POSE,
         channels=_list_pose_channels,
         limits={"noise": NOT_NEGATIVE, "noise_deg": NOT_NEGATIVE},
-    ),
-    SensorRow(
-        spec=Bumper,
-        readings=_list_bumper_readings,
-        channels=_list_bumper_channels,
-        check=_check_sector_list,
-        in_one_step=True,
-        kernels="ranging",
-        reach=lambda _: dtypes.TOUCH,
-        topics=_list_bumper_topics,
     ),
     SensorRow(
         spec=StallSensor,
