@@ -12,8 +12,8 @@ from understudy.robots.camera.blobs import Image
 from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.model import build_model
 from understudy.sim_mujoco.optional import import_mujoco
-from understudy.sim_mujoco.renderer import Renderer
 from understudy.sim_mujoco.shapes import AWAY_M
+from understudy.sim_mujoco.world import Renderer
 
 SIZE_PX = (1000, 560)
 FINER = 2
