@@ -24,6 +24,7 @@ from understudy.sim.scenario.schema import (
     FeatureSpec,
     Goal,
     GripSensor,
+    Lidar,
     ObjectClass,
     Obstacle,
     Placement,
@@ -308,6 +309,23 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
             "sectors": ("°", "name of a reading = [from, to], counter-clockwise from ahead; equal: a beam"),
             "range": ("m", "how far it hears, and what it reads where it hears nothing"),
             "noise": ("m", "standard deviation"),
+            "sees": ("", "what reflects"),
+        },
+    ),
+    Lidar: (
+        '`kind = "lidar"` reads distances along beams, and sums them up in sectors (m, bearings in rad)',
+        {
+            "view_deg": ("°", "width of its view, symmetric about ahead; 360 is all around"),
+            "beams": ("", "how many, evenly spread: readings `beam_0` and on, counter-clockwise"),
+            "range": ("m", "how far it sees, and what it reads where it hits nothing"),
+            "noise": ("m", "standard deviation"),
+            "sectors": (
+                "°",
+                "name = [from, to]; readings by that name (the nearest), `…_bearing` (where that is) and `…_width` "
+                "(how wide the widest opening is)",
+            ),
+            "clear": ("m", "beams that reach this far make an opening"),
+            "name": ("", "of the beams' readings"),
             "sees": ("", "what reflects"),
         },
     ),

@@ -15,7 +15,7 @@ from tests.sim_mujoco.world_image import INSET, SIZE_PX, render_with_camera_inse
 from understudy.robots.camera.blobs import BlobDetector
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Camera as Simulated
-from understudy.sim.scenario.schema import RobotType, Scenario, Sonar
+from understudy.sim.scenario.schema import Lidar, RobotType, Scenario, Sonar
 from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.materials import PAINTS, choose_material_color, derive_camera_color
 from understudy.sim_mujoco.robot_files import calibrate_camera_colors
@@ -54,6 +54,29 @@ def test_sonar_hears_what_the_2d_sonar_hears(name: str) -> None:
     errors = np.concatenate(apart)
     assert np.median(errors) < 0.002
     assert errors.max() < 0.15
+
+
+def test_lidar_measures_what_the_2d_lidar_measures() -> None:
+    """Rays are the same rays; what they hit is to a millimeter, but for rims of round obstacles."""
+    lidar = Lidar(view_deg=270.0, beams=55, range=4.0, sectors={"front": (-45.0, 45.0)}, clear=0.8)
+    scenario = plain("arena")
+    kinds = {name: replace(kind, sensors=(lidar,)) for name, kind in scenario.types.items()}
+    scenario = replace(scenario, types=kinds, features={}, targets={})
+    beams, nearest, openings = list[float](), list[float](), list[float]()
+    for body in (MujocoBody(scenario, [seed]) for seed in range(6)):
+        keys = [(each.name, None) for each in body.readings]
+        flat, found = body.world.sense(keys), body.sense(keys)
+        for name, _ in keys:
+            apart = np.abs(flat[name, None] - found[name, None])
+            group = nearest if name == "front" else openings if name == "front_width" else beams
+            group += [] if name == "front_bearing" else apart.tolist()
+        bearing = flat["front_bearing", None] - found["front_bearing", None]
+        assert (np.isnan(bearing) | (np.abs(np.sin(bearing / 2)) < 0.05)).mean() > 0.8
+    assert len(beams) == 6 * 55
+    assert np.median(beams) < 0.001
+    assert np.quantile(beams, 0.98) < 0.02
+    assert np.median(nearest) < 0.01
+    assert np.median(openings) < 0.05
 
 
 @draws

@@ -30,7 +30,7 @@ from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot_file import load_team, parse_robot
 from understudy.robots.ros.messages import decode_message, encode_twist
 from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import Scenario
+from understudy.sim.scenario.schema import Lidar, Scenario
 from understudy.sim.sensing.range_sensors import RANGE
 from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.robot_files import (
@@ -154,6 +154,30 @@ def test_what_is_published_reads_as_the_body_senses_it() -> None:
     assert (image.width, image.height, image.encoding, image.step) == (160, 120, "rgb8", 480)
     pixels = decode_image(image.data, encoding="rgb8", width=160, height=120, step=480)
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 20
+
+
+def test_a_lidar_is_a_laser_scan_and_reads_as_the_body_senses_it() -> None:
+    """All its readings from one message, through the robot's file."""
+    lidar = Lidar(beams=24, range=4.0, sectors={"front": (-50.0, 50.0), "rear": (100.0, 260.0)}, clear=0.6)
+    scenario = load_scenario("rooms")
+    kinds = {name: replace(kind, sensors=(lidar,)) for name, kind in scenario.types.items()}
+    scenario = replace(scenario, types=kinds, features={}, targets={}, goal=None)
+    wire, there = Wire(), Wire()
+    body = MujocoBody(scenario, [3])
+    simulation = Simulation(body, wire)
+    senses = SensorInputs(
+        parse_robot(format_robot_file(scenario, 0, world="rooms", domain=0, rate_hz=20.0)), there
+    )
+    keys = [(reading.name, None) for reading in body.readings]
+    assert len(keys) == 24 + 2 * 3
+    sensed = body.sense(keys)
+    simulation.tick(0.0)
+    scans = [(topic, data) for topic, data in wire.sent if topic.endswith("/scan/beam")]
+    assert len(scans) == 1
+    there.deliver(*scans[0], 0.0)
+    heard = senses.values(0.0)
+    for key in keys:
+        assert heard[key] == pytest.approx(float(sensed[key][0]), abs=1e-5, nan_ok=True), key
 
 
 def checked(file: Path) -> Iterator[dict[str, Any]]:

@@ -54,9 +54,11 @@ class MotionLimits(StrictStruct, frozen=True, kw_only=True):
 class ReadingSpec(StrictStruct, frozen=True, kw_only=True):
     """Where a reading comes from: a `field` of a message, dots between; that of an orientation is its heading.
 
-    Of a Range, the field may be left out; of a LaserScan, `sector_deg` is (from, to), counter-clockwise from ahead,
-    both the same for a beam, and the nearest return in it counts. `offset_m`, the way from the sensor to the
-    robot's rim, is taken off a range. Older than `stale_s` it is absent; where it is `required`, the robot then stops.
+    Of a Range, the field may be left out. Of a LaserScan, `sector_deg` is (from, to), counter-clockwise from ahead,
+    both the same for a beam; without a field the nearest return in it counts, the field `bearing` is the direction of
+    that, and `width` how wide the widest opening is in which nothing is nearer than `clear_m` (1 m if left out).
+    `offset_m`, the way from the sensor to the robot's rim, is taken off a range. Older than `stale_s` it is absent;
+    where it is `required`, the robot then stops.
     """
 
     topic: str
@@ -64,6 +66,7 @@ class ReadingSpec(StrictStruct, frozen=True, kw_only=True):
     field: str | None = None
     sector_deg: tuple[float, float] | None = None
     offset_m: float = 0.0
+    clear_m: float | None = None
     unit: str = ""
     rate_hz: float | None = None
     stale_s: float = 0.5
@@ -261,6 +264,8 @@ def _wrong_reading(key: str, name: str, reading: ReadingSpec) -> Iterator[Decode
         yield DecodeProblem(f"{key}.offset_m", f"is {reading.offset_m:g}", "give a length in m")
     if reading.sector_deg is not None and not all(map(isfinite, reading.sector_deg)):
         yield DecodeProblem(f"{key}.sector_deg", "is not finite", "give two angles in degrees")
+    if reading.clear_m is not None:
+        yield from _range(f"{key}.clear_m", reading.clear_m, 0.0, 1000.0)
 
 
 def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:

@@ -8,14 +8,17 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
+from understudy.model.kinds import BOOLEAN, Column, Continuous, Kind, Toroidal
 from understudy.robots.robot_file import ReadingSpec, TargetPlaceSpec
 from understudy.robots.ros.messages import BASE, NAMED, is_known_type, list_message_fields
 from understudy.sim.scenario.toml_decode import DecodeProblem
+from understudy.sim.sensing.sectors import find_nearest_beam, measure_widest_opening
 
 Extract: TypeAlias = Callable[[Any], float]
 
 RANGE, SCAN = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan"
+CLEAR_M = 1.0
+"""What lies farther from the rim than this leaves room to pass, where a robot's file says nothing else."""
 QUATERNION = "geometry_msgs/msg/Quaternion"
 POSE_2D = "geometry_msgs/msg/Pose2D", "theta"
 """The one number of common messages that is a direction."""
@@ -32,12 +35,10 @@ def make_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodePr
         return DecodeProblem(
             "type", problem, "give a type of ROS 2's common interfaces, as sensor_msgs/msg/Range"
         )
+    if reading.clear_m is not None and (reading.type, reading.field) != (SCAN, "width"):
+        return DecodeProblem("clear_m", f'means nothing without field = "width" of a {SCAN}', "leave it out")
     if reading.type == SCAN:
-        if reading.sector_deg is None or reading.field is not None:
-            key = "sector_deg" if reading.sector_deg is None else "field"
-            problem = "is missing" if reading.sector_deg is None else "means nothing of a scan"
-            return DecodeProblem(key, problem, "give sector_deg = [from, to] and no field")
-        return Continuous(), reading.unit or "m", _of_scan(reading.sector_deg, reading.offset_m)
+        return _make_scan_extractor(reading)
     if reading.sector_deg is not None:
         return DecodeProblem(
             "sector_deg", f"means nothing of a {reading.type}", f"leave it out, or read a {SCAN}"
@@ -136,34 +137,74 @@ def _clear(value: float, low: float, high: float, offset_m: float) -> float:
     return _finite(max(value - offset_m, 0.0)) if low <= value <= high else nan
 
 
-def _of_scan(sector_deg: tuple[float, float], offset_m: float) -> Extract:
-    """The nearest return in a sector, both edges part of it; absent where no beam in it answered."""
-    start, end = map(radians, sector_deg)
-    full = end - start >= tau - _SAME
-    width = (end - start) % tau
-    beam = not full and (width < _SAME or width > tau - _SAME)
+def _make_scan_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodeProblem:
+    """The nearest return in a sector of a scan, its bearing, or the widest opening there."""
+    if reading.sector_deg is None:
+        return DecodeProblem("sector_deg", "is missing", "give sector_deg = [from, to] and no field")
+    sector, offset_m = ScanSector(*map(radians, reading.sector_deg)), reading.offset_m
+    if reading.field is None:
+        return Continuous(), reading.unit or "m", lambda scan: sector.find_nearest(scan, offset_m)
+    if reading.field == "bearing":
+        return Toroidal(), reading.unit or "rad", sector.find_bearing
+    if reading.field == "width":
+        clear_m = CLEAR_M if reading.clear_m is None else reading.clear_m
+        return Continuous(), reading.unit or "m", lambda scan: sector.measure_opening(scan, offset_m, clear_m)
+    remedy = 'give sector_deg = [from, to] and no field, or field = "bearing" or "width"'
+    return DecodeProblem("field", "means nothing of a scan", remedy)
 
-    def extract(message: Any) -> float:
-        with np.errstate(invalid="ignore"):  # some NaN are said to be signals, which anybody may send
-            ranges = np.asarray(message.ranges, np.float64)
-        low, high, step = message.range_min, message.range_max, message.angle_increment
-        if not (
-            len(ranges)
-            and isfinite(message.angle_min)
-            and isfinite(step)
-            and isfinite(low)
-            and isfinite(high)
-        ):
-            return nan
-        angles = (message.angle_min + step * np.arange(len(ranges)) - start) % tau
-        if beam:
-            away = np.minimum(angles, tau - angles)
-            nearest = int(np.argmin(away))
-            ranges = ranges[nearest : nearest + 1] if away[nearest] <= abs(step) / 2 + _SAME else ranges[:0]
-        elif not full:
-            ranges = ranges[(angles <= width + _SAME) | (angles >= tau - _SAME)]
-        ranges = np.where(ranges == inf, high, np.where(ranges == -inf, low, ranges))
-        ranges = ranges[(ranges >= low) & (ranges <= high)]
+
+class ScanSector:
+    """A sector of a LaserScan, counter-clockwise from one angle (rad) to another, both edges part of it."""
+
+    def __init__(self, start: float, end: float) -> None:
+        self._start = start
+        self._full = end - start >= tau - _SAME
+        self._width = tau if self._full else (end - start) % tau
+        self._beam = not self._full and (self._width < _SAME or self._width > tau - _SAME)
+
+    def find_nearest(self, scan: Any, offset_m: float) -> float:
+        """Return the nearest distance, `offset_m` taken off; NaN where no beam in the sector answered."""
+        ranges = self._select(scan)[1]
+        ranges = ranges[~np.isnan(ranges)]
         return _finite(max(float(ranges.min()) - offset_m, 0.0)) if len(ranges) else nan
 
-    return extract
+    def find_bearing(self, scan: Any) -> float:
+        """Return the direction (rad, [0, tau)) of the nearest return; NaN where nothing is in range."""
+        after, ranges = self._select(scan)
+        nearest = find_nearest_beam(ranges, 0, len(ranges), len(ranges))
+        if nearest < 0 or ranges[nearest] >= scan.range_max:
+            return nan
+        return float(_turned(self._start + after[nearest]))
+
+    def measure_opening(self, scan: Any, offset_m: float, clear_m: float) -> float:
+        """Return how wide (m) the widest opening is; NaN where no beam in the sector answered."""
+        ranges = self._select(scan)[1]
+        if np.isnan(ranges).all():
+            return nan
+        far, count = np.maximum(ranges - offset_m, 0.0).tolist(), len(ranges)
+        around = abs(scan.angle_increment) * count > tau - _SAME
+        beams, spacing = (count, tau / count) if around else (count + 1, abs(scan.angle_increment))
+        return measure_widest_opening(far, 0, count, beams, spacing, offset_m, clear_m)
+
+    def _select(self, scan: Any) -> tuple[Column, Column]:
+        """Return how far (rad) beams in the sector are after its start, in this order, and what they measured.
+
+        Where nothing is in range that is the scan's largest distance, what is too near its least; NaN if invalid.
+        """
+        with np.errstate(invalid="ignore"):  # some NaN are said to be signals, which anybody may send
+            ranges = np.asarray(scan.ranges, np.float64)
+        low, high, step = scan.range_min, scan.range_max, scan.angle_increment
+        if not (len(ranges) and all(map(isfinite, (scan.angle_min, step, low, high)))):
+            return np.zeros(0), np.zeros(0)
+        after = (scan.angle_min + step * np.arange(len(ranges)) - self._start) % tau
+        if self._beam:
+            away = np.minimum(after, tau - after)
+            nearest = int(np.argmin(away))
+            chosen = np.array([nearest] if away[nearest] <= abs(step) / 2 + _SAME else [], np.intp)
+        else:
+            after = np.where(after >= tau - _SAME, after - tau, after)
+            chosen = np.argsort(after, kind="stable")
+            chosen = chosen[after[chosen] <= self._width + _SAME]
+        after, ranges = after[chosen], ranges[chosen]
+        ranges = np.where(ranges == inf, high, np.where(ranges == -inf, low, ranges))
+        return after, np.where((ranges >= low) & (ranges <= high), ranges, nan)

@@ -195,9 +195,12 @@ OFFSET = np.dtype([("x", "f8"), ("y", "f8")])
 (
     TO_CLASS, TO_OBJECT, TO_ROBOT, TO_UNCLAIMED, TO_CALLER, SONAR, CAMERA, BUMPER,
     OWN_X, OWN_Y, OWN_HEADING, OWN_SPEED, OWN_TURNING,
-    STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, HOLDING, ENOUGH, CHANCE, SINCE, CLAIMED,
-) = range(23)  # fmt: skip
+    STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, HOLDING, ENOUGH, CHANCE, SINCE, CLAIMED, LIDAR,
+) = range(24)  # fmt: skip
 """What a step measures: `what` of a STEP."""
+
+ALONG_BEAM, NEAREST_RETURN, WIDEST_OPENING = range(3)
+"""What a part of a lidar's step reads: `of` of a PART."""
 
 WALLS, OBSTACLES, ROBOTS = 1, 2, 4
 """What reflects: bits of `sees` of a STEP."""
@@ -218,6 +221,10 @@ STEP = np.dtype(
         ("least_px", "f8"),
         ("misses", "f8"),
         ("ghosts", "f8"),
+        ("first_rad", "f8"),  # of a lidar, as all down to beams: direction of its first beam, robot frame
+        ("spacing", "f8"),  # rad from one beam to the next
+        ("clear", "f8"),  # m from the rim
+        ("beams", "i8"),
         ("noisy", "i8"),  # has noise, dropout or the like
         ("what", "i8"),  # as listed above
         ("place", "i8"),  # what is to be located first, as `what` has it; -1 nothing
@@ -241,6 +248,9 @@ PART = np.dtype(
         ("held", "i8"),  # memory slot of a (b's is the next); -1 none
         ("color", "i8"),
         ("number", "i8"),
+        ("of", "i8"),  # of a lidar, as all that follow: what is read
+        ("beam", "i8"),  # the first beam of its sector, and how many there are
+        ("beams", "i8"),
     ],
     align=True,
 )

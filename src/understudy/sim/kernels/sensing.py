@@ -6,6 +6,7 @@ from typing import Any
 from understudy._jit_kernels import inlined, inner, int64, njit, uint64
 from understudy.sim.kernels.angles import compute_angle, wrap_angle
 from understudy.sim.kernels.dtypes import (
+    ALONG_BEAM,
     ANYONE,
     BUMPER,
     CAMERA,
@@ -14,6 +15,8 @@ from understudy.sim.kernels.dtypes import (
     ENOUGH,
     FOOD_LEFT,
     HOLDING,
+    LIDAR,
+    NEAREST_RETURN,
     OWN_HEADING,
     OWN_SPEED,
     OWN_TURNING,
@@ -40,6 +43,7 @@ from understudy.sim.kernels.nearest import (
 from understudy.sim.kernels.rng import draw_normal, draw_uniform
 from understudy.sim.kernels.scan import detect_blobs, scan_sectors
 from understudy.sim.kernels.signals import find_nearest_signaler, is_claimed
+from understudy.sim.sensing import sectors
 
 NOISE_A, NOISE_B, DROPOUT, MISS, GHOST, GHOST_X = 0, 2, 4, 5, 6, 7  # streams within a part's eight
 GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and high
@@ -181,6 +185,41 @@ def measure_from_rim(c: Any, row: int, world: int, step: Any) -> None:
             c.a[k] = 1.0 if c.a[k] < limit else 0.0
 
 
+find_nearest_beam = inner(sectors.find_nearest_beam)
+measure_widest_opening = inner(sectors.measure_widest_opening)
+
+
+@inner
+def measure_lidar(c: Any, row: int, world: int, step: Any) -> None:
+    """Measure along the beams of a lidar, with noise, and sum them up by sectors; all from the robot's rim.
+
+    The parts for beams come first. `c.b` keeps their distances by beam, since a reading asked for twice has two parts.
+    """
+    robot = c.robots[row]
+    radius = c.types[robot.type].radius
+    scan_sectors(c, row, world, step, radius + step.range)
+    for k in range(step.end - step.first):
+        part = c.parts[step.first + k]
+        if part.of == ALONG_BEAM:
+            far = min(step.range, max(0.0, c.a[k] - radius))
+            if step.noisy:
+                far, _ = add_sensor_noise(step, part, c.seeds[world], robot.id, c.tick[world], far, math.nan)
+            c.a[k] = c.b[part.number] = far
+            continue
+        beam = find_nearest_beam(c.b, part.beam, part.beams, step.beams)
+        c.b[k] = math.nan
+        if beam < 0:
+            c.a[k] = math.nan
+        elif part.of == NEAREST_RETURN:
+            c.a[k] = c.b[beam]
+            if c.b[beam] < step.range:
+                c.b[k] = wrap_angle(step.first_rad + beam * step.spacing)
+        else:
+            c.a[k] = measure_widest_opening(
+                c.b, part.beam, part.beams, step.beams, step.spacing, radius, step.clear
+            )
+
+
 @inlined
 def measure_sense_step(
     c: Any, row: int, world: int, step: Any, offset: Any, camera: Any, ranging: Any, calling: Any
@@ -204,9 +243,11 @@ def measure_sense_step(
     if calling is not None:  # noqa: SIM102
         if step.what == CLAIMED:
             c.a[0] = _claimed(c, row, world, step, offset)
-    if ranging is not None:  # noqa: SIM102
+    if ranging is not None:
         if step.what == SONAR or step.what == BUMPER:
             measure_from_rim(c, row, world, step)
+        elif step.what == LIDAR:
+            measure_lidar(c, row, world, step)
     if camera is not None:  # noqa: SIM102
         if step.what == CAMERA:
             detect_blobs(c, row, world, step)
@@ -236,12 +277,13 @@ def add_sensor_noise(step: Any, part: Any, seed: int, item: int, tick: int, a: f
             a = step.width_px * draw_uniform(seed, item, tick, stream + GHOST_X)
             b = step.least_px + (GHOST_PX * GHOST_PX) * draw_uniform(seed, item, tick, stream + NOISE_B)
             return a, b
-    silent = step.what == SONAR and a >= step.range  # nothing was heard, and there is nothing to be noisy
+    ranges = step.what == SONAR or step.what == LIDAR
+    silent = ranges and a >= step.range  # nothing was heard, and there is nothing to be noisy
     if (
         step.noise_a > 0.0 and a == a and not silent
     ):  # what is absent stays so: the largest of 0 and NaN would be 0
         a += step.noise_a * draw_normal(seed, item, tick, stream + NOISE_A)
-        if step.what == SONAR:
+        if ranges:
             a = min(step.range, max(0.0, a))
         elif step.what == CAMERA:
             a = min(step.width_px, max(0.0, a))
@@ -303,7 +345,7 @@ def run_sense_step(
         held = row * c.facts.memory_count + part.held
         if due:
             a, b = c.a[uint64(k - step.first)], c.b[uint64(k - step.first)]
-            if step.noisy:
+            if step.noisy and step.what != LIDAR:  # whose beams had it before they were summed up
                 a, b = add_sensor_noise(step, part, seed, robot.id, tick, a, b)
             if keep and part.held >= 0:
                 c.memory[held] = a

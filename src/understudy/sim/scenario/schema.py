@@ -149,6 +149,25 @@ class Sonar(SensorBase, frozen=True, kw_only=True, tag="sonar", tag_field="kind"
     sees: tuple[Literal["walls", "obstacles", "robots"], ...] = ("walls", "obstacles", "robots")
 
 
+class Lidar(SensorBase, frozen=True, kw_only=True, tag="lidar", tag_field="kind"):
+    """Distances from the robot's rim along `beams` that are evenly spread over its view, symmetric about ahead.
+
+    Readings `{name}_0` to `{name}_{beams - 1}`, counter-clockwise; `range` where nothing is hit. `sectors` maps a
+    name to (from, to) in degrees as a sonar does, and the beams in it give three readings: by that name the nearest
+    distance, `{name}_bearing` the direction of that, absent where nothing is hit, and `{name}_width` how wide (m) the
+    widest opening is, which is a row of beams that reach `clear` at least. `sees` says what reflects, as for a sonar.
+    """
+
+    view_deg: float = 360.0
+    beams: int = 36
+    range: float = 5.0
+    noise: float = 0.0
+    sectors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    clear: float = 1.0
+    name: str = "beam"
+    sees: tuple[Literal["walls", "obstacles", "robots"], ...] = ("walls", "obstacles", "robots")
+
+
 class Camera(SensorBase, frozen=True, kw_only=True, tag="camera", tag_field="kind"):
     """Blobs of color in a frame: readings `blob_x` (pixels from the left edge) and `blob_size` (pixels), of a
     target with a color; absent together.
@@ -241,6 +260,7 @@ class ElapsedSensor(SensorBase, frozen=True, kw_only=True, tag="since", tag_fiel
 
 Sensor: TypeAlias = (
     Sonar
+    | Lidar
     | Camera
     | TargetLocator
     | PoseSensor

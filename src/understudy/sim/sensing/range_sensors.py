@@ -1,18 +1,21 @@
-"""Rows of the sensor table: sonars and bumpers, which measure in sectors around the robot."""
+"""Rows of the sensor table: sonars, lidars and bumpers, which measure in directions around the robot."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from math import inf, pi, radians
+from itertools import pairwise
+from math import inf, nan, pi, radians, tau
 from typing import Any, TypeAlias
 
-from understudy.model.kinds import BOOLEAN, Continuous
+import numpy as np
+
+from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.runtime.body import Reading
 from understudy.sim.kernels import dtypes
-from understudy.sim.scenario.scenario_errors import NOT_NEGATIVE, POSITIVE
-from understudy.sim.scenario.schema import Bumper, RobotType, Sonar
-from understudy.sim.sensing.sectors import make_sector
+from understudy.sim.scenario.scenario_errors import NOT_NEGATIVE, POSITIVE, Limit
+from understudy.sim.scenario.schema import Bumper, Lidar, RobotType, Sonar
+from understudy.sim.sensing.sectors import find_nearest_beam, make_sector, measure_widest_opening
 from understudy.sim.sensing.sensor_row import (
     RangeArc,
     RangeScan,
@@ -24,7 +27,8 @@ from understudy.sim.sensing.sensor_row import (
 
 Sectors: TypeAlias = Mapping[str, tuple[float, float]]
 
-RANGE, BOOL = "sensor_msgs/msg/Range", "std_msgs/msg/Bool"
+RANGE, SCAN = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan"
+BOOL = "std_msgs/msg/Bool"
 ULTRASOUND = 0
 
 
@@ -94,6 +98,128 @@ def _make_range_fields(name: str, limit: float, values: Mapping[str, float]) -> 
     }  # fmt: skip
 
 
+def _aim_beams(sensor: Lidar) -> tuple[float, float]:
+    """The direction of a lidar's first beam, and from one beam to the next, degrees."""
+    if sensor.view_deg >= 360.0:
+        return -180.0, 360.0 / sensor.beams
+    return (-sensor.view_deg / 2 if sensor.beams > 1 else 0.0), sensor.view_deg / max(1, sensor.beams - 1)
+
+
+def _select_beams(sensor: Lidar, low: float, high: float) -> tuple[int, int] | None:
+    """The first beam of a sector and how many there are; of a beam, the nearest. None where they are no one row."""
+    start, spacing = _aim_beams(sensor)
+    same, width = 1e-9, high - low
+    after = [(start + beam * spacing - low) % 360.0 for beam in range(sensor.beams)]
+    after = [each - 360.0 if each > 360.0 - same else each for each in after]
+    if width < same:
+        away = [min(abs(each), 360.0 - abs(each)) for each in after]
+        nearest = min(range(sensor.beams), key=away.__getitem__)
+        return (nearest, 1) if away[nearest] <= spacing / 2 + same else None
+    row = sorted((each, beam) for beam, each in enumerate(after) if each <= width + same)
+    beams = [beam for _, beam in row]
+    turns = sensor.view_deg >= 360.0
+    follows = (b == a + 1 or (turns and (a, b) == (sensor.beams - 1, 0)) for a, b in pairwise(beams))
+    return (beams[0], len(beams)) if beams and all(follows) else None
+
+
+def _check_lidar(sensor: Lidar) -> Iterator[tuple[str, str, str]]:
+    yield from _check_sectors(sensor.sectors)
+    yield from _check_sees(sensor.sees)
+    for name, (low, high) in sensor.sectors.items():
+        if _select_beams(sensor, low, high) is None:
+            problem = (
+                f"is [{low}, {high}], which is not one row of beams in a view of {sensor.view_deg:g} degrees"
+            )
+            yield f"sectors.{name}", problem, "keep it within the view, widen it, or give more beams"
+
+
+def _list_lidar_readings(sensor: Lidar) -> tuple[Reading, ...]:
+    start, spacing = _aim_beams(sensor)
+    far = "Distance to what is {}; the lidar's range if nothing."
+    beams = [
+        Reading(
+            f"{sensor.name}_{k}", Continuous(), "m", doc=far.format(f"at {start + k * spacing:g} degrees")
+        )
+        for k in range(sensor.beams)
+    ]
+    sectors = [
+        reading
+        for name in sensor.sectors
+        for reading in (
+            Reading(name, Continuous(), "m", doc=far.format("nearest there")),
+            Reading(f"{name}_bearing", Toroidal(), "rad", doc="Where that is: 0 ahead, then to the left."),
+            Reading(
+                f"{name}_width", Continuous(), "m", doc="How wide the widest opening there is; 0 if none."
+            ),
+        )
+    ]
+    return (*sectors, *beams)
+
+
+def _list_lidar_channels(sensor: Lidar, context: SensorContext) -> Iterator[SensorChannel]:
+    start, spacing = _aim_beams(sensor)
+    step = {
+        "what": dtypes.LIDAR, "range": sensor.range, "noise_a": sensor.noise, "clear": sensor.clear,
+        "sees": _combine_reflectors(sensor.sees), "beams": sensor.beams,
+        "first_rad": radians(start), "spacing": radians(spacing),
+    }  # fmt: skip
+    for beam in range(sensor.beams):
+        at = radians(start + beam * spacing)
+        key = (f"{sensor.name}_{beam}", None)
+        yield SensorChannel((key,), step, sector=make_sector(at, at), always=True)
+    for name, (low, high) in sensor.sectors.items():
+        beam, count = _select_beams(sensor, low, high) or (0, 0)
+        row = {"beam": beam, "beams": count}
+        nearest = {"of": dtypes.NEAREST_RETURN, **row}
+        yield SensorChannel(((name, None), (f"{name}_bearing", None)), step, part=nearest)
+        yield SensorChannel(((f"{name}_width", None),), step, part={"of": dtypes.WIDEST_OPENING, **row})
+
+
+def _sweep_lidar(sensor: Lidar, kind: RobotType) -> RangeScan:
+    start, spacing = _aim_beams(sensor)
+    names = [f"{sensor.name}_{beam}" for beam in range(sensor.beams)]
+    arcs = (RangeArc(name, at, at) for k, name in enumerate(names) for at in (start + k * spacing,))
+
+    def summarize(far: Sequence[float]) -> Mapping[str, float]:
+        found = dict(zip(names, far, strict=True))
+        for name, (low, high) in sensor.sectors.items():
+            first, count = _select_beams(sensor, low, high) or (0, 0)
+            beam = find_nearest_beam(far, first, count, sensor.beams)
+            hit = beam >= 0 and far[beam] < sensor.range
+            found[name] = far[beam] if beam >= 0 else nan
+            found[f"{name}_bearing"] = radians(start + beam * spacing) % tau if hit else nan
+            found[f"{name}_width"] = nan if beam < 0 else measure_widest_opening(
+                far, first, count, sensor.beams, radians(spacing), kind.radius, sensor.clear
+            )  # fmt: skip
+        return found
+
+    return RangeScan(tuple(arcs), sensor.range, sensor.noise, sensor.sees, summarize)
+
+
+def _list_lidar_topics(sensor: Lidar, kind: RobotType) -> tuple[SensorTopic, ...]:
+    """One LaserScan from the robot's middle; a robot file takes the radius off again."""
+    start, spacing = _aim_beams(sensor)
+    readings: dict[str, dict[str, Any]] = {}
+    for beam in range(sensor.beams):
+        at = start + beam * spacing
+        readings[f"{sensor.name}_{beam}"] = {"sector_deg": [at, at], "offset_m": kind.radius}
+    for name, sector in sensor.sectors.items():
+        of = {"sector_deg": list(sector), "offset_m": kind.radius}
+        readings[name] = of
+        readings[f"{name}_bearing"] = {"field": "bearing", **of}
+        readings[f"{name}_width"] = {"field": "width", **of, "clear_m": sensor.clear}
+
+    def make_fields(values: Mapping[str, float]) -> Mapping[str, Any]:
+        far = np.array([values[f"{sensor.name}_{beam}"] for beam in range(sensor.beams)])
+        return {
+            "angle_min": radians(start), "angle_max": radians(start + (sensor.beams - 1) * spacing),
+            "angle_increment": radians(spacing), "range_min": 0.0, "range_max": sensor.range + kind.radius,
+            "ranges": np.where(far >= sensor.range, inf, far + kind.radius).astype(np.float32),
+        }  # fmt: skip
+
+    return (SensorTopic(f"scan/{sensor.name}", SCAN, readings, make_fields),)
+
+
 def make_bool_fields(name: str, values: Mapping[str, float]) -> Mapping[str, Any]:
     """Make the fields of a message Bool from the value of a reading."""
     return {"data": values[name] > 0}
@@ -131,6 +257,24 @@ RANGE_SENSORS: tuple[SensorRow[Any], ...] = (
         topics=_list_sonar_topics,
     ),
     SensorRow(
+        spec=Lidar,
+        readings=_list_lidar_readings,
+        channels=_list_lidar_channels,
+        limits={
+            "view_deg": Limit(lambda degrees: 0 < degrees <= 360, "more than 0 and up to 360 degrees"),
+            "beams": Limit(lambda beams: 1 <= beams <= 2048, "1 to 2048 beams"),
+            "range": POSITIVE,
+            "noise": NOT_NEGATIVE,
+            "clear": POSITIVE,
+        },
+        check=_check_lidar,
+        in_one_step=True,
+        kernels="ranging",
+        reach=lambda lidar: lidar.range,
+        scan=_sweep_lidar,
+        topics=_list_lidar_topics,
+    ),
+    SensorRow(
         spec=Bumper,
         readings=_list_bumper_readings,
         channels=_list_bumper_channels,
@@ -141,4 +285,4 @@ RANGE_SENSORS: tuple[SensorRow[Any], ...] = (
         topics=_list_bumper_topics,
     ),
 )
-"""The rows of the sensor table for sonars and bumpers."""
+"""The rows of the sensor table for sonars, lidars and bumpers."""

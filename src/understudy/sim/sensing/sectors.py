@@ -1,8 +1,11 @@
-"""Sectors of directions around a robot, prepared so that measuring in one needs no trigonometry."""
+"""Sectors of directions around a robot: prepared for measuring without trigonometry, and summed up over beams.
+
+What sums up beams is plain Python that kernels compile; it also reads the scans of real robots.
+"""
 
 from __future__ import annotations
 
-from math import cos, pi, sin, tau
+from math import cos, nan, pi, sin, sqrt, tau
 from typing import Any
 
 import numpy as np
@@ -42,3 +45,52 @@ def make_sector(from_rad: float, to_rad: float) -> np.void:
     rows[0] = cos(from_rad), sin(from_rad), cos(to_rad), sin(to_rad), span
     row: np.void = rows[0]
     return row
+
+
+def find_nearest_beam(far: Any, first: int, count: int, beams: int) -> int:
+    """Find which of `count` beams from `first` on, modulo `beams`, has the shortest distance in `far`.
+
+    Returns -1 where all are NaN. Of equal distances the first counts.
+    """
+    best = -1
+    for k in range(count):
+        beam = (first + k) % beams
+        if far[beam] == far[beam] and (best < 0 or far[beam] < far[best]):
+            best = beam
+    return best
+
+
+def measure_widest_opening(
+    far: Any, first: int, count: int, beams: int, spacing: float, rim: float, clear: float
+) -> float:
+    """Measure the widest opening in a sector of beams, m: a row of neighbors that all reach at least `clear`.
+
+    It is as wide as the returns on both sides of it are apart. Where the sector ends, or the beam beside it has no
+    answer, it ends on its own outermost beam, at `clear`. The beams are `count` from `first` on, modulo `beams`, and
+    `spacing` (rad) apart; `far` and `clear` (m) are from the rim, which is `rim` from the sensor. 0 where no beam
+    reaches that far. An opening of half a circle or more is as wide as both distances together.
+    """
+    ring = count == beams and spacing * beams > tau - _SAME
+    start = 0
+    while ring and start < count and far[(first + start) % beams] >= clear:
+        start += 1
+    if ring and start == count:
+        return 2.0 * (rim + clear)
+    widest, opened = 0.0, -1
+    for k in range(start, start + count + 1):
+        there = ring or k < start + count
+        distance = far[(first + k) % beams] if there else nan
+        if k < start + count and distance >= clear:
+            opened = k if opened < 0 else opened
+        elif opened >= 0:
+            steps = k - opened + 1
+            before = far[(first + opened - 1) % beams] if ring or opened > start else nan
+            if before != before:
+                before, steps = clear, steps - 1
+            if distance != distance:
+                distance, steps = clear, steps - 1
+            a, b = before + rim, distance + rim
+            across = cos(min(steps * spacing, pi))
+            widest = max(widest, sqrt(max(0.0, a * a + b * b - 2.0 * a * b * across)))
+            opened = -1
+    return widest
