@@ -64,7 +64,7 @@ def taught() -> Session:
 
 def test_it_comes_or_it_does_not() -> None:
     made = taught()
-    fetch = made.taught()
+    fetch = made.make_trained_automaton()
     library = LIBRARY.with_taught(fetch)
     promised = make_expectation(made, flag="done", within_s=60.0)
     came = run_expectation(promised, "fetch", library)
@@ -89,7 +89,7 @@ def test_what_cannot_be_tried_says_why() -> None:
     made = taught()
     promised = make_expectation(made, flag="done", within_s=5.0)
     assert "has no behavior 'fetch'" in run_expectation(promised, "fetch", LIBRARY).problem
-    library = LIBRARY.with_taught(made.taught())
+    library = LIBRARY.with_taught(made.make_trained_automaton())
     assert "snapshot" in run_expectation(replace(promised, snapshot=b"nothing"), "fetch", library).problem
     assert "TOML" in run_expectation(replace(promised, scenario="nothing ="), "fetch", library).problem
     for agent in (1, -1):
@@ -130,7 +130,7 @@ def test_a_promise_is_a_step_that_is_kept_and_undone(tmp_path: Path) -> None:
     second = add_expectation(made, flag="done", within_s=7.0)
     assert list(made.lesson.outcomes) == [first, second]
     assert first.snapshot != second.snapshot
-    path = save_automaton(tmp_path, made.taught())
+    path = save_automaton(tmp_path, made.make_trained_automaton())
     assert '"within_s": 7' in path.read_text()
     kept = open_document(path, FORAGE_KIT).taught.lesson
     assert kept is not None
@@ -158,7 +158,7 @@ def test_a_change_below_is_found_from_above() -> None:
     """GoTo changes so that it never arrives: what fetches with it no longer does, and its former version is named."""
     made = taught()
     add_expectation(made, flag="done", within_s=60.0)
-    library = LIBRARY.with_taught(made.taught())
+    library = LIBRARY.with_taught(made.make_trained_automaton())
     seen = run_lesson_test(library, "fetch", {})
     assert (seen.works, len(seen.outcomes), seen.affected) == (True, 1, ())
     broken = library.with_taught(TrainedAutomaton(SITS))
@@ -183,11 +183,11 @@ def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None
     made.direct("done")
     made.tick()
     add_expectation(made, flag="done", within_s=3.0)
-    former = made.taught()
+    former = made.make_trained_automaton()
     made.delete(max(example.number for example in made.examples))
     coordinators = known["patrol"]
-    assert find_regressions(coordinators, made.taught(), former) == ()
-    assert find_regressions(coordinators, made.taught(), former, known) == (
+    assert find_regressions(coordinators, made.make_trained_automaton(), former) == ()
+    assert find_regressions(coordinators, made.make_trained_automaton(), former, known) == (
         "out no longer comes to done within 3 s in patrol",
     )
     known["patrol"] = coordinators.with_taught(former)

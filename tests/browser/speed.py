@@ -190,7 +190,7 @@ def serve_crowd(robots: int, folder: Path) -> None:
     choices = LessonChoices(states=["forward", "veer"], features=["distance_to(flag)", "angle_to(flag)"])
     session.begin_automaton(stage, "crowd", choices, discard=False)
     desk = stage.trained
-    desk.session.others("veer")
+    desk.session.set_other_agents("veer")
     desk.press("veer")
     stage.pause(True)
     address = listen("127.0.0.1", 0, None)

@@ -46,7 +46,7 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
     for world in SHOWN:
         session.reset(world)
         show(session)
-    save_automaton(tmp_path / "library", session.taught())
+    save_automaton(tmp_path / "library", session.make_trained_automaton())
     made = Studio(tmp_path / "library")
     made.start()
     yield made

@@ -23,7 +23,7 @@ STEPS = 200
 
 def right(session: Session) -> str:
     """What is right at a distance and an angle to A, while it does something."""
-    screen = session.screen()
+    screen = session.view()
     off = degrees((screen.features["angle_to(A)"] + pi) % tau - pi)
     if screen.features["distance_to(A)"] < 0.35:
         return "done"
@@ -35,14 +35,14 @@ def right(session: Session) -> str:
 def show(session: Session, *, slip: bool = False) -> None:
     """Direct the robot to A; in one world with a slip: once to the right, where it should drive on."""
     driven = 0
-    while session.screen().state != "done":
-        driven += session.screen().state == "forward"
+    while session.view().state != "done":
+        driven += session.view().state == "forward"
         wish = right(session)
         if slip and driven == TICK:
             wish, slip = "rotate_right", False
-        elif driven % 6 == 5 and wish == session.screen().state == "forward":
+        elif driven % 6 == 5 and wish == session.view().state == "forward":
             session.confirm()
-        if wish != session.screen().state:
+        if wish != session.view().state:
             session.direct(wish)
         session.tick()
 
@@ -69,9 +69,9 @@ def errs(session: Session) -> int | None:
     session.reset(SLIP)
     session.test()
     for tick in range(STEPS):
-        before = session.screen().state
+        before = session.view().state
         session.tick()
-        if (before, session.screen().state) == ("forward", "rotate_right"):
+        if (before, session.view().state) == ("forward", "rotate_right"):
             return tick
     return None
 
@@ -105,7 +105,7 @@ def test_a_slip_is_pointed_out_held_and_let_go(
     assert turned is not None
     session.train()
     studio.stop()
-    save_automaton(studio.library, session.taught())
+    save_automaton(studio.library, session.make_trained_automaton())
     studio.start()
     page = visit()
     watcher = Watcher(page)

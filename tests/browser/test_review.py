@@ -72,8 +72,10 @@ def opened(studio: Studio, visit: Callable[[], Page], *known: TrainedAutomaton) 
 @pytest.fixture
 def teacher(studio: Studio, visit: Callable[[], Page]) -> Teacher:
     """A library with goto and with fetch, which runs it, and goto open."""
-    goto = goes().taught()
-    return opened(studio, visit, goto, fetches(Library(FORAGE_KIT).with_taught(goto)).taught())
+    goto = goes().make_trained_automaton()
+    return opened(
+        studio, visit, goto, fetches(Library(FORAGE_KIT).with_taught(goto)).make_trained_automaton()
+    )
 
 
 def tab(page: Page, name: str) -> None:
@@ -151,7 +153,7 @@ def test_what_moved_between_two_versions(teacher: Teacher, snap: Snap) -> None:
 
 
 def test_simpler_is_shown_before_it_is_kept(studio: Studio, visit: Callable[[], Page], snap: Snap) -> None:
-    teacher = opened(studio, visit, taught().taught())
+    teacher = opened(studio, visit, taught().make_trained_automaton())
     page = teacher.page
     rules = page.get_by_role("tabpanel").get_by_role("listitem")
     before = rules.all_inner_texts()

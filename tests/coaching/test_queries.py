@@ -23,10 +23,10 @@ def looking_away() -> Session:
     session = Session(body, Library(FORAGE_KIT), goto(GOTO), targets={"A": "station"})
     session.test()
     body.place(0, 5.0, 5.0, 0.0)
-    session.moved()
-    bearing = session.screen().features["angle_to(A)"]
+    session.note_moved()
+    bearing = session.view().features["angle_to(A)"]
     body.place(0, 5.0, 5.0, bearing + 3.14159)
-    session.moved()
+    session.note_moved()
     return session
 
 
@@ -38,7 +38,7 @@ def test_it_asks_once_and_goes_on_when_let() -> None:
     assert question.sentence.startswith("I am not sure: I would ")
     assert "behind you" in question.sentence
     assert asking.look() is None
-    before = session.instant()
+    before = session.capture()
     session.tick()
     session.rewind(before)  # not yet asked, as the clock has it; but it was let go on
     later = UncertaintyQueries(session, unsure=question.doubt.amount)
@@ -90,7 +90,7 @@ def test_it_marks_and_the_moment_can_be_gone_back_to() -> None:
     assert first.instant is not None
     session.rewind(first.instant)
     assert session.body.time_s == began
-    assert tuple(session.screen().features.values()) == first.values
+    assert tuple(session.view().features.values()) == first.values
 
 
 def test_it_asks_nothing_in_training_or_unless_wanted() -> None:
@@ -108,7 +108,7 @@ def test_an_answer_settles_it() -> None:
     assert before is not None
     session.direct("left")
     session.tick()
-    session.rewind(session.instant())
+    session.rewind(session.capture())
     session.test()
     again = asking.look()
     assert again is None or again.doubt.amount < before.doubt.amount

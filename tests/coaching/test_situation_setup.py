@@ -36,7 +36,7 @@ def session(lesson: Lesson, library: Library | None = None) -> Session:
 
 
 def values(session: Session) -> tuple[float, ...]:
-    return tuple(session.screen().features.values())
+    return tuple(session.view().features.values())
 
 
 def test_the_robot_stands_where_the_advice_points_in_the_state_it_names() -> None:
@@ -47,7 +47,7 @@ def test_the_robot_stands_where_the_advice_points_in_the_state_it_names() -> Non
     for each in places:
         staged = set_up_situation(taught, each)
         assert staged.there, (each, staged)
-        assert taught.screen().state == each.state
+        assert taught.view().state == each.state
         assert each.region is not None
         assert all(value in part for value, part in zip(values(taught), each.region, strict=True))
 
@@ -120,7 +120,7 @@ def test_time_in_state_counters_and_a_childs_flag_are_set() -> None:
     raised = ValueSet(((1.0, 2.0),), False)
     wanted = Advice(AdviceKind.GAP, "", "go", 1.0, (ValueSet(((3.0, 9.0),), False), SURELY, raised))
     assert set_up_situation(taught, wanted).there
-    assert taught.screen().path == ("go", "done")
+    assert taught.view().path == ("go", "done")
     seconds, tries, flag = values(taught)
     assert (3.0 <= seconds < 9.0, 1.0 <= tries < 2.0, flag) == (True, True, 1.0)
 

@@ -134,7 +134,7 @@ def test_five_presses_teach_what_the_readme_says() -> None:
     for world in range(200, 240):
         session.reset(world)
         session.run_for(60.0)
-        screen = session.screen()
+        screen = session.view()
         arrived += screen.state == "done" and screen.features["distance_to(A)"] < 0.5
     assert arrived == 40
     readme = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -42,7 +42,7 @@ def test_a_journal_is_resumed_with_its_lesson(name: str, tmp_path: Path) -> None
     if name == "fetch":
         pytest.importorskip("sklearn", reason="needs the extra sklearn")
     again = resumed(JOURNALS / f"{name}.journal", tmp_path, library=FOLDER / "library")
-    assert encode_document(again.taught()) == (JOURNALS / f"{name}.json").read_bytes()
+    assert encode_document(again.make_trained_automaton()) == (JOURNALS / f"{name}.json").read_bytes()
     again.tick()
     again.close()
     copied = tmp_path / f"{name}.journal"
@@ -53,7 +53,7 @@ def test_a_killed_session_goes_on_where_it_was(tmp_path: Path) -> None:
     """Its last press waits, unless that was cut off."""
     for name, waiting in (("steps", "right"), ("killed", None)):
         again = resumed(JOURNALS / f"{name}.journal", tmp_path, library=FOLDER / "library")
-        screen = again.screen()
+        screen = again.view()
         assert (screen.waiting, screen.state, str(screen.mode)) == (waiting, "left", "training")
         assert (round(screen.time_s, 6), dict(screen.targets)) == (1.7, {"A": "goal"})
         again.close()

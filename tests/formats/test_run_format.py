@@ -100,7 +100,7 @@ def test_a_recorded_lesson_is_learned_again() -> None:
     )  # fmt: skip
     again = teach_from_recording(recording, ROBOT, lesson, list_recorded_presses(recording))
     document = (RUNS / "lesson.json").read_bytes()
-    assert encode_document(again.taught()) == document
+    assert encode_document(again.make_trained_automaton()) == document
     assert decode_document(document, scripted_kit, path=RUNS / "lesson.json", learn=learn).rebuilt is None
 
 

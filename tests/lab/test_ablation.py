@@ -118,7 +118,7 @@ def test_who_looks_away_does_so_a_third_of_the_time(person: type[Inattentive]) -
 
     def until(screen: object) -> bool:
         looking.append(watcher._looking)
-        assert taught.watching is (watcher._looking or person is Inattentive)
+        assert taught.is_watching is (watcher._looking or person is Inattentive)
         return False
 
     watcher.show(taught, lambda screen: None, until=until, limit_s=300.0)

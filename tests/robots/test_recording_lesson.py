@@ -128,7 +128,7 @@ def test_a_session_in_a_world_is_learned_from_its_recording(tmp_path: Path) -> N
     again = teach_from_recording(recording, library, lesson, presses)
     assert len(session.examples) == 9
     assert again.examples == session.examples
-    assert again.taught().automaton == session.taught().automaton
+    assert again.make_trained_automaton().automaton == session.make_trained_automaton().automaton
 
 
 WRONG = [

@@ -53,7 +53,7 @@ def play(folder: Path, seed: int, acknowledge: Callable[[int, Session], None]) -
     for index in range(STEPS):
         do(session, drawn(random, STATES, FEATURES))
         if random.random() < 0.2:
-            save_automaton(folder / "library", session.taught())
+            save_automaton(folder / "library", session.make_trained_automaton())
         acknowledge(index, session)
     session.close()
 

@@ -30,7 +30,7 @@ def drawn(random: Random, states: tuple[str, ...] = STATES, features: tuple[str,
             ("train",),
             ("restart",),
             ("reset", random.randrange(100)),
-            ("moved",),
+            ("note_moved",),
             ("drive", "forward"),
             ("drive", None),
             ("watching", random.random() < 0.7),
@@ -51,11 +51,11 @@ def do(session: Session, step: Step) -> None:
             for _ in range(arguments[0]):
                 session.tick()
         elif what == "watching":
-            session.watching = arguments[0]
+            session.is_watching = arguments[0]
         elif what == "edit":
             session.edit(arguments[0], next=arguments[1])
         elif what == "choose":
-            session.choose(**arguments[0])
+            session.change_design(**arguments[0])
         else:
             getattr(session, what)(*arguments)
     except UnderstudyError:

@@ -59,7 +59,7 @@ def corrected(taught: Session) -> Session:
     """Tested, stopped just before it turns left, and told to go on."""
     taught.reset(0)
     taught.test()
-    while taught.screen().path == ("start",) or taught.screen().features["range_of(ball)"] > 84:
+    while taught.view().path == ("start",) or taught.view().features["range_of(ball)"] > 84:
         taught.tick()
     return play(taught, "confirm", 1)
 
@@ -70,20 +70,20 @@ def test_a_correction_and_its_quarantine_are_one_step() -> None:
     corrected(taught)
     assert [each.number for each in taught.examples if each.quarantined] == [WRONG]
     assert "most like it, say forward" in taught.examples[WRONG - 1].quarantined
-    assert taught.screen().undoable == "forward → forward, quarantine 1 example"
+    assert taught.view().undoable == "forward → forward, quarantine 1 example"
     after = taught.examples
     taught.undo()
-    assert (taught.examples, taught.judgement) == (before, None)
+    assert (taught.examples, taught.correction_diagnosis) == (before, None)
     taught.redo()
     assert taught.examples == after
-    assert taught.judgement is not None
+    assert taught.correction_diagnosis is not None
 
 
 def turned(taught: Session) -> Session:
     """Tested until it has turned left."""
     taught.reset(0)
     taught.test()
-    while taught.screen().path != ("left",):
+    while taught.view().path != ("left",):
         taught.tick()
     return taught
 
@@ -99,8 +99,8 @@ def test_sent_back_soon_after_it_switched_the_switch_is_judged() -> None:
     assert [each.number for each in taught.examples if each.quarantined] == [WRONG]
     correction = taught.examples[-2]
     assert (correction.state, correction.next, correction.correction) == ("left", "forward", True)
-    assert taught.judgement is not None
-    assert taught.judgement.verdict is MistakeCause.BAD
+    assert taught.correction_diagnosis is not None
+    assert taught.correction_diagnosis.verdict is MistakeCause.BAD
 
 
 def test_sent_back_a_second_later_the_switch_is_judged_all_the_same() -> None:
@@ -113,7 +113,7 @@ def test_sent_back_a_second_later_the_switch_is_judged_all_the_same() -> None:
 def test_sent_elsewhere_the_switch_is_not_judged() -> None:
     """Who turns it right now does not say that it should have gone on; nor who restarts it, or sends it back from where
     somebody put it."""
-    for steps in (("right", 1), ("restart", "forward", 1), ("moved", "forward", 1)):
+    for steps in (("right", 1), ("restart", "forward", 1), ("note_moved", "forward", 1)):
         taught = play(turned(misled(states=("forward", "left", "right"))), *steps)
         assert not any(each.quarantined for each in taught.examples)
 
@@ -122,22 +122,25 @@ def test_of_too_few_examples_it_is_the_correction_that_is_judged() -> None:
     taught = session(["forward", "left"])
     play(taught, "forward", 16, "left", 1)
     play(turned(taught), "forward", 1)
-    assert taught.judgement is not None
-    assert (taught.judgement.verdict, taught.judgement.suspects) == (MistakeCause.UNSURE, ())
-    assert taught.judgement.correction.state == "left"
+    assert taught.correction_diagnosis is not None
+    assert (taught.correction_diagnosis.verdict, taught.correction_diagnosis.suspects) == (
+        MistakeCause.UNSURE,
+        (),
+    )
+    assert taught.correction_diagnosis.correction.state == "left"
 
 
 def test_what_belongs_to_the_automaton_is_as_it_was_then() -> None:
     """At 84 m it had been going on for 1.6 s, whatever the time is when it is sent back."""
     lesson = misled(features=("range_of(ball)", "time_in_state")).lesson
     switched = LastSwitch((("range", "ball"),), frozenset())
-    switched.see(TickResult("forward", "left", {"time_in_state": 1.6}), Sample(7.0, (84.0,)), Binding())
-    switched.see(TickResult("left", "left", {"time_in_state": 0.1}), Sample(7.1, (83.0,)), Binding())
+    switched.note_tick(TickResult("forward", "left", {"time_in_state": 1.6}), Sample(7.0, (84.0,)), Binding())
+    switched.note_tick(TickResult("left", "left", {"time_in_state": 0.1}), Sample(7.1, (83.0,)), Binding())
     correction = Example(12, "left", (82.0, 0.2), "forward", ExampleKind.DIRECTIVE, correction=True)
-    stay = switched.undone_by(correction, lesson, 7.2)
+    stay = switched.find_undone_stay(correction, lesson, 7.2)
     assert stay is not None
     assert (stay.state, stay.values, stay.next) == ("forward", (84.0, 1.6), "forward")
-    assert switched.undone_by(correction, lesson, 9.1) is None
+    assert switched.find_undone_stay(correction, lesson, 9.1) is None
 
 
 def test_sent_back_late_nothing_is_held_against_the_switch(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -149,28 +152,28 @@ def test_afterwards_the_robot_is_right() -> None:
     taught = corrected(misled())
     taught.reset(0)
     taught.test()
-    assert {play(taught, 1).screen().path for _ in range(30)} == {("forward",)}
+    assert {play(taught, 1).view().path for _ in range(30)} == {("forward",)}
 
 
 def test_without_the_option_nothing_happens_but_there_is_advice() -> None:
     taught = corrected(misled(LearnerOptions()))
     assert not any(each.quarantined for each in taught.examples)
-    assert taught.screen().undoable == "forward → forward"
-    assert taught.judgement is not None
-    assert taught.judgement.verdict is MistakeCause.BAD
-    taught.quarantine(taught.judgement.reasons)
+    assert taught.view().undoable == "forward → forward"
+    assert taught.correction_diagnosis is not None
+    assert taught.correction_diagnosis.verdict is MistakeCause.BAD
+    taught.quarantine(taught.correction_diagnosis.reasons)
     assert taught.examples == corrected(misled()).examples
 
 
 def test_only_corrections_of_wrong_decisions_are_judged() -> None:
     taught = misled()
-    assert taught.judgement is None
+    assert taught.correction_diagnosis is None
     taught.reset(0)
     taught.test()
     play(taught, 5, "confirm", 1)  # at 95 m it goes on by itself
-    assert taught.judgement is None
+    assert taught.correction_diagnosis is None
     corrected(taught)
-    assert taught.judgement is not None
+    assert taught.correction_diagnosis is not None
 
 
 @pytest.mark.parametrize("options", [LearnerOptions(unlearning=True), LearnerOptions()])
@@ -185,24 +188,24 @@ def test_a_resumed_session_has_the_same_in_quarantine(
     resumed = Session.resume(journal, Scripted(), Library(kit))
     assert resumed.examples == taught.examples
     assert resumed.lesson.options == options
-    assert resumed.judgement == taught.judgement
-    assert resumed.judgement is not None
-    assert list(resumed.judgement.reasons) == [WRONG]
+    assert resumed.correction_diagnosis == taught.correction_diagnosis
+    assert resumed.correction_diagnosis is not None
+    assert list(resumed.correction_diagnosis.reasons) == [WRONG]
     play(resumed, "train", "confirm", 1)  # a press that corrects nothing leaves it as it is
     resumed.close()
     again = Session.resume(journal, Scripted(), Library(kit))
-    assert again.judgement == taught.judgement
+    assert again.correction_diagnosis == taught.correction_diagnosis
     again.undo()
-    assert again.undo() == taught.screen().undoable
-    assert again.judgement is None
+    assert again.undo() == taught.view().undoable
+    assert again.correction_diagnosis is None
     again.redo()
-    assert again.judgement == taught.judgement
+    assert again.correction_diagnosis == taught.correction_diagnosis
     again.close()
 
 
 @pytest.mark.parametrize("unlearning", [True, False])
 def test_documents_say_so(unlearning: bool, tmp_path: Path) -> None:
-    taught = misled(LearnerOptions(unlearning=unlearning)).taught()
+    taught = misled(LearnerOptions(unlearning=unlearning)).make_trained_automaton()
     data = encode_document(taught)
     assert (b'"unlearning"' in data) == unlearning
     opened = decode_document(data, kit, path=tmp_path / "taught.json", learn=lambda lesson: {})

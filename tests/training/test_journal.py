@@ -51,7 +51,7 @@ def in_a_test(taught: Session) -> Session:
 
 
 def unwatched(taught: Session) -> Session:
-    taught.watching = False
+    taught.is_watching = False
     return play(taught, "left", 9)
 
 
@@ -65,27 +65,29 @@ def driven(taught: Session) -> None:
 
 def chosen(taught: Session) -> None:
     play(taught, "forward", 5)
-    taught.choose(features=["load"], options=LearnerOptions(reaction_s=0.5), states=["forward", "left"])
+    taught.change_design(
+        features=["load"], options=LearnerOptions(reaction_s=0.5), states=["forward", "left"]
+    )
     play(taught, "left", 3)
 
 
 def with_a_parameter(taught: Session) -> None:
     play(taught, "forward", 5)
-    taught.choose(parameters=["A"], features=["range_of(A)"], targets={"A": "goal"})
-    taught.stand_for(A="ball")
+    taught.change_design(parameters=["A"], features=["range_of(A)"], targets={"A": "goal"})
+    taught.bind_targets(A="ball")
     play(taught, "left", 3)
 
 
 def chosen_back(taught: Session) -> None:
     play(taught, "forward", 5, "left", 2)
-    taught.choose(states=["left"])
+    taught.change_design(states=["left"])
     taught.undo()
 
 
 def chosen_while_a_press_waits(taught: Session) -> None:
     play(taught, "forward", 5, "left")
-    taught.choose(states=["forward"])
-    taught.choose(states=["forward", "left"])
+    taught.change_design(states=["forward"])
+    taught.change_design(states=["forward", "left"])
 
 
 def edited(taught: Session) -> None:
@@ -158,7 +160,7 @@ def told(examples: Sequence[Example]) -> list[str]:
 
 def known(taught: Session) -> Any:
     """What must outlast a kill: everything acknowledged. What was only seen in silence may be lost."""
-    screen = taught.screen()
+    screen = taught.view()
     notebook = taught._notebook
     return (
         taught.automaton,
@@ -178,15 +180,15 @@ def test_resuming_gives_the_identical_lesson(tmp_path: Path, before: Before) -> 
     before(taught)
     again = resumed(tmp_path)
     assert known(again) == known(taught)
-    assert again.screen().waiting == taught.screen().waiting
-    taught.watching = False  # compared without what was seen in silence since
-    taught._notebook._watched.forget()
+    assert again.view().waiting == taught.view().waiting
+    taught.is_watching = False  # compared without what was seen in silence since
+    taught._notebook._watched.clear()
     assert told(again.lesson.examples) == told(taught.lesson.examples)
     assert again.lesson.record == taught.lesson.record
     play(again, "confirm", 1, "left", 3, "undo", "undo", "redo")
     once_more = resumed(tmp_path)  # a journal that was gone on with is as good
     assert known(once_more) == known(again)
-    while again.screen().undoable:
+    while again.view().undoable:
         assert again.undo() == once_more.undo()
         assert told(again.examples) == told(once_more.examples)
 
@@ -196,7 +198,7 @@ def test_undoing_everything_after_resuming(tmp_path: Path, before: Before) -> No
     taught = journaled(tmp_path)
     before(taught)
     again = resumed(tmp_path)
-    while taught.screen().undoable:
+    while taught.view().undoable:
         assert again.undo() == taught.undo()
         assert known(again)[:3] == known(taught)[:3]
 
@@ -204,7 +206,7 @@ def test_undoing_everything_after_resuming(tmp_path: Path, before: Before) -> No
 def test_a_press_that_waits_acts_after_resuming_as_it_would_have(tmp_path: Path) -> None:
     """The body goes on from the snapshot at the press, and the readings before it are there to shift to."""
     taught = journaled(tmp_path)
-    taught.watching = False
+    taught.is_watching = False
     play(taught, 3, "forward", 7, "left")
     again = resumed(tmp_path)
     assert again.body.time_s == taught.body.time_s
@@ -220,7 +222,7 @@ def test_no_reading_is_taken_from_before_the_kill(tmp_path: Path) -> None:
     play(journaled(tmp_path, Slow()), "forward", 30)
     again = resumed(tmp_path, Slow())
     assert again.body.time_s == 5.0
-    here = again.screen().features["range_of(ball)"]
+    here = again.view().features["range_of(ball)"]
     play(again, "left", 1)
     assert rows(again)[2][1] == here
 
@@ -230,10 +232,10 @@ def test_a_body_that_cannot_be_rewound_goes_on_from_where_it_is(tmp_path: Path) 
     body = Real()
     body.tick = 500
     again = resumed(tmp_path, body)
-    assert again.screen().path == ("forward",)
-    assert again.screen().features["time_in_state"] == 0.0
+    assert again.view().path == ("forward",)
+    assert again.view().features["time_in_state"] == 0.0
     play(again, 2)
-    assert again.screen().features["time_in_state"] == 0.2
+    assert again.view().features["time_in_state"] == 0.2
 
 
 class Slow(Scripted):
@@ -253,7 +255,7 @@ def test_body_and_automaton_go_back_to_the_last_snapshot(tmp_path: Path) -> None
     taught = play(journaled(tmp_path), "go", 60)
     again = resumed(tmp_path)
     assert again.body.time_s == 5.0  # every 5 s
-    assert again.screen().path == taught.screen().path == ("go", "done")
+    assert again.view().path == taught.view().path == ("go", "done")
     taught.reset(0)
     play(taught, 3)
     assert resumed(tmp_path).body.time_s == 0.0  # and whenever the robot was put elsewhere
@@ -262,7 +264,7 @@ def test_body_and_automaton_go_back_to_the_last_snapshot(tmp_path: Path) -> None
 def test_about_is_kept(tmp_path: Path) -> None:
     body, first = Scripted(), session()
     Session(body, first.library, first.lesson, journal=tmp_path / "j", about={"world": "forage", "seed": 7})
-    assert ReplayedSession.replayed(tmp_path / "j", first.library, list_reading_keys(body)).about == {
+    assert ReplayedSession.from_journal(tmp_path / "j", first.library, list_reading_keys(body)).about == {
         "world": "forage",
         "seed": 7,
     }

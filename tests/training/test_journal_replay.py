@@ -32,7 +32,7 @@ def test_every_prefix(seed: int, count: int) -> None:
         moments = []
         for _ in range(count):
             do(taught, drawn(random))
-            screen = taught.screen()
+            screen = taught.view()
             seen = (taught.mode, screen.waiting is not None, screen.undoable, screen.redoable, screen.targets)
             moments.append((path.stat().st_size, told(taught), seen))
         taught.close()
@@ -42,7 +42,7 @@ def test_every_prefix(seed: int, count: int) -> None:
             cut.write_bytes(whole[:size])
             again = Session.resume(cut, Scripted(), WITH_GO)
             again.close()
-            screen = again.screen()
+            screen = again.view()
             assert told(again) == lesson
             found = (again.mode, screen.waiting is not None, screen.undoable, screen.redoable, screen.targets)
             assert found == seen

@@ -29,13 +29,18 @@ STEPS: dict[str, tuple[Callable[[Session], Any], str]] = {
     "confirmation": (lambda taught: play(taught, "confirm", 1), "forward → forward"),
     "delete": (lambda taught: taught.delete(1, 2), "delete 2 examples"),
     "edit": (lambda taught: taught.edit(1, next="left", values={"load": 7.0}), "edit example 1"),
-    "features": (lambda taught: taught.choose(features=["seen", "done"]), "choose features"),
-    "states": (lambda taught: taught.choose(states=["forward"]), "choose states"),
-    "flags": (lambda taught: taught.choose(flags=["failed"]), "choose flags"),
-    "options": (lambda taught: taught.choose(options=LearnerOptions(reaction_s=0.2)), "choose options"),
-    "stateless": (lambda taught: taught.choose(stateless=True), "choose stateless"),
+    "features": (lambda taught: taught.change_design(features=["seen", "done"]), "choose features"),
+    "states": (lambda taught: taught.change_design(states=["forward"]), "choose states"),
+    "flags": (lambda taught: taught.change_design(flags=["failed"]), "choose flags"),
+    "options": (
+        lambda taught: taught.change_design(options=LearnerOptions(reaction_s=0.2)),
+        "choose options",
+    ),
+    "stateless": (lambda taught: taught.change_design(stateless=True), "choose stateless"),
     "parameters": (
-        lambda taught: taught.choose(parameters=["A"], features=["range_of(A)"], targets={"A": "goal"}),
+        lambda taught: taught.change_design(
+            parameters=["A"], features=["range_of(A)"], targets={"A": "goal"}
+        ),
         "choose parameters and features",
     ),
 }
@@ -51,23 +56,23 @@ def begun() -> Session:
 @pytest.mark.parametrize(("step", "what"), STEPS.values(), ids=STEPS)
 def test_undo_and_redo(step: Callable[[Session], Any], what: str) -> None:
     taught = begun()
-    before, path = taught.lesson, taught.screen().path
+    before, path = taught.lesson, taught.view().path
     step(taught)
-    after, path_after = taught.lesson, taught.screen().path
+    after, path_after = taught.lesson, taught.view().path
     assert (before.automaton, before.examples, before.options) != (
         after.automaton,
         after.examples,
         after.options,
     )
-    assert taught.screen().undoable == what
+    assert taught.view().undoable == what
     for _ in range(2):
         assert taught.undo() == what
         assert taught.lesson == before
-        assert taught.screen().path == path
-        assert taught.screen().redoable == what
+        assert taught.view().path == path
+        assert taught.view().redoable == what
         assert taught.redo() == what
         assert taught.lesson == after
-        assert taught.screen().path == path_after
+        assert taught.view().path == path_after
 
 
 def test_undo_restores_the_run_state_as_it_was_when_pressed() -> None:
@@ -90,7 +95,7 @@ def test_undo_in_another_world_has_no_negative_times() -> None:
     taught.undo()
     assert taught.run_state[0].time_in_state == 0.5
     play(taught, 1)
-    assert taught.screen().features["time_in_state"] == 0.6
+    assert taught.view().features["time_in_state"] == 0.6
 
 
 def test_undo_takes_back_a_press_that_waits() -> None:
@@ -111,7 +116,7 @@ def test_a_new_step_ends_redoing() -> None:
 
 def test_undo_restarts_where_the_state_is_gone() -> None:
     taught = session(["forward"])
-    taught.choose(states=["forward", "left"])
+    taught.change_design(states=["forward", "left"])
     play(taught, "left", 1)
     taught.undo()
     play(taught, 3, "left", 2)  # in left again
@@ -120,7 +125,7 @@ def test_undo_restarts_where_the_state_is_gone() -> None:
     taught.undo()
     taught.undo()
     assert taught.automaton.state_names == ("start", "forward")
-    assert taught.screen().path == ("start",)
+    assert taught.view().path == ("start",)
 
 
 def test_undo_while_testing_learns_again() -> None:
@@ -129,9 +134,9 @@ def test_undo_while_testing_learns_again() -> None:
     taught.test()
     taught.undo()
     assert taught.mode is Mode.TESTING
-    assert play(taught, 10).screen().path == ("forward",)
+    assert play(taught, 10).view().path == ("forward",)
     taught.redo()
-    assert taught.screen().path == ("left",)
+    assert taught.view().path == ("left",)
 
 
 RENAMED = [  # states, and new names by those they had; the examples then
@@ -152,10 +157,10 @@ def test_examples_go_with_a_state_that_gets_another_name(
 ) -> None:
     """Those of a state that is left out do not go to another that gets its name."""
     taught = play(session(["forward", "left"]), "forward", 5)
-    taught.choose(states=states, names=names)
+    taught.change_design(states=states, names=names)
     assert [(each.state, each.next) for each in taught.examples[:2]] == examples
     assert taught.undo() == "choose states and names"
-    assert taught.screen().path == ("forward",)
+    assert taught.view().path == ("forward",)
 
 
 def test_undo_in_testing_to_where_too_little_is_left_for_the_classifier() -> None:
@@ -182,7 +187,7 @@ def test_delete() -> None:
 def test_quarantine_and_back() -> None:
     """What is in quarantine is still there, says why, teaches nothing, and comes back."""
     taught = begun()
-    before = taught.taught()
+    before = taught.make_trained_automaton()
     number = next(example.number for example in taught.examples if example.kind == ExampleKind.DIRECTIVE)
     taught.quarantine({number: "pressed by mistake"})
     assert [example.quarantined for example in taught.examples if example.number == number] == [
@@ -190,20 +195,23 @@ def test_quarantine_and_back() -> None:
     ]
     assert len(taught.examples) == len(before.lesson.examples)  # type: ignore[union-attr]
     state = taught.examples[number - 1].state
-    assert taught.taught().automaton.transitions.get(state) != before.automaton.transitions[state]
+    assert (
+        taught.make_trained_automaton().automaton.transitions.get(state)
+        != before.automaton.transitions[state]
+    )
     taught.quarantine({number: ""})
-    assert taught.taught() == before
+    assert taught.make_trained_automaton() == before
     taught.quarantine({number: ""})  # it teaches already: there is nothing to undo
     taught.quarantine({})
     assert (taught.undo(), taught.undo()) == ("release 1 example", "quarantine 1 example")
-    assert taught.taught() == before
+    assert taught.make_trained_automaton() == before
 
 
 def test_a_slip_is_mended_with_what_it_recorded_on_its_way() -> None:
     """Example 1 led from start to left, with default 2 there; what was meant was forward, so 2 shows nothing."""
     taught = begun()
     before = taught.examples
-    taught.mend(1, "forward")
+    taught.correct_slip(1, "forward")
     assert rows(taught)[0] == (*rows(taught)[0][:-2], "forward", "directive")
     assert [each.quarantined for each in taught.examples[:2]] == ["", "Example 1 was a slip."]
     assert taught.undo() == "mend example 1"
@@ -230,9 +238,9 @@ def test_edit(edit: dict[str, Any], expected: tuple[Any, ...]) -> None:
 def test_edited_values_stay_when_features_and_options_change() -> None:
     taught = begun()
     taught.edit(1, values={"range_of(ball)": 50.0})
-    taught.choose(options=LearnerOptions(reaction_s=0.2))
+    taught.change_design(options=LearnerOptions(reaction_s=0.2))
     assert rows(taught)[0] == ("start", 50, 0, "left", "directive")
-    taught.choose(features=["seen", "range_of(ball)"])
+    taught.change_design(features=["seen", "range_of(ball)"])
     assert rows(taught)[0] == ("start", 1, 50, "left", "directive")
     assert rows(taught)[1] == ("left", 1, 99, "left", "default")
 
@@ -242,21 +250,21 @@ def test_edited_values_stay_when_features_and_options_change() -> None:
 
 def test_features_added_and_dropped() -> None:
     taught = begun()
-    taught.choose(features=["load", "bearing_of(goal)", "time_in_state", "seen", "range_of(goal)"])
+    taught.change_design(features=["load", "bearing_of(goal)", "time_in_state", "seen", "range_of(goal)"])
     assert rows(taught) == [
         ("start", 0, 1, 0.3, 1, 1003, "left", "directive"),
         ("left", 0, 1, 0.0, 1, 1003, "left", "default"),
         ("left", 1, 1, 0.4, 1, 1007, "forward", "directive"),
         ("forward", 1, 1, 0.0, 1, 1007, "forward", "default"),
     ]
-    taught.choose(features=["range_of(ball)", "load"])
+    taught.change_design(features=["range_of(ball)", "load"])
     assert rows(taught) == rows(begun())
 
 
 def test_a_child_flag_can_be_asked_for_later() -> None:
     taught = session(["go", "left"], ["range_of(ball)"], library=WITH_GO)
     play(taught, "go", 5, "left", 1)
-    taught.choose(features=["done"])
+    taught.change_design(features=["done"])
     assert [example.values for example in taught.examples] == [(0.0,), (0.0,), (1.0,), (0.0,)]
 
 
@@ -272,10 +280,10 @@ def test_a_flag_of_any_name_is_a_feature_of_what_is_taught_later() -> None:
 
 
 def test_features_of_a_reopened_lesson_can_change() -> None:
-    saved = begun().taught()
+    saved = begun().make_trained_automaton()
     again = Session(Scripted(), ROBOT.with_taught(saved), saved.lesson or begun().lesson)
     assert rows(again) == rows(begun())
-    again.choose(features=["range_of(goal)"])
+    again.change_design(features=["range_of(goal)"])
     assert [example.values for example in again.examples] == [(1003.0,), (1003.0,), (1007.0,), (1007.0,)]
     play(again, 2, "left", 1)
     assert rows(again)[-1] == ("left", 1002, "left", "default")
@@ -284,14 +292,14 @@ def test_features_of_a_reopened_lesson_can_change() -> None:
 
 def test_states_that_go_take_their_examples_along() -> None:
     taught = begun()
-    taught.choose(states=["forward"])
+    taught.change_design(states=["forward"])
     assert rows(taught) == [("forward", 93, 1, "forward", "default")]
-    assert taught.screen().path == ("forward",)
+    assert taught.view().path == ("forward",)
 
 
 def test_a_press_for_a_state_that_goes_is_dropped() -> None:
     taught = play(begun(), "left")
-    taught.choose(states=["forward"])
+    taught.change_design(states=["forward"])
     assert len(rows(play(taught, 1))) == 1
 
 
@@ -300,8 +308,8 @@ def test_a_flag_raised_from_a_state_that_goes_is_not_corrected() -> None:
     taught.reset(0)
     taught.test()
     play(taught, 8)
-    assert taught.screen().state == "done"
-    taught.choose(states=["left"])
+    assert taught.view().state == "done"
+    taught.change_design(states=["left"])
     play(taught, "left", 1)
     assert rows(taught) == []
     taught.test()
@@ -316,11 +324,11 @@ def table_lesson() -> Lesson:
 def test_a_table_can_be_gone_on_with() -> None:
     """Examples without readings around them keep their values; only features they never had are refused."""
     taught = Session(Scripted(), ROBOT, table_lesson())
-    taught.choose(states=["forward", "left"], options=LearnerOptions(reaction_s=0.2))
-    taught.choose(features=["load"])
+    taught.change_design(states=["forward", "left"], options=LearnerOptions(reaction_s=0.2))
+    taught.change_design(features=["load"])
     assert rows(taught) == [("start", 1, "forward", "directive")]
     with pytest.raises(SessionError, match=r"example 1 .* written by hand"):
-        taught.choose(features=["load", "seen"])
+        taught.change_design(features=["load", "seen"])
     assert rows(taught) == [("start", 1, "forward", "directive")]
     play(taught, "left", 1)
     assert len(rows(taught)) == 3
@@ -332,9 +340,9 @@ def test_a_table_can_be_gone_on_with() -> None:
 def test_parameters_stand_for_targets_kept_per_example() -> None:
     taught = session(["toward(A)"], ["range_of(A)"], parameters=["A"], targets={"A": "ball"})
     play(taught, 1, "toward", 1)
-    taught.stand_for(A="goal")
-    assert taught.screen().targets == {"A": "goal"}
-    assert taught.screen().features == {"range_of(A)": 1002.0}
+    taught.bind_targets(A="goal")
+    assert taught.view().targets == {"A": "goal"}
+    assert taught.view().features == {"range_of(A)": 1002.0}
     play(taught, 1, "start", 1)
     assert [(row(e)[1], e.binding["A"]) for e in taught.examples] == [
         (99, "ball"),
@@ -342,7 +350,7 @@ def test_parameters_stand_for_targets_kept_per_example() -> None:
         (1003, "goal"),
         (1003, "goal"),
     ]
-    taught.choose(features=["bearing_of(A)", "range_of(A)"])
+    taught.change_design(features=["bearing_of(A)", "range_of(A)"])
     assert [example.values[1] for example in taught.examples] == [99, 99, 1003, 1003]
     assert [round(example.values[0], 3) for example in taught.examples[2:]] == [1.0, 1.0]
 
@@ -351,7 +359,7 @@ def test_the_robot_acts_on_what_the_parameter_stands_for() -> None:
     body = Scripted()
     taught = session(["toward(A)"], parameters=["A"], targets={"A": "goal"}, body=body)
     play(taught, "toward", 1)
-    taught.stand_for(A="ball")
+    taught.bind_targets(A="ball")
     play(taught, 1)
     assert [round(commands["turn"][0], 3) for commands in body.commanded] == [1.0, 6.1]
 
@@ -359,17 +367,17 @@ def test_the_robot_acts_on_what_the_parameter_stands_for() -> None:
 def test_standing_for_another_target_keeps_the_state() -> None:
     taught = session(["toward(A)"], parameters=["A"], targets={"A": "goal"})
     play(taught, "toward", 3)
-    taught.stand_for(A="ball")
-    assert taught.screen().path == ("toward",)
+    taught.bind_targets(A="ball")
+    assert taught.view().path == ("toward",)
 
 
 def test_a_parameter_can_be_added() -> None:
     taught = begun()
     with pytest.raises(UnboundParameter, match="'A'"):
-        taught.choose(parameters=["A"])
+        taught.change_design(parameters=["A"])
     assert taught.automaton.parameters == ()
-    assert taught.screen().undoable == "left → forward"
-    taught.choose(parameters=["A"], features=["range_of(A)"], targets={"A": "goal"})
+    assert taught.view().undoable == "left → forward"
+    taught.change_design(parameters=["A"], features=["range_of(A)"], targets={"A": "goal"})
     assert [example.values for example in taught.examples] == [(1003.0,), (1003.0,), (1007.0,), (1007.0,)]
     taught.undo()
     assert rows(taught) == rows(begun())
@@ -382,11 +390,11 @@ def test_what_the_others_do_meanwhile() -> None:
     body = Scripted(3)
     taught = session(body=body, library=WITH_GO)
     play(taught, "forward", 1)
-    taught.others("left")
+    taught.set_other_agents("left")
     play(taught, 1)
-    taught.others("go")
+    taught.set_other_agents("go")
     play(taught, 2)
-    taught.others(None)
+    taught.set_other_agents(None)
     play(taught, 1)
     assert [commands["drive"] for commands in body.commanded] == [
         [1.0, 0.0, 0.0],
@@ -408,7 +416,7 @@ def test_the_others_go_on_whatever_happens_to_the_lesson() -> None:
     )
     body = Scripted(2)
     taught = session(body=body, library=Library.of(kit, three))
-    taught.others("three")
+    taught.set_other_agents("three")
     play(taught, "right", 2, "undo", 1)
     taught.drive("left")
     play(taught, 1)
@@ -430,11 +438,11 @@ def test_back_to_a_moment() -> None:
     )
     body = Scripted(2)
     taught = session(body=body, library=Library.of(kit, three))
-    taught.others("three")
+    taught.set_other_agents("three")
     play(taught, "forward", 2)
-    instant = taught.instant()
+    instant = taught.capture()
     play(taught, 3)
-    first, then = body.commanded[-3:], (taught.screen(), taught.run_state)
+    first, then = body.commanded[-3:], (taught.view(), taught.run_state)
     play(taught, "right", 4)
     taught.test()
     play(taught, 2)
@@ -444,7 +452,7 @@ def test_back_to_a_moment() -> None:
     assert taught.mode is Mode.TRAINING
     play(taught, 3)
     assert body.commanded[-3:] == first
-    assert (taught.screen().path, taught.run_state) == (then[0].path, then[1])
+    assert (taught.view().path, taught.run_state) == (then[0].path, then[1])
 
 
 def test_a_body_that_cannot_be_rewound() -> None:
@@ -453,15 +461,15 @@ def test_a_body_that_cannot_be_rewound() -> None:
 
     taught = session(body=Real(1))
     with pytest.raises(SessionError, match=r"this body cannot be rewound: it is no simulation; drive"):
-        taught.instant()
+        taught.capture()
 
 
 def test_the_others_may_need_a_binding() -> None:
     body = Scripted(2)
     taught = session(body=body)
     with pytest.raises(UnboundParameter, match="toward"):
-        taught.others("toward")
-    taught.others("toward", {"A": "goal"})
+        taught.set_other_agents("toward")
+    taught.set_other_agents("toward", {"A": "goal"})
     play(taught, 1)
     assert body.commanded[0]["turn"] == [0.5, 1.0]
 
@@ -471,13 +479,13 @@ def test_the_others_may_need_a_binding() -> None:
 
 def test_a_saved_automaton_is_a_state_of_the_next() -> None:
     first = play(session(["forward"], flags=["done"]), "forward", 3, "done", 1)
-    library = ROBOT.with_taught(first.taught())
+    library = ROBOT.with_taught(first.make_trained_automaton())
     lesson = new_lesson(library, "next", states=["taught", "left"], features=["done"])
     taught = play(Session(Scripted(), library, lesson), "taught", 6, "left", 1)
     assert rows(taught)[2:] == [("taught", 1, "left", "directive"), ("left", 0, "left", "default")]
     taught.reset(0)
     taught.test()
-    paths = [play(taught, 1).screen().path for _ in range(6)]
+    paths = [play(taught, 1).view().path for _ in range(6)]
     assert paths == [*[("taught", "forward")] * 3, ("taught", "done"), ("left",), ("left",)]
 
 
@@ -501,21 +509,33 @@ REFUSED: dict[str, tuple[Callable[[Session], Any], type[UnderstudyError], str]] 
     "editing from a flag": (lambda s: s.edit(1, state="done"), SessionError, "'done'"),
     "editing an unknown feature": (lambda s: s.edit(1, values={"x": 1.0}), UnknownName, "feature 'x'"),
     "a value outside": (lambda s: s.edit(1, values={"load": float("inf")}), KindError, "load.*finite"),
-    "an unknown behavior": (lambda s: s.choose(states=["fly"]), UnknownName, "behavior 'fly'"),
-    "an unknown feature": (lambda s: s.choose(features=["smell"]), UnknownName, "feature 'smell'"),
-    "an unknown target": (lambda s: s.choose(features=["range_of(moon)"]), UnknownName, "'moon'"),
-    "a missing argument": (lambda s: s.choose(features=["range_of"]), DefinitionError, r"range_of\(A\)"),
-    "a state twice": (lambda s: s.choose(states=["left", "left"]), DefinitionError, "'left' twice"),
-    "a parameter like a target": (lambda s: s.choose(parameters=["ball"]), DefinitionError, "'ball'.*rename"),
-    "itself": (lambda s: s.choose(states=["taught"]), UnderstudyError, "taught"),
-    "a flag like a feature": (lambda s: s.choose(flags=["seen"]), DefinitionError, "flag 'seen'.*rename"),
-    "no such parameter": (lambda s: s.stand_for(A="ball"), UnknownName, "parameter 'A'"),
+    "an unknown behavior": (lambda s: s.change_design(states=["fly"]), UnknownName, "behavior 'fly'"),
+    "an unknown feature": (lambda s: s.change_design(features=["smell"]), UnknownName, "feature 'smell'"),
+    "an unknown target": (lambda s: s.change_design(features=["range_of(moon)"]), UnknownName, "'moon'"),
+    "a missing argument": (
+        lambda s: s.change_design(features=["range_of"]),
+        DefinitionError,
+        r"range_of\(A\)",
+    ),
+    "a state twice": (lambda s: s.change_design(states=["left", "left"]), DefinitionError, "'left' twice"),
+    "a parameter like a target": (
+        lambda s: s.change_design(parameters=["ball"]),
+        DefinitionError,
+        "'ball'.*rename",
+    ),
+    "itself": (lambda s: s.change_design(states=["taught"]), UnderstudyError, "taught"),
+    "a flag like a feature": (
+        lambda s: s.change_design(flags=["seen"]),
+        DefinitionError,
+        "flag 'seen'.*rename",
+    ),
+    "no such parameter": (lambda s: s.bind_targets(A="ball"), UnknownName, "parameter 'A'"),
     "too long a reaction": (
-        lambda s: s.choose(options=LearnerOptions(reaction_s=2.0)),
+        lambda s: s.change_design(options=LearnerOptions(reaction_s=2.0)),
         DefinitionError,
         "reaction_s",
     ),
-    "others unknown": (lambda s: s.others("fly"), UnknownName, "'fly'"),
+    "others unknown": (lambda s: s.set_other_agents("fly"), UnknownName, "'fly'"),
 }
 
 
@@ -527,7 +547,7 @@ def test_refused(attempt: Callable[[Session], Any], error: type[UnderstudyError]
         attempt(taught)
     assert taught.lesson == before
     assert taught.run_state == run
-    assert taught.screen().undoable == "left → forward"
+    assert taught.view().undoable == "left → forward"
     play(taught, 1)
 
 
@@ -549,5 +569,5 @@ def test_a_session_that_cannot_begin(given: dict[str, Any], error: type[Understu
 def test_stand_for_unknown_targets() -> None:
     taught = session(["toward(A)"], parameters=["A"], targets={"A": "ball"})
     with pytest.raises(UnknownName, match="target 'moon'"):
-        taught.stand_for(A="moon")
-    assert taught.screen().targets == {"A": "ball"}
+        taught.bind_targets(A="moon")
+    assert taught.view().targets == {"A": "ball"}

@@ -61,7 +61,7 @@ PRESSES: list[tuple[list[Any], list[tuple[Any, ...]]]] = [
     (["done", 1, "confirm", 3], [("start", 100, "done", "directive")]),
     (["done", 1, "done", 3], [("start", 100, "done", "directive")]),
     (["forward", "restart", 3], []),  # a restart takes a press that waits with it
-    ([3, "restart", 3, "moved", 2, "train", 1], []),
+    ([3, "restart", 3, "note_moved", 2, "train", 1], []),
 ]
 
 
@@ -121,7 +121,7 @@ def test_a_paused_press_records_the_snapshot_on_display() -> None:
     taught = session()
     play(taught, 3)
     taught.paused = True
-    shown = taught.screen().features["range_of(ball)"]
+    shown = taught.view().features["range_of(ball)"]
     taught.direct("forward")
     taught.paused = False
     play(taught, 1)
@@ -144,8 +144,8 @@ def learned() -> Any:
 def test_testing_learns_and_restarts() -> None:
     taught = learned()
     assert taught.mode is Mode.TESTING
-    assert taught.screen().path == ("start",)
-    seen = [play(taught, 1).screen().path[0] for _ in range(12)]
+    assert taught.view().path == ("start",)
+    seen = [play(taught, 1).view().path[0] for _ in range(12)]
     assert seen == ["forward"] * 5 + ["left"] * 5 + ["done"] * 2
     assert len(taught.examples) == 5  # testing records nothing by itself
 
@@ -157,7 +157,7 @@ def test_directing_while_testing_is_a_correction_and_drops_to_training() -> None
     play(taught, 5)
     assert rows(taught)[5:] == [("forward", 97, "right", "directive"), ("right", 97, "right", "default")]
     assert [example.correction for example in taught.examples] == [False] * 5 + [True] * 2
-    assert taught.screen().state == "right"  # the demonstrator decides now
+    assert taught.view().state == "right"  # the demonstrator decides now
     play(taught, "left", 1)
     assert not taught.examples[-1].correction
 
@@ -190,21 +190,21 @@ def test_out_of_a_flag_in_testing_corrects_its_entry(
     taught = play(learned(), 20, press, 1)
     assert rows(taught)[5:] == [recorded]
     assert taught.examples[5].correction
-    assert taught.screen().state == after
+    assert taught.view().state == after
     play(taught, "right", 1)  # in training now: from where it is
     assert len(taught.examples) == (6 if after in ("right", "done") else 8) + (after == "right")
 
 
 def test_a_corrected_flag_is_no_longer_raised_there() -> None:
     taught = play(learned(), 20, "left", 1)
-    assert tried(taught.taught().automaton, "left", 90.0) == "left"
-    assert tried(taught.taught().automaton, "left", 80.0) == "left"
+    assert tried(taught.make_trained_automaton().automaton, "left", 90.0) == "left"
+    assert tried(taught.make_trained_automaton().automaton, "left", 80.0) == "left"
 
 
 def test_switching_to_training_at_a_flag_records_nothing() -> None:
     taught = play(learned(), 20, "train", "right", 1)
     assert len(taught.examples) == 5
-    assert taught.screen().state == "right"
+    assert taught.view().state == "right"
 
 
 def test_a_flag_directed_into_is_not_corrected_in_a_later_test() -> None:
@@ -248,20 +248,20 @@ def test_reset_begins_anew() -> None:
     taught = play(session(), "forward", 5)
     taught.reset(7)
     assert taught.body.time_s == 0
-    assert taught.screen().path == ("start",)
+    assert taught.view().path == ("start",)
     assert len(taught.examples) == 2
 
 
 def test_a_press_is_numbered() -> None:
     taught = session()
     assert [taught.direct("forward"), taught.confirm(), taught.direct("left")] == [1, 2, 3]
-    assert taught.screen().waiting == "left"
+    assert taught.view().waiting == "left"
 
 
 def test_the_demonstrator_decides_in_training() -> None:
     """What was learned before does not act in training mode; nested automata do."""
     taught = play(learned(), 1, "train", 8)
-    assert taught.screen().path == ("forward",)
+    assert taught.view().path == ("forward",)
 
 
 def test_stateless_lessons() -> None:
@@ -269,8 +269,8 @@ def test_stateless_lessons() -> None:
     play(taught, "forward", 5, "left", 5, "done", 1)
     taught.reset(0)
     taught.test()
-    seen = [play(taught, 1).screen().path[0] for _ in range(10)]
-    policy = taught.taught().automaton
+    seen = [play(taught, 1).view().path[0] for _ in range(10)]
+    policy = taught.make_trained_automaton().automaton
     assert seen[0] == "forward"
     assert seen[-1] in ("left", "done")
     assert tried(policy, "start", 100.0) == tried(policy, "left", 100.0) == "forward"

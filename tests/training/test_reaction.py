@@ -36,7 +36,7 @@ def test_nearest_tick(reaction_s: float, value: float) -> None:
 @pytest.mark.parametrize(("reaction_s", "value"), NEAREST)
 def test_it_can_be_chosen_afterwards(reaction_s: float, value: float) -> None:
     taught = play(session(options=LearnerOptions(reaction_s=0.3)), 6, "forward", 1)
-    taught.choose(options=LearnerOptions(reaction_s=reaction_s))
+    taught.change_design(options=LearnerOptions(reaction_s=reaction_s))
     assert [example.values[0] for example in taught.examples] == [value, value]
 
 
@@ -64,7 +64,7 @@ def drive(taught: Session) -> None:
 
 CUTS: dict[str, Callable[[Session], Any]] = {
     "restart": Session.restart,
-    "moved": Session.moved,
+    "note_moved": Session.note_moved,
     "driving": drive,
     "testing": Session.test,
 }
@@ -74,7 +74,7 @@ CUTS: dict[str, Callable[[Session], Any]] = {
 def test_never_from_before(cut: Callable[[Session], Any]) -> None:
     taught = play(session(options=LearnerOptions(reaction_s=0.5)), 5)
     cut(taught)
-    here = taught.screen().features["range_of(ball)"]
+    here = taught.view().features["range_of(ball)"]
     play(taught, 2, "forward", 1)
     assert rows(taught)[0][1] == here
 
@@ -93,7 +93,7 @@ def test_unshifted_while_paused() -> None:
     taught.paused = False
     play(taught, 1)
     assert rows(taught)[0][1] == 95
-    taught.choose(options=LearnerOptions(reaction_s=0.5))
+    taught.change_design(options=LearnerOptions(reaction_s=0.5))
     assert rows(taught)[0][1] == 95
 
 
@@ -101,11 +101,11 @@ def test_a_corrected_flag_is_corrected_where_it_was_raised() -> None:
     """What was learned has no reaction time: the vector is the very one that it decided on."""
     taught = session(flags=["done"])
     play(taught, "forward", 5, "done", 1)
-    taught.choose(options=LearnerOptions(reaction_s=0.3))
+    taught.change_design(options=LearnerOptions(reaction_s=0.3))
     taught.reset(0)
     taught.test()
     play(taught, 8)
     assert rows(taught)[2] == ("forward", 98, "done", "directive")  # pressed at 95 m
-    assert taught.screen().state == "done"
+    assert taught.view().state == "done"
     play(taught, "forward", 1)
     assert rows(taught)[-1] == ("forward", 98, "forward", "confirmation")

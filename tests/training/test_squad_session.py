@@ -42,7 +42,7 @@ def doing(body: CoordinatorBody) -> list[tuple[str, ...]]:
 def taught(session: Session, seconds: float) -> None:
     """Press what a person would."""
     while session.body.time_s < seconds:
-        screen = session.screen()
+        screen = session.view()
         seen = screen.features
         if screen.state == "start":
             session.direct("out")
@@ -88,7 +88,7 @@ def test_what_was_learned_leads() -> None:
     states = set()
     while session.body.time_s < 120.0:
         session.tick()
-        states.add(session.screen().state)
+        states.add(session.view().state)
     assert {"out", "attack", "home"} <= states
 
 
@@ -97,7 +97,7 @@ def test_a_troop_is_rewound() -> None:
     session = Session(troop(), SQUAD, LESSON)
     assert isinstance(session.body, CoordinatorBody)
     taught(session, 40.0)
-    instant, before = session.instant(), doing(session.body)
+    instant, before = session.capture(), doing(session.body)
     taught(session, 60.0)
     after, there = doing(session.body), session.body.ground.sense([("blob_size", "home")])
     examples = session.examples
@@ -118,8 +118,8 @@ def test_going_back_restarts_nobody_whose_messages_are_delayed() -> None:
     body = make_coordinator_body(slow, "patrol", LIBRARIES, seed=5)
     session = Session(body, SQUAD, LESSON)
     taught(session, 3.0)
-    assert session.screen().state == "out"
-    instant, began = session.instant(), body.squads.ordering.answering.tolist()
+    assert session.view().state == "out"
+    instant, began = session.capture(), body.squads.ordering.answering.tolist()
     assert not any(each != each for each in began)
     taught(session, 3.5)
     session.rewind(instant)
@@ -135,12 +135,12 @@ def test_a_killed_session_of_a_squad_goes_on(tmp_path: Path) -> None:
     session = Session(troop(), SQUAD, LESSON, journal=journal)
     assert isinstance(session.body, CoordinatorBody)
     taught(session, 60.0)
-    examples, path, robots = session.examples, session.screen().path, doing(session.body)
+    examples, path, robots = session.examples, session.view().path, doing(session.body)
     session.close()
     body = troop()
     resumed = Session.resume(journal, body, SQUAD)
     assert resumed.examples == examples
-    assert resumed.screen().path == path
+    assert resumed.view().path == path
     assert [each[0] for each in doing(body)] == [each[0] for each in robots]
     resumed.close()
 

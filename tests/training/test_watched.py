@@ -55,10 +55,10 @@ def test_a_longer_reaction_discards_more(reaction_s: float, kept: int) -> None:
 def in_a_test() -> Session:
     """In a test: forward at 100 m, left at 95 m, done at 90 m."""
     taught = session(flags=["done"], options=WATCHED)
-    taught.watching = False
+    taught.is_watching = False
     play(taught, "forward", 5, "left", 5, "done", 1)
     taught.reset(0)
-    taught.watching = True
+    taught.is_watching = True
     taught.test()
     return taught
 
@@ -85,17 +85,17 @@ def test_a_flag_is_not_watched_and_its_correction_removes_what_it_contradicts() 
 
 def test_not_watching() -> None:
     taught = session(options=WATCHED)
-    taught.watching = False
+    taught.is_watching = False
     play(taught, "forward", 10)
     assert watched(taught) == []
-    taught.watching = True
+    taught.is_watching = True
     play(taught, 1)
     assert watched(taught) == [("forward", 90, "forward")]
 
 
 def test_looking_away_and_pressing_still_discards_the_last_moments() -> None:
     taught = play(session(options=WATCHED), "forward", 3)
-    taught.watching = False
+    taught.is_watching = False
     play(taught, "left", 1)
     assert watched(taught) == []
 
@@ -129,7 +129,7 @@ def test_a_press_later_on_the_same_vector_replaces_what_was_watched() -> None:
 def test_looking_at_the_lesson_changes_nothing() -> None:
     """What a library would keep now includes what was just seen; a press may still take it back."""
     taught = play(session(options=WATCHED), "forward", 5)
-    first = taught.taught().lesson
+    first = taught.make_trained_automaton().lesson
     assert first is not None
     assert rows(first) == rows(taught.lesson)
     assert len(first.examples) == 4

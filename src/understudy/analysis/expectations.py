@@ -61,7 +61,7 @@ def make_expectation(session: Session, *, flag: str, within_s: float) -> Expecta
         body.snapshot(),
         session.agent,
         body.squads.squad.name if isinstance(body, CoordinatorBody) else "",
-        Binding(dict(session.screen().targets)),
+        Binding(dict(session.view().targets)),
     )
 
 
@@ -70,7 +70,7 @@ def add_expectation(session: Session, *, flag: str, within_s: float) -> Expectat
     `make_expectation`.
     """
     outcome = make_expectation(session, flag=flag, within_s=within_s)
-    session.choose(outcomes=(*session.lesson.outcomes, outcome))
+    session.change_design(outcomes=(*session.lesson.outcomes, outcome))
     return outcome
 
 

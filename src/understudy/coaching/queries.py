@@ -77,7 +77,7 @@ class UncertaintyQueries:
         session = self.session
         if self.when is QueryPolicy.NEVER or session.mode is not Mode.TESTING:
             return None
-        screen = session.screen()
+        screen = session.view()
         rests = 0.0 <= screen.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
         if screen.flag is not None or screen.waiting is not None or rests:
             return None
@@ -107,7 +107,7 @@ class UncertaintyQueries:
 
     def _mark(self, question: Question) -> None:
         session = self.session
-        instant = session.instant() if is_rewindable(session.body) else None
+        instant = session.capture() if is_rewindable(session.body) else None
         self.marked.append(
             Question(question.time_s, question.state, question.values, question.next, question.doubt, instant)
         )

@@ -59,7 +59,7 @@ def set_up_situation(
         )
     body = require_rewindable(session.body)
     levels, own_missed = _levels(session, advice.state, region)
-    targets = session.screen().targets
+    targets = session.view().targets
     poser = PoseSampler(session.body, session.agent, automaton.features, targets)
     best: tuple[float, bytes, NDArray[np.float64], int | None] | None = None
     before = body.snapshot()

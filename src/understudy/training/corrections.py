@@ -29,18 +29,18 @@ class LastSwitch:
 
     def __init__(self, keys: tuple[ReadingKey, ...], steady: frozenset[str]) -> None:
         self._keys, self._steady = keys, steady
-        self.forget()
+        self.clear()
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """What comes now has nothing to do with what was before."""
         self._last: tuple[Sample, TickResult, Binding] | None = None
 
-    def see(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
+    def note_tick(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
         """A tick without a press."""
         if outcome.next != outcome.state:
             self._last = moment, outcome, binding
 
-    def undone_by(self, correction: Example, lesson: Lesson, now: float) -> Example | None:
+    def find_undone_stay(self, correction: Example, lesson: Lesson, now: float) -> Example | None:
         """The example that staying would have been, where a correction takes the switch back; else None."""
         if self._last is None:
             return None
@@ -71,7 +71,7 @@ class CorrectionStep:
         self._before, self._after, self._correction, self._stay = before, after, correction, stay
 
     @classmethod
-    def replayed(cls, before: Lesson, after: Lesson, stay: Example | None) -> Self | None:
+    def from_lessons(cls, before: Lesson, after: Lesson, stay: Example | None) -> Self | None:
         """The same from the lessons on either side of a press's step, whatever was put in quarantine with it; None
         where the press was no correction.
         """
@@ -83,7 +83,7 @@ class CorrectionStep:
         return cls(before, replace(after, examples=bare), made[0], stay)
 
     @cached_property
-    def judgement(self) -> CorrectionDiagnosis | None:
+    def diagnosis(self) -> CorrectionDiagnosis | None:
         """Where the mistake came from; None where what was learned before decides as the correction shows."""
         stay = self._stay
         if stay is not None and decide_for_example(self._before, stay) != stay.next:
@@ -98,12 +98,12 @@ class CorrectionStep:
 
     def step(self, what: str) -> tuple[Lesson, str]:
         """The lesson after the correction, with suspects in quarantine where it wants that, and what undo calls it."""
-        if not self._after.options.unlearning or self.judgement is None or not self.judgement.suspects:
+        if not self._after.options.unlearning or self.diagnosis is None or not self.diagnosis.suspects:
             return self._after, what
-        reasons = self.judgement.reasons
+        reasons = self.diagnosis.reasons
         return set_quarantine(self._after, reasons), f"{what}, {describe_edit('quarantine', len(reasons))}"
 
-    def stands(self, lesson: Lesson) -> bool:
+    def is_still_in_lesson(self, lesson: Lesson) -> bool:
         """Whether the correction is still in the lesson, as it was made."""
         return any(example is self._correction for example in lesson.examples)
 

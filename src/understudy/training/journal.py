@@ -175,7 +175,7 @@ class Journal:
         self._snapshot_tick: int | None = None  # none since the robot was placed elsewhere
 
     @classmethod
-    def begun(cls, path: Path | None, entry: SessionStarted, *, rows: int) -> Self:
+    def create(cls, path: Path | None, entry: SessionStarted, *, rows: int) -> Self:
         """A new journal for a session whose lesson has a record of so many rows; FileError if the file
         exists.
         """
@@ -187,7 +187,7 @@ class Journal:
         return journal
 
     @classmethod
-    def resumed(cls, path: Path, *, ticks: int, rows: int) -> Self:
+    def resume(cls, path: Path, *, ticks: int, rows: int) -> Self:
         """Go on with a journal that holds `ticks` ticks and `rows` rows of the lesson's record."""
         journal = cls(path)
         journal._log = AppendLog.append(path, MAGIC)
@@ -204,7 +204,7 @@ class Journal:
         if self._log is not None:
             self._log.write(_encode(entry), sync=sync)
 
-    def remember(self, moment: Sample, state: str) -> None:
+    def add_tick(self, moment: Sample, state: str) -> None:
         """A tick has been sensed."""
         if self._log is None:
             return
@@ -239,7 +239,7 @@ class Journal:
             self._snapshot_tick = self.tick
             self.write(SnapshotTaken(self.tick, zlib.compress(body, 1), list(run), mode))
 
-    def placed(self) -> None:
+    def log_moved(self) -> None:
         """The robot was put elsewhere after the last tick."""
         self.flush()
         self.write(RobotMoved())

@@ -119,7 +119,9 @@ class ReplayedSession:
     unlearning: CorrectionStep | None = None
 
     @classmethod
-    def none(cls, lesson: Lesson, keys: Sequence[ReadingKey], targets: Mapping[str, str], agent: int) -> Self:
+    def from_lesson(
+        cls, lesson: Lesson, keys: Sequence[ReadingKey], targets: Mapping[str, str], agent: int
+    ) -> Self:
         """The past of a session that begins with a lesson."""
         return cls(
             History(replace(lesson, record=ReadingLog())),
@@ -129,7 +131,7 @@ class ReplayedSession:
         )
 
     @classmethod
-    def replayed(cls, path: Path, library: Library, keys: Sequence[ReadingKey] | None = None) -> Self:
+    def from_journal(cls, path: Path, library: Library, keys: Sequence[ReadingKey] | None = None) -> Self:
         """The past that a journal holds; FileError where it holds no session, or one with other readings."""
         entries = read_journal(path)
         began = next(entries, None)
@@ -148,19 +150,19 @@ class ReplayedSession:
                 remedy="resume it with the body it was with",
             )
         lesson = decode_journal_lesson(began.lesson, library, path)
-        past = cls.none(lesson, began.keys, began.targets, began.agent)
+        past = cls.from_lesson(lesson, began.keys, began.targets, began.agent)
         past.about = began.about
         for entry in entries:
-            past.go_through(entry, library, path)
+            past.apply_entry(entry, library, path)
         return past
 
-    def go_through(self, entry: AnyEntry, library: Library, path: Path) -> None:
+    def apply_entry(self, entry: AnyEntry, library: Library, path: Path) -> None:
         """Do again what a journal's entry says was done."""
         match entry:
             case TicksLogged():
                 self.ticks = entry.first + entry.rows.count
                 for moment in self._moments(entry.rows):
-                    self.recorder.remember(moment)
+                    self.recorder.append(moment)
             case SnapshotTaken():
                 self.body, self.body_tick = zlib.decompress(entry.body), entry.tick
                 self.run, self.mode = tuple(entry.run), entry.mode
@@ -176,7 +178,9 @@ class ReplayedSession:
                 self.run = tuple(entry.after)
                 if entry.press is not None:
                     self.waiting = None
-                    self.unlearning = CorrectionStep.replayed(before, after, entry.stay) or self.unlearning
+                    self.unlearning = (
+                        CorrectionStep.from_lessons(before, after, entry.stay) or self.unlearning
+                    )
             case WatchedAccepted():
                 self._keep(entry.rows)
                 self.history.amend(*entry.examples)

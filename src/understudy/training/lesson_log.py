@@ -48,12 +48,12 @@ class LessonLog:
         self._switched = LastSwitch(past.recorder.keys, steady)
 
     @property
-    def watching(self) -> bool:
+    def is_watching(self) -> bool:
         """Whether somebody watches, so that silence is consent where the lesson wants it."""
         return self._watching
 
-    @watching.setter
-    def watching(self, watching: bool) -> None:
+    @is_watching.setter
+    def is_watching(self, watching: bool) -> None:
         self._watching = watching
         self.journal.write(WatchingChanged(watching))
 
@@ -63,7 +63,7 @@ class LessonLog:
         return self._history.lesson
 
     @property
-    def pressed(self) -> int:
+    def press_count(self) -> int:
         """How many of the lesson's examples a press made: a screen asks at every tick, and they seldom change."""
         examples = self.lesson.examples
         if self._counted[0] is not examples:
@@ -89,10 +89,10 @@ class LessonLog:
         )
 
     @property
-    def judgement(self) -> CorrectionDiagnosis | None:
+    def correction_diagnosis(self) -> CorrectionDiagnosis | None:
         """What the last correction came to; None where there is none, or where the robot had been right."""
         last = self._unlearning
-        return last.judgement if last is not None and last.stands(self.lesson) else None
+        return last.diagnosis if last is not None and last.is_still_in_lesson(self.lesson) else None
 
     @property
     def undoable(self) -> str | None:
@@ -106,34 +106,34 @@ class LessonLog:
 
     # At every tick
 
-    def remember(self, moment: Sample, state: str) -> None:
+    def add_tick(self, moment: Sample, state: str) -> None:
         """A tick was sensed in this state of the automaton."""
-        self._recorder.remember(moment)
-        self.journal.remember(moment, state)
+        self._recorder.append(moment)
+        self.journal.add_tick(moment, state)
 
-    def raised(self, outcome: TickResult) -> FlagEntry:
+    def log_flag(self, outcome: TickResult) -> FlagEntry:
         """What was learned raised a flag at this tick: where a correction of it belongs."""
         entry = FlagEntry(outcome.state, outcome.own, self._recorder.keep_last())
         self.journal.write(FlagRaised(entry, self.journal.new_rows(self._recorder.record)))
         return entry
 
-    def see(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
+    def log_silence(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
         """A tick passed without a press: watched, if the lesson wants it and somebody watches."""
-        self._switched.see(outcome, moment, binding)
+        self._switched.note_tick(outcome, moment, binding)
         automaton = self.lesson.automaton
         resting = outcome.state == outcome.next == automaton.states[0].name
-        if not (self.lesson.options.watched and self.watching) or resting:
+        if not (self.lesson.options.watched and self.is_watching) or resting:
             return
         if automaton.state(outcome.state).flag is None:
             kind = ExampleKind.WATCHED
             example = Example(0, outcome.state, (), outcome.next, kind, own=outcome.own, binding=binding)
-            self._watched.see(WatchedTick(moment, example))
+            self._watched.add_tick(WatchedTick(moment, example))
 
     def record(
         self, outcome: TickResult, press: Press, binding: Binding, *, before: RunState, after: RunState
     ) -> None:
         """A press acted at this tick: write down what it showed, from run state `before` to `after`."""
-        self._watched.doubt(self._recorder.now, reaction_s=self.lesson.options.reaction_s)
+        self._watched.discard_recent(self._recorder.now, reaction_s=self.lesson.options.reaction_s)
         self.accept_watched()
         if not outcome.shown:
             self.journal.write(PressApplied(press.number, list(after)))
@@ -167,10 +167,10 @@ class LessonLog:
         lesson = replace(self.lesson, examples=(*others, *made))
         what, stay = f"{made[0].state} → {made[0].next}", None
         if press.correction:
-            stay = self._switched.undone_by(made[0], self.lesson, self._recorder.now)
+            stay = self._switched.find_undone_stay(made[0], self.lesson, self._recorder.now)
             self._unlearning = CorrectionStep(self.lesson, lesson, made[0], stay)
             lesson, what = self._unlearning.step(what)
-        self._switched.forget()
+        self._switched.clear()
         self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
 
     # Between ticks
@@ -179,9 +179,9 @@ class LessonLog:
         """The robot did not get by itself to where it is now."""
         self.accept_watched()
         self._watched.begin_episode()
-        self._switched.forget()
+        self._switched.clear()
         self._recorder.begin_episode()
-        self.journal.placed()
+        self.journal.log_moved()
 
     def accept_watched(self) -> None:
         """What was seen and not objected to becomes watched examples."""
@@ -193,7 +193,7 @@ class LessonLog:
             self.journal.write(WatchedAccepted(watched, self.journal.new_rows(self._recorder.record)))
 
     def _agreed(self) -> WatchedBatch:
-        return self._watched.agreed(self.lesson, self._recorder.keys, steady=self._steady)
+        return self._watched.extract_batch(self.lesson, self._recorder.keys, steady=self._steady)
 
     def _numbered(self, seen: Sequence[WatchedTick], rows: Sequence[int]) -> list[Example]:
         """Watched examples with their numbers and their rows of the record."""
@@ -228,7 +228,7 @@ class LessonLog:
         self.journal.write(entry, sync=press is None)
         self._history.step(what, lesson, before=before, after=after)
 
-    def valued(self, lesson: Lesson) -> Lesson:
+    def recompute_values(self, lesson: Lesson) -> Lesson:
         """A lesson whose features or reaction time changed, with its examples' values computed again."""
         return recompute_example_values(self.lesson, lesson, self._recorder.record, steady=self._steady)
 
@@ -245,9 +245,9 @@ class LessonLog:
         return redone
 
     def _went(self, *, back: bool) -> None:
-        self._watched.forget()
+        self._watched.clear()
         self.journal.write(UndoRedo(back), sync=True)
 
-    def turned(self, mode: Mode, run: RunState, targets: Mapping[str, str], waiting: Press | None) -> None:
+    def log_mode(self, mode: Mode, run: RunState, targets: Mapping[str, str], waiting: Press | None) -> None:
         """The mode, the run state or what parameters stand for changed otherwise than by a press."""
         self.journal.write(ModeChanged(mode, list(run), dict(targets), waiting), sync=True)

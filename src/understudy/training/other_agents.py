@@ -42,10 +42,10 @@ class OtherAgents:
 
     def __init__(self, body: Body, library: Library, past: OthersChanged | None = None) -> None:
         self._body, self._library = body, library
-        self.behave(None)
+        self.set_behavior(None)
         if past is not None:
             with suppress(UnderstudyError):  # the library has it no more: they idle
-                self.behave(past.behavior, past.targets)
+                self.set_behavior(past.behavior, past.targets)
 
     def run(self, agent: int, driver: Interpreter) -> Run:
         """The run in which one agent is driven by somebody, and the others do as they do."""
@@ -53,7 +53,7 @@ class OtherAgents:
         members[agent] = driver
         return Run(self._body, members)
 
-    def behave(
+    def set_behavior(
         self,
         behavior: str | None,
         binding: Mapping[str, str] | None = None,

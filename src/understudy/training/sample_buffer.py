@@ -47,7 +47,7 @@ class SampleBuffer:
         """Forget the moments before now: the robot did not get here by itself."""
         self._episode.clear()
 
-    def remember(self, moment: Sample) -> None:
+    def append(self, moment: Sample) -> None:
         """A tick has passed; its readings may be wanted for LONGEST_REACTION_S."""
         episode = self._episode
         episode.append(moment)

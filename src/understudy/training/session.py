@@ -73,11 +73,11 @@ class Session:
             raise SettingError(where="session", setting="agent", problem=problem, remedy=remedy)
         keys = list_reading_keys(body)
         check_parameter_targets(lesson.automaton, targets or {}, body.targets)
-        self._begin(body, library, ReplayedSession.none(lesson, keys, targets or {}, agent), clock)
+        self._begin(body, library, ReplayedSession.from_lesson(lesson, keys, targets or {}, agent), clock)
         began = SessionStarted(
             encode_journal_lesson(lesson), agent, list(keys), body.tick_s, self._targets, dict(about or {})
         )
-        self._notebook.journal = Journal.begun(journal, began, rows=len(lesson.record))
+        self._notebook.journal = Journal.create(journal, began, rows=len(lesson.record))
 
     @classmethod
     def resume(
@@ -87,14 +87,14 @@ class Session:
 
         The lesson is as it was; body and automaton are as at the last snapshot, if the body can be rewound.
         """
-        past = ReplayedSession.replayed(journal, library, list_reading_keys(body))
+        past = ReplayedSession.from_journal(journal, library, list_reading_keys(body))
         goes_on = False
         if past.body is not None and is_rewindable(body):
             body.restore(past.body)
             goes_on = past.body_tick == past.ticks
         session = cls.__new__(cls)
         session._begin(body, library, past, clock)
-        session._notebook.journal = Journal.resumed(journal, ticks=past.ticks, rows=len(past.recorder.record))
+        session._notebook.journal = Journal.resume(journal, ticks=past.ticks, rows=len(past.recorder.record))
         if not goes_on:
             session._notebook.begin_episode()
         return session
@@ -151,20 +151,20 @@ class Session:
         return self._percept
 
     @property
-    def judgement(self) -> CorrectionDiagnosis | None:
+    def correction_diagnosis(self) -> CorrectionDiagnosis | None:
         """What the last correction of a wrong decision came to: who is to blame for it; None if there is none."""
-        return self._notebook.judgement
+        return self._notebook.correction_diagnosis
 
     @property
-    def watching(self) -> bool:
+    def is_watching(self) -> bool:
         """Whether silence counts as consent, in a lesson with watched examples; False: I am not watching."""
-        return self._notebook.watching
+        return self._notebook.is_watching
 
-    @watching.setter
-    def watching(self, watching: bool) -> None:
-        self._notebook.watching = watching
+    @is_watching.setter
+    def is_watching(self, watching: bool) -> None:
+        self._notebook.is_watching = watching
 
-    def screen(self) -> SessionView:
+    def view(self) -> SessionView:
         """What a person sees now."""
         machine, press = self.trainee.taught, self.trainee.press
         own = collect_own_values(machine, self.body.time_s)
@@ -180,7 +180,7 @@ class Session:
             states=self.automaton.state_names,
             targets=dict(self._targets),
             waiting=None if press is None else press.state or machine.state_name,
-            examples=self._notebook.pressed,
+            examples=self._notebook.press_count,
             undoable=self._notebook.undoable,
             redoable=self._notebook.redoable,
         )
@@ -214,7 +214,7 @@ class Session:
             self._keep_snapshot()
         readings = tuple(float(percept[key][self.agent]) for key in self._keys)
         moment = Sample(self._clock(), readings)
-        notebook.remember(moment, trainee.taught.state_name)
+        notebook.add_tick(moment, trainee.taught.state_name)
         before = self.run_state if trainee.press else ()
         commands = self._run.decide(percept)
         if self._driving is None:
@@ -228,8 +228,8 @@ class Session:
             self._notebook.record(outcome, outcome.press, binding, before=before, after=self.run_state)
             return
         if outcome.raised:
-            self.trainee.entry = self._notebook.raised(outcome)
-        self._notebook.see(outcome, moment, binding)
+            self.trainee.entry = self._notebook.log_flag(outcome)
+        self._notebook.log_silence(outcome, moment, binding)
 
     def run_for(self, seconds: float) -> None:
         """Tick for so long of the body's time."""
@@ -266,7 +266,7 @@ class Session:
         self.company.start()
         self.restart()
 
-    def instant(self) -> SessionSnapshot:
+    def capture(self) -> SessionSnapshot:
         """This moment of the run, to come back to with `rewind`; SessionError where the body cannot be rewound."""
         return SessionSnapshot(
             require_rewindable(self.body).snapshot(), self.run_state, self.mode, self.company.snapshot()
@@ -276,7 +276,7 @@ class Session:
         """Go back to a moment of this session, world and automata both; the lesson stays, and nothing is recorded."""
         require_rewindable(self.body).restore(instant.body)
         self.company.restore(instant.others)
-        self.moved()
+        self.note_moved()
         self.trainee.press, self.trainee.mode = None, instant.mode
         self.trainee.restore(instant.run, now=self.body.time_s)
         self._turned()
@@ -294,16 +294,16 @@ class Session:
         self._turned()
         self._run = self._new_run()
 
-    def moved(self) -> None:
+    def note_moved(self) -> None:
         """The robot or the world was put elsewhere by hand: what came before says nothing about now."""
         self._percept = None
         self._notebook.begin_episode()
 
-    def look(self) -> None:
+    def refresh_percept(self) -> None:
         """Sense anew: what is on display may have changed between two ticks."""
         self._percept = None
 
-    def stand_for(self, **targets: str) -> None:
+    def bind_targets(self, **targets: str) -> None:
         """Let parameters stand for other targets from now on."""
         check_parameter_targets(self.automaton, targets, self.body.targets)
         self._notebook.begin_episode()
@@ -311,7 +311,7 @@ class Session:
         self._relink(self._new_trainee(self._notebook.lesson, self.mode))
         self._turned()
 
-    def others(
+    def set_other_agents(
         self,
         behavior: str | None,
         binding: Mapping[str, str] | None = None,
@@ -319,7 +319,7 @@ class Session:
         library: Library | None = None,
     ) -> None:
         """What the other agents do meanwhile: idle (None), or a behavior of the library, or of a newer one."""
-        self.company.behave(behavior, binding, library=library)
+        self.company.set_behavior(behavior, binding, library=library)
         self._run = self._new_run()
         self._notebook.journal.write(self.company.occupied)
 
@@ -356,11 +356,13 @@ class Session:
         """Edit an example: its state, its next state, or its values by feature label."""
         self._change(f"edit example {number}", edit_example(self._notebook.lesson, number, **change))
 
-    def mend(self, number: int, next: str) -> None:
+    def correct_slip(self, number: int, next: str) -> None:
         """Say what a press was meant for, by its example's number: it slipped."""
         self._change(f"mend example {number}", correct_press(self._notebook.lesson, number, next))
 
-    def choose(self, *, targets: Mapping[str, str] | None = None, **choice: Unpack[DesignChange]) -> None:
+    def change_design(
+        self, *, targets: Mapping[str, str] | None = None, **choice: Unpack[DesignChange]
+    ) -> None:
         """Choose states, flags, features, parameters, statelessness or options anew; what is not given stays.
 
         Examples stay, valued from the record; those of states that are gone are dropped. `targets`: for parameters.
@@ -369,7 +371,7 @@ class Session:
         stand_for = {**self._targets, **(targets or {})}
         lesson = change_design(self._notebook.lesson, self.library, choice, stand_for)
         check_parameter_targets(lesson.automaton, targets or {}, self.body.targets)
-        self._change(f"choose {' and '.join(choice)}", self._notebook.valued(lesson), targets)
+        self._change(f"choose {' and '.join(choice)}", self._notebook.recompute_values(lesson), targets)
 
     def _change(self, what: str, lesson: Lesson, targets: Mapping[str, str] | None = None) -> None:
         former, self._targets = self._targets, {**self._targets, **(targets or {})}
@@ -384,7 +386,7 @@ class Session:
         self._notebook.step(what, lesson, before=run, after=run)
         self._relink(trainee)
 
-    def taught(self) -> TrainedAutomaton:
+    def make_trained_automaton(self) -> TrainedAutomaton:
         """The automaton as learned from the lesson now, with the lesson: what a library keeps."""
         lesson = self._notebook.complete
         return TrainedAutomaton(learn_automaton(lesson), lesson)
@@ -394,7 +396,7 @@ class Session:
         self._notebook.journal.close()
 
     def _turned(self) -> None:
-        self._notebook.turned(self.mode, self.run_state, self._targets, self.trainee.press)
+        self._notebook.log_mode(self.mode, self.run_state, self._targets, self.trainee.press)
 
     def _keep_snapshot(self) -> None:
         if self._notebook.journal.path is not None and is_rewindable(self.body):

@@ -44,11 +44,11 @@ class WatchedBuffer:
         self._seen: list[WatchedTick] = []
         self._last_stay: dict[str, float] = {}
 
-    def see(self, seen: WatchedTick) -> None:
+    def add_tick(self, seen: WatchedTick) -> None:
         """A tick passed in silence."""
         self._seen.append(seen)
 
-    def doubt(self, now: float, *, reaction_s: float) -> None:
+    def discard_recent(self, now: float, *, reaction_s: float) -> None:
         """A press came: what happened just before it was not agreed to."""
         limit = now - max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S)
         self._seen = [seen for seen in self._seen if seen.moment.seconds <= limit + 1e-9]
@@ -57,11 +57,13 @@ class WatchedBuffer:
         """The robot is elsewhere: stays need not be apart from those before."""
         self._last_stay.clear()
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """Drop what was seen."""
         self._seen.clear()
 
-    def agreed(self, lesson: Lesson, keys: Sequence[ReadingKey], *, steady: frozenset[str]) -> WatchedBatch:
+    def extract_batch(
+        self, lesson: Lesson, keys: Sequence[ReadingKey], *, steady: frozenset[str]
+    ) -> WatchedBatch:
         """What was seen as examples of the lesson, thinned: transitions, and stays apart in time."""
         agreed, last_stay = [], dict(self._last_stay)
         known = {make_example_key(example) for example in lesson.examples}

@@ -50,7 +50,7 @@ class Candid(Inattentive):
     """Looks away as often, but says so: "I am not watching"."""
 
     def _turned(self, session: Session) -> None:
-        session.watching = self._looking
+        session.is_watching = self._looking
 
 
 class Confirming(SimulatedPerson):
@@ -77,7 +77,7 @@ class Confirming(SimulatedPerson):
         if verdict is TryResult.CORRECTED:
             session.run_for(CONTENT_S)
             self.seconds += CONTENT_S
-            screen = session.screen()
+            screen = session.view()
             if screen.flag is None and complaint(screen) in (None, screen.state):
                 self._confirm(session)
                 session.tick()
@@ -91,7 +91,7 @@ class Confirming(SimulatedPerson):
             self._confirm_at = now + CONTENT_S
         elif wished is None and self._confirm_at is not None and now >= self._confirm_at - 1e-9:
             self._confirm_at = None
-            if session.screen().flag is None:
+            if session.view().flag is None:
                 self._confirm(session)
 
     def _confirm(self, session: Session) -> None:

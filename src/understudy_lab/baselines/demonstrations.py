@@ -79,7 +79,7 @@ class Demonstrator:
             )
 
         self._watch(enough)
-        if self._exercise.rests and self._session.screen().flag is not None:
+        if self._exercise.rests and self._session.view().flag is not None:
             self._session.run_for(SAYING_S)
             self._person.seconds += SAYING_S
 

@@ -73,7 +73,7 @@ class CoachedTeaching:
         self.pressed |= {example.number for example in self.session.examples if example.pressed}
         for step in STEPS:
             if self.made <= step:
-                self.by_step[step] = self.session.taught()
+                self.by_step[step] = self.session.make_trained_automaton()
 
 
 def teach(novice: Novice, exercise: CoachingTask, way: str) -> CoachedTeaching:
@@ -117,7 +117,7 @@ def _try_out(novice: Novice, course: CoachedTeaching, left_s: float) -> None:
     session.test()
     asking, asked = UncertaintyQueries(session, QueryPolicy.PAUSE), 0
     while novice.seconds < until:
-        question, screen = asking.look(), session.screen()
+        question, screen = asking.look(), session.view()
         if question is not None and asked < MOST_QUESTIONS:
             asked += 1
             course.followed[ASKED] += 1
@@ -159,7 +159,7 @@ def _mend(novice: Novice, course: CoachedTeaching) -> None:
         course.followed[AdviceKind.SLIP.value] += 1
         novice.seconds += LOOK_S
         if wished != example.next:
-            session.mend(example.number, wished)
+            session.correct_slip(example.number, wished)
 
 
 def _first(course: CoachedTeaching, exercise: CoachingTask, situations: NDArray[np.float64]) -> Advice | None:
@@ -180,7 +180,7 @@ def _first(course: CoachedTeaching, exercise: CoachingTask, situations: NDArray[
 def _answer(novice: Novice, course: CoachedTeaching, advised: Advice, left_s: float) -> None:
     """Show what they think right there: direct the robot, or confirm; of what contradicts it, delete the rest."""
     session = course.session
-    screen = session.screen()
+    screen = session.view()
     wished = novice.wish(screen) or screen.state
     if advised.kind in (AdviceKind.CONTRADICTION, AdviceKind.DISAGREEMENT, AdviceKind.SINGLE):
         wrong = [

@@ -38,7 +38,7 @@ def work(task: Task) -> Row:
     novice = exercise.person(draw_traits(seed), seed)
     course = teach(novice, exercise, task["way"])
     judged = {id(taught): exercise.judge(taught, seed) for taught in course.by_step.values()}
-    whole = exercise.judge(course.session.taught(), seed)
+    whole = exercise.judge(course.session.make_trained_automaton(), seed)
     steps = [judged[id(course.by_step[step])][0] if step in course.by_step else 0.0 for step in STEPS]
     return {
         "share": round(whole[0], 4),

@@ -135,7 +135,7 @@ def _by_the_station(novice: Novice, session: Session, situation: str) -> None:
         except SettingError:  # no free place: they try another
             continue
         break
-    session.moved()
+    session.note_moved()
 
 
 def _went(taught: TrainedAutomaton, seed: int) -> tuple[float, bool]:

@@ -52,7 +52,7 @@ class LearningCurve:
         examples += sum(example.pressed for example in session.examples)
         if not self.points or examples - self.points[-1].examples >= APART:
             seconds += sum(account.seconds for account in accounts.values())
-            self._look(self.teacher.library.with_taught(session.taught()), examples, seconds)
+            self._look(self.teacher.library.with_taught(session.make_trained_automaton()), examples, seconds)
 
     def went(self, name: str, what: str, account: TeachingCost) -> None:
         """Look after a try went well, if something new was said and what does the whole task was taught."""

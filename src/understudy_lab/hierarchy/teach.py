@@ -55,7 +55,7 @@ class PartwiseTeacher(ScriptedTeacher):
 
     def _correct_below(self, session: Session) -> bool:
         """Put right every part of the automaton in this session; whether that helps."""
-        running = session.automaton.state(session.screen().path[0]).behavior
+        running = session.automaton.state(session.view().path[0]).behavior
         wrong = False
         for name, topic in self._topics.items():
             if name != session.automaton.name:
@@ -71,7 +71,7 @@ class PartwiseTeacher(ScriptedTeacher):
         if lesson is None:
             return False
         part = Session(body, self.library, lesson, targets=targets)
-        if targets and any(value != value for value in part.screen().features.values()):
+        if targets and any(value != value for value in part.view().features.values()):
             return False  # its target is not there
         for corrections in range(MOST):
             verdict = self._test(topic, part)

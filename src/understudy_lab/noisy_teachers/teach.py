@@ -88,7 +88,7 @@ def teach(name: str, way: str, seed: int, chance: float) -> NoisyTeaching:
             _ask(session, people[0], topic)
         if way in (ASKED, UNHURRIED, BY_ITSELF):
             _press_earlier(session)
-        course.taught[course.corrections :] = [session.taught()]
+        course.taught[course.corrections :] = [session.make_trained_automaton()]
 
     def progress(automaton: str, what: str, account: TeachingCost) -> None:
         course.corrections += what in ("corrected", "lost")
@@ -123,7 +123,7 @@ def _ask(session: Session, person: SlippingPerson, topic: LessonPlan) -> None:
         example = odd[0].example
         said = person.answer(odd[0], session.automaton, topic.show)
         if said != example.next:
-            session.mend(example.number, said)
+            session.correct_slip(example.number, said)
 
 
 def _press_earlier(session: Session) -> None:
@@ -131,4 +131,4 @@ def _press_earlier(session: Session) -> None:
     found = estimate_reaction_time(session.lesson, steady=list_steady_readings(session.body))
     options = session.lesson.options
     if found is not None and found.least_s > options.reaction_s:
-        session.choose(options=replace(options, reaction_s=found.reaction_s))
+        session.change_design(options=replace(options, reaction_s=found.reaction_s))

@@ -57,7 +57,7 @@ class Novice(SimulatedPerson):
             left = given_s - self.seconds
             self.show(session, self.wish, until=self.there, limit_s=min(traits.patience_s, left))
             turn += 1
-        return session.taught()
+        return session.make_trained_automaton()
 
     @property
     def draws(self) -> np.random.Generator:
@@ -70,7 +70,7 @@ class Novice(SimulatedPerson):
 
     def notice(self, session: Session, patience_s: float) -> bool:
         """Watch the robot by itself for a tick, and press if for so long it has not done what they wish; whether so."""
-        screen, before = session.screen(), self.presses
+        screen, before = session.view(), self.presses
         wished = self.wish(screen)
         if wished in (None, screen.state):
             self._unlike_since = None

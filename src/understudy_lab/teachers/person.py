@@ -1,6 +1,6 @@
 """A person at the buttons: sees the screen, makes up their mind, and presses a moment later.
 
-What they know of the robot is `session.screen()`; what they do is direct, and switch to testing.
+What they know of the robot is `session.view()`; what they do is direct, and switch to testing.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class SimulatedPerson:
         changes = deque([0.0], maxlen=FIDGETS)
         passed = 0.0
         while passed < limit_s - tick_s / 2:
-            screen = session.screen()
+            screen = session.view()
             wished = wish(screen)
             said = wished == KEEP and screen.path[:1] == self._kept
             content = wished is None or wished == screen.state or said
@@ -138,7 +138,7 @@ class SimulatedPerson:
     def _press(self, session: Session, wished: str) -> None:
         if wished == KEEP:
             session.confirm()
-            self._kept = session.screen().path[:1]
+            self._kept = session.view().path[:1]
         else:
             session.direct(wished)
         self.presses += 1

@@ -249,7 +249,7 @@ class ScriptedTeacher:
         """A session that goes on with a lesson in a fresh world that suits the case."""
         body = self._make(case.practice, self._seed())
         session = Session(body, self.library, lesson, targets=case.targets)
-        while not case.suits(session.screen()):
+        while not case.suits(session.view()):
             session.reset(self._seed())
             self._person.seconds += LOOK_S
         return session
@@ -267,7 +267,7 @@ class ScriptedTeacher:
         account, person = self.accounts[name], self._person
         account.seconds, account.presses = account.seconds + person.seconds, account.presses + person.presses
         person.seconds, person.presses = 0.0, 0
-        taught = session.taught()
+        taught = session.make_trained_automaton()
         account.examples = sum(example.pressed for example in session.examples)
         self.library = self.library.with_taught(taught)
         self._progress(name, what, account)
@@ -275,8 +275,8 @@ class ScriptedTeacher:
 
 def innermost(library: Library, session: Session) -> tuple[str, Binding]:
     """The innermost automaton that is running, and what its parameters stand for."""
-    automaton, binding = session.automaton, Binding(session.screen().targets)
-    for state_name in session.screen().path:
+    automaton, binding = session.automaton, Binding(session.view().targets)
+    for state_name in session.view().path:
         state = automaton.state(state_name)
         if state.behavior is None or state.behavior not in library.taught:
             break

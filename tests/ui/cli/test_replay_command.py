@@ -304,7 +304,7 @@ def toward(tmp_path: Path) -> Path:
             time_s, percept = session.body.time_s, session.percept
             session.tick()
             recorder.decided(time_s, percept, [session.trainee.path], at_s=time_s)
-    save_automaton(tmp_path / "shown", session.taught())
+    save_automaton(tmp_path / "shown", session.make_trained_automaton())
     return tmp_path / "goto.mcap"
 
 

@@ -36,7 +36,7 @@ def fetching(library: Path) -> Path:
     session.tick()
     session.reset(11)
     add_expectation(session, flag="done", within_s=60.0)
-    save_automaton(library, session.taught())
+    save_automaton(library, session.make_trained_automaton())
     return library
 
 
@@ -130,7 +130,7 @@ def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     outcome = make_expectation(session, flag="done", within_s=3.0)
     assert (outcome.sort, outcome.agent) == ("patrol", 0)
     add_expectation(session, flag="done", within_s=3.0)
-    save_automaton(tmp_path / "patrol", session.taught())
+    save_automaton(tmp_path / "patrol", session.make_trained_automaton())
     told = found(tmp_path)
     assert set(told) == {"wander", "servo", "patrol", "patrol/out"}
     assert told["patrol/out"]["works"]

@@ -34,7 +34,7 @@ def approached(tmp_path: Path) -> Path:
     session.run_for(2.0)
     session.direct("rotate_left")
     session.tick()
-    save_automaton(tmp_path / "library", session.taught())
+    save_automaton(tmp_path / "library", session.make_trained_automaton())
     return tmp_path / "library"
 
 

@@ -198,10 +198,10 @@ async def test_what_is_saved_is_opened_again_and_goes_on(tmp_path: Path) -> None
     async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:
         assert "open again" in hand.said
         assert hand.desk.screen.targets == {"A": "station"}
-        assert not hand.desk.unsaved
+        assert not hand.desk.has_unsaved_changes
         await hand.press("p", "right")
         await hand.wait(0.3)
-        assert hand.desk.unsaved
+        assert hand.desk.has_unsaved_changes
         await hand.press("s", "q")
     lesson = saved(tmp_path)
     assert [example.binding["A"] for example in lesson.examples] == ["station"] * 2 + ["nearest_food"] * 2

@@ -35,20 +35,20 @@ def test_ticks_are_due_in_real_time_and_time_stops_while_it_stands() -> None:
     wall = Wall()
     pace = RealTimeClock(wall, tick_s=0.1)
     wall.now = 5.0
-    assert (pace.due(), pace.time_s) == (0, 0.0)
-    pace.go()
+    assert (pace.count_due_ticks(), pace.time_s) == (0, 0.0)
+    pace.resume()
     wall.now = 5.25
-    assert pace.due() == 2
+    assert pace.count_due_ticks() == 2
     wall.now = 5.3
-    assert pace.due() == 1
+    assert pace.count_due_ticks() == 1
     pace.faster()
     wall.now = 5.4
-    assert pace.due() == 2
+    assert pace.count_due_ticks() == 2
     pace.stop()
     wall.now = 60.0
-    pace.go()
+    pace.resume()
     wall.now = 90.0
-    assert pace.due() == 5, "a long stall is not made up for"
+    assert pace.count_due_ticks() == 5, "a long stall is not made up for"
     assert pace.time_s == pytest.approx(30.4)
 
 
@@ -69,7 +69,7 @@ def test_as_fast_as_it_goes_takes_what_fits_into_a_beat() -> None:
     pace = RealTimeClock(wall, tick_s=0.1)
     pace.speed = FASTEST
     assert list(pace.ticks()) == [], "time stands still"
-    pace.go()
+    pace.resume()
     wall.now = 1000.0
     taken = 0
     for _ in pace.ticks():
@@ -85,9 +85,9 @@ def test_as_fast_as_it_goes_takes_what_fits_into_a_beat() -> None:
         taken += 1
         pace.stop()
     assert taken == 5, "what stops it is obeyed at once"
-    pace.go()
+    pace.resume()
     pace.speed = 1.0
-    assert pace.due() == 0, "nothing is owed"
+    assert pace.count_due_ticks() == 0, "nothing is owed"
 
 
 def test_no_key_of_a_state_is_a_key_of_a_command() -> None:
@@ -244,10 +244,10 @@ def test_only_the_last_ended_journals_are_kept_and_other_names_are_left_alone(tm
 def test_a_journal_in_use_is_locked(tmp_path: Path) -> None:
     path = tmp_path / "a.journal"
     path.touch()
-    lock = journal_store.JournalLock.tried(path)
+    lock = journal_store.JournalLock.try_acquire(path)
     assert lock is not None
-    assert journal_store.JournalLock.tried(path) is None
+    assert journal_store.JournalLock.try_acquire(path) is None
     lock.release()
-    again = journal_store.JournalLock.tried(path)
+    again = journal_store.JournalLock.try_acquire(path)
     assert again is not None
     again.release()

@@ -44,7 +44,7 @@ def test_what_is_lost_is_said(tmp_path: Path) -> None:
         assert here.said.text == f"Saved in {tmp_path / 'goto.json'}"
         first = here.session.examples[0]
         for _ in range(2):
-            here.again()
+            here.reset_world()
             here.restart()
             press(here, "rotate_left")
         assert here.session.examples[-2].values == first.values
@@ -54,22 +54,22 @@ def test_what_is_lost_is_said(tmp_path: Path) -> None:
         "but something that worked no longer does: where it went from start to forward as shown (example 1), it now "
         "goes to rotate_left"
     )
-    assert not here.unsaved, "it is saved all the same"
+    assert not here.has_unsaved_changes, "it is saved all the same"
 
 
 def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
     with desk(tmp_path) as here:
         press(here, "done")
-        here.again()
+        here.reset_world()
         here.save()
         add_expectation_here(here, "done", 1.0)
         assert here.said.text.startswith("Promised from here: done within 1 s in forage, A = station")
-        assert here.unsaved
+        assert here.has_unsaved_changes
         here.save()
         saved = here.said
         assert saved.tone == "recorded"
         here.session.quarantine({1: "meant for later"})
-        assert here.unsaved
+        assert here.has_unsaved_changes
         here.save()
         assert here.said.tone == "error"
         assert "goto no longer comes to done within 1 s in forage, A = station" in here.said.text

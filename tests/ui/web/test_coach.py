@@ -165,7 +165,7 @@ def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: St
     assert question["sentence"].startswith("I am not sure: I would ")
     desk = made.stage.trained
     known, state, now = len(desk.session.examples), desk.screen.state, desk.body.time_s
-    there = desk.session.instant()
+    there = desk.session.capture()
     assert made.stage.paused
     person.done("press", state="rotate_right")
     screen = desk.screen
@@ -176,7 +176,7 @@ def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: St
     assert desk.coach.question is None
     desk.session.rewind(there)
     desk.session.tick()
-    assert desk.session.screen().state == "rotate_right"  # that was learned
+    assert desk.session.view().state == "rotate_right"  # that was learned
     person.done("pause", paused=True)
     person.done("undo")
     assert len(desk.session.examples) == known
@@ -343,4 +343,4 @@ def shown(desk: Trainer, state: str, values: tuple[float, float], says: str) -> 
         each.number for each in reversed(session.examples) if (each.state, each.next) == (state, says)
     )
     session.edit(number, values=dict(zip(("distance_to(A)", "angle_to(A)"), values, strict=True)))
-    desk.changed()
+    desk.refresh_view()

@@ -73,7 +73,7 @@ def test_a_frame_of_a_desk(tmp_path: Path) -> None:
     assert (read.bits, read.state, read.agent) == (1 | 4, 2, 1)
     assert [row[4] for row in read.robots] == [NONE, 2, *[NONE] * (len(read.robots) - 2)]
     assert_allclose(read.features, list(desk.screen.features.values()), rtol=1e-6)
-    desk.turn()
+    desk.toggle_mode()
     assert Frame.read(stage.frame()).bits == 1 | 2 | 4
     stage.close()
 

@@ -67,7 +67,7 @@ def test_a_copy_under_another_name(made: StudioServer, person: Page) -> None:
     person.done("save", name="goto 2")
     assert names(made.stage) == ["goto 2"]
     assert made.stage.trained.name == "goto"
-    assert made.stage.trained.unsaved
+    assert made.stage.trained.has_unsaved_changes
     assert "already" in person.say("save", name="Goto 2")["error"]
     person.done("save")
     person.done("open", name="goto 2")

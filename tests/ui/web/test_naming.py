@@ -39,7 +39,11 @@ def test_what_is_trained_has_another_name(made: StudioServer, person: Page) -> N
     assert [path[:19] for path in files(made.stage)] == ["reach.json", "versions/reach/0001"]
     desk = made.stage.trained
     assert (desk.name, desk.screen.examples, desk.screen.targets["A"]) == ("reach", examples, "nearest_food")
-    assert (desk.unsaved, desk.paused, desk.said.text) == (False, True, "goto is called reach now")
+    assert (desk.has_unsaved_changes, desk.paused, desk.said.text) == (
+        False,
+        True,
+        "goto is called reach now",
+    )
     teach(person, "forward")
     person.done("save")
     assert names(made.stage) == ["reach"]
@@ -91,7 +95,7 @@ def test_a_copy_is_as_the_library_has_it(made: StudioServer, person: Page) -> No
     assert files(made.stage) == ["%2E%2E%2Ftwin.json", "goto.json"]
     rows = {row["name"]: row["examples"] for row in plain(made.stage.library())["trained"]}
     assert rows["../twin"] == rows["goto"] == 2
-    assert made.stage.trained.unsaved
+    assert made.stage.trained.has_unsaved_changes
 
 
 def test_versions_and_what_changed(made: StudioServer, person: Page) -> None:
@@ -124,7 +128,7 @@ def test_back_to_a_version_and_forth(made: StudioServer, person: Page) -> None:
     person.done("save")
     person.done("go_back", name="goto", version=1)
     assert made.stage.trained.screen.examples == 2
-    assert not made.stage.trained.unsaved
+    assert not made.stage.trained.has_unsaved_changes
     assert "version 1" in made.stage.said.text
     person.done("go_back", name="goto", version=2)
     assert made.stage.trained.screen.examples == 4

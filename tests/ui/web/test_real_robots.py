@@ -71,7 +71,7 @@ class Lab:
             self.rig.now += 0.01
             self.rig.seen(self.rig.last)
             if here:
-                self.studio.stage.robots.hear(holding=False)
+                self.studio.stage.robots.refresh_heartbeat(holding=False)
             self.studio.beat()
 
     def moves(self) -> bool:
@@ -278,13 +278,13 @@ def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
                 break
         assert "What is right?" in lab.studio.stage.said.text
         assert not lab.moves()
-        known, state = len(session.examples), session.screen().state
+        known, state = len(session.examples), session.view().state
         lab.rig.hear(0, lab.rig.odometry(1.95))
         lab.wait(0.2)
         assert "error" not in lab.say(do="press", state="rotate_right")
         assert len(session.examples) == known + 2
         assert (session.examples[-2].state, session.examples[-2].correction) == (state, True)
-        assert (session.mode, session.paused, session.screen().state) == (Mode.TESTING, False, "rotate_right")
+        assert (session.mode, session.paused, session.view().state) == (Mode.TESTING, False, "rotate_right")
         assert lab.shown()[0]["armed"]
         lab.studio.stage.close()
     assert [each.does for each in list_recorded_presses(read_recording(path))][-2:] == ["press", "resume"]
@@ -316,7 +316,7 @@ def test_where_one_of_two_robots_falls_silent_the_other_goes_on(tmp_path: Path) 
         lab.wall.now += 0.01
         lab.rig.now += 0.01
         lab.rig.hear(0, lab.rig.last)
-        lab.studio.stage.robots.hear(holding=False)
+        lab.studio.stage.robots.refresh_heartbeat(holding=False)
         lab.studio.beat()
     assert [each["armed"] for each in lab.shown()] == [True, False]
     assert lab.moves()

@@ -32,7 +32,7 @@ class RobotArming:
         self._heard_s = wall()
 
     @property
-    def real(self) -> bool:
+    def has_robots(self) -> bool:
         """Whether there are any."""
         return self._twin is not None
 
@@ -62,12 +62,12 @@ class RobotArming:
         if self._twin is not None:
             self._twin.fleet.emergency(cause)
 
-    def leave(self, cause: str) -> None:
+    def stop_supervising(self, cause: str) -> None:
         """Nobody watches over them any more."""
         if self._twin is not None and self.armed:
             self._twin.fleet.disarm(cause)
 
-    def hear(self, *, holding: bool) -> None:
+    def refresh_heartbeat(self, *, holding: bool) -> None:
         """Who directs is there, and holds the key, or does not."""
         self._heard_s = self._wall()
         if self._twin is not None:

@@ -49,7 +49,7 @@ class RealTimeClock:
         self._advance()
         return self._time_s
 
-    def go(self) -> None:
+    def resume(self) -> None:
         """Let time pass."""
         self._advance()
         self._going = True
@@ -67,7 +67,7 @@ class RealTimeClock:
     def ticks(self) -> Iterator[None]:
         """Once for each tick to take now; as fast as it goes, as many as fit into a beat, and one at least."""
         if not isinf(self.speed):
-            yield from (None for _ in range(self.due()))
+            yield from (None for _ in range(self.count_due_ticks()))
             return
         began = self._advanced()
         while self._going:
@@ -75,7 +75,7 @@ class RealTimeClock:
             if self._advanced() - began >= BUSY_S:
                 return
 
-    def due(self) -> int:
+    def count_due_ticks(self) -> int:
         """Ticks to take now, where the speed is a number."""
         self._advance()
         ticks = int(self._owed_s / self._tick_s + 1e-6)
@@ -118,7 +118,7 @@ class IdleWorld:
     def pause(self, paused: bool) -> None:
         """Let time stand still, or go on."""
         self.paused = paused
-        (self.pace.stop if paused else self.pace.go)()
+        (self.pace.stop if paused else self.pace.resume)()
 
     def ticks(self) -> Iterator[None]:
         """Take the ticks that are due, one after the other."""

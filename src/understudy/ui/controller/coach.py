@@ -44,7 +44,7 @@ class AdviceReport(NamedTuple):
     late: ReactionEstimate | None
 
     @property
-    def news(self) -> ReactionEstimate | None:
+    def new_reaction_estimate(self) -> ReactionEstimate | None:
         """How late presses seem to come, where the lesson does not take that for granted already."""
         late, now = self.late, self.lesson.options.reaction_s
         fits = late is None or late.least_s <= now <= late.most_s or abs(late.reaction_s - now) < AS_GOOD_S
@@ -76,7 +76,7 @@ class CoachController:
 
     # What the lesson lacks
 
-    def advised(
+    def compute_report(
         self, beside: Executor | None = None, *, patience_s: float | None = None
     ) -> AdviceReport | None:
         """What there is to say of the lesson as it stands.
@@ -84,7 +84,7 @@ class CoachController:
         A large lesson takes a while. Given where to make it `beside` the world, it is waited for `patience_s` at most,
         and None until it is made.
         """
-        lesson, transitions = self._why.learned()
+        lesson, transitions = self._why.learn_lesson()
         if self.said is not None and self.said.lesson is lesson:
             return self.said
         session = self._session
@@ -112,7 +112,7 @@ class CoachController:
 
     def advice(self) -> tuple[Advice, ...]:
         """What the lesson lacks as it stands, most useful first."""
-        said = self.advised()
+        said = self.compute_report()
         return () if said is None else said.advice
 
     def next_place(self) -> Advice:
@@ -124,7 +124,7 @@ class CoachController:
         self._next += 1
         return places[(self._next - 1) % len(places)]
 
-    def stand_by(self, number: int) -> None:
+    def confirm_press(self, number: int) -> None:
         """A press that looks like a slip was meant: it is asked about again only once more speaks against it."""
         said = () if self.said is None else self.said.advice
         doubts = {each.examples[0]: each.doubt for each in said if each.kind is AdviceKind.SLIP}
@@ -135,7 +135,7 @@ class CoachController:
 
     # Asking
 
-    def ask_otherwise(self) -> str:
+    def cycle_query_policy(self) -> str:
         """Go on to the next way of asking; what it is now."""
         asking = self.asking
         asking.when = TURN[(TURN.index(asking.when) + 1) % len(TURN)]
@@ -147,7 +147,7 @@ class CoachController:
         question, session = self._question, self._session
         if question is None or not session.paused or session.mode is not Mode.TESTING:
             return None
-        screen = session.screen()
+        screen = session.view()
         if not is_rewindable(session.body):  # it stands, and what it reads goes on
             return question if screen.state == question.state else None
         now = (screen.time_s, screen.state, tuple(screen.features.values()))
@@ -172,7 +172,7 @@ def set_up_advised_situation(desk: Trainer, wanted: Advice | None = None) -> Set
     )
     desk.seed = desk.seed if staged.seed is None else staged.seed
     said = chosen.sentence if staged.there else f"{chosen.sentence} {staged.sentence}"
-    desk.moved(said.removesuffix("."))
+    desk.note_moved(said.removesuffix("."))
     return staged
 
 
@@ -199,13 +199,13 @@ def answer_question(desk: Trainer, state: str | None) -> StatusMessage:
     desk.step()
     said = desk.said
     if is_rewindable(session.body):
-        there = session.instant()
+        there = session.capture()
         session.test()
         session.rewind(there._replace(mode=Mode.TESTING))
     else:
         session.test(afresh=False)
         desk.note(desk.robot, step="resume")
-    desk.changed()
+    desk.refresh_view()
     desk.pause()
     return said
 
@@ -213,23 +213,23 @@ def answer_question(desk: Trainer, state: str | None) -> StatusMessage:
 @keep_status
 def change_reaction_time(desk: Trainer, reaction_s: float) -> StatusMessage:
     """Choose how late presses come, s; examples are computed again from the record."""
-    desk.session.choose(options=replace(desk.session.lesson.options, reaction_s=reaction_s))
-    desk.changed()
+    desk.session.change_design(options=replace(desk.session.lesson.options, reaction_s=reaction_s))
+    desk.refresh_view()
     return StatusMessage(f"Presses count {reaction_s:g} s earlier from now on; undo takes that back")
 
 
 @keep_status
 def correct_slip(desk: Trainer, number: int, next: str) -> StatusMessage:
     """Say what a press was meant for."""
-    desk.session.mend(number, next)
-    desk.changed()
+    desk.session.correct_slip(number, next)
+    desk.refresh_view()
     return StatusMessage(f"Example {number} says {next} now; undo takes that back")
 
 
 @keep_status
 def confirm_doubted_press(desk: Trainer, number: int) -> StatusMessage:
     """Say that a press that looks like a slip was meant."""
-    desk.coach.stand_by(number)
+    desk.coach.confirm_press(number)
     return StatusMessage(f"Example {number} was meant")
 
 

@@ -56,7 +56,7 @@ class DecisionExplainer:
         self._switches: deque[SwitchEvent] = deque(maxlen=MOST_SWITCHES)
         self._followed: Interpreter | None = None
 
-    def follow(self) -> None:
+    def observe_next_tick(self) -> None:
         """Remember the switches of the tick to come, on all levels."""
         trainee = self._session.trainee
         if self._followed is not trainee:  # the lesson changed, or what it stands for
@@ -75,24 +75,24 @@ class DecisionExplainer:
             )
 
     @property
-    def switch(self) -> SwitchEvent | None:
+    def last_switch(self) -> SwitchEvent | None:
         """The last switch of the automaton under training."""
         name = self._session.automaton.name
         return next((each for each in reversed(self._switches) if each.automaton == name), None)
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """What happened before says nothing about now."""
         self._switches.clear()
 
-    def before(self, time_s: float) -> list[SwitchEvent]:
+    def list_switches_before(self, time_s: float) -> list[SwitchEvent]:
         """The switches of this run before a time of the world, to be remembered once the run went back there."""
         return [each for each in self._switches if each.time_s < time_s]
 
-    def remember(self, switches: Sequence[SwitchEvent]) -> None:
+    def restore_switches(self, switches: Sequence[SwitchEvent]) -> None:
         """These are the switches of this run so far."""
         self._switches = deque(switches, MOST_SWITCHES)
 
-    def learned(self) -> tuple[Lesson, Mapping[str, Transition]]:
+    def learn_lesson(self) -> tuple[Lesson, Mapping[str, Transition]]:
         """The lesson as it stands, and what was learned from it; both the same objects until it changes."""
         session = self._session
         key = (session.examples, session.automaton)
@@ -101,18 +101,18 @@ class DecisionExplainer:
             self._transitions = dict(learn(self._lesson))
         return self._lesson, self._transitions
 
-    def decision(self, state: str, values: Sequence[float]) -> Explanation:
+    def explain_decision(self, state: str, values: Sequence[float]) -> Explanation:
         """What the lesson as it stands decides in a state for a feature vector."""
-        self.learned()
+        self.learn_lesson()
         return explain(self._lesson, state, values, self._transitions.get(state))
 
-    def rules(self) -> list[tuple[str, str]]:
+    def describe_rules(self) -> list[tuple[str, str]]:
         """What was learned so far: (state, when it is left), a pair per condition."""
-        taught = self._taught(self.learned()[0].automaton.name)
+        taught = self._taught(self.learn_lesson()[0].automaton.name)
         found = describe_transitions(taught.automaton, taught.lesson)
         return [(state, format_condition(line)) for state, lines in found.items() for line in lines]
 
-    def levels(self) -> tuple[LevelExplanation, ...]:
+    def explain_levels(self) -> tuple[LevelExplanation, ...]:
         """What every level, from the automaton under training down, would decide now by what was learned, and why."""
         session = self._session
         asked = session.trainee.queries(session.percept, session.body, session.agent)
@@ -126,7 +126,7 @@ class DecisionExplainer:
             decision = explain_query(call, query, self._taught(name))
         return LevelExplanation(call, machine.state_name, machine.entered, decision, None, machine.flag)
 
-    def last(self) -> tuple[SwitchEvent, DecisionReason] | None:
+    def explain_last_switch(self) -> tuple[SwitchEvent, DecisionReason] | None:
         """The last switch of any level, of several in a tick that of the highest; and why, by what is known now."""
         if not self._switches:
             return None
@@ -137,21 +137,21 @@ class DecisionExplainer:
         return switch, explain_query(switch.call, switch.query, self._taught(switch.automaton))
 
     def _taught(self, name: str) -> TrainedAutomaton:
-        lesson, transitions = self.learned()
+        lesson, transitions = self.learn_lesson()
         if name == lesson.automaton.name:
             return TrainedAutomaton(replace(lesson.automaton, transitions=transitions), lesson)
         return self._session.library.taught[name]
 
-    def lines(self, screen: SessionView) -> list[str]:
+    def format_lines(self, screen: SessionView) -> list[str]:
         """The explanation in sentences."""
         values = tuple(screen.features.values())
-        now = self.decision(screen.state, values) if screen.flag is None else None
+        now = self.explain_decision(screen.state, values) if screen.flag is None else None
         if screen.mode is Mode.TRAINING:
             said = ["You decide: it is in training.", describe_intention(now)]
         else:
             said = [describe_present(now, screen.flag)]
-        if self.switch is not None:
-            was = self.decision(self.switch.before, self.switch.query.values)
-            text = describe_switch(was.state, self.switch.after, was, list_examples(was))
-            said.append(f"{screen.time_s - self.switch.time_s:.1f} s ago it {text}.")
+        if self.last_switch is not None:
+            was = self.explain_decision(self.last_switch.before, self.last_switch.query.values)
+            text = describe_switch(was.state, self.last_switch.after, was, list_examples(was))
+            said.append(f"{screen.time_s - self.last_switch.time_s:.1f} s ago it {text}.")
         return said

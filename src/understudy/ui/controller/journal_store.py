@@ -61,12 +61,12 @@ def find_interrupted_session(
 ) -> InterruptedSession | None:
     """The newest session of an automaton in this world that was killed with something shown and not saved."""
     for path in reversed(_of(library, name, RUNNING)):
-        lock = JournalLock.tried(path)
+        lock = JournalLock.try_acquire(path)
         if lock is None:
             continue  # it is open elsewhere
         lock.release()
         try:
-            past = ReplayedSession.replayed(path, opened)
+            past = ReplayedSession.from_journal(path, opened)
         except UnderstudyError:
             continue  # of another version, or cut off before anything was shown
         taught = opened.taught.get(name)
@@ -154,7 +154,7 @@ class JournalLock:
         self._file = file
 
     @classmethod
-    def tried(cls, path: Path) -> Self | None:
+    def try_acquire(cls, path: Path) -> Self | None:
         """The lock of a journal, or None where another process has it."""
         with convert_os_errors(path, "opening the journal"):
             file = path.open("rb")

@@ -22,10 +22,10 @@ BY_HAND = "Somebody put it there."
 @keep_status
 def quarantine_examples(desk: Trainer, numbers: Sequence[int]) -> StatusMessage:
     """Let examples teach nothing for now: for what speaks against them, or because somebody wants it."""
-    judgement = desk.session.judgement
+    judgement = desk.session.correction_diagnosis
     reasons = {} if judgement is None else judgement.reasons
     desk.session.quarantine({number: reasons.get(number, BY_HAND) for number in numbers})
-    desk.changed()
+    desk.refresh_view()
     return StatusMessage(f"{_examples(numbers)} in quarantine; undo takes that back")
 
 
@@ -33,7 +33,7 @@ def quarantine_examples(desk: Trainer, numbers: Sequence[int]) -> StatusMessage:
 def release_examples(desk: Trainer, numbers: Sequence[int]) -> StatusMessage:
     """Let examples teach again."""
     desk.session.quarantine(dict.fromkeys(numbers, ""))
-    desk.changed()
+    desk.refresh_view()
     return StatusMessage(f"{_examples(numbers)} out of quarantine; undo takes that back")
 
 
@@ -48,7 +48,7 @@ def _examples(numbers: Sequence[int]) -> str:
 def add_expectation_here(desk: Trainer, flag: str, within_s: float) -> StatusMessage:
     """Let the lesson promise that from here on, started afresh, the automaton raises a flag in time."""
     outcome = expectations.add_expectation(desk.session, flag=flag, within_s=within_s)
-    desk.changed()
+    desk.refresh_view()
     return StatusMessage(f"Promised from here: {outcome}; undo takes it back")
 
 
@@ -57,8 +57,8 @@ def remove_expectation(desk: Trainer, number: int) -> StatusMessage:
     """Let the lesson no longer promise its outcome of this number, from 0."""
     outcome = find_expectation(desk, number)
     kept = desk.session.lesson.outcomes
-    desk.session.choose(outcomes=(*kept[:number], *kept[number + 1 :]))
-    desk.changed()
+    desk.session.change_design(outcomes=(*kept[:number], *kept[number + 1 :]))
+    desk.refresh_view()
     return StatusMessage(f"No longer promised: {outcome}; undo takes that back")
 
 
@@ -72,15 +72,15 @@ def find_expectation(desk: Trainer, number: int) -> Expectation:
 
 def preview_pruning(desk: Trainer, pruning: float | None = None) -> SimplifyPreview:
     """What pruning the lesson as it stands would come to; nothing is changed."""
-    return preview_simplification(desk.session.taught(), pruning)
+    return preview_simplification(desk.session.make_trained_automaton(), pruning)
 
 
 @keep_status
 def change_pruning(desk: Trainer, pruning: float) -> StatusMessage:
     """Learn the lesson with a pruning from now on; 0 takes it back."""
-    lesson = get_simplifiable_lesson(desk.session.taught())
-    desk.session.choose(options=replace_pruning(lesson, pruning).options)
-    desk.changed()
+    lesson = get_simplifiable_lesson(desk.session.make_trained_automaton())
+    desk.session.change_design(options=replace_pruning(lesson, pruning).options)
+    desk.refresh_view()
     return StatusMessage(
         "It is as simple as you saw; undo takes that back" if pruning else "Nothing is pruned now"
     )

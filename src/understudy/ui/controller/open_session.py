@@ -92,7 +92,7 @@ def _follow(session: Session, ground: Ground) -> None:
     """Let real robots tell and record what is decided."""
     if not isinstance(ground, DigitalTwin):
         return
-    body, ran = session.body, RunInfo(library="", binding=dict(session.screen().targets))
+    body, ran = session.body, RunInfo(library="", binding=dict(session.view().targets))
 
     def paths() -> list[tuple[str, ...]]:
         if isinstance(body, CoordinatorBody):
@@ -109,7 +109,7 @@ def _saved(plan: TrainingPlan) -> Lesson | None:
 
 
 def _locked(journal: Path) -> JournalLock:
-    lock = JournalLock.tried(journal)
+    lock = JournalLock.try_acquire(journal)
     if lock is None:
         raise SessionError(f"the session of {journal} is open elsewhere; end it there first")
     return lock

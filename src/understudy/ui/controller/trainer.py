@@ -43,7 +43,7 @@ class RecentHistory:
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
         self._readings: dict[str, deque[float]] = {}
 
-    def see(self, x: float, y: float, screen: SessionView) -> None:
+    def append(self, x: float, y: float, screen: SessionView) -> None:
         """A tick passed."""
         if not self.trail or (self.trail[-1][0] - x) ** 2 + (self.trail[-1][1] - y) ** 2 > 0.01:
             self.trail.append((x, y))
@@ -54,7 +54,7 @@ class RecentHistory:
         """The last values of a feature, oldest first."""
         return tuple(self._readings.get(label, ()))
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """Another world."""
         self.trail.clear()
         self._readings.clear()
@@ -87,7 +87,7 @@ class Trainer:
         self.drive_keys = bind_drive_keys(self.drivers)
         self._saved = saved
         self._compared: tuple[tuple[object, ...], bool] | None = None
-        self.screen = session.screen()
+        self.screen = session.view()
         self._options = session.lesson.options
         self._redraw_keys()
 
@@ -122,7 +122,7 @@ class Trainer:
         return self.session.agent % self.body.robots
 
     @property
-    def unsaved(self) -> bool:
+    def has_unsaved_changes(self) -> bool:
         """Whether the lesson is not as the library has it."""
         session, saved = self.session, self._saved
         key = (session.examples, session.automaton, saved)
@@ -134,13 +134,13 @@ class Trainer:
         return self._compared[1]
 
     @property
-    def watches(self) -> bool:
+    def can_watch(self) -> bool:
         """Whether the lesson takes silence for consent."""
         return self._options.watched
 
     # Time
 
-    def beat(self) -> bool:
+    def run_due_ticks(self) -> bool:
         """Take the ticks that are due; whether there were any."""
         return sum(1 for _ in self.ticks()) > 0
 
@@ -159,11 +159,11 @@ class Trainer:
             return
         before, session = self.screen, self.session
         known = len(session.examples)
-        self.why.follow()
+        self.why.observe_next_tick()
         session.tick()
-        self.screen = after = session.screen()
+        self.screen = after = session.view()
         robot = self.body.state.robots[session.agent]
-        self.memory.see(float(robot["x"]), float(robot["y"]), after)
+        self.memory.append(float(robot["x"]), float(robot["y"]), after)
         shown = [example for example in session.examples[known:] if example.pressed]
         if shown:
             tone: Tone = "correction" if shown[0].correction else "recorded"
@@ -187,7 +187,7 @@ class Trainer:
         self.pace.step()
         self.tick()
 
-    def hold(self, held: bool) -> None:
+    def suspend(self, held: bool) -> None:
         """Time stands still while the person reads something else."""
         self.held = held
         self._set_pace()
@@ -200,7 +200,7 @@ class Trainer:
 
     def _set_pace(self) -> None:
         stands = self.paused or self.held or (self.driving and self.steering is None)
-        (self.pace.stop if stands else self.pace.go)()
+        (self.pace.stop if stands else self.pace.resume)()
 
     @keep_status
     def faster(self) -> StatusMessage:
@@ -237,7 +237,7 @@ class Trainer:
     def _pressed(self, correction: bool, what: str, state: str | None) -> StatusMessage:
         self.note(self.robot, state)
         self.corrected = correction or (self.corrected and self.screen.waiting is not None)
-        self.screen = self.session.screen()
+        self.screen = self.session.view()
         then = " when time goes on" if self.paused else ""
         return StatusMessage(
             f"{'correction: ' if correction else ''}{what}{then}", "correction" if correction else ""
@@ -246,7 +246,7 @@ class Trainer:
     # Modes
 
     @keep_status
-    def turn(self) -> StatusMessage:
+    def toggle_mode(self) -> StatusMessage:
         """From training to testing, or back."""
         self._end_driving()
         self.corrected = False
@@ -274,7 +274,7 @@ class Trainer:
         return StatusMessage(f"{self.name} started afresh; nothing recorded")
 
     @keep_status
-    def again(self) -> StatusMessage:
+    def reset_world(self) -> StatusMessage:
         """The same world from its beginning."""
         if self.seed is None:
             raise SessionError("the seed of a resumed world is not known any more: n begins a new one")
@@ -291,7 +291,7 @@ class Trainer:
         return 0 if self.seed is None else self.seed + 1
 
     @keep_status
-    def world(self, seed: int) -> StatusMessage:
+    def load_world(self, seed: int) -> StatusMessage:
         """The world of a seed from its beginning."""
         return self._world(seed, f"World {seed} from its beginning")
 
@@ -299,23 +299,23 @@ class Trainer:
         self._end_driving()
         self.session.reset(seed)
         self.seed = seed
-        self.memory.forget()
-        self.why.forget()
+        self.memory.clear()
+        self.why.clear()
         self._look()
         return StatusMessage(f"{what}; nothing recorded")
 
     @keep_status
-    def watch(self) -> StatusMessage:
+    def toggle_watching(self) -> StatusMessage:
         """I am not watching, or I am again."""
-        if not self.watches:
+        if not self.can_watch:
             raise SessionError("this lesson records presses only: choose watched examples with c first")
-        self.session.watching = not self.session.watching
+        self.session.is_watching = not self.session.is_watching
         return StatusMessage(
-            "You watch: silence is consent" if self.session.watching else "You are not watching"
+            "You watch: silence is consent" if self.session.is_watching else "You are not watching"
         )
 
     @keep_status
-    def stand_for(self) -> StatusMessage:
+    def cycle_targets(self) -> StatusMessage:
         """Let the parameters stand for the next targets."""
         parameters, known = self.session.automaton.parameters, tuple(self.body.targets)
         if not parameters:
@@ -323,22 +323,22 @@ class Trainer:
         ways = list(product(known, repeat=len(parameters)))
         now = tuple(self.screen.targets[parameter] for parameter in parameters)
         way = ways[(ways.index(now) + 1) % len(ways)]
-        return self.bind(dict(zip(parameters, way, strict=True)))
+        return self.bind_targets(dict(zip(parameters, way, strict=True)))
 
     @keep_status
-    def bind(self, targets: Mapping[str, str]) -> StatusMessage:
+    def bind_targets(self, targets: Mapping[str, str]) -> StatusMessage:
         """Let parameters stand for these targets."""
-        self.session.stand_for(**targets)
-        self.memory.forget()
+        self.session.bind_targets(**targets)
+        self.memory.clear()
         self._look()
         return StatusMessage(f"Now {formatting.format_targets(self.screen)[1:-1]}")
 
     @keep_status
-    def moved(self, what: str) -> StatusMessage:
+    def note_moved(self, what: str) -> StatusMessage:
         """Something in the world was put elsewhere by hand, which is said."""
-        self.session.moved()
-        self.memory.forget()
-        self.why.forget()
+        self.session.note_moved()
+        self.memory.clear()
+        self.why.clear()
         self._look()
         return StatusMessage(f"{what}; nothing recorded")
 
@@ -358,7 +358,7 @@ class Trainer:
         self.steering = None if name == self.steering else name
         if self.steering is not None:
             self.session.drive(name)
-            self.why.forget()
+            self.why.clear()
         self._set_pace()
         return StatusMessage(
             f"Driving: {name} (the same key stops it)" if self.steering else "Driving: it stands still"
@@ -396,31 +396,31 @@ class Trainer:
         return self._changed(f"Example {number} edited; undo takes that back")
 
     @keep_status
-    def choose(self, choices: LessonChoices) -> StatusMessage:
+    def change_design(self, choices: LessonChoices) -> StatusMessage:
         """Choose what the lesson is about anew; examples stay where they can."""
-        self.session.choose(**choices.anew(self._options))
-        self.memory.forget()
+        self.session.change_design(**choices.to_design_change(self._options))
+        self.memory.clear()
         return self._changed("Chosen anew; the examples stay, and undo takes it back")
 
     @keep_status
     def save(self) -> StatusMessage:
         """Save the automaton into the library, keeping the former version; says what worked and no longer does."""
-        taught = self.session.taught()
+        taught = self.session.make_trained_automaton()
         worse = find_regressions_since_saved(self.folder, self.session.library, taught)
-        path = self.keep(taught)
+        path = self.save_unchecked(taught)
         return StatusMessage(format_saved_message(path, worse), "error" if worse else "recorded")
 
-    def keep(self, taught: TrainedAutomaton) -> Path:
+    def save_unchecked(self, taught: TrainedAutomaton) -> Path:
         """Save the automaton into the library, keeping the former version, without another look at what it does."""
         path = save_automaton(self.folder, taught)
         self._saved = taught.lesson
         return path
 
     def _changed(self, said: str) -> StatusMessage:
-        self.changed()
+        self.refresh_view()
         return StatusMessage(said)
 
-    def changed(self) -> None:
+    def refresh_view(self) -> None:
         """See the lesson as it is now, after something changed it."""
         self._look()
         self._redraw_keys()
@@ -428,4 +428,4 @@ class Trainer:
         self.corrected = False
 
     def _look(self) -> None:
-        self.screen = self.session.screen()
+        self.screen = self.session.view()

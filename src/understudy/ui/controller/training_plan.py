@@ -41,7 +41,7 @@ class LessonChoices:
             unlearning=former.unlearning if self.unlearning is None else self.unlearning,
         )
 
-    def anew(self, former: LearnerOptions) -> DesignChange:
+    def to_design_change(self, former: LearnerOptions) -> DesignChange:
         """What is chosen anew for a lesson with these options."""
         choice = DesignChange(
             states=self.states or (),
@@ -66,7 +66,7 @@ class TrainingPlan:
     seed: int = 0
 
     @property
-    def known(self) -> bool:
+    def is_known(self) -> bool:
         """Whether the library has the automaton already."""
         return self.name in self.library.taught
 
@@ -89,7 +89,7 @@ def make_session_start(plan: TrainingPlan) -> SessionStart | None:
                 problem=f"the library has it as {other!r}, but for case or the form of letters",
                 remedy=f"teach {other!r}, or give another name",
             )
-    if plan.known:
+    if plan.is_known:
         return _again(plan)
     plan.library.with_taught(TrainedAutomaton(Automaton(plan.name)))  # refuses the name of a basic behavior
     lesson = make_planned_lesson(plan, plan.choices)

@@ -132,7 +132,11 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         self.opened.close()
         desk = self.opened.desk
         kept = journal_store.finish_journal(self.opened.journal, self.plan.folder, self.plan.name)
-        self.exit(SessionEnd(desk.screen.examples, not desk.unsaved and bool(desk.session.examples), kept))
+        self.exit(
+            SessionEnd(
+                desk.screen.examples, not desk.has_unsaved_changes and bool(desk.session.examples), kept
+            )
+        )
 
     async def on_event(self, event: events.Event) -> None:
         """Escape stops real robots whatever lies on top of their screen, and does what else it does there."""

@@ -62,7 +62,7 @@ class LessonScreen(Screen[None]):
 
     def _rules(self) -> Text:
         rules = Text.assemble((f"What {self.desk.name} learned", TITLE))
-        for state, rule in self.desk.why.rules():
+        for state, rule in self.desk.why.describe_rules():
             rules.append("\n").append(f"{state}: ", "bold").append(rule)
         if not self.desk.session.examples:
             rules.append("\nnothing yet: go back and direct the robot with the keys of the states", DIM)

@@ -36,9 +36,10 @@ WIDE = 110
 """Columns from which one line is enough to say what was recorded."""
 
 ACTIONS = {
-    "t": "turn", "enter": "confirm", "u": "undo", "ctrl+z": "undo", "U": "redo", "ctrl+y": "redo",
+    "t": "toggle_mode", "enter": "confirm", "u": "undo", "ctrl+z": "undo", "U": "redo", "ctrl+y": "redo",
     "space": "pause", "full_stop": "step", "plus": "faster", "equals_sign": "faster", "minus": "slower",
-    "r": "restart", "R": "again", "n": "new_world", "d": "drive", "w": "watch", "p": "stand_for", "s": "save",
+    "r": "restart", "R": "reset_world", "n": "new_world", "d": "drive", "w": "toggle_watching",
+    "p": "cycle_targets", "s": "save",
 }  # fmt: skip
 """From a key to what the desk does."""
 
@@ -93,17 +94,17 @@ class TeachingScreen(Screen[str]):
 
     def on_mount(self) -> None:
         """The world begins to move."""
-        self.desk.hold(False)
+        self.desk.suspend(False)
         self.set_interval(BEAT_S, self.beat)
         self.call_after_refresh(self.draw)
 
     def on_screen_suspend(self) -> None:
         """Another screen lies on top: time stands still."""
-        self.desk.hold(True)
+        self.desk.suspend(True)
 
     def on_screen_resume(self) -> None:
         """Time goes on."""
-        self.desk.hold(False)
+        self.desk.suspend(False)
         self.draw()
 
     def on_resize(self) -> None:
@@ -116,16 +117,16 @@ class TeachingScreen(Screen[str]):
 
         def go() -> None:
             nonlocal moved
-            self.robots.hear(holding=False)
-            moved = self.desk.beat()
+            self.robots.refresh_heartbeat(holding=False)
+            moved = self.desk.run_due_ticks()
             if self.robots.idle():
-                self.desk.session.look()
+                self.desk.session.refresh_percept()
                 moved = True
 
         if not self._guarded(go):
-            self.robots.leave(self.desk.said.text)
+            self.robots.stop_supervising(self.desk.said.text)
             self.desk.session.paused = True
-            self.desk.hold(self.desk.held)
+            self.desk.suspend(self.desk.held)
         if moved:
             self.draw()
 
@@ -163,7 +164,7 @@ class TeachingScreen(Screen[str]):
 
     def action_ask(self) -> None:
         """Ask where it is unsure, and wait, or go on and mark; or do not ask."""
-        self.desk.said = StatusMessage(self.desk.coach.ask_otherwise())
+        self.desk.said = StatusMessage(self.desk.coach.cycle_query_policy())
         self.draw()
 
     def action_arm(self) -> None:
@@ -171,7 +172,7 @@ class TeachingScreen(Screen[str]):
 
         def arm() -> None:
             self.robots.arm()
-            self.desk.session.look()  # what it read before is old by now
+            self.desk.session.refresh_percept()  # what it read before is old by now
             self.desk.said = StatusMessage("Armed: it moves while time goes on. Esc stops it")
 
         self._guarded(arm)
@@ -179,7 +180,7 @@ class TeachingScreen(Screen[str]):
 
     def action_stop(self) -> None:
         """Stop real robots at once."""
-        if self.robots.real:
+        if self.robots.has_robots:
             self.robots.stop("stopped in the terminal")
             self.desk.said = StatusMessage("Stopped. y arms it again", "error")
             self.draw()
@@ -204,12 +205,12 @@ class TeachingScreen(Screen[str]):
 
     def _chosen(self, choices: LessonChoices | None) -> None:
         if choices is not None:
-            self._guarded(lambda: self.desk.choose(choices))
+            self._guarded(lambda: self.desk.change_design(choices))
             self.draw()
 
     def action_leave(self) -> None:
         """End the session; ask first where something is not saved."""
-        if not self.desk.unsaved:
+        if not self.desk.has_unsaved_changes:
             self.dismiss("quit")
             return
         question = f"{self.desk.name} is not saved as it is now."
@@ -239,7 +240,7 @@ class TeachingScreen(Screen[str]):
         world.styles.width, world.styles.height = columns + 2, tall + 2
         name = desk.body.scenario.name
         world.border_title = name if desk.seed is None else f"{name} {desk.seed}"
-        if self.robots.real:
+        if self.robots.has_robots:
             world.border_title = self._standing()
         world.border_subtitle = describe_followed_robot(view, columns, desk.robot)
         drawn = render_world(

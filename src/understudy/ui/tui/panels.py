@@ -48,7 +48,7 @@ def render_header(desk: Trainer, width: int) -> Text:
     right = Text.assemble(
         f"{shown} example{'s' * (shown != 1)}  {formatting.format_minutes(screen.time_s)}  "
         f"{'fastest' if desk.pace.speed == FASTEST else f'{desk.pace.speed:g}×'}  ",
-        ("unsaved ", "bold") if desk.unsaved else ("saved " if shown else ""),
+        ("unsaved ", "bold") if desk.has_unsaved_changes else ("saved " if shown else ""),
     )
     left.truncate(max(0, width - right.cell_len - 1))
     left.pad_right(max(1, width - left.cell_len - right.cell_len))
@@ -167,7 +167,7 @@ def _presses(shown: Sequence[Example]) -> list[list[Example]]:
 def render_explanation(desk: Trainer, width: int) -> Text:
     """Why it does what it does, in place of the examples."""
     lines = [_title("Why?", "? shows the examples again", width)]
-    lines += [Text(line) for line in desk.why.lines(desk.screen)]
+    lines += [Text(line) for line in desk.why.format_lines(desk.screen)]
     return Text("\n").join(lines)
 
 
@@ -179,7 +179,7 @@ def render_status(desk: Trainer) -> Text:
 
 def render_commands(desk: Trainer, width: int) -> Text:
     """The keys of the commands, in two lines where that is possible."""
-    useless = {"p" if not desk.session.automaton.parameters else "", "" if desk.watches else "w"}
+    useless = {"p" if not desk.session.automaton.parameters else "", "" if desk.can_watch else "w"}
     named = {"t": "train"} if desk.screen.mode is Mode.TESTING else {}
     shown = [(key, named.get(key, what)) for key, what in COMMANDS if key not in useless]
     for spare in SPARE:

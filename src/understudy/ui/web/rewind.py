@@ -56,7 +56,7 @@ class RewindBuffer:
         self._note(session.examples, now)
         if self._frames and now < self._frames[-1].time_s + EVERY_S - session.body.tick_s / 2:
             return
-        instant = session.instant()
+        instant = session.capture()
         frame = RewindPoint(now, instant, len(instant.body))
         self._frames.append(frame)
         self._size += frame.size

@@ -135,7 +135,7 @@ class StudioServer:
         former = self.viewers.director
         viewer = self.viewers.arrive(key)
         if former is not None and viewer is self.viewers.director:
-            self.stage.robots.leave(LEFT_ROBOTS)  # it comes again since its connection was lost
+            self.stage.robots.stop_supervising(LEFT_ROBOTS)  # it comes again since its connection was lost
         scene, library = self._see_rebuilt()
         directs = viewer is self.viewers.director
         hello = HelloData(version=_version(), key=viewer.key, directs=directs, scene=scene)
@@ -148,7 +148,7 @@ class StudioServer:
         """A page is gone; without a director the robot stands still."""
         viewer.close()
         if self.viewers.leave(viewer):
-            self.stage.robots.leave(LEFT_ROBOTS)
+            self.stage.robots.stop_supervising(LEFT_ROBOTS)
             self.stage.pause(True, LEFT)
         self.show()
 
@@ -187,7 +187,7 @@ class StudioServer:
             return None
         if isinstance(message, m.ReleaseControl):
             self.viewers.hand_over(viewer)
-            self.stage.robots.leave(LEFT_ROBOTS)
+            self.stage.robots.stop_supervising(LEFT_ROBOTS)
             self.stage.pause(True, LEFT)
             return None
         if not message.by_anyone:

@@ -211,7 +211,7 @@ class SessionHost:
             if self.robots.idle():
                 self.moved += 1
                 if desk is not None:
-                    desk.session.look()
+                    desk.session.refresh_percept()
         except Exception as error:
             self.halt(describe_error(error))
 
@@ -234,7 +234,7 @@ class SessionHost:
     @keep_status
     def halt(self, problem: str) -> StatusMessage:
         """Something went wrong, which is said; time stands still, and real robots have to be armed again."""
-        self.robots.leave(problem)
+        self.robots.stop_supervising(problem)
         self.pause(True)
         return StatusMessage(problem, "error")
 
@@ -264,7 +264,7 @@ class SessionHost:
             self.world.reset([seed])
             said = StatusMessage(f"World {seed} from its beginning")
         else:
-            said = self.desk.world(seed)
+            said = self.desk.load_world(seed)
         self.anew()
         return said
 
@@ -279,9 +279,9 @@ class SessionHost:
 
     def rewind(self, frame: RewindPoint) -> None:
         """Go back to a moment of the run, and stand still there; the lesson stays."""
-        switches = self.trained.why.before(frame.time_s)
+        switches = self.trained.why.list_switches_before(frame.time_s)
         self._back(frame.instant)
-        self.trained.why.remember(switches)
+        self.trained.why.restore_switches(switches)
 
     def go_back(self, instant: SessionSnapshot) -> None:
         """Go back to a moment of this session that may be of another run."""
@@ -298,7 +298,7 @@ class SessionHost:
         desk = self.trained
         self.pause(True)
         desk.session.rewind(instant)
-        desk.moved("back")
+        desk.note_moved("back")
         self.changed()
         now = formatting.format_minutes(self.world.time_s)
         return StatusMessage(f"Back at {now}; the lesson stays, and going on begins here")
@@ -318,7 +318,7 @@ class SessionHost:
         except SettingError as error:
             raise SessionError(_as_on_the_page(str(error))) from error
         self.moved += 1
-        return StatusMessage(what) if self.desk is None else self.desk.moved(what)
+        return StatusMessage(what) if self.desk is None else self.desk.note_moved(what)
 
     # Opening and closing
 
@@ -332,7 +332,7 @@ class SessionHost:
         self.unsure, desk.coach.asking.when = UncertainMoments(), asked
         self.began_with = len(desk.session.examples)
         desk.set_speed(self._speed)
-        desk.hold(False)
+        desk.suspend(False)
         desk.said = StatusMessage(said)
         self._begin_reel()
         self.look_for_cut_off()
@@ -363,7 +363,7 @@ class SessionHost:
         self.beside.shutdown(wait=False, cancel_futures=True)
         if self.opened is None:
             return
-        if self.opened.desk.unsaved:
+        if self.opened.desk.has_unsaved_changes:
             self.opened.close()
             self.opened, self._picture = None, None
         else:

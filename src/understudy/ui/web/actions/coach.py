@@ -68,7 +68,7 @@ class SituationReply(Data, frozen=True, kw_only=True):
 def handle_advise(stage: SessionHost, _: m.RequestAdvice) -> AdviceReply:
     """Say what the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
     desk = stage.trained
-    said = desk.coach.advised(stage.beside, patience_s=PATIENCE_S)
+    said = desk.coach.compute_report(stage.beside, patience_s=PATIENCE_S)
     if said is None:
         return AdviceReply(later=True)
     return AdviceReply(advice=[_advice(desk, each) for each in said.advice], late=_late(said))
@@ -91,7 +91,7 @@ def _says(desk: Trainer, advice: Advice) -> PressSaysData:
 
 
 def _late(said: AdviceReport) -> LateData | None:
-    late, now = said.news, said.lesson.options.reaction_s
+    late, now = said.new_reaction_estimate, said.lesson.options.reaction_s
     if late is None:
         return None
     but = f", not {now:g} s" if now else ""

@@ -47,12 +47,12 @@ def save_current_automaton(stage: SessionHost, message: SaveAutomaton) -> NotSav
         if worse:
             desk.said = StatusMessage(f"{desk.name} is not saved yet: something that worked no longer does")
             return NotSavedReply(worse=list(worse))
-        desk.keep(desk.session.taught())
+        desk.save_unchecked(desk.session.make_trained_automaton())
         said = StatusMessage(f"{desk.name} is saved", "recorded")
     else:
         stage.look()
         stage.shelf.refuse_new(name, remedy="give another name")
-        library.save_copy(stage.shelf, desk.session.taught(), name)
+        library.save_copy(stage.shelf, desk.session.make_trained_automaton(), name)
         said = StatusMessage(f"A copy of {desk.name} is saved as {name}", "recorded")
     stage.look()
     return said

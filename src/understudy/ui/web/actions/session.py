@@ -120,7 +120,7 @@ def select_agent(stage: SessionHost, agent: int) -> None:
             stage.moved += 1
         return
     session = desk.session
-    if session.screen().undoable is not None or len(session.examples) != stage.began_with:
+    if session.view().undoable is not None or len(session.examples) != stage.began_with:
         raise SessionError(
             f"{desk.name} has been shown something by robot {desk.robot + 1}: save it and open it again to train "
             "it with another robot"
@@ -135,7 +135,7 @@ def is_saved_in_training(stage: SessionHost, name: str) -> bool:
     desk = stage.desk
     if desk is None or desk.name != name:
         return False
-    if desk.unsaved:
+    if desk.has_unsaved_changes:
         raise SessionError(f"{name} is being trained, and not saved as it is now: save it first")
     return True
 
@@ -173,7 +173,7 @@ def _plan(stage: SessionHost, name: str, choices: LessonChoices | None = None) -
 
 def _refuse_unsaved(stage: SessionHost, *, discard: bool) -> None:
     desk = stage.desk
-    if desk is not None and desk.unsaved and not discard:
+    if desk is not None and desk.has_unsaved_changes and not discard:
         raise SessionError(f"{desk.name} is not saved as it is now: save it first, or discard it")
 
 
@@ -194,10 +194,10 @@ def set_other_agents(stage: SessionHost, message: SetOtherAgents) -> StatusMessa
             raise UnknownName(what="target", name=target, where="the world", known=known)
     before = stage.others
     try:
-        desk.session.others(behavior, targets, library=library)
+        desk.session.set_other_agents(behavior, targets, library=library)
     except UnderstudyError:
         former = (None, {}) if before is None else (before.behavior, before.targets)
-        desk.session.others(*former, library=library)
+        desk.session.set_other_agents(*former, library=library)
         raise
     doing = "idle" if behavior is None else f"run {format_bound_name(behavior, Binding(targets))}"
     stage.moved += 1
@@ -299,7 +299,7 @@ def handle_select_agent(stage: SessionHost, message: m.SelectAgent) -> None:
 
 def handle_toggle_mode(desk: Trainer, _: m.ToggleMode) -> None:
     """Go from training to testing, or back."""
-    desk.turn()
+    desk.toggle_mode()
 
 
 def handle_restart(desk: Trainer, _: m.RestartAutomaton) -> None:
@@ -309,12 +309,12 @@ def handle_restart(desk: Trainer, _: m.RestartAutomaton) -> None:
 
 def handle_bind_targets(desk: Trainer, message: m.BindTargets) -> None:
     """Bind parameters to other targets."""
-    desk.bind(message.targets)
+    desk.bind_targets(message.targets)
 
 
 def handle_toggle_watching(desk: Trainer, _: m.ToggleWatching) -> None:
     """Let silence be consent, or not."""
-    desk.watch()
+    desk.toggle_watching()
 
 
 def handle_undo(desk: Trainer, _: m.Undo) -> None:
@@ -338,7 +338,7 @@ def handle_change_design(desk: Trainer, message: m.ChangeDesign) -> None:
         reaction_s=message.reaction_s,
         unlearning=message.unlearning,
     )
-    desk.choose(choices)
+    desk.change_design(choices)
 
 
 def handle_edit_example(stage: SessionHost, message: m.EditExample) -> None:

@@ -65,7 +65,7 @@ def handle_arm(stage: SessionHost, _: m.Arm) -> StatusMessage:
     """Arm the real robots."""
     stage.robots.arm()
     if stage.desk is not None:
-        stage.desk.session.look()  # what it read before is old by now
+        stage.desk.session.refresh_percept()  # what it read before is old by now
     stage.moved += 1
     return StatusMessage("Armed: it moves when time goes on. Esc stops it")
 
@@ -80,4 +80,4 @@ def handle_emergency_stop(stage: SessionHost, _: m.EmergencyStop) -> StatusMessa
 
 def handle_heartbeat(stage: SessionHost, message: m.Heartbeat) -> None:
     """Hear that the page is there, and whether the key is held that real robots may move by."""
-    stage.robots.hear(holding=message.holding)
+    stage.robots.refresh_heartbeat(holding=message.holding)

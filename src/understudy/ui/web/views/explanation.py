@@ -70,7 +70,7 @@ class ReasonsReply(Data, frozen=True, kw_only=True):
 def handle_explain(stage: SessionHost, _: RequestExplanation) -> ReasonsReply:
     """Explain what every level decides now, what held and who showed it; and the last switch of any of them."""
     desk = stage.trained
-    levels = desk.why.levels()
+    levels = desk.why.explain_levels()
     return ReasonsReply(
         levels=[_level(desk, level, first=level is levels[0]) for level in levels], last=_last(desk)
     )
@@ -89,7 +89,7 @@ def _level(desk: Trainer, level: LevelExplanation, *, first: bool) -> LevelData:
 
 
 def _last(desk: Trainer) -> SwitchedData | None:
-    last = desk.why.last()
+    last = desk.why.explain_last_switch()
     if last is None:
         return None
     switch, reason = last

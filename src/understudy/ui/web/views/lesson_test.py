@@ -69,13 +69,13 @@ def handle_test_lesson(stage: SessionHost, message: TestLesson) -> LessonTestRep
 def _present(stage: SessionHost) -> Library:
     """The library, with what is trained as it stands."""
     desk, library = stage.desk, stage.shelf.library
-    return library if desk is None else library.with_taught(desk.session.taught())
+    return library if desk is None else library.with_taught(desk.session.make_trained_automaton())
 
 
 def _former(stage: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]:
     """What an automaton was before, and what that is called: the last former version, or what is saved."""
     desk, saved = stage.desk, stage.shelf.library.taught.get(name)
-    if desk is not None and name == desk.name and desk.unsaved:
+    if desk is not None and name == desk.name and desk.has_unsaved_changes:
         return SAVED, saved
     kept = list_versions(stage.shelf.folder, name)
     if not kept:
@@ -103,7 +103,7 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
 
 def find_unsaved_regressions(stage: SessionHost) -> tuple[str, ...]:
     """What worked with what is saved and no longer does with what is trained, also in what is above it."""
-    library, taught = stage.shelf.library, stage.trained.session.taught()
+    library, taught = stage.shelf.library, stage.trained.session.make_trained_automaton()
     known = stage.ranks.known(stage.sort, stage.agent, library)
     return find_regressions_since_saved(stage.shelf.folder, library, taught, known)
 
@@ -119,7 +119,7 @@ def go_to_expectation(stage: SessionHost, message: GoToExpectation) -> StatusMes
     others = desk.session.company.snapshot()
     stage.go_back(SessionSnapshot(outcome.snapshot, (), desk.session.mode, others))
     if dict(outcome.targets) != dict(desk.screen.targets):
-        desk.bind(outcome.targets)
+        desk.bind_targets(outcome.targets)
     return StatusMessage(f"Here it was promised: {outcome}")
 
 

@@ -240,9 +240,9 @@ class SessionViewBuilder:
             agent=desk.robot,
             undoable=screen.undoable,
             redoable=screen.redoable,
-            unsaved=desk.unsaved,
+            unsaved=desk.has_unsaved_changes,
             taught=screen.examples,
-            watching=desk.session.watching,
+            watching=desk.session.is_watching,
             doubt=_doubt(desk),
             others=others,
             doing=doing,
@@ -251,7 +251,7 @@ class SessionViewBuilder:
 
     def _taught(self) -> LessonData:
         """What changes only with the lesson."""
-        lesson, learned = self._desk.why.learned()
+        lesson, learned = self._desk.why.learn_lesson()
         if lesson is not self._of or self._lesson is None:
             self._of = lesson
             automaton, options = lesson.automaton, lesson.options
@@ -283,7 +283,7 @@ class SessionViewBuilder:
 
 def _doubt(desk: Trainer) -> DoubtData | None:
     """Return the diagnosis of the last correction if it found suspect examples that are not resolved yet."""
-    judgement = desk.session.judgement
+    judgement = desk.session.correction_diagnosis
     if judgement is None:
         return None
     held = {example.number for example in desk.session.examples if not example.quarantined}
