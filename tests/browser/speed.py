@@ -189,7 +189,7 @@ def serve_crowd(robots: int, folder: Path) -> None:
     stage = SessionHost(scenario, folder / "library", make_scenario_kit(scenario))
     choices = LessonChoices(states=["forward", "veer"], features=["distance_to(flag)", "angle_to(flag)"])
     session.begin_automaton(stage, "crowd", choices, discard=False)
-    desk = stage.trained
+    desk = stage.active_trainer
     desk.session.set_other_agents("veer")
     desk.press("veer")
     stage.pause(True)

@@ -69,7 +69,7 @@ def transcript(made: StudioServer, folder: Path, messages: Sequence[str]) -> str
     Frames are plain values, so that their layout may change; of a desk there is what differs from the last one.
     """
     place = str(folder).encode()
-    viewer, steps, former = made.arrive(None), list[dict[str, Any]](), dict[str, Any]()
+    viewer, steps, former = made.connect(None), list[dict[str, Any]](), dict[str, Any]()
 
     def heard() -> list[dict[str, Any]]:
         found = []
@@ -85,9 +85,9 @@ def transcript(made: StudioServer, folder: Path, messages: Sequence[str]) -> str
 
     steps.append({"say": None, "hear": heard()})
     for text in messages:
-        made.hear(viewer, text)
+        made.handle_text(viewer, text)
         steps.append({"say": text, "hear": heard()})
-    made.leave(viewer)
+    made.disconnect(viewer)
     made.stage.close()
     return "".join(json.dumps(step, ensure_ascii=False) + "\n" for step in steps)
 

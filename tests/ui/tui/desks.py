@@ -66,7 +66,7 @@ class Hand:
 
     @property
     def said(self) -> str:
-        return self.desk.said.text
+        return self.desk.status.text
 
     async def press(self, *keys: str) -> None:
         await self.pilot.press(*keys)
@@ -75,7 +75,7 @@ class Hand:
         """So much time passes."""
         for _ in range(round(seconds / 0.1)):
             self.wall.now += 0.1
-            self.teaching.beat()
+            self.teaching.run_due_ticks()
 
     def shown(self, part: str) -> str:
         """The text of a part of the screen."""

@@ -14,7 +14,7 @@ class Page(App[None]):
         yield MultiSelect(id="picks")
 
     def on_mount(self) -> None:
-        self.query_one(MultiSelect).offer(["one", "two", "three"], chosen=["three"])
+        self.query_one(MultiSelect).show_choices(["one", "two", "three"], chosen=["three"])
         self.query_one(MultiSelect).focus()
 
 
@@ -23,6 +23,6 @@ def test_space_chooses_where_the_list_begins() -> None:
         page = Page()
         async with page.run_test() as pilot:
             await pilot.press("space", "down", "down", "space")
-            return page.query_one(MultiSelect).chosen
+            return page.query_one(MultiSelect).selection
 
     assert asyncio.run(keys()) == ["one"]

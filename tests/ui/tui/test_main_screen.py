@@ -138,7 +138,7 @@ async def test_undo_and_redo(tmp_path: Path) -> None:
     async with trainer(plan(tmp_path)) as hand:
         await hand.press("u")
         assert "nothing to undo" in hand.said
-        assert hand.desk.said.tone == "error"
+        assert hand.desk.status.tone == "error"
         await hand.press("left")
         await hand.wait(0.2)
         await hand.press("up")

@@ -73,7 +73,7 @@ async def test_help_and_questions_stop_it_not(tmp_path: Path) -> None:
         for _ in range(3):
             rig.now += 0.1
             rig.seen()
-            teaching.beat()
+            teaching.run_due_ticks()
         assert rig.sent(0) == (0.0, 0.0)
         assert rig.robots[0].armed
 

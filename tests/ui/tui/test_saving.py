@@ -41,7 +41,7 @@ def test_what_is_lost_is_said(tmp_path: Path) -> None:
     with desk(tmp_path) as here:
         press(here, "forward")
         here.save()
-        assert here.said.text == f"Saved in {tmp_path / 'goto.json'}"
+        assert here.status.text == f"Saved in {tmp_path / 'goto.json'}"
         first = here.session.examples[0]
         for _ in range(2):
             here.reset_world()
@@ -49,8 +49,8 @@ def test_what_is_lost_is_said(tmp_path: Path) -> None:
             press(here, "rotate_left")
         assert here.session.examples[-2].values == first.values
         here.save()
-    assert here.said.tone == "error"
-    assert here.said.text.endswith(
+    assert here.status.tone == "error"
+    assert here.status.text.endswith(
         "but something that worked no longer does: where it went from start to forward as shown (example 1), it now "
         "goes to rotate_left"
     )
@@ -63,16 +63,16 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         here.reset_world()
         here.save()
         add_expectation_here(here, "done", 1.0)
-        assert here.said.text.startswith("Promised from here: done within 1 s in forage, A = station")
+        assert here.status.text.startswith("Promised from here: done within 1 s in forage, A = station")
         assert here.has_unsaved_changes
         here.save()
-        saved = here.said
+        saved = here.status
         assert saved.tone == "recorded"
         here.session.quarantine({1: "meant for later"})
         assert here.has_unsaved_changes
         here.save()
-        assert here.said.tone == "error"
-        assert "goto no longer comes to done within 1 s in forage, A = station" in here.said.text
+        assert here.status.tone == "error"
+        assert "goto no longer comes to done within 1 s in forage, A = station" in here.status.text
         with pytest.raises(SessionError, match="its flags are done"):
             add_expectation_here(here, "failed", 1.0)
     taught = open_library(tmp_path, FORAGE_KIT).library.taught["goto"]

@@ -55,7 +55,7 @@ class Trained:
 
     moved = 0
 
-    class trained:
+    class active_trainer:
         """As much of a desk."""
 
         name = "goto"

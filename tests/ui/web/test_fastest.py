@@ -30,14 +30,14 @@ BEATS = 12
 
 def test_ticks_fill_the_beat_and_all_of_them_are_kept(tmp_path: Path) -> None:
     made = studio(tmp_path, wall=Wall(glance=BUSY_S / TICKS / 2))
-    viewer = made.arrive(None)
+    viewer = made.connect(None)
 
     def say(do: str, **fields: object) -> None:
-        made.hear(viewer, json.dumps({"id": 1, "do": do, **fields}))
+        made.handle_text(viewer, json.dumps({"id": 1, "do": do, **fields}))
         sent = [json.loads(text) for text, binary in iter(viewer.next, None) if not binary]
         assert {"re": 1, "ok": True}.items() <= sent[0].items(), sent
 
-    made.hear(viewer, json.dumps({"id": 1, **GOTO}))
+    made.handle_text(viewer, json.dumps({"id": 1, **GOTO}))
     while viewer.next() is not None:
         pass
     say("press", state="forward")
@@ -46,7 +46,7 @@ def test_ticks_fill_the_beat_and_all_of_them_are_kept(tmp_path: Path) -> None:
     assert opened is not None
     ticks = [0]
     for _ in range(BEATS):
-        made.beat()
+        made.run_due_ticks()
         ticks.append(int(world.state.tick[0]))
     assert all(abs(after - before - TICKS) <= 1 for before, after in pairwise(ticks)), ticks
     now = world.time_s
@@ -76,14 +76,14 @@ def test_a_press_is_heard_between_beats(tmp_path: Path, world: str) -> None:
     scenario = find_scenario(world)
     made = StudioServer(SessionHost(scenario, tmp_path, make_scenario_kit(scenario)))
     behavior = next(iter(made.stage.kit.behaviors))
-    beats, beat = count(), made.beat
+    beats, beat = count(), made.run_due_ticks
     begun = [0]
 
     def counted() -> None:
         begun[0] = next(beats)
         beat()
 
-    made.beat = counted  # type: ignore[method-assign]
+    made.run_due_ticks = counted  # type: ignore[method-assign]
 
     async def pressed(address: str) -> list[int]:
         async with connect(address, max_size=None) as person:

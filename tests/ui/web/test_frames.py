@@ -64,7 +64,7 @@ def test_a_frame_of_a_desk(tmp_path: Path) -> None:
     session.select_agent(stage, 1)
     fields = {key: value for key, value in GOTO.items() if key not in ("do", "name")}
     session.begin_automaton(stage, "goto", LessonChoices(**fields), discard=False)
-    desk = stage.trained
+    desk = stage.active_trainer
     desk.press("rotate_left")
     for _ in range(7):
         desk.step()

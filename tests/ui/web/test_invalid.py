@@ -26,7 +26,7 @@ class Room:
 
     def __init__(self, folder: Path) -> None:
         self.studio: StudioServer = studio(folder)
-        self.viewer: Client = self.studio.arrive(None)
+        self.viewer: Client = self.studio.connect(None)
         self.say(GOTO)
         self.say({"do": "pause", "paused": True})
         for state in ("forward", "rotate_left", "forward"):
@@ -42,7 +42,7 @@ class Room:
     def hear(self, text: str | bytes) -> dict[str, Any]:
         while self.viewer.next():
             pass
-        self.studio.hear(self.viewer, text)
+        self.studio.handle_text(self.viewer, text)
         found = self.viewer.next()
         assert found is not None
         answer: dict[str, Any] = json.loads(found[0])
@@ -52,7 +52,7 @@ class Room:
     def state(self) -> tuple[object, ...]:
         """Everything that a message could change."""
         stage = self.studio.stage
-        session = stage.trained.session
+        session = stage.active_trainer.session
         files = {path: path.stat().st_size for path in sorted(stage.shelf.folder.rglob("*"))}
         return (
             find_drawn_world(stage.world).snapshot(),
@@ -63,7 +63,7 @@ class Room:
             session.run_state,
             stage.paused,
             stage.speed,
-            stage.said,
+            stage.status,
             session.is_watching,
             stage.library(),
             self.studio.viewers.director,

@@ -152,7 +152,7 @@ def test_back_to_an_example_of_another_run(tmp_path: Path) -> None:
         person.done("rewind", example=3)
         assert made.stage.seed == 1
         assert made.stage.world.time_s == pytest.approx(0.6)
-        assert made.stage.trained.screen.state == "forward"
+        assert made.stage.active_trainer.screen.state == "forward"
         person.done("press", state="rotate_left")
         while person.frame is None or person.frame.tick != 6:
             person.hear()

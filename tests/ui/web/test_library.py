@@ -51,14 +51,14 @@ def test_unsaved_work_is_not_left_by_accident(made: StudioServer, person: Page) 
     person.done(**GOTO)
     teach(person, "forward")
     assert "not saved" in person.send({**GOTO, "name": "other"})["error"]
-    assert made.stage.trained.name == "goto"
+    assert made.stage.active_trainer.name == "goto"
     person.done("save")
     person.done(**{**GOTO, "name": "other"})
     teach(person, "rotate_left")
     assert "not saved" in person.say("open", name="goto")["error"]
     person.done("open", name="goto", discard=True)
-    assert made.stage.trained.screen.examples == 2
-    assert "goto is open again" in made.stage.said.text
+    assert made.stage.active_trainer.screen.examples == 2
+    assert "goto is open again" in made.stage.status.text
 
 
 def test_a_copy_under_another_name(made: StudioServer, person: Page) -> None:
@@ -66,13 +66,13 @@ def test_a_copy_under_another_name(made: StudioServer, person: Page) -> None:
     teach(person, "forward")
     person.done("save", name="goto 2")
     assert names(made.stage) == ["goto 2"]
-    assert made.stage.trained.name == "goto"
-    assert made.stage.trained.has_unsaved_changes
+    assert made.stage.active_trainer.name == "goto"
+    assert made.stage.active_trainer.has_unsaved_changes
     assert "already" in person.say("save", name="Goto 2")["error"]
     person.done("save")
     person.done("open", name="goto 2")
-    assert made.stage.trained.name == "goto 2"
-    assert made.stage.trained.screen.examples == 2
+    assert made.stage.active_trainer.name == "goto 2"
+    assert made.stage.active_trainer.screen.examples == 2
 
 
 def test_nothing_leaves_the_folder(made: StudioServer, person: Page) -> None:
@@ -99,7 +99,7 @@ def test_the_trash_gives_back_what_was_removed_last(made: StudioServer, person: 
     assert "already" in person.say("restore", name="copy")["error"]
     assert files(made.stage) == [".trash/copy.json", "copy.json"]
     (row,) = plain(made.stage.library())["trained"]
-    assert row["examples"] == made.stage.trained.screen.examples
+    assert row["examples"] == made.stage.active_trainer.screen.examples
 
 
 def test_what_is_run_by_others_is_not_removed(made: StudioServer, person: Page) -> None:
@@ -141,17 +141,17 @@ def test_a_broken_document_hides_nothing(made: StudioServer, person: Page) -> No
 def test_which_robot_is_trained(made: StudioServer, person: Page) -> None:
     person.done("agent", agent=1)
     person.done(**GOTO)
-    assert made.stage.trained.robot == 1
+    assert made.stage.active_trainer.robot == 1
     person.done("agent", agent=2)
-    assert made.stage.trained.robot == 2
-    assert made.stage.trained.name == "goto"
+    assert made.stage.active_trainer.robot == 2
+    assert made.stage.active_trainer.name == "goto"
     teach(person, "forward")
     assert "robot 3" in person.say("agent", agent=0)["error"]
     person.done("save")
     person.done("open", name="goto")
     person.done("agent", agent=0)
-    assert made.stage.trained.robot == 0
-    assert made.stage.trained.screen.examples == 2
+    assert made.stage.active_trainer.robot == 0
+    assert made.stage.active_trainer.screen.examples == 2
 
 
 def test_the_world_by_hand(made: StudioServer, person: Page) -> None:
@@ -186,7 +186,7 @@ def test_choosing_anew_keeps_the_examples(made: StudioServer, person: Page) -> N
     person.done(
         "choose", states=["forward", "rotate_left"], features=["angle_to(A)"], flags=[], reaction_s=0.2
     )
-    desk = plain(made.stage.picture())
+    desk = plain(made.stage.session_data())
     assert desk is not None
     assert [state["name"] for state in desk["states"]] == ["start", "forward", "rotate_left"]
     assert [feature["label"] for feature in desk["features"]] == ["angle_to(A)"]
@@ -196,7 +196,7 @@ def test_choosing_anew_keeps_the_examples(made: StudioServer, person: Page) -> N
     person.done("delete", number=2)
     person.done("undo")
     person.done("redo")
-    assert [each["number"] for each in plain(made.stage.picture())["examples"]] == [1, 3, 4]
+    assert [each["number"] for each in plain(made.stage.session_data())["examples"]] == [1, 3, 4]
 
 
 def test_the_automata_it_runs_are_told_with_their_states_and_transitions(
@@ -206,7 +206,7 @@ def test_the_automata_it_runs_are_told_with_their_states_and_transitions(
     teach(person, "forward", "done")
     person.done("save")
     person.done(**CARRY)
-    desk = plain(made.stage.picture())
+    desk = plain(made.stage.session_data())
     assert [state["automaton"] for state in desk["states"]] == [None, "goto", None]
     goto = desk["nested"]["goto"]
     assert [state["name"] for state in goto["states"]][-1] == "done"
@@ -220,7 +220,7 @@ def test_contradictions_are_marked(made: StudioServer, person: Page) -> None:
     teach(person, "forward")
     person.done("restart")
     teach(person, "rotate_left")
-    desk = plain(made.stage.picture())
+    desk = plain(made.stage.session_data())
     assert [(each["number"], each["contradicts"]) for each in desk["examples"]] == [
         (1, True),
         (2, False),
@@ -234,7 +234,7 @@ def test_contradictions_are_marked(made: StudioServer, person: Page) -> None:
 def test_speed_and_time(made: StudioServer, person: Page) -> None:
     person.done("speed", speed=4)
     person.done(**GOTO)
-    assert made.stage.trained.pace.speed == 4
+    assert made.stage.active_trainer.pace.speed == 4
     assert not made.stage.paused
     made.stage.wall.now += 0.2  # type: ignore[attr-defined]
     while person.frame is None or person.frame.tick < 8:
@@ -297,4 +297,4 @@ def test_a_session_that_was_cut_off_is_thrown_away(tmp_path: Path) -> None:
         assert "goto" in person.say("recall", name="goto")["error"]
         person.done("discard", name="goto")
         person.done("open", name="goto")
-        assert again.stage.trained.screen.examples == 2
+        assert again.stage.active_trainer.screen.examples == 2

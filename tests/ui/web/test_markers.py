@@ -64,7 +64,7 @@ def test_a_lesson_about_markers_outlasts_its_studio(tmp_path: Path) -> None:
     with served(made) as client, page(client) as somebody:
         somebody.done("open", name="goto")
         assert find_target_place(find_drawn_world(made.stage.world), TARGET) == pytest.approx((3.0, 4.0))
-        assert made.stage.trained.screen.targets == {"A": TARGET}
+        assert made.stage.active_trainer.screen.targets == {"A": TARGET}
         assert "–" not in shown(somebody, "done")[-1]["values"]
         somebody.done("save")
         somebody.done("new", name="trip", states=["goto(nearest_marker)"], features=["done"], flags=["there"])

@@ -33,13 +33,13 @@ def test_what_is_trained_has_another_name(made: StudioServer, person: Page) -> N
     assert "save it first" in person.say("rename", name="goto", to="reach")["error"]
     person.done("save")
     person.done("stand_for", targets={"A": "nearest_food"})
-    examples = made.stage.trained.screen.examples
+    examples = made.stage.active_trainer.screen.examples
     person.done("rename", name="goto", to="reach")
     assert names(made.stage) == ["reach"]
     assert [path[:19] for path in files(made.stage)] == ["reach.json", "versions/reach/0001"]
-    desk = made.stage.trained
+    desk = made.stage.active_trainer
     assert (desk.name, desk.screen.examples, desk.screen.targets["A"]) == ("reach", examples, "nearest_food")
-    assert (desk.has_unsaved_changes, desk.paused, desk.said.text) == (
+    assert (desk.has_unsaved_changes, desk.paused, desk.status.text) == (
         False,
         True,
         "goto is called reach now",
@@ -95,7 +95,7 @@ def test_a_copy_is_as_the_library_has_it(made: StudioServer, person: Page) -> No
     assert files(made.stage) == ["%2E%2E%2Ftwin.json", "goto.json"]
     rows = {row["name"]: row["examples"] for row in plain(made.stage.library())["trained"]}
     assert rows["../twin"] == rows["goto"] == 2
-    assert made.stage.trained.has_unsaved_changes
+    assert made.stage.active_trainer.has_unsaved_changes
 
 
 def test_versions_and_what_changed(made: StudioServer, person: Page) -> None:
@@ -127,15 +127,15 @@ def test_back_to_a_version_and_forth(made: StudioServer, person: Page) -> None:
     assert "save it first" in person.say("go_back", name="goto", version=1)["error"]
     person.done("save")
     person.done("go_back", name="goto", version=1)
-    assert made.stage.trained.screen.examples == 2
-    assert not made.stage.trained.has_unsaved_changes
-    assert "version 1" in made.stage.said.text
+    assert made.stage.active_trainer.screen.examples == 2
+    assert not made.stage.active_trainer.has_unsaved_changes
+    assert "version 1" in made.stage.status.text
     person.done("go_back", name="goto", version=2)
-    assert made.stage.trained.screen.examples == 4
+    assert made.stage.active_trainer.screen.examples == 4
     assert [each.number for each in list_versions(made.stage.shelf.folder, "goto")] == [1, 2, 3]
     person.done("rename", name="goto", to="reach")
     person.done("go_back", name="reach", version=1)
-    assert (made.stage.trained.name, made.stage.trained.screen.examples) == ("reach", 2)
+    assert (made.stage.active_trainer.name, made.stage.active_trainer.screen.examples) == ("reach", 2)
     assert names(made.stage) == ["reach"]
 
 
@@ -160,7 +160,7 @@ def test_any_name_can_be_chosen_as_a_state(made: StudioServer, person: Page, nam
     person.done("duplicate", name="goto", to=name)
     person.done(**{**CARRY, "states": [f"{name}(nearest_food)"]})
     teach(person, name)
-    assert made.stage.trained.screen.state == name
+    assert made.stage.active_trainer.screen.state == name
 
 
 @pytest.mark.parametrize("name", ["goto(A)", "a,b", "a=b"])

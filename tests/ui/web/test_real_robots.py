@@ -44,7 +44,7 @@ class Lab:
             twin.scenario, folder, make_scenario_kit(twin.scenario), wall=self.wall, twin=twin
         )
         self.studio = StudioServer(stage, wall=self.wall)
-        self.page = self.studio.arrive(None)
+        self.page = self.studio.connect(None)
         self.rig.seen()
 
     def say(self, viewer: Client | None = None, **message: Any) -> dict[str, Any]:
@@ -52,7 +52,7 @@ class Lab:
         viewer = viewer or self.page
         while viewer.next() is not None:
             pass
-        self.studio.hear(viewer, json.dumps({"id": 7, **message}))
+        self.studio.handle_text(viewer, json.dumps({"id": 7, **message}))
         while (waiting := viewer.next()) is not None:
             text, binary = waiting
             if not binary and (answer := json.loads(text)).get("re") == 7:
@@ -72,7 +72,7 @@ class Lab:
             self.rig.seen(self.rig.last)
             if here:
                 self.studio.stage.robots.refresh_heartbeat(holding=False)
-            self.studio.beat()
+            self.studio.run_due_ticks()
 
     def moves(self) -> bool:
         return self.rig.sent(0) != (0.0, 0.0)
@@ -103,7 +103,7 @@ def test_nothing_moves_before_a_person_arms_it(lab: Lab) -> None:
     lab.wait(0.5)
     assert not lab.moves()
     assert lab.shown() == [{"name": "one", "armed": False, "stopped": "not armed"}]
-    assert [each["kind"] for each in plain(lab.studio.stage.picture())["examples"]] == [
+    assert [each["kind"] for each in plain(lab.studio.stage.session_data())["examples"]] == [
         "directive",
         "default",
     ]
@@ -112,7 +112,7 @@ def test_nothing_moves_before_a_person_arms_it(lab: Lab) -> None:
 def test_armed_it_is_taught_as_a_simulated_one(lab: Lab) -> None:
     teaching(lab)
     assert lab.shown() == [{"name": "one", "armed": True, "stopped": ""}]
-    features = lab.studio.stage.trained.screen.features
+    features = lab.studio.stage.active_trainer.screen.features
     assert features["distance_to(A)"] == pytest.approx(2.0)
 
 
@@ -126,7 +126,7 @@ def test_paused_it_stands_and_stays_armed(lab: Lab) -> None:
 @pytest.mark.parametrize("watching", [False, True])
 def test_any_page_stops_it(lab: Lab, watching: bool) -> None:
     teaching(lab)
-    viewer = lab.studio.arrive(None) if watching else lab.page
+    viewer = lab.studio.connect(None) if watching else lab.page
     assert "error" not in lab.say(viewer, do="stop")
     assert not lab.moves()
     assert lab.shown()[0] == {"name": "one", "armed": False, "stopped": "emergency: stopped in the studio"}
@@ -134,14 +134,14 @@ def test_any_page_stops_it(lab: Lab, watching: bool) -> None:
 
 
 def test_a_page_that_only_watches_arms_nothing(lab: Lab) -> None:
-    answer = lab.say(lab.studio.arrive(None), do="arm")
+    answer = lab.say(lab.studio.connect(None), do="arm")
     assert "only watches" in answer["error"]
     assert not lab.shown()[0]["armed"]
 
 
 def test_it_stops_where_the_page_leaves(lab: Lab) -> None:
     teaching(lab)
-    lab.studio.leave(lab.page)
+    lab.studio.disconnect(lab.page)
     assert not lab.moves()
     assert lab.shown()[0]["stopped"] == "nobody directs in the studio"
 
@@ -158,7 +158,7 @@ def test_it_stops_where_the_page_falls_silent(lab: Lab) -> None:
 def test_it_stops_where_the_page_is_loaded_again(lab: Lab) -> None:
     """Its connection was lost, though nobody has noticed yet."""
     teaching(lab)
-    again = lab.studio.arrive(lab.page.key)
+    again = lab.studio.connect(lab.page.key)
     assert lab.studio.viewers.director is again
     assert not lab.moves()
     assert not lab.shown()[0]["armed"]
@@ -174,7 +174,7 @@ def test_the_time_that_arming_takes_is_no_silence(lab: Lab, monkeypatch: pytest.
 
     monkeypatch.setattr(fleet, "arm", slowly)
     lab.say(do="arm")
-    lab.studio.beat()
+    lab.studio.run_due_ticks()
     assert lab.shown()[0]["armed"]
 
 
@@ -239,7 +239,7 @@ def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None
         lab.wait(0.3)
         lab.say(do="press", state="done")  # a correction
         lab.wait(0.3)
-        session = lab.studio.stage.trained.session
+        session = lab.studio.stage.active_trainer.session
         lab.studio.stage.close()
     recording = read_recording(path)
     assert recording.head.ran.binding == {"A": "red_flag"}
@@ -270,13 +270,13 @@ def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
         lab.wait(0.3)
         lab.say(do="ask_when", when="pause")
         lab.say(do="turn")
-        session = lab.studio.stage.trained.session
+        session = lab.studio.stage.active_trainer.session
         for tenths in range(1, 20):  # ever nearer to the flag
             lab.rig.hear(0, lab.rig.odometry(tenths / 10))
             lab.wait(0.2)
             if session.paused:
                 break
-        assert "What is right?" in lab.studio.stage.said.text
+        assert "What is right?" in lab.studio.stage.status.text
         assert not lab.moves()
         known, state = len(session.examples), session.view().state
         lab.rig.hear(0, lab.rig.odometry(1.95))
@@ -317,7 +317,7 @@ def test_where_one_of_two_robots_falls_silent_the_other_goes_on(tmp_path: Path) 
         lab.rig.now += 0.01
         lab.rig.hear(0, lab.rig.last)
         lab.studio.stage.robots.refresh_heartbeat(holding=False)
-        lab.studio.beat()
+        lab.studio.run_due_ticks()
     assert [each["armed"] for each in lab.shown()] == [True, False]
     assert lab.moves()
     assert "stays disarmed" in lab.say(do="arm")["error"]  # all, or none
@@ -330,7 +330,7 @@ def test_a_place_beyond_all_places_breaks_nothing(lab: Lab) -> None:
     lab.rig.hear(0, lab.rig.odometry(1e308))
     lab.wait(0.2)
     assert lab.shown() == [{"name": "one", "armed": False, "stopped": "outside its geofence"}]
-    assert "broke" not in lab.studio.stage.said.text
+    assert "broke" not in lab.studio.stage.status.text
 
 
 def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
@@ -340,7 +340,7 @@ def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
         lab.wait(0.2)
         assert not lab.moves()
         assert not lab.shown()[0]["armed"]
-        assert "recording ended: no space left; make room" in lab.studio.stage.said.text
+        assert "recording ended: no space left; make room" in lab.studio.stage.status.text
         lab.studio.stage.close()
         recorder._writer.problem = ""
 
@@ -363,7 +363,7 @@ def test_a_coordinator_of_real_robots_is_taught(tmp_path: Path) -> None:
     lab.say(do="pause", paused=False)
     lab.wait(0.2)
     assert [lab.rig.sent(agent) for agent in range(4)] == [(0.0, 0.0)] * 4
-    lab.say(do="press", state=lab.studio.stage.trained.session.automaton.state_names[1])
+    lab.say(do="press", state=lab.studio.stage.active_trainer.session.automaton.state_names[1])
     lab.wait(0.3)
     assert [lab.rig.sent(agent) for agent in range(4)] == [(0.4, 0.0)] * 4
     lab.studio.stage.close()

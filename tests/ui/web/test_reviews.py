@@ -47,7 +47,7 @@ def begin(person: Page) -> None:
 
 
 def desk(made: StudioServer) -> dict[str, Any]:
-    shown: dict[str, Any] = plain(made.stage.picture())
+    shown: dict[str, Any] = plain(made.stage.session_data())
     return shown
 
 
@@ -96,7 +96,7 @@ def test_why_goes_back_with_time(made: StudioServer, person: Page) -> None:
     person.done("rewind", time_s=made.stage.world.time_s - 0.1)
     now = made.stage.world.time_s
     assert person.done("why")["last"]["time_s"] < now, "what happened before then has happened"
-    began = made.stage.reel.at(0.0).time_s
+    began = made.stage.reel.find_before_time(0.0).time_s
     person.done("rewind", time_s=began)
     back = person.done("why")
     assert back["levels"][0]["says"] == "It goes from start to forward, always."
@@ -137,7 +137,7 @@ def test_one_can_go_to_where_it_was_promised(made: StudioServer, person: Page) -
     teach(person, "forward")
     person.done("visit", outcome=0)
     assert find_drawn_world(made.stage.world).snapshot() == promised
-    screen = made.stage.trained.screen
+    screen = made.stage.active_trainer.screen
     assert (screen.state, dict(screen.targets)) == ("start", {"A": "station"})
     assert made.stage.paused
 
@@ -169,7 +169,7 @@ def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
     answer = person.done("save")
     assert answer["worse"] == ["fetch no longer comes to done within 3 s in forage"]
     assert desk(made)["unsaved"]
-    assert "not saved yet" in made.stage.said.text
+    assert "not saved yet" in made.stage.status.text
     assert "worse" not in person.done("save", anyway=True)
     assert not desk(made)["unsaved"]
     assert person.done("test", name="goto")["tested"]["else"] == ["changed since version 1; fetch runs it"]

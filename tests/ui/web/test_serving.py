@@ -65,7 +65,7 @@ def test_a_slow_page_misses_frames_and_nothing_else() -> None:
     for number in range(100):
         viewer.show(frame=bytes([number]), desk=b"desk %d" % number)
     for number in range(5):
-        viewer.tell(b"answer %d" % number)
+        viewer.send_reply(b"answer %d" % number)
     taken = []
     while (found := viewer.next()) is not None:
         taken.append(found)
@@ -80,7 +80,7 @@ def test_a_slow_page_misses_frames_and_nothing_else() -> None:
 def test_a_page_that_never_reads_is_let_go() -> None:
     viewer = Client("key", Wall())
     for _ in range(clients.MOST_WAITING + 1):
-        viewer.tell(b"answer")
+        viewer.send_reply(b"answer")
     assert viewer.closing
     assert viewer.next() is None
 

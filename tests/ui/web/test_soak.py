@@ -26,10 +26,10 @@ def resident() -> int:
 def test_hours_of_fast_time(tmp_path: Path) -> None:
     wall = Wall()
     made = studio(tmp_path, wall=wall)
-    viewer = made.arrive(None)
+    viewer = made.connect(None)
 
     def say(message: dict[str, object]) -> None:
-        made.hear(viewer, json.dumps({"id": 1, **message}))
+        made.handle_text(viewer, json.dumps({"id": 1, **message}))
 
     say(GOTO)
     say({"do": "speed", "speed": 16})
@@ -38,7 +38,7 @@ def test_hours_of_fast_time(tmp_path: Path) -> None:
     for _ in range(HOURS):
         for beat in range(3600 * 60 // 16):
             wall.now += 1 / 60
-            made.beat()
+            made.run_due_ticks()
             while viewer.next():
                 shown += 1
             if beat % 1000 == 0:

@@ -57,7 +57,7 @@ def test_directing_a_coordinator_moves_its_squad(made: StudioServer, person: Pag
     person.done("press", state="out")
     person.done("step")
     frame = Frame.read(made.stage.frame())
-    desk = plain(made.stage.picture())
+    desk = plain(made.stage.session_data())
     assert frame.agent == NONE
     assert {desk["doing"][robot[4]] for robot in frame.robots} <= {"forwards", "left", "right"}
     assert desk["state"] == "out"
@@ -91,10 +91,10 @@ def test_there_are_only_so_many(made: StudioServer, person: Page) -> None:
 
 def test_what_everybody_knows_has_what_is_trained_as_it_stands(made: StudioServer) -> None:
     ranks, mine = made.stage.ranks, made.stage.shelf.library
-    robots = ranks.known(None, 0, mine)
+    robots = ranks.collect_libraries(None, 0, mine)
     assert [sort for sort, library in robots.items() if library is mine] == ["pioneer"]
-    assert set(ranks.known("patrol", 0, mine)) == set(robots)
-    assert ranks.known("patrol", 0, mine)["patrol"] is mine
+    assert set(ranks.collect_libraries("patrol", 0, mine)) == set(robots)
+    assert ranks.collect_libraries("patrol", 0, mine)["patrol"] is mine
 
 
 def test_a_coordinator_promises_and_says_why(made: StudioServer, person: Page) -> None:
@@ -113,7 +113,7 @@ def test_a_coordinator_promises_and_says_why(made: StudioServer, person: Page) -
     assert (tested["works"], len(tested["outcomes"])) == (True, 1)
     (level,) = person.done("why")["levels"]
     assert (level["automaton"], level["says"]) == ("out", "It goes from start to wander, always.")
-    last = plain(made.stage.picture())["examples"][-1]["number"]
+    last = plain(made.stage.session_data())["examples"][-1]["number"]
     person.done("delete", number=last)
     (said,) = person.done("save")["worse"]
     assert said.startswith("out no longer comes to done within 1 s in patrol")

@@ -197,7 +197,7 @@ def answer_question(desk: Trainer, state: str | None) -> StatusMessage:
     else:
         desk.press(state)
     desk.step()
-    said = desk.said
+    said = desk.status
     if is_rewindable(session.body):
         there = session.capture()
         session.test()

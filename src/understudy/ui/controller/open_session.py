@@ -59,7 +59,7 @@ def begin_session(
         about={"world": plan.world.name, "seed": plan.seed},
     )
     desk = Trainer(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
-    desk.said = StatusMessage(_welcome(desk))
+    desk.status = StatusMessage(_welcome(desk))
     _follow(session, ground)
     return OpenSession(desk, journal, _locked(journal))
 
@@ -76,7 +76,7 @@ def resume_session(
     desk = Trainer(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
     _follow(session, ground)
     desk.pause()
-    desk.said = StatusMessage("Everything shown is back. Space goes on, n begins in a new world")
+    desk.status = StatusMessage("Everything shown is back. Space goes on, n begins in a new world")
     return OpenSession(desk, journal, lock)
 
 

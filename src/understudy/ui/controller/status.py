@@ -21,7 +21,7 @@ class StatusMessage:
 class Speaker(Protocol):
     """Has what was said last."""
 
-    said: StatusMessage
+    status: StatusMessage
 
 
 S = TypeVar("S", bound=Speaker)
@@ -36,7 +36,7 @@ def keep_status(
     @wraps(action)
     def act(speaker: S, /, *args: P.args, **named: P.kwargs) -> StatusMessage:
         said = action(speaker, *args, **named)
-        speaker.said = said
+        speaker.status = said
         return said
 
     return act

@@ -1,6 +1,6 @@
 """The trainer's desk: a session, with all that a person does at it and is told about it, without a terminal.
 
-Every action says in one sentence what came of it (`said`); UnderstudyError where it cannot be taken.
+Every action says in one sentence what came of it (`status`); UnderstudyError where it cannot be taken.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Trainer:
         self.folder, self.seed = folder, seed
         self.memory, self.why = RecentHistory(), DecisionExplainer(session)
         self.coach = CoachController(session, self.why)
-        self.said = StatusMessage("")
+        self.status = StatusMessage("")
         self.corrected = False
         self.driving = False
         self.steering: str | None = None
@@ -167,9 +167,9 @@ class Trainer:
         shown = [example for example in session.examples[known:] if example.pressed]
         if shown:
             tone: Tone = "correction" if shown[0].correction else "recorded"
-            self.said = StatusMessage(formatting.format_recorded_press(shown, self.features), tone)
+            self.status = StatusMessage(formatting.format_recorded_press(shown, self.features), tone)
         elif said := formatting.format_switch(self.name, before, after, driving=self.driving):
-            self.said = StatusMessage(said)
+            self.status = StatusMessage(said)
 
     @keep_status
     def pause(self) -> StatusMessage:

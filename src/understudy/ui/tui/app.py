@@ -101,7 +101,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
     def _begin(self) -> None:
         start = make_session_start(self.plan)
         if start is None:
-            self.push_screen(LessonForm.new(self.plan), self._chosen)
+            self.push_screen(LessonForm.for_new_lesson(self.plan), self._chosen)
         else:
             self._start(start)
 

@@ -109,7 +109,7 @@ class BrailleCanvas:
         for offset, character in enumerate(text):
             self._text[line, column + offset] = character, style
 
-    def rendered(self) -> Text:
+    def render(self) -> Text:
         """Everything drawn so far."""
         drawn = Text(no_wrap=True, end="")
         for line in range(self.lines):

@@ -40,11 +40,11 @@ class MultiSelect(OptionList):
         self._chosen: set[str] = set()
 
     @property
-    def chosen(self) -> list[str]:
+    def selection(self) -> list[str]:
         """What was chosen."""
         return [text for text in self._texts if text in self._chosen]
 
-    def offer(self, texts: Iterable[str], *, chosen: Sequence[str]) -> None:
+    def show_choices(self, texts: Iterable[str], *, chosen: Sequence[str]) -> None:
         """Offer these, with some chosen."""
         self._texts, self._chosen = list(texts), set(chosen)
         self.clear_options()
@@ -100,7 +100,7 @@ class LessonForm(Screen[LessonChoices | None]):
         self._kept = {state.name: state for state in now.states or () if isinstance(state, State)}
 
     @classmethod
-    def new(cls, plan: TrainingPlan) -> Self:
+    def for_new_lesson(cls, plan: TrainingPlan) -> Self:
         """For an automaton that the library does not have yet."""
 
         def check(choices: LessonChoices) -> None:
@@ -109,7 +109,7 @@ class LessonForm(Screen[LessonChoices | None]):
         return cls(plan.library, plan.name, _suggested(plan), check, again=False)
 
     @classmethod
-    def again(cls, library: Library, lesson: Lesson) -> Self:
+    def for_lesson(cls, library: Library, lesson: Lesson) -> Self:
         """For a lesson that goes on."""
         automaton = lesson.automaton
         now = LessonChoices(
@@ -161,7 +161,7 @@ class LessonForm(Screen[LessonChoices | None]):
         """Fill the lists."""
         states = [_call(state) for state in self._now.states or ()]
         self._fill(states, [str(feature) for feature in self._now.features or ()])
-        self.query_one("#watched", MultiSelect).offer(
+        self.query_one("#watched", MultiSelect).show_choices(
             [CONSENT], chosen=[CONSENT] if self._now.watched else []
         )
         self.query_one("#states", MultiSelect).focus()
@@ -186,13 +186,13 @@ class LessonForm(Screen[LessonChoices | None]):
 
     def _offer(self, which: str, offered: Iterable[str], chosen: Sequence[str]) -> None:
         every = dict.fromkeys([*chosen, *offered])
-        self.query_one(which, MultiSelect).offer(every, chosen=chosen)
+        self.query_one(which, MultiSelect).show_choices(every, chosen=chosen)
 
     def on_input_changed(self, event: Input.Changed) -> None:
         """Other parameters: other ways to bind what is offered."""
         if event.input.id == "parameters":
             states, features = (
-                self.query_one(f"#{name}", MultiSelect).chosen for name in ("states", "features")
+                self.query_one(f"#{name}", MultiSelect).selection for name in ("states", "features")
             )
             self._fill(states, features)
 
@@ -202,8 +202,8 @@ class LessonForm(Screen[LessonChoices | None]):
 
     def _choices(self) -> LessonChoices:
         text = {each.id: each.value for each in self.query(Input)}
-        states = [*self.query_one("#states", MultiSelect).chosen, *_listed(text["more"])]
-        features = self.query_one("#features", MultiSelect).chosen
+        states = [*self.query_one("#states", MultiSelect).selection, *_listed(text["more"])]
+        features = self.query_one("#features", MultiSelect).selection
         parameters = self._parameters()
         if not self._again:  # one that was suggested and never used would only have to be bound
             used = {argument for call in (*states, *features) for argument in _arguments(call)}
@@ -219,7 +219,7 @@ class LessonForm(Screen[LessonChoices | None]):
                 for of, _, target in stand
                 if self._again or of.strip() in parameters
             },
-            watched=bool(self.query_one("#watched", MultiSelect).chosen),
+            watched=bool(self.query_one("#watched", MultiSelect).selection),
             reaction_s=_seconds(text["reaction"]),
         )
 

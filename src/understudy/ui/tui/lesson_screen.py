@@ -108,7 +108,7 @@ class LessonScreen(Screen[None]):
         try:
             if callable(action):
                 action()
-            self._fill(self.desk.said.text)
+            self._fill(self.desk.status.text)
         except UnderstudyError as error:
             self._fill(str(error))
 

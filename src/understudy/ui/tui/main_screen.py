@@ -95,7 +95,7 @@ class TeachingScreen(Screen[str]):
     def on_mount(self) -> None:
         """The world begins to move."""
         self.desk.suspend(False)
-        self.set_interval(BEAT_S, self.beat)
+        self.set_interval(BEAT_S, self.run_due_ticks)
         self.call_after_refresh(self.draw)
 
     def on_screen_suspend(self) -> None:
@@ -111,7 +111,7 @@ class TeachingScreen(Screen[str]):
         """Draw in the new size."""
         self.call_after_refresh(self.draw)
 
-    def beat(self) -> None:
+    def run_due_ticks(self) -> None:
         """Take the ticks that are due, and show what came of them."""
         moved = False
 
@@ -124,7 +124,7 @@ class TeachingScreen(Screen[str]):
                 moved = True
 
         if not self._guarded(go):
-            self.robots.stop_supervising(self.desk.said.text)
+            self.robots.stop_supervising(self.desk.status.text)
             self.desk.session.paused = True
             self.desk.suspend(self.desk.held)
         if moved:
@@ -135,7 +135,7 @@ class TeachingScreen(Screen[str]):
         try:
             action()
         except UnderstudyError as error:
-            self.desk.said = StatusMessage(str(error), "error")
+            self.desk.status = StatusMessage(str(error), "error")
             self.draw()
             return False
         return True
@@ -164,7 +164,7 @@ class TeachingScreen(Screen[str]):
 
     def action_ask(self) -> None:
         """Ask where it is unsure, and wait, or go on and mark; or do not ask."""
-        self.desk.said = StatusMessage(self.desk.coach.cycle_query_policy())
+        self.desk.status = StatusMessage(self.desk.coach.cycle_query_policy())
         self.draw()
 
     def action_arm(self) -> None:
@@ -173,7 +173,7 @@ class TeachingScreen(Screen[str]):
         def arm() -> None:
             self.robots.arm()
             self.desk.session.refresh_percept()  # what it read before is old by now
-            self.desk.said = StatusMessage("Armed: it moves while time goes on. Esc stops it")
+            self.desk.status = StatusMessage("Armed: it moves while time goes on. Esc stops it")
 
         self._guarded(arm)
         self.draw()
@@ -182,7 +182,7 @@ class TeachingScreen(Screen[str]):
         """Stop real robots at once."""
         if self.robots.has_robots:
             self.robots.stop("stopped in the terminal")
-            self.desk.said = StatusMessage("Stopped. y arms it again", "error")
+            self.desk.status = StatusMessage("Stopped. y arms it again", "error")
             self.draw()
 
     def action_coach(self) -> None:
@@ -201,7 +201,7 @@ class TeachingScreen(Screen[str]):
     def action_choose(self) -> None:
         """Choose states, features and options anew."""
         session = self.desk.session
-        self.app.push_screen(LessonForm.again(session.library, session.lesson), self._chosen)
+        self.app.push_screen(LessonForm.for_lesson(session.library, session.lesson), self._chosen)
 
     def _chosen(self, choices: LessonChoices | None) -> None:
         if choices is not None:

@@ -173,8 +173,8 @@ def render_explanation(desk: Trainer, width: int) -> Text:
 
 def render_status(desk: Trainer) -> Text:
     """What was just recorded, or went wrong."""
-    tone = desk.said.tone
-    return Text(f" {MARKS[tone]} {desk.said.text}", TONES[tone])
+    tone = desk.status.tone
+    return Text(f" {MARKS[tone]} {desk.status.text}", TONES[tone])
 
 
 def render_commands(desk: Trainer, width: int) -> Text:

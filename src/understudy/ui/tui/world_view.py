@@ -71,7 +71,7 @@ def render_world(
         canvas.text(*_beside_robots(view, thing, near or 0.0), *_sign(view, thing))
     if few:
         _arrows(canvas, view, robot)
-    return canvas.rendered()
+    return canvas.render()
 
 
 def describe_followed_robot(view: WorldView, columns: int, robot: int = 0) -> str:

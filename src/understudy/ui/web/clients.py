@@ -39,7 +39,7 @@ class Client:
         self._desk: bytes | None = None
         self._frame: bytes | None = None
 
-    def may_speak(self) -> bool:
+    def count_message(self) -> bool:
         """Count a message; whether the page keeps to the rate."""
         now = self._wall()
         passed, self.spoke_s = now - self.spoke_s, now
@@ -52,7 +52,7 @@ class Client:
             self.close()
         return False
 
-    def tell(self, text: bytes) -> None:
+    def send_reply(self, text: bytes) -> None:
         """An answer, which must arrive."""
         self._texts.append(text)
         if len(self._texts) > MOST_WAITING:
@@ -104,7 +104,7 @@ class Clients:
     def __iter__(self) -> Iterator[Client]:
         return iter(tuple(self._here))
 
-    def arrive(self, key: str | None) -> Client:
+    def connect(self, key: str | None) -> Client:
         """A page connects. It directs where nobody does, or where the one that directs is itself, cut off."""
         former = self.director
         returned = former is not None and key == former.key
@@ -120,7 +120,7 @@ class Clients:
             former.close()
         return viewer
 
-    def leave(self, viewer: Client) -> bool:
+    def disconnect(self, viewer: Client) -> bool:
         """A page is gone; whether it was the one that directed."""
         self._here.pop(viewer, None)
         directed = viewer is self.director
@@ -128,7 +128,7 @@ class Clients:
             self.director = None
         return directed
 
-    def take(self, viewer: Client) -> None:
+    def take_control(self, viewer: Client) -> None:
         """Become director."""
         if self.director is not None and self.director is not viewer:
             silent_s = self._wall() - self.director.spoke_s
@@ -139,7 +139,7 @@ class Clients:
                 )
         self.director = viewer
 
-    def hand_over(self, viewer: Client) -> None:
+    def hand_over_control(self, viewer: Client) -> None:
         """No longer direct."""
         self.refuse_others(viewer)
         self.director = None

@@ -185,7 +185,7 @@ def _error(status: int, problem: str) -> Response:
 
 def import_automata(stage: SessionHost, given: Library, taken: str) -> str:
     """Save automata into the library, all or none; what came of it in a sentence."""
-    stage.look()
+    stage.refresh_library()
     here = stage.shelf
     different = [name for name, taught in given.taught.items() if _taken(here, taught)]
     if different and taken == "refuse":
@@ -200,11 +200,11 @@ def import_automata(stage: SessionHost, given: Library, taken: str) -> str:
     new = [name for name in wanted if name not in here.library.taught]
     for name in wanted:
         save_automaton(here.folder, given.taught[name])
-    stage.look()
+    stage.refresh_library()
     replaced = [name for name in different if name in wanted]
     said = f"Imported {', '.join(new)}" if new else "Nothing new was in it"
     said += f"; replaced {', '.join(replaced)}, former versions are kept" if replaced else ""
-    stage.said = StatusMessage(said, "recorded")
+    stage.status = StatusMessage(said, "recorded")
     return said
 
 

@@ -48,7 +48,7 @@ class RewindBuffer:
         self._examples: Sequence[Example] | None = None
         self._shown: dict[tuple[int, int | None], float | None] = {}  # when; None: not in this run
 
-    def see(self, session: Session) -> None:
+    def append(self, session: Session) -> None:
         """A tick passed. Where time went back before, what came after is forgotten."""
         now = session.body.time_s
         while self._frames and self._frames[-1].time_s >= now:
@@ -70,22 +70,22 @@ class RewindBuffer:
         shown = self._shown
         self._shown = {each: shown.get(each, now) for each in map(_which, examples)}
 
-    def at(self, time_s: float) -> RewindPoint:
+    def find_before_time(self, time_s: float) -> RewindPoint:
         """The last moment kept before a time, or the first there is; SessionError where there is none."""
         if not self._frames:
             raise SessionError("nothing of this run is kept yet: let it go on for a moment")
         times = [frame.time_s for frame in self._frames]
         return self._frames[max(0, bisect_right(times, time_s + 1e-9) - 1)]
 
-    def of(self, number: int) -> RewindPoint | None:
+    def find_before_example(self, number: int) -> RewindPoint | None:
         """The moment before an example was shown; None where it is not kept, or was in another run."""
         shown = next((time for (each, _), time in self._shown.items() if each == number), None)
         if shown is None:
             return None
-        frame = self.at(shown - EVERY_S)
+        frame = self.find_before_time(shown - EVERY_S)
         return frame if frame.time_s <= shown else None
 
-    def forget(self, examples: Sequence[Example]) -> None:
+    def clear(self, examples: Sequence[Example]) -> None:
         """Another run begins; these examples were shown before it."""
         self._frames.clear()
         self._size = 0
@@ -149,7 +149,7 @@ class UncertainMoments:
         self._for: tuple[Sequence[Example], tuple[UncertainMoment, ...]] = (), ()
         self._number, self._run, self._now = 0, 0, 0.0
 
-    def see(self, marked: Sequence[Question], run: int, now: float) -> None:
+    def update(self, marked: Sequence[Question], run: int, now: float) -> None:
         """A tick passed. Where time went back before, what came after is in no run any more."""
         if run == self._run and now < self._now:
             self._marks = tuple(
@@ -176,7 +176,7 @@ class UncertainMoments:
             self._open = tuple(mark for mark in marks if asking.still(mark.question))
         return self._open
 
-    def of(self, number: int) -> UncertainMoment:
+    def find(self, number: int) -> UncertainMoment:
         """The mark of a number; SessionError where there is none."""
         for mark in self._marks:
             if mark.number == number:

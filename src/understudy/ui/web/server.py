@@ -106,13 +106,13 @@ class StudioServer:
 
     async def serve(self, websocket: WebSocket) -> None:
         """Hear a page and show it everything, until it is gone."""
-        viewer = self.arrive(websocket.query_params.get("key"))
+        viewer = self.connect(websocket.query_params.get("key"))
         sending = asyncio.create_task(_send(viewer, websocket))
         hearing = asyncio.create_task(self._hear_all(viewer, websocket))
         try:
             await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self.leave(viewer)
+            self.disconnect(viewer)
             for task in (sending, hearing):
                 task.cancel()
                 with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
@@ -127,37 +127,37 @@ class StudioServer:
             if received["type"] == "websocket.disconnect":
                 return
             text = received.get("text")
-            self.hear(viewer, text if text is not None else received.get("bytes") or b"")
+            self.handle_text(viewer, text if text is not None else received.get("bytes") or b"")
             await asyncio.sleep(0)  # a page that sends without pause keeps nobody else waiting
 
-    def arrive(self, key: str | None) -> Client:
+    def connect(self, key: str | None) -> Client:
         """A page connects, and is shown everything."""
         former = self.viewers.director
-        viewer = self.viewers.arrive(key)
+        viewer = self.viewers.connect(key)
         if former is not None and viewer is self.viewers.director:
             self.stage.robots.stop_supervising(LEFT_ROBOTS)  # it comes again since its connection was lost
         scene, library = self._see_rebuilt()
         directs = viewer is self.viewers.director
         hello = HelloData(version=_version(), key=viewer.key, directs=directs, scene=scene)
-        viewer.tell(_encode(hello))
+        viewer.send_reply(_encode(hello))
         shown = self._show_desk(library)
         viewer.show(desk=_encode(_to(shown, directs=directs)), frame=self.stage.frame())
         return viewer
 
-    def leave(self, viewer: Client) -> None:
+    def disconnect(self, viewer: Client) -> None:
         """A page is gone; without a director the robot stands still."""
         viewer.close()
-        if self.viewers.leave(viewer):
+        if self.viewers.disconnect(viewer):
             self.stage.robots.stop_supervising(LEFT_ROBOTS)
             self.stage.pause(True, LEFT)
         self.show()
 
-    def hear(self, viewer: Client, text: str | bytes) -> None:
+    def handle_text(self, viewer: Client, text: str | bytes) -> None:
         """A page said something: it is done, and answered."""
         began = perf_counter()
         number: int | None = None
         try:
-            if not viewer.may_speak() and not _stops(text):
+            if not viewer.count_message() and not _stops(text):
                 number = m.find_message_number(text)
                 raise SessionError(f"too many messages: at most {PER_SECOND} a second are heard")
             if isinstance(text, bytes):
@@ -174,7 +174,7 @@ class StudioServer:
             answer = AnswerData(re=number, ok=True, ms=ms)
         except Exception as error:
             answer, reply = AnswerData(re=number, error=describe_error(error)), None
-        viewer.tell(_encode({**msgspec.to_builtins(answer), **msgspec.to_builtins(reply or {})}))
+        viewer.send_reply(_encode({**msgspec.to_builtins(answer), **msgspec.to_builtins(reply or {})}))
         self.show()
 
     def _do(self, viewer: Client, message: Message) -> Data | None:
@@ -183,10 +183,10 @@ class StudioServer:
         UnderstudyError where it cannot be done, and nothing is changed.
         """
         if isinstance(message, m.TakeControl):
-            self.viewers.take(viewer)
+            self.viewers.take_control(viewer)
             return None
         if isinstance(message, m.ReleaseControl):
-            self.viewers.hand_over(viewer)
+            self.viewers.hand_over_control(viewer)
             self.stage.robots.stop_supervising(LEFT_ROBOTS)
             self.stage.pause(True, LEFT)
             return None
@@ -194,7 +194,7 @@ class StudioServer:
             self.viewers.refuse_others(viewer)
         came = dispatch.ACTIONS[type(message)](self.stage, message)
         if isinstance(came, StatusMessage):
-            self.stage.said = came
+            self.stage.status = came
             return None
         return came
 
@@ -205,14 +205,14 @@ class StudioServer:
         try:
             while True:
                 began = perf_counter()
-                self.beat()
+                self.run_due_ticks()
                 await asyncio.sleep(max(REST_S, FRAME_S - (perf_counter() - began)))
         finally:
             self.stage.close()
 
-    def beat(self) -> None:
+    def run_due_ticks(self) -> None:
         """Take the ticks that are due, and show what came of them."""
-        self.stage.beat()
+        self.stage.run_due_ticks()
         if len(self.viewers):
             self.show(desk=self._wall() >= self._due_s)
 
@@ -222,7 +222,7 @@ class StudioServer:
             self._show(desk=desk)
         except Exception as error:
             problem = describe_error(error)
-            if self.stage.said.text != problem:
+            if self.stage.status.text != problem:
                 self.stage.halt(problem)
 
     def _show(self, *, desk: bool) -> None:
@@ -254,8 +254,8 @@ class StudioServer:
         stage, director = self.stage, self.viewers.director
         shown = SessionNewsData(
             library=library,
-            desk=stage.picture(),
-            said=StatusData(text=stage.said.text, tone=stage.said.tone),
+            desk=stage.session_data(),
+            said=StatusData(text=stage.status.text, tone=stage.status.tone),
             viewers=len(self.viewers),
             paused=stage.paused,
             speed="fastest" if stage.speed == FASTEST else stage.speed,

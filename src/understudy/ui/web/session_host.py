@@ -73,7 +73,7 @@ class SessionHost:
         self.world: Ground = twin or World(scenario, [seed])
         self.wall, self.robots = wall, RobotArming(self.world, wall, place="the studio")
         self.ranks = TrainableGroups(self.world.scenario, folder, kit)
-        self.shelf = self.ranks.shelf_of(None)
+        self.shelf = self.ranks.read_library(None)
         self.kit = self.shelf.library.kit
         self.sort: str | None = None  # the sort of squads that is trained; None: the robots
         self.doing = ActivityNames()
@@ -87,7 +87,7 @@ class SessionHost:
         self.beside = ThreadPoolExecutor(1)  # for what takes longer than a tick may
         self.run = RunData(number=0, from_s=0.0)
         self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
-        self.look_for_cut_off()
+        self.refresh_interrupted()
         if self.cut_off:
             self._said = StatusMessage(
                 f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on"
@@ -101,26 +101,26 @@ class SessionHost:
         return None if self.opened is None else self.opened.desk
 
     @property
-    def trained(self) -> Trainer:
+    def active_trainer(self) -> Trainer:
         """The desk; SessionError where nothing is trained."""
         if self.opened is None:
             raise SessionError(NOTHING[0].lower() + NOTHING[1:])
         return self.opened.desk
 
     @property
-    def said(self) -> StatusMessage:
+    def status(self) -> StatusMessage:
         """The last status message."""
-        return self._said if self.desk is None else self.desk.said
+        return self._said if self.desk is None else self.desk.status
 
-    @said.setter
-    def said(self, said: StatusMessage) -> None:
+    @status.setter
+    def status(self, said: StatusMessage) -> None:
         if self.desk is None:
             self._said = said
         else:
-            self.desk.said = said
+            self.desk.status = said
 
     @property
-    def others(self) -> BehaviorCallData | None:
+    def other_behavior(self) -> BehaviorCallData | None:
         """What the robots run that are not trained; None: they idle."""
         doing = None if self.desk is None else self.desk.session.company.occupied
         if doing is None or doing.behavior is None:
@@ -154,12 +154,12 @@ class SessionHost:
         ]
         return self.shelf.data(left)
 
-    def picture(self) -> SessionData | None:
+    def session_data(self) -> SessionData | None:
         """What is trained, as a page shows it."""
         if self._picture is None:
             return None
-        asking = self.unsure.data(self.trained.coach)
-        return self._picture.take(others=self.others, doing=list(self.doing.names), asking=asking)
+        asking = self.unsure.data(self.active_trainer.coach)
+        return self._picture.build(others=self.other_behavior, doing=list(self.doing.names), asking=asking)
 
     def frame(self) -> bytes:
         """The moment, for drawing."""
@@ -201,13 +201,13 @@ class SessionHost:
 
     # Time
 
-    def beat(self) -> None:
+    def run_due_ticks(self) -> None:
         """Take the ticks that are due; what goes wrong is said, and time stands still."""
         desk = self.desk
         try:
             for _ in self._idling.ticks() if desk is None else desk.ticks():
                 self.moved += 1
-                self.saw()
+                self.note_tick()
             if self.robots.idle():
                 self.moved += 1
                 if desk is not None:
@@ -223,13 +223,13 @@ class SessionHost:
             self._said = StatusMessage("Paused")
         else:
             self.desk.step()
-            self.saw()
+            self.note_tick()
 
-    def saw(self) -> None:
+    def note_tick(self) -> None:
         """A tick passed."""
         if self.desk is not None:
             self._keep_moment()
-            self.unsure.see(self.desk.coach.asking.marked, self.run.number, self.world.time_s)
+            self.unsure.update(self.desk.coach.asking.marked, self.run.number, self.world.time_s)
 
     @keep_status
     def halt(self, problem: str) -> StatusMessage:
@@ -246,7 +246,7 @@ class SessionHost:
                 self._idling.pause(paused)
             else:
                 self.desk.pause()
-            self.said = StatusMessage(why or ("Paused" if paused else "Going on"))
+            self.status = StatusMessage(why or ("Paused" if paused else "Going on"))
 
     def set_speed(self, speed: float) -> None:
         """How many times as fast as in life the world goes."""
@@ -265,51 +265,51 @@ class SessionHost:
             said = StatusMessage(f"World {seed} from its beginning")
         else:
             said = self.desk.load_world(seed)
-        self.anew()
+        self.clear_rewind()
         return said
 
     def _begin_reel(self) -> None:
-        self.reel.forget(() if self.desk is None else self.desk.session.examples)
+        self.reel.clear(() if self.desk is None else self.desk.session.examples)
         self.run = RunData(number=self.run.number + 1, from_s=self.world.time_s)
         self._keep_moment()
 
     def _keep_moment(self) -> None:
         if self.desk is not None and isinstance(self.world, World):  # others cannot be gone back to
-            self.reel.see(self.desk.session)
+            self.reel.append(self.desk.session)
 
     def rewind(self, frame: RewindPoint) -> None:
         """Go back to a moment of the run, and stand still there; the lesson stays."""
-        switches = self.trained.why.list_switches_before(frame.time_s)
+        switches = self.active_trainer.why.list_switches_before(frame.time_s)
         self._back(frame.instant)
-        self.trained.why.restore_switches(switches)
+        self.active_trainer.why.restore_switches(switches)
 
     def go_back(self, instant: SessionSnapshot) -> None:
         """Go back to a moment of this session that may be of another run."""
         self._back(instant)
         self._begin_reel()
 
-    def anew(self) -> None:
+    def clear_rewind(self) -> None:
         """The robot and its world were put elsewhere: one can go back to here, and not beyond."""
         self._begin_reel()
-        self.changed()
+        self.note_world_change()
 
     @keep_status
     def _back(self, instant: SessionSnapshot) -> StatusMessage:
-        desk = self.trained
+        desk = self.active_trainer
         self.pause(True)
         desk.session.rewind(instant)
         desk.note_moved("back")
-        self.changed()
+        self.note_world_change()
         now = formatting.format_minutes(self.world.time_s)
         return StatusMessage(f"Back at {now}; the lesson stays, and going on begins here")
 
-    def changed(self) -> None:
+    def note_world_change(self) -> None:
         """The world was changed otherwise than by a tick."""
         self.moved += 1
         self.rebuilt += 1
 
     @keep_status
-    def put(self, change: Callable[[World], object], what: str) -> StatusMessage:
+    def edit_world(self, change: Callable[[World], object], what: str) -> StatusMessage:
         """Change the world by hand."""
         if isinstance(self.world, DigitalTwin):
             raise SessionError(f"real robots and things are not moved by hand here: {CARRY}")
@@ -322,7 +322,7 @@ class SessionHost:
 
     # Opening and closing
 
-    def take(self, opened: OpenSession, said: str) -> None:
+    def replace_session(self, opened: OpenSession, said: str) -> None:
         """Another desk takes the place of the present one, whose journal is not needed any more."""
         asked = QueryPolicy.NEVER if self.desk is None else self.desk.coach.asking.when
         self._leave()
@@ -333,19 +333,19 @@ class SessionHost:
         self.began_with = len(desk.session.examples)
         desk.set_speed(self._speed)
         desk.suspend(False)
-        desk.said = StatusMessage(said)
+        desk.status = StatusMessage(said)
         self._begin_reel()
-        self.look_for_cut_off()
-        self.changed()
+        self.refresh_interrupted()
+        self.note_world_change()
 
-    def turn_to(self, sort: str | None, agent: int) -> None:
+    def select_agents(self, sort: str | None, agent: int) -> None:
         """Let another sort of agents be trained: what they know, and one of them; the present desk is left."""
         self._leave()
         self.sort, self.agent = sort, agent
         self.doing = ActivityNames()
-        self.look()
-        self.look_for_cut_off()
-        self.changed()
+        self.refresh_library()
+        self.refresh_interrupted()
+        self.note_world_change()
 
     @property
     def body(self) -> Ground | CoordinatorBody:
@@ -369,9 +369,9 @@ class SessionHost:
         else:
             self._leave()
 
-    def look(self) -> None:
+    def refresh_library(self) -> None:
         """See what the library's folder holds now; what is new there can be used in the lesson at once."""
-        self.shelf = self.ranks.shelf_of(self.sort, self.agent)
+        self.shelf = self.ranks.read_library(self.sort, self.agent)
         self.kit = self.shelf.library.kit
         if self.desk is not None:
             session = self.desk.session
@@ -381,7 +381,7 @@ class SessionHost:
                         session.library = session.library.with_taught(taught)
         self.rebuilt += 1
 
-    def look_for_cut_off(self) -> None:
+    def refresh_interrupted(self) -> None:
         """See which sessions were cut off; their journals are read, which may take a moment."""
         world = self.world.scenario.name
         found = journal_store.list_interrupted_sessions(self.shelf.folder, world, self.shelf.library)

@@ -67,7 +67,7 @@ def handle_pick_color(stage: SessionHost, message: PickColor) -> ColorReply:
     color = eye.learn(message.name, message.image, [(x, y) for x, y in message.points])
     if robot.path.is_file():
         write_color(robot.path, message.name, color)
-    stage.said = StatusMessage(
+    stage.status = StatusMessage(
         f"{message.name} is looked for by this color, in {robot.path.name} too", "recorded"
     )
     return ColorReply(color=ColorData(**structs.asdict(color)))

@@ -67,7 +67,7 @@ class SituationReply(Data, frozen=True, kw_only=True):
 
 def handle_advise(stage: SessionHost, _: m.RequestAdvice) -> AdviceReply:
     """Say what the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
-    desk = stage.trained
+    desk = stage.active_trainer
     said = desk.coach.compute_report(stage.beside, patience_s=PATIENCE_S)
     if said is None:
         return AdviceReply(later=True)
@@ -105,7 +105,7 @@ def _late(said: AdviceReport) -> LateData | None:
 
 def handle_set_up_situation(stage: SessionHost, message: m.SetUpSituation) -> SituationReply:
     """Put the robot where the advice of a sentence is about, and let time stand still there."""
-    desk = stage.trained
+    desk = stage.active_trainer
     said = desk.coach.said
     given = () if said is None or said.lesson.automaton is not desk.session.automaton else said.advice
     wanted = next((each for each in given if each.sentence == message.sentence), None)
@@ -113,14 +113,14 @@ def handle_set_up_situation(stage: SessionHost, message: m.SetUpSituation) -> Si
         raise SessionError("this advice is out of date: the lesson has changed since")
     staged = coach.set_up_advised_situation(desk, wanted)
     stage.pause(True)
-    desk.said = StatusMessage("The robot is set up; nothing recorded")
-    stage.anew()
+    desk.status = StatusMessage("The robot is set up; nothing recorded")
+    stage.clear_rewind()
     return SituationReply(sentence=staged.sentence, run=stage.run.number)
 
 
 def handle_set_query_policy(stage: SessionHost, message: m.SetQueryPolicy) -> None:
     """Choose what it does in testing where it is unsure."""
-    coach.change_query_policy(stage.trained, QueryPolicy(message.when))
+    coach.change_query_policy(stage.active_trainer, QueryPolicy(message.when))
 
 
 def handle_press(stage: SessionHost, message: PressState) -> None:
@@ -135,11 +135,11 @@ def handle_confirm(stage: SessionHost, _: Confirm) -> None:
 
 def _press(stage: SessionHost, state: str | None) -> None:
     """Direct to a state (None: keep doing this); where a question waits, that is the answer."""
-    desk = stage.trained
+    desk = stage.active_trainer
     stage.moved += 1
     if desk.coach.question is not None:
         coach.answer_question(desk, state)
-        stage.saw()
+        stage.note_tick()
     elif state is None:
         desk.confirm()
     else:
@@ -148,8 +148,8 @@ def _press(stage: SessionHost, state: str | None) -> None:
 
 def handle_go_to_uncertain(stage: SessionHost, message: m.GoToUncertain) -> None:
     """Go back to a marked moment, where the question waits for an answer."""
-    desk = stage.trained
-    mark = stage.unsure.of(message.number)
+    desk = stage.active_trainer
+    mark = stage.unsure.find(message.number)
     question = mark.question
     if question.instant is None:  # pragma: no cover - worlds can be rewound
         raise SessionError("this moment is not kept")
@@ -172,4 +172,4 @@ def handle_correct_slip(desk: Trainer, message: m.CorrectSlip) -> None:
 
 def handle_confirm_press(stage: SessionHost, message: m.ConfirmPress) -> None:
     """Say that a press was meant."""
-    coach.confirm_doubted_press(stage.trained, message.number)
+    coach.confirm_doubted_press(stage.active_trainer, message.number)

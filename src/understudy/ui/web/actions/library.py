@@ -40,21 +40,21 @@ def save_current_automaton(stage: SessionHost, message: SaveAutomaton) -> NotSav
     """Save what is trained; under another name, a copy of it. Where something that worked no longer does, that is
     answered instead, unless it is to be saved `anyway`.
     """
-    desk, name = stage.trained, message.name
+    desk, name = stage.active_trainer, message.name
     if name is None or name == desk.name:
-        stage.look()
+        stage.refresh_library()
         worse = () if message.anyway else lesson_test.find_unsaved_regressions(stage)
         if worse:
-            desk.said = StatusMessage(f"{desk.name} is not saved yet: something that worked no longer does")
+            desk.status = StatusMessage(f"{desk.name} is not saved yet: something that worked no longer does")
             return NotSavedReply(worse=list(worse))
         desk.save_unchecked(desk.session.make_trained_automaton())
         said = StatusMessage(f"{desk.name} is saved", "recorded")
     else:
-        stage.look()
+        stage.refresh_library()
         stage.shelf.refuse_new(name, remedy="give another name")
         library.save_copy(stage.shelf, desk.session.make_trained_automaton(), name)
         said = StatusMessage(f"A copy of {desk.name} is saved as {name}", "recorded")
-    stage.look()
+    stage.refresh_library()
     return said
 
 
@@ -65,30 +65,30 @@ def trash_behavior(stage: SessionHost, message: TrashBehavior) -> StatusMessage:
         raise SessionError(f"{name} is being trained: open another before it is removed")
     if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
         raise SessionError(f"{desk.name}, which is being trained, runs {name}: choose its states first")
-    stage.look()
+    stage.refresh_library()
     library.move_to_trash(stage.shelf, name)
-    stage.look()
+    stage.refresh_library()
     return StatusMessage(f"{name} is in the trash, from where it can be restored")
 
 
 def restore_behavior(stage: SessionHost, message: RestoreBehavior) -> StatusMessage:
     """Bring a trained behavior back from the trash."""
     name = message.name
-    stage.look()
+    stage.refresh_library()
     library.restore_from_trash(stage.shelf, name)
-    stage.look()
+    stage.refresh_library()
     return StatusMessage(f"{name} is back in the library")
 
 
 def discard_session(stage: SessionHost, message: DiscardSession) -> StatusMessage:
     """Throw away a lesson that was cut off; its journal stays among those that ended."""
     name = message.name
-    stage.look_for_cut_off()
+    stage.refresh_interrupted()
     if name not in stage.cut_off:
         where, known = "the lessons that were cut off", list(stage.cut_off)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
     stage.discarded[name] = journal_store.finish_journal(stage.cut_off[name].path, stage.shelf.folder, name)
-    stage.look_for_cut_off()
+    stage.refresh_interrupted()
     return StatusMessage(f"The lesson of {name} that was cut off is thrown away")
 
 
@@ -100,7 +100,7 @@ def recall_session(stage: SessionHost, message: RecallSession) -> StatusMessage:
         raise UnknownName(what="automaton", name=name, where=where, known=known)
     journal_store.reopen_journal(stage.discarded[name])
     del stage.discarded[name]
-    stage.look_for_cut_off()
+    stage.refresh_interrupted()
     return StatusMessage(f"The lesson of {name} that was cut off can go on again")
 
 
@@ -153,7 +153,7 @@ class ChangesReply(Data, frozen=True, kw_only=True):
 
 def handle_list_versions(stage: SessionHost, message: ListVersions) -> VersionsReply:
     """List the former versions, the latest first, and when each was saved."""
-    stage.shelf.of(message.name)
+    stage.shelf.find_automaton(message.name)
     found = reversed(list_versions(stage.shelf.folder, message.name))
     return VersionsReply(
         versions=[
@@ -169,7 +169,7 @@ def handle_diff_versions(stage: SessionHost, message: DiffVersions) -> ChangesRe
     """
     name, to = message.name, message.to
     before = _version(stage, name, message.version)
-    after = stage.shelf.of(name) if to is None else _version(stage, name, to)
+    after = stage.shelf.find_automaton(name) if to is None else _version(stage, name, to)
     found, switches = diff_automata(before, after), attribute_condition_changes(before, after)
     if switches:
         found.pop("conditions", None)  # they say which, and why
@@ -196,8 +196,8 @@ def revert_version(stage: SessionHost, message: RevertVersion) -> StatusMessage 
     """Make a former version the present one; the present one becomes a former version."""
     name, number = message.name, message.version
     here = session.is_saved_in_training(stage, name)
-    stage.look()
-    stage.shelf.of(name)
+    stage.refresh_library()
+    stage.shelf.find_automaton(name)
     taught = library.make_renamed_copy(
         stage.shelf, _version(stage, name, number), name
     )  # it may have had another name
@@ -215,8 +215,8 @@ def rename_behavior(stage: SessionHost, message: RenameBehavior) -> StatusMessag
     name, to = message.name, message.to
     here = session.is_saved_in_training(stage, name)
     desk = stage.desk
-    stage.look()
-    taught = stage.shelf.of(name)
+    stage.refresh_library()
+    taught = stage.shelf.find_automaton(name)
     users = [*stage.shelf.library.users(name)]
     if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
         users.append(desk.name)
@@ -235,9 +235,9 @@ def rename_behavior(stage: SessionHost, message: RenameBehavior) -> StatusMessag
 def duplicate_behavior(stage: SessionHost, message: DuplicateBehavior) -> StatusMessage:
     """Copy a trained behavior as the library has it."""
     name, to = message.name, message.to
-    stage.look()
-    taught = stage.shelf.of(name)
+    stage.refresh_library()
+    taught = stage.shelf.find_automaton(name)
     stage.shelf.refuse_new(to, remedy="give another name")
     library.save_copy(stage.shelf, taught, to)
-    stage.look()
+    stage.refresh_library()
     return StatusMessage(f"{to} is a copy of {name}", "recorded")

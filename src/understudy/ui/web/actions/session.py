@@ -30,8 +30,8 @@ from understudy.ui.web.session_host import SessionHost
 def begin_automaton(stage: SessionHost, name: str, choices: LessonChoices, *, discard: bool) -> None:
     """Begin a new automaton."""
     _refuse_unsaved(stage, discard=discard)
-    stage.look()
-    stage.look_for_cut_off()
+    stage.refresh_library()
+    stage.refresh_interrupted()
     stage.shelf.refuse_new(name, remedy="open it to go on, or give another name")
     left = stage.cut_off.get(name)
     if left is not None and not discard:
@@ -46,14 +46,14 @@ def begin_automaton(stage: SessionHost, name: str, choices: LessonChoices, *, di
     opened = begin_session(plan, start, stage.wall, body=stage.body, agent=stage.agent)
     if left is not None:
         journal_store.finish_journal(left.path, plan.folder, name)
-    stage.take(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
+    stage.replace_session(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
 
 
 def open_automaton(stage: SessionHost, name: str, *, discard: bool) -> None:
     """Train an automaton of the library on, or go on with a session that was cut off."""
     _refuse_unsaved(stage, discard=discard)
-    stage.look()
-    stage.look_for_cut_off()
+    stage.refresh_library()
+    stage.refresh_interrupted()
     left = stage.cut_off.get(name)
     if left is not None:
         _go_on_with_cut_off(stage, name, left)
@@ -67,7 +67,9 @@ def open_automaton(stage: SessionHost, name: str, *, discard: bool) -> None:
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
     opened = begin_session(plan, start, stage.wall, body=stage.body, agent=stage.agent)
-    stage.take(opened, f"{name} is open again: let it try, and press what is right where it does wrong")
+    stage.replace_session(
+        opened, f"{name} is open again: let it try, and press what is right where it does wrong"
+    )
 
 
 def _go_on_with_cut_off(stage: SessionHost, name: str, left: journal_store.InterruptedSession) -> None:
@@ -79,7 +81,7 @@ def _go_on_with_cut_off(stage: SessionHost, name: str, left: journal_store.Inter
             stage.world.restore(before)
         raise
     plural = "s" * (left.examples != 1)
-    stage.take(
+    stage.replace_session(
         opened,
         f"The session of {name} that was cut off goes on where it was, paused: {left.examples} example{plural}, "
         f"the last step was “{left.steps}”",
@@ -90,13 +92,13 @@ def select_squad_sort(stage: SessionHost, sort: str | None, agent: int, *, disca
     """Train coordinators of a sort of squads, or robots (None); what is not saved has to be, or to be discarded."""
     _refuse_beyond(stage, sort, agent)
     _refuse_unsaved(stage, discard=discard)
-    stage.turn_to(sort, agent)
+    stage.select_agents(sort, agent)
 
 
 def has_other_library(stage: SessionHost, agent: int) -> bool:
     """Whether this robot has another library than the one that is trained: it is of a type that differs."""
     there = stage.sort is None and agent < stage.ranks.agents(None)
-    return there and not stage.ranks.together(stage.agent, agent)
+    return there and not stage.ranks.have_same_library(stage.agent, agent)
 
 
 def _refuse_beyond(stage: SessionHost, sort: str | None, agent: int) -> None:
@@ -116,7 +118,7 @@ def select_agent(stage: SessionHost, agent: int) -> None:
             who = (
                 f"Robot {agent + 1}" if stage.sort is None else f"The coordinator of {stage.sort} {agent + 1}"
             )
-            stage.said = StatusMessage(f"{who} is the one that will be trained")
+            stage.status = StatusMessage(f"{who} is the one that will be trained")
             stage.moved += 1
         return
     session = desk.session
@@ -127,7 +129,7 @@ def select_agent(stage: SessionHost, agent: int) -> None:
         )
     start = SessionStart(session.lesson, dict(desk.screen.targets))
     opened = begin_session(_plan(stage, desk.name), start, stage.wall, body=stage.body, agent=agent)
-    stage.take(opened, f"{desk.name} is trained with robot {agent + 1} now")
+    stage.replace_session(opened, f"{desk.name} is trained with robot {agent + 1} now")
 
 
 def is_saved_in_training(stage: SessionHost, name: str) -> bool:
@@ -142,7 +144,7 @@ def is_saved_in_training(stage: SessionHost, name: str) -> bool:
 
 def reload_automaton(stage: SessionHost, name: str, said: str, *, here: bool) -> StatusMessage | None:
     """An automaton was changed in the library; the one in training (`here`) goes on as it is there now, and says so."""
-    stage.look()
+    stage.refresh_library()
     if not here:
         return StatusMessage(said, "recorded")
     _reopen(stage, name, said)
@@ -151,8 +153,8 @@ def reload_automaton(stage: SessionHost, name: str, said: str, *, here: bool) ->
 
 def _reopen(stage: SessionHost, name: str, said: str) -> None:
     """Go on with what is trained as the library has it, perhaps under another name."""
-    desk, paused = stage.trained, stage.paused
-    lesson = stage.shelf.of(name).lesson
+    desk, paused = stage.active_trainer, stage.paused
+    lesson = stage.shelf.find_automaton(name).lesson
     targets = dict(desk.screen.targets)
     choices = LessonChoices(
         targets=targets if lesson and set(lesson.automaton.parameters) == set(targets) else {}
@@ -160,7 +162,7 @@ def _reopen(stage: SessionHost, name: str, said: str) -> None:
     start = make_session_start(plan := _plan(stage, name, choices))
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
-    stage.take(begin_session(plan, start, stage.wall, body=stage.body, agent=desk.robot), said)
+    stage.replace_session(begin_session(plan, start, stage.wall, body=stage.body, agent=desk.robot), said)
     stage.pause(paused, said)
 
 
@@ -179,7 +181,7 @@ def _refuse_unsaved(stage: SessionHost, *, discard: bool) -> None:
 
 def set_other_agents(stage: SessionHost, message: SetOtherAgents) -> StatusMessage:
     """Let the others idle (None), or run a behavior of the library, its parameters standing for targets."""
-    desk, library = stage.trained, stage.shelf.library
+    desk, library = stage.active_trainer, stage.shelf.library
     behavior, targets = message.behavior, message.targets
     if stage.world.robots < 2:
         problem, remedy = "cannot be told: there is one robot", "open a world with more"
@@ -192,7 +194,7 @@ def set_other_agents(stage: SessionHost, message: SetOtherAgents) -> StatusMessa
     for target in targets.values():
         if target not in known:
             raise UnknownName(what="target", name=target, where="the world", known=known)
-    before = stage.others
+    before = stage.other_behavior
     try:
         desk.session.set_other_agents(behavior, targets, library=library)
     except UnderstudyError:
@@ -206,10 +208,10 @@ def set_other_agents(stage: SessionHost, message: SetOtherAgents) -> StatusMessa
 
 def go_to_example(stage: SessionHost, number: int) -> None:
     """Go back to just before an example was shown; SessionError where that moment is not kept."""
-    desk = stage.trained
+    desk = stage.active_trainer
     if all(example.number != number for example in desk.session.examples):
         raise SessionError(f"{desk.name} has no example {number}")
-    frame = stage.reel.of(number)
+    frame = stage.reel.find_before_example(number)
     if frame is not None:
         stage.rewind(frame)
         return
@@ -266,7 +268,7 @@ def handle_rewind(stage: SessionHost, message: m.Rewind) -> None:
     if message.example is not None:
         go_to_example(stage, message.example)
     elif message.time_s is not None:
-        stage.rewind(stage.reel.at(message.time_s))
+        stage.rewind(stage.reel.find_before_time(message.time_s))
 
 
 def handle_open(stage: SessionHost, message: m.OpenAutomaton) -> None:
@@ -343,7 +345,7 @@ def handle_change_design(desk: Trainer, message: m.ChangeDesign) -> None:
 
 def handle_edit_example(stage: SessionHost, message: m.EditExample) -> None:
     """Let an example say something else."""
-    features = {str(bound): bound for bound in stage.trained.features}
+    features = {str(bound): bound for bound in stage.active_trainer.features}
     for label in message.values:
         if label not in features:
             raise UnknownName(what="feature", name=label, where="the lesson", known=list(features))
@@ -351,7 +353,7 @@ def handle_edit_example(stage: SessionHost, message: m.EditExample) -> None:
         label: formatting.parse_displayed_value(features[label], text)
         for label, text in message.values.items()
     }
-    stage.trained.edit(message.number, state=message.state, next=message.next, values=values)
+    stage.active_trainer.edit(message.number, state=message.state, next=message.next, values=values)
 
 
 def handle_delete_example(desk: Trainer, message: m.DeleteExample) -> None:

@@ -20,12 +20,14 @@ def handle_move_robot(stage: SessionHost, message: m.MoveRobot) -> None:
     if heading is None:
         heading = float(stage.world.state.robots["heading"][message.agent])
     place = (message.agent, message.x, message.y, heading)
-    stage.put(lambda world: world.place(*place), f"Robot {message.agent + 1} was put elsewhere")
+    stage.edit_world(lambda world: world.place(*place), f"Robot {message.agent + 1} was put elsewhere")
 
 
 def handle_move_object(stage: SessionHost, message: m.MoveObject) -> None:
     """Move an object."""
-    stage.put(lambda world: world.move_object(message.slot, message.x, message.y), "An object was moved")
+    stage.edit_world(
+        lambda world: world.move_object(message.slot, message.x, message.y), "An object was moved"
+    )
 
 
 def handle_add_object(stage: SessionHost, message: m.AddObject) -> None:
@@ -33,32 +35,34 @@ def handle_add_object(stage: SessionHost, message: m.AddObject) -> None:
     kind = message.kind
     classes, rules = stage.world.names.classes, stage.world.rules.classes
     amount = FOOD if kind in classes and rules["food"][classes.index(kind)] else 0
-    stage.put(lambda world: world.add_object(kind, message.x, message.y, amount=amount), f"{kind} was added")
+    stage.edit_world(
+        lambda world: world.add_object(kind, message.x, message.y, amount=amount), f"{kind} was added"
+    )
 
 
 def handle_remove_object(stage: SessionHost, message: m.RemoveObject) -> None:
     """Remove an object."""
-    stage.put(lambda world: world.remove_object(message.slot), "An object was removed")
+    stage.edit_world(lambda world: world.remove_object(message.slot), "An object was removed")
 
 
 def handle_add_obstacle(stage: SessionHost, message: m.AddObstacle) -> None:
     """Add a round obstacle."""
     place = (message.x, message.y, message.radius)
-    stage.put(lambda world: world.add_obstacle(*place), "An obstacle was added")
-    stage.changed()
+    stage.edit_world(lambda world: world.add_obstacle(*place), "An obstacle was added")
+    stage.note_world_change()
 
 
 def handle_move_obstacle(stage: SessionHost, message: m.MoveObstacle) -> None:
     """Put a round obstacle elsewhere."""
     place = (message.index, message.x, message.y)
-    stage.put(lambda world: world.move_obstacle(*place), "An obstacle was moved")
-    stage.changed()
+    stage.edit_world(lambda world: world.move_obstacle(*place), "An obstacle was moved")
+    stage.note_world_change()
 
 
 def handle_remove_obstacle(stage: SessionHost, message: m.RemoveObstacle) -> None:
     """Remove a round obstacle."""
-    stage.put(lambda world: world.remove_obstacle(message.index), "An obstacle was removed")
-    stage.changed()
+    stage.edit_world(lambda world: world.remove_obstacle(message.index), "An obstacle was removed")
+    stage.note_world_change()
 
 
 def handle_arm(stage: SessionHost, _: m.Arm) -> StatusMessage:

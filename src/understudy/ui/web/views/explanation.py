@@ -69,7 +69,7 @@ class ReasonsReply(Data, frozen=True, kw_only=True):
 
 def handle_explain(stage: SessionHost, _: RequestExplanation) -> ReasonsReply:
     """Explain what every level decides now, what held and who showed it; and the last switch of any of them."""
-    desk = stage.trained
+    desk = stage.active_trainer
     levels = desk.why.explain_levels()
     return ReasonsReply(
         levels=[_level(desk, level, first=level is levels[0]) for level in levels], last=_last(desk)

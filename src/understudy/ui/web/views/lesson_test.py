@@ -59,7 +59,7 @@ def handle_test_lesson(stage: SessionHost, message: TestLesson) -> LessonTestRep
     name, library = message.name, _present(stage)
     library.automaton(name)
     formers = {each: _former(stage, each) for each in list_dependencies(library, name)}
-    known = stage.ranks.known(stage.sort, stage.agent, library)
+    known = stage.ranks.collect_libraries(stage.sort, stage.agent, library)
     seen = run_lesson_test(
         library, name, {each: taught for each, (_, taught) in formers.items() if taught}, known
     )
@@ -103,14 +103,14 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
 
 def find_unsaved_regressions(stage: SessionHost) -> tuple[str, ...]:
     """What worked with what is saved and no longer does with what is trained, also in what is above it."""
-    library, taught = stage.shelf.library, stage.trained.session.make_trained_automaton()
-    known = stage.ranks.known(stage.sort, stage.agent, library)
+    library, taught = stage.shelf.library, stage.active_trainer.session.make_trained_automaton()
+    known = stage.ranks.collect_libraries(stage.sort, stage.agent, library)
     return find_regressions_since_saved(stage.shelf.folder, library, taught, known)
 
 
 def go_to_expectation(stage: SessionHost, message: GoToExpectation) -> StatusMessage:
     """Go to where an outcome was promised, the automaton afresh; nothing is recorded."""
-    desk = stage.trained
+    desk = stage.active_trainer
     outcome = lesson_actions.find_expectation(desk, message.outcome)
     if outcome.scenario != format_scenario(stage.world.scenario) or outcome.sort != (stage.sort or ""):
         raise SessionError(f"that was promised in another world, as {outcome.world} was then")
@@ -188,7 +188,7 @@ class SimplifyReply(Data, frozen=True, kw_only=True):
 
 def handle_preview_simplify(stage: SessionHost, message: PreviewSimplify) -> SimplifyReply:
     """Show conditions before and after, and the decisions that would change; nothing is changed yet."""
-    found = preview_pruning(stage.trained, message.pruning)
+    found = preview_pruning(stage.active_trainer, message.pruning)
     before, after = found.leaves
     changed = sum(each.moments for each in found.replayed.changes)
     return SimplifyReply(

@@ -94,7 +94,7 @@ class LibraryView:
             if normalize_name(other) == normalize_name(name):
                 raise SessionError(f"the library has {other} already: {remedy}")
 
-    def of(self, name: str) -> TrainedAutomaton:
+    def find_automaton(self, name: str) -> TrainedAutomaton:
         """The automaton of this name as it is in the library."""
         if name in self.problems:
             raise SessionError(self.problems[name])

@@ -55,7 +55,7 @@ class NestedAutomata:
     def __init__(self) -> None:
         self._known: dict[str, tuple[Automaton, NestedAutomatonData]] = {}
 
-    def below(self, automaton: Automaton, library: Library) -> dict[str, NestedAutomatonData]:
+    def describe_nested(self, automaton: Automaton, library: Library) -> dict[str, NestedAutomatonData]:
         """By name, what a page draws of them."""
         found: dict[str, NestedAutomatonData] = {}
         left = [automaton]
@@ -225,7 +225,7 @@ class SessionViewBuilder:
         self._lesson: LessonData | None = None
         self._nested = NestedAutomata()
 
-    def take(self, *, others: BehaviorCallData | None, doing: list[str], asking: AskingData) -> SessionData:
+    def build(self, *, others: BehaviorCallData | None, doing: list[str], asking: AskingData) -> SessionData:
         """The session as it is now."""
         desk, screen = self._desk, self._desk.screen
         return SessionData(
@@ -264,7 +264,7 @@ class SessionViewBuilder:
                 ],
                 examples=_examples(lesson),
                 edges=list(_edges(lesson, learned)),
-                nested=self._nested.below(automaton, self._desk.session.library),
+                nested=self._nested.describe_nested(automaton, self._desk.session.library),
                 watched=options.watched,
                 reaction_s=options.reaction_s,
                 unlearning=options.unlearning,

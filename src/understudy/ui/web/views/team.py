@@ -50,12 +50,12 @@ class TrainableGroups:
         """The type of a robot."""
         return self.tree.types[self.tree.type_of[agent]]
 
-    def together(self, one: int, other: int) -> bool:
+    def have_same_library(self, one: int, other: int) -> bool:
         """Whether two robots know the same."""
         places = find_type_folders(self._scenario, self._folder, self._kit)
         return places[self.type_of(one)][0] == places[self.type_of(other)][0]
 
-    def shelf_of(self, sort: str | None, agent: int = 0) -> shelf.LibraryView:
+    def read_library(self, sort: str | None, agent: int = 0) -> shelf.LibraryView:
         """The library of a robot (None), or of a sort of squads; UnknownName where there is no such sort."""
         if sort is None:
             where, kit = find_type_folders(self._scenario, self._folder, self._kit)[self.type_of(agent)]
@@ -74,7 +74,7 @@ class TrainableGroups:
         )  # fmt: skip
         return CoordinatorBody(team, sort)
 
-    def known(self, sort: str | None, agent: int, library: Library) -> Libraries:
+    def collect_libraries(self, sort: str | None, agent: int, library: Library) -> Libraries:
         """What everybody knows, by sort of agents, with `library` as that of a robot (None) or of a sort of squads."""
         if sort is not None:
             return {**self._known(), sort: library}
