@@ -63,7 +63,7 @@ def _run(name: str) -> bytes:
     """A built-in scenario in which all robots do the same simple program."""
     with EVERYTHING:
         world = World(load_scenario(name), SEEDS)
-    engine = Engine.of(world, each_in_turn(world))
+    engine = Engine.from_program(world, each_in_turn(world))
     engine.run(TICKS)
     return _state(world)
 

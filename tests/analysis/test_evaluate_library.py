@@ -48,7 +48,7 @@ def test_as_interpreters_would(scenario: Scenario) -> None:
     program, limits = link(library, "forage"), np.array([20.0, 300.0, 95.05, 0.0])
     fused = measure_program_outcomes(World(scenario, range(4)), program, limit_s=limits)
     world = World(scenario, range(4))
-    run = Run.of(world, program)
+    run = Run.from_program(world, program)
     ticked = measure_outcomes(world, run.decide, run.keys, limit_s=limits)
     assert np.array_equal(fused.seconds, ticked.seconds, equal_nan=True)
     assert fused.delivered.tolist() == ticked.delivered.tolist()
@@ -57,12 +57,12 @@ def test_as_interpreters_would(scenario: Scenario) -> None:
 def test_worlds_that_ended_at_different_times_have_no_one_time() -> None:
     program, world = link(LIBRARY, "forage"), World(FORAGE, range(2))
     measure_program_outcomes(world, program, limit_s=300.0)
-    for attempt in (lambda: Engine.of(world, program), lambda: world.time_s):
+    for attempt in (lambda: Engine.from_program(world, program), lambda: world.time_s):
         with pytest.raises(SettingError, match=r"time_s differs between its worlds.*reset"):
             attempt()
     assert world.view(0).time_s != world.view(1).time_s
     world.reset([0, 1])
-    Engine.of(world, program).tick()
+    Engine.from_program(world, program).tick()
     assert world.time_s == world.tick_s
 
 

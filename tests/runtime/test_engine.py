@@ -143,7 +143,7 @@ TICKS: list[tuple[tuple[str, ...], str]] = [
 
 
 def test_ticks_by_hand() -> None:
-    engine = Engine.of(Scripted(), linked(APPROACH, OUTER))
+    engine = Engine.from_program(Scripted(), linked(APPROACH, OUTER))
     for path, basic in TICKS:
         engine.tick()
         assert engine.path(0) == path

@@ -222,10 +222,10 @@ def test_a_fused_body_ticks_where_python_is_needed(part: Automaton) -> None:
     computed = Behavior("computed", function=lambda robot: {"drive": robot.load})
     program = link(Library.of(kit + Kit.of(computed), part), "go")
     body = Hurried(2)
-    Engine.of(body, program).run(3)
+    Engine.from_program(body, program).run(3)
     assert body.tick == 3
     with pytest.raises(NotImplementedError):
-        Engine.of(body, linked(go(FAR))).run(3)
+        Engine.from_program(body, linked(go(FAR))).run(3)
 
 
 # What is refused.
@@ -252,16 +252,16 @@ def test_what_does_not_fit_an_engine() -> None:
     body = Scripted(2)
     with pytest.raises(SettingError, match="programs are 1 for 2 agents"):
         Engine(body, [IDLE_PROGRAM])
-    engine = Engine.of(body, linked(go(FAR)))
+    engine = Engine.from_program(body, linked(go(FAR)))
     with pytest.raises(SettingError, match="threads are 0"):
         engine.run(1, threads=0)
     bad = engine.snapshot()
     bad.state[1, 0] = 3
-    for snapshot in (bad, Engine.of(Scripted(3), linked(go(FAR))).snapshot()):
+    for snapshot in (bad, Engine.from_program(Scripted(3), linked(go(FAR))).snapshot()):
         with pytest.raises(SettingError, match="snapshot is of other programs"):
             engine.restore(snapshot)
     with pytest.raises(UnknownName, match="channel 'rise'"):
-        Engine.of(body, link(Library(Kit.of(Behavior("fly", Command(rise=1.0)))), "fly"))
+        Engine.from_program(body, link(Library(Kit.of(Behavior("fly", Command(rise=1.0)))), "fly"))
 
 
 def of(value: float, agent: int) -> Callable[[ReadingsView], Column]:
@@ -308,7 +308,7 @@ def test_a_reading_that_makes_no_sense(
     states = (START, State("on", "forward"), State("off", "left"))
     one = Automaton("one", states, (BoundFeature(kit.features[name]),), transitions={"start": tree})
     with pytest.raises(error, match=says):
-        runs.of(Odd(np.array(column, np.float64), key), linked(one)).tick()
+        runs.from_program(Odd(np.array(column, np.float64), key), linked(one)).tick()
 
 
 @pytest.mark.parametrize("runs", [Run, Engine])
@@ -317,10 +317,10 @@ def test_a_function_that_makes_no_sense(runs: Any) -> None:
     sensed = feature(BOOLEAN)(of(4.0, 1))
     library = Library(kit + Kit.of(odd, sensed))
     with pytest.raises(DefinitionError, match="channel 'drive' is not finite for agent 2: it is nan"):
-        runs.of(Scripted(3), link(library, odd.name)).tick()
+        runs.from_program(Scripted(3), link(library, odd.name)).tick()
     one = Automaton("one", (START,), (BoundFeature(sensed),), transitions={"start": Tree((make_leaf(0),))})
     with pytest.raises(KindError, match=r"feature 'given' of agent 1: 4\.0 is not the index"):
-        runs.of(Scripted(3), link(Library.of(library.kit, one), "one")).tick()
+        runs.from_program(Scripted(3), link(Library.of(library.kit, one), "one")).tick()
 
 
 def test_kernels_and_tables_mean_the_same_by_their_numbers() -> None:

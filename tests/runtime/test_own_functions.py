@@ -26,7 +26,7 @@ def tick(part: Feature | Behavior) -> None:
     features = () if isinstance(part, Behavior) else (BoundFeature(part),)
     states = (START, State("on", does))
     automaton = Automaton("go", states, features, transitions={"start": Tree((make_leaf(1),))})
-    Run.of(Forage([1, 2]), link(Library.of(FORAGE_KIT + Kit.of(part), automaton), "go")).tick()
+    Run.from_program(Forage([1, 2]), link(Library.of(FORAGE_KIT + Kit.of(part), automaton), "go")).tick()
 
 
 def odd(robot: ReadingsView) -> Any:

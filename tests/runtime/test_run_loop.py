@@ -31,13 +31,13 @@ COMMANDS = [  # behavior, its binding, drive, turn
 @pytest.mark.parametrize(("name", "binding", "drive", "turn"), COMMANDS)
 def test_commands(name: str, binding: dict[str, str], drive: float, turn: float) -> None:
     body = Scripted()
-    Run.of(body, link(Library(kit), name, binding)).tick()
+    Run.from_program(body, link(Library(kit), name, binding)).tick()
     assert body.commanded == [{"drive": [drive], "turn": [turn]}]
 
 
 def test_idling_is_every_channel_at_rest() -> None:
     body = Scripted(2)
-    Run.of(body, IDLE_PROGRAM).tick()
+    Run.from_program(body, IDLE_PROGRAM).tick()
     assert body.commanded == [{"drive": [0.0, 0.0], "turn": [0.5, 0.5]}]
 
 
@@ -50,7 +50,7 @@ def test_agents_decide_for_themselves() -> None:
         features=["range_of(ball)"],
     )
     body = Scripted(3)
-    run = Run.of(body, linked(go))
+    run = Run.from_program(body, linked(go))
     for _ in range(5):
         run.tick()
     assert [commands["drive"] for commands in body.commanded] == [
@@ -85,7 +85,7 @@ def test_a_function_feature_is_wrapped_onto_its_circle() -> None:
 
 def test_only_readings_that_are_used_are_asked_for() -> None:
     go = automaton("go", ["forward"], features=["range_of(ball)", "done"])
-    assert Run.of(Scripted(), linked(go)).keys == (("range", "ball"),)
+    assert Run.from_program(Scripted(), linked(go)).keys == (("range", "ball"),)
 
 
 def test_absence_of_one_agent_is_no_error_for_another() -> None:
@@ -101,7 +101,7 @@ def test_absence_of_one_agent_is_no_error_for_another() -> None:
         {"start": lambda d: "forward" if d > 100 else "toward"},
         features=["range_of(goal)"],
     )
-    Run.of(body, linked(go)).tick()
+    Run.from_program(body, linked(go)).tick()
     with pytest.raises(DefinitionError, match="toward"):
         Run(Scripted(2, script), [Interpreter(program) for program in toward]).tick()
 
@@ -122,10 +122,10 @@ def test_a_function_behavior_must_be_finite_for_the_agents_that_run_it() -> None
         library=library,
     )
     body = Scripted(2)  # agent 0 is at 100 m, agent 1 at 101 m
-    Run.of(body, link(library.of(own, go), "go")).tick()
+    Run.from_program(body, link(library.of(own, go), "go")).tick()
     assert body.commanded[0]["drive"] == [1.0, 0.25]
     with pytest.raises(DefinitionError, match="near_only"):
-        Run.of(Scripted(2), link(library, "near_only", {"A": "ball"})).tick()
+        Run.from_program(Scripted(2), link(library, "near_only", {"A": "ball"})).tick()
 
 
 def jump(_: ReadingsView) -> dict[str, Column]:
@@ -142,7 +142,7 @@ def test_what_the_body_does_not_know_is_named() -> None:
     ]
     for parts, name, binding, named in cases:
         with pytest.raises(UnknownName, match=named):
-            Run.of(body, link(Library(parts), name, binding)).tick()
+            Run.from_program(body, link(Library(parts), name, binding)).tick()
 
 
 FEATURES = [

@@ -16,7 +16,7 @@ from understudy.model.squad import TELLING, Measuring, Statistic
 from understudy.runtime.team.members import Member, Membership
 from understudy.runtime.team.statistics import StatisticMemory, compute_statistic
 
-FIVE = Membership.of(
+FIVE = Membership.from_squads(
     [[Member(0, 0, 0), Member(0, 1, 1), Member(0, 2, 0)], [Member(0, 3, 0), Member(0, 4, 1)]]
 )
 """Rows 0, 1, 2 are the first squad, rows 3, 4 the second."""
@@ -133,19 +133,19 @@ def test_what_is_remembered(statistic: Statistic, values: Values, expected: list
     memory = StatisticMemory(statistic, BOOLEAN, 1, 0.1)
     for tick, (value, reads) in enumerate(zip(values, expected, strict=True), start=begin):
         for _ in range(2):  # asked again in a tick, it answers the same
-            seen = memory.seen(np.array([float(value)]), tick * 0.1).tolist()
+            seen = memory.update(np.array([float(value)]), tick * 0.1).tolist()
             assert seen == pytest.approx([reads], nan_ok=True)
     memory.clear()
-    assert memory.seen(np.array([nan]), (begin + len(values)) * 0.1).tolist() == pytest.approx(
+    assert memory.update(np.array([nan]), (begin + len(values)) * 0.1).tolist() == pytest.approx(
         [nan if isnan(expected[0]) or statistic.how not in ("any", "all", "none") else 0], nan_ok=True
     )
 
 
 def test_squads_remember_by_themselves() -> None:
     memory = StatisticMemory(of("any", since=True), Continuous(), 2, 0.5)
-    assert memory.seen(np.array([1.0, 0.0]), 0.0).tolist() == pytest.approx([0, nan], nan_ok=True)
-    assert memory.seen(np.array([0.0, 1.0]), 0.5).tolist() == [0.5, 0]
-    assert memory.seen(np.array([0.0, 0.0]), 1.0).tolist() == [1.0, 0.5]
+    assert memory.update(np.array([1.0, 0.0]), 0.0).tolist() == pytest.approx([0, nan], nan_ok=True)
+    assert memory.update(np.array([0.0, 1.0]), 0.5).tolist() == [0.5, 0]
+    assert memory.update(np.array([0.0, 0.0]), 1.0).tolist() == [1.0, 0.5]
 
 
 READS = st.floats(-50, 50) | st.sampled_from((0.0, 1.0, nan, nan))
@@ -155,7 +155,7 @@ MEMBERS = st.lists(st.lists(st.tuples(READS, st.booleans()), max_size=5), min_si
 
 def roster(squads: Sequence[Sequence[Any]]) -> Membership:
     rows = iter(range(99))
-    return Membership.of([[Member(0, next(rows), 0) for _ in squad] for squad in squads])
+    return Membership.from_squads([[Member(0, next(rows), 0) for _ in squad] for squad in squads])
 
 
 def plainly_told(how: str, yes: list[bool]) -> float:
@@ -245,11 +245,11 @@ def test_alone_and_among_others_it_is_the_same(
     counted = [counts for squad in squads for _, counts in squad]
     rows = iter(range(99))
     lists = [[Member(0, next(rows), 0) for _ in squad] for squad in squads]
-    many = Membership.of(lists, worlds, [len(values)])
+    many = Membership.from_squads(lists, worlds, [len(values)])
     assert many.row.tolist() == list(range(worlds * len(values)))
     together = survey(of(how), values * worlds, kind, counted * worlds, many)
     np.testing.assert_array_equal(
-        together, survey(of(how), values, kind, counted, Membership.of(lists)) * worlds
+        together, survey(of(how), values, kind, counted, Membership.from_squads(lists)) * worlds
     )
 
 
@@ -263,7 +263,7 @@ def test_remembered_as_plainly(values: list[float], span: int, what: str, tick_s
     given: dict[str, Any] = {"since": True} if what == "since" else {what: round(span * tick_s, 9)}
     memory = StatisticMemory(of("any", **given), BOOLEAN, 1, tick_s)
     for now, value in enumerate(values):
-        (mine,) = memory.seen(np.array([value]), now * tick_s).tolist()
+        (mine,) = memory.update(np.array([value]), now * tick_s).tolist()
         ago = next((back for back in range(now + 1) if values[now - back]), None)
         run = next((back for back in range(now + 1) if not values[now - back]), now + 1)
         plain = {
@@ -278,7 +278,7 @@ def test_remembered_as_plainly(values: list[float], span: int, what: str, tick_s
 def test_numbers_are_remembered_as_plainly(values: list[float], span: int, how: Any) -> None:
     memory = StatisticMemory(of(how, within_s=round(span * 0.1, 9)), Continuous(), 1, 0.1)
     for now, value in enumerate(values):
-        (mine,) = memory.seen(np.array([value]), now * 0.1).tolist()
+        (mine,) = memory.update(np.array([value]), now * 0.1).tolist()
         lately = values[max(0, now - span) : now + 1]
         over = how if how in ("minimum", "maximum") else "mean"
         assert mine == pytest.approx(plainly_measured(over, lately, None), nan_ok=True, abs=1e-12)

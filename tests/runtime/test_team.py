@@ -167,7 +167,9 @@ def test_pulsing_restarts_nobody_and_starting_does() -> None:
     team.layers[0].runner.begin = lambda agents, program: began.append(list(agents))  # type: ignore[method-assign]
     team.run(3)
     assert began == [[0, 1]]
-    team.layers[0].runner.raised = lambda flag: team.layers[0].body.sense([("seen", None)])["seen", None] >= 0  # type: ignore[method-assign]
+    team.layers[0].runner.find_raised = lambda flag: (  # type: ignore[method-assign]
+        team.layers[0].body.sense([("seen", None)])["seen", None] >= 0
+    )
     team.run(3)
     assert began == [[0, 1], [0, 1]]
 
@@ -357,5 +359,5 @@ def test_kernels_lead_as_coordinators_do(random: Random, robots: int, worlds: in
     for team in teams:  # and tick by tick from there
         team.tick()
     assert paths(teams[0]) == paths(teams[1])
-    kept = [repr(layer.body.kept()) for team in teams for layer in team.layers[1:]]  # type: ignore[attr-defined]
+    kept = [repr(layer.body.capture_state()) for team in teams for layer in team.layers[1:]]  # type: ignore[attr-defined]
     assert kept[: len(kept) // 2] == kept[len(kept) // 2 :]

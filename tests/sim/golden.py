@@ -43,7 +43,7 @@ def each_in_turn(world: World) -> Program:
 def moments(name: str) -> list[dict[str, Any]]:
     """The run: what can be counted, and what is measured, now and then."""
     world = World(load_scenario(name), (SEED,))
-    engine = Engine.of(world, each_in_turn(world))
+    engine = Engine.from_program(world, each_in_turn(world))
     found = [_moment(world, engine)]
     for _ in range(SECONDS // EVERY_S):
         engine.run(round(EVERY_S / world.tick_s))

@@ -185,7 +185,7 @@ NONSENSE: list[tuple[str, str, Callable[[World], Any]]] = [
     ("world", "is -1", lambda body: body.remove_object(FOOD, world=-1)),
     ("world", "is 3", lambda body: body.add_object("flag", 1.0, 1.0, world=3)),
     ("world", "is 3", lambda body: body.add_obstacle(1.0, 1.0, 0.2, world=3)),
-    ("world", "is 3", lambda body: body.point(1.0, 1.0, world=3)),
+    ("world", "is 3", lambda body: body.place_pointer(1.0, 1.0, world=3)),
     ("place of 'flag'", "nan", lambda body: body.add_object("flag", nan, 1.0)),
     ("place of 'pillar'", "robot 0", lambda body: body.add_object("pillar", 5.0, 4.0)),
     ("amount of 'food'", "is -1", lambda body: body.add_object("food", 1.0, 1.0, amount=-1)),
@@ -201,10 +201,10 @@ NONSENSE: list[tuple[str, str, Callable[[World], Any]]] = [
     ("place of an obstacle", "nan", lambda body: body.move_obstacle(0, nan, 1.0)),
     ("place of an obstacle", "robot 0", lambda body: body.move_obstacle(0, 5.0, 4.0)),
     ("world", "is 3", lambda body: body.remove_obstacle(0, world=3)),
-    ("pointer", "nan", lambda body: body.point(nan, 1.0)),
-    ("pointer", "nan", lambda body: body.point(1.0)),
-    ("pointer", "nan", lambda body: body.point(None, 1.0)),
-    ("pointer", "11.0", lambda body: body.point(11.0, 1.0)),
+    ("pointer", "nan", lambda body: body.place_pointer(nan, 1.0)),
+    ("pointer", "nan", lambda body: body.place_pointer(1.0)),
+    ("pointer", "nan", lambda body: body.place_pointer(None, 1.0)),
+    ("pointer", "11.0", lambda body: body.place_pointer(11.0, 1.0)),
     ("seeds", "are [-1]", lambda body: body.reset([-1])),
     ("seeds", "are [1.5]", lambda body: body.reset([1.5])),  # type: ignore[list-item]
     ("seeds", "are ['a']", lambda body: body.reset(["a"])),  # type: ignore[list-item]
@@ -350,9 +350,9 @@ BROKEN: list[tuple[Any, Behavior, type[UnderstudyError], tuple[str, ...]]] = [
 
 
 WAYS: dict[str, Callable[[World, Program], Any]] = {
-    "interpreter": lambda body, program: Run.of(body, program).tick(),
-    "engine by ticks": lambda body, program: Engine.of(body, program).tick(),
-    "engine": lambda body, program: Engine.of(body, program).run(3),
+    "interpreter": lambda body, program: Run.from_program(body, program).tick(),
+    "engine by ticks": lambda body, program: Engine.from_program(body, program).tick(),
+    "engine": lambda body, program: Engine.from_program(body, program).run(3),
 }
 
 

@@ -130,4 +130,4 @@ def test_many_ticks_in_one_go_are_as_tick_by_tick() -> None:
         fast.run(portion)
         assert slow.paths == fast.paths
         assert slow.ground.snapshot() == fast.ground.snapshot()  # type: ignore[attr-defined]
-    assert repr(orders(slow).kept()) == repr(orders(fast).kept())
+    assert repr(orders(slow).capture_state()) == repr(orders(fast).capture_state())

@@ -90,7 +90,7 @@ def test_a_world_has_room_for_as_many_as_its_spare_objects() -> None:
 def course(scenario: Scenario) -> list[list[float]]:
     """Where everything is after some time of each basic behavior."""
     world = World(scenario, [7])
-    Engine.of(world, golden.each_in_turn(world)).run(100)
+    Engine.from_program(world, golden.each_in_turn(world)).run(100)
     view = world.view()
     return [
         column.tolist() for column in (view.robots.x, view.robots.heading, view.objects.x, view.objects.y)

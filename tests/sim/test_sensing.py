@@ -101,7 +101,7 @@ def noiseless(number: int) -> World:
     }
     world = made(replace(noisy.scenario, types=types), noisy.seeds)
     draw = np.random.default_rng(number)
-    world.point(*draw.uniform(0, 1, 2) * world.scenario.size)
+    world.place_pointer(*draw.uniform(0, 1, 2) * world.scenario.size)
     for _ in range(int(draw.integers(8))):
         world.act(random_commands(draw, world))
     return world
@@ -254,9 +254,9 @@ def test_ranges_and_bearings() -> None:
     assert percept["range", "opponent"][0] == percept["range", "blues"][0] == pytest.approx(13**0.5)
     assert np.isnan(percept["range", "pointer"]).all()
     assert np.isnan(percept["range", "flag"][2:]).all()  # no such sensor
-    world.point(3.0, 6.0)
+    world.place_pointer(3.0, 6.0)
     assert read(world, "range", "pointer") == 2.0
-    world.point(None)
+    world.place_pointer(None)
     assert isnan(read(world, "range", "pointer"))
 
 
@@ -446,10 +446,10 @@ def test_since() -> None:
     world = world_of(*sensors, at=((9.0, 4.0, 0.0),), targets={"pointer": TARGETS["pointer"]})
     assert isnan(read(world, "lost", "pointer"))
     assert isnan(read(world, "free"))
-    world.point(9.0, 5.0)
+    world.place_pointer(9.0, 5.0)
     assert read(world, "lost", "pointer") == 0.0
     drive(world, 2, drive=0.0)
-    world.point(None)
+    world.place_pointer(None)
     assert read(world, "lost", "pointer") == pytest.approx(0.1)  # there at the tick before
     drive(world, 2, drive=0.0)
     assert read(world, "lost", "pointer") == pytest.approx(0.3)
@@ -470,9 +470,9 @@ def test_since_has_a_rate_and_drops_out_like_any_sensor() -> None:
         ElapsedSensor(name="fresh", of="range", dropout=0.3),
     )
     world = world_of(*sensors, targets={"pointer": TARGETS["pointer"]})
-    world.point(9.0, 5.0)
+    world.place_pointer(9.0, 5.0)
     drive(world, 2, drive=0.0)
-    world.point(None)
+    world.place_pointer(None)
     lost = repeated(world, "lost", 11, "pointer")  # from tick 2 on; measured at 0, 4, 8 and 12
     assert lost.tolist() == pytest.approx([0.0] * 2 + [0.3] * 4 + [0.7] * 4 + [1.1])
     fresh = repeated(world, "fresh", 2000, "pointer")

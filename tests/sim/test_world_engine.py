@@ -189,7 +189,7 @@ def test_threads_at_work_in_one_world(number: int, small: None) -> None:
     program = link(random_library(Random(number), made(scenario, (0,)).kit), "a1")
     expected = None
     for threads in (1, 2, 3):
-        engine = Engine.of(made(scenario, (number,)), program)
+        engine = Engine.from_program(made(scenario, (number,)), program)
         engine.run(TICKS, threads=threads)
         found = outcome(engine.body, engine)  # type: ignore[arg-type]
         assert expected in (None, found), threads
@@ -230,14 +230,14 @@ def test_worlds_side_by_side_run_as_alone(number: int, threads: int) -> None:
 def test_the_standard_programs(standard: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = full_task(150)
     program = link(make_base_library(), BASE) if standard == "base" else link(make_full_library(), FULL)
-    run = Run.of(made(scenario, (1,)), program)
+    run = Run.from_program(made(scenario, (1,)), program)
     for _ in range(60):
         run.tick()
     expected = states(run.body)  # type: ignore[arg-type]
     for few, in_order, threads in ((24, 1000, 1), (1000, 1000, 1), (24, 2, 1), (24, 2, 2), (24, 1000, 2)):
         monkeypatch.setattr(neighbor_grid, "FEW", few)
         monkeypatch.setattr(advancing, "SORTED", in_order)
-        engine = Engine.of(made(scenario, (1,)), program)
+        engine = Engine.from_program(made(scenario, (1,)), program)
         engine.run(60, threads=threads)
         assert states(engine.body) == expected, (few, in_order, threads)  # type: ignore[arg-type]
 
@@ -250,7 +250,7 @@ def test_robots_that_stay_sorted_while_they_go(standard: str, monkeypatch: pytes
     for drift, most in ((0.0, 1), (2.0, 7), (10.0, 40)):
         monkeypatch.setattr(neighbor_grid, "DRIFT", drift)
         monkeypatch.setattr(neighbor_grid, "MOST_KEPT", most)
-        engine = Engine.of(made(full_task(200), (2,)), program)
+        engine = Engine.from_program(made(full_task(200), (2,)), program)
         engine.run(60, threads=1)
         outcomes.append(states(engine.body))  # type: ignore[arg-type]
     assert outcomes[0] == outcomes[1] == outcomes[2]
@@ -310,7 +310,10 @@ def test_two_features_of_one_reading() -> None:
         "both", states_, tuple(features), (), True, dict.fromkeys(("start", "s", "t"), decide)
     )
     program = link(Library.of(kit, automaton), "both")
-    run, engine = Run.of(made(scenario, (0,)), program), Engine.of(made(scenario, (0,)), program)
+    run, engine = (
+        Run.from_program(made(scenario, (0,)), program),
+        Engine.from_program(made(scenario, (0,)), program),
+    )
     plan = engine.plan()
     assert plan is not None
     for _ in range(10):
@@ -323,7 +326,7 @@ def test_two_features_of_one_reading() -> None:
 def test_an_interrupted_run_leaves_whole_ticks(small: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was put in another order is put back: robots, their automata and the clock are of the same tick."""
     program = link(make_base_library(), BASE)
-    engine, other = (Engine.of(made(full_task(50), (1,)), program) for _ in range(2))
+    engine, other = (Engine.from_program(made(full_task(50), (1,)), program) for _ in range(2))
 
     def interrupted(*args: Any, **more: Any) -> None:
         run(*args, **more)
@@ -353,7 +356,7 @@ def test_who_is_just_alone_goes_as_far_as_by_ticks() -> None:
     states_ = (START, State("s", "ahead", Binding({})))
     automaton = Automaton("go", states_, (distance,), (), True, dict.fromkeys(("start", "s"), ahead))
     program = link(Library.of(kit, automaton), "go")
-    ticked, fused = (Engine.of(made(scenario, (0,)), program) for _ in range(2))
+    ticked, fused = (Engine.from_program(made(scenario, (0,)), program) for _ in range(2))
     apart = 2.0 * (kind.radius + kind.speed * scenario.tick_s)
     for angle in np.linspace(0.0, tau, 1000, endpoint=False):
         for engine in (ticked, fused):
@@ -377,7 +380,9 @@ def test_kernels_for_less_do_the_same() -> None:
     """Kernels are compiled for what a scenario has; those for everything do the same."""
     scenario = full_task(30)
     program = link(make_full_library(), FULL)
-    engines = [Engine.of(world, program) for world in (World(scenario, (1, 2)), made(scenario, (1, 2)))]
+    engines = [
+        Engine.from_program(world, program) for world in (World(scenario, (1, 2)), made(scenario, (1, 2)))
+    ]
     for engine in engines:
         engine.run(60)
     assert states(engines[0].body) == states(engines[1].body)  # type: ignore[arg-type]

@@ -50,7 +50,7 @@ def check_world(world: World, number: int, *, ticks: int = TICKS) -> None:
     for tick in range(ticks):
         if tick == ticks // 2:
             world.freeze(int(draw.integers(world.agents)))
-            world.point(*draw.uniform(0, 1, 2) * world.scenario.size)
+            world.place_pointer(*draw.uniform(0, 1, 2) * world.scenario.size)
         if tick % 8 == 0:
             check_percept(world, world.sense(keys))
         if tick % 6 == 0:

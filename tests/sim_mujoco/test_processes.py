@@ -73,7 +73,7 @@ def test_all_processes_have_all_robots_where_each_one_is() -> None:
 def test_who_is_followed_is_put_there_at_its_speeds() -> None:
     body = MujocoBody(crew(), [3])
     told = BodyPose(6.0, 2.0, 1.0, 0.3, -0.5)
-    drive, turn = body.follow(1, told)
+    drive, turn = body.follow_pose(1, told)
     assert [drive, turn] == pytest.approx([0.75, -0.5])
     assert list(body.arenas[0].pose(1)) == pytest.approx(list(told))
     assert float(body.view().robots.x[1]) == 6.0

@@ -139,7 +139,7 @@ def measure_program_outcomes(
 
     Then a world ends with the tick in which it reaches its goal; reset them before anything goes on with them.
     """
-    engine = Engine.of(world, program)
+    engine = Engine.from_program(world, program)
     plan = engine.plan()
 
     def advance(ticks: int) -> None:

@@ -73,7 +73,7 @@ class TracedRun(Run):
             interpreter = self.interpreters[agent]
             if self._seen.get(agent) is not interpreter:  # it was ordered to run something else
                 self._seen[agent] = interpreter
-                interpreter.witness(self._witness)
+                interpreter.observe_queries(self._witness)
         return super().decide(percept)
 
     def _witness(self, machine: RunningAutomaton, state: int, answer: int, values: Sequence[float]) -> None:

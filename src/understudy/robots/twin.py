@@ -118,7 +118,7 @@ class DigitalTwin:
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """The columns [N] of these keys; absent (NaN) for robots that have no such sensor."""
-        self._drawn.known(keys)
+        self._drawn.check_keys(keys)
         asked = self._keys if self._recording else keys
         found = self.fleet.sense([key for key in asked if self._senses(key)])
         absent = np.full(self.agents, nan)
@@ -129,7 +129,7 @@ class DigitalTwin:
 
     def act(self, commands: Commands) -> None:
         """Let the robots drive and turn; they have no other channels, so that what these say is not done."""
-        self._drawn.commanded(commands)  # refuses what cannot be
+        self._drawn.check_commands(commands)  # refuses what cannot be
         if self._recording and len(self._sensed) < len(self._keys):
             self.sense(self._keys)  # what was sensed before the recording began
         time_s, percept = self.time_s, self._sensed

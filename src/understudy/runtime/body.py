@@ -120,7 +120,7 @@ class Resettable(Protocol):
 class OrderReceiver(Protocol):
     """A body that passes orders on: a squad. Its channels are ORDER and ISSUED."""
 
-    def numbered(self, order: Order) -> int:
+    def index_order(self, order: Order) -> int:
         """The number of an order whose parameters are ground, for the channel ORDER; 0 orders to idle."""
         ...
 

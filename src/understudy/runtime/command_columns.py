@@ -96,7 +96,9 @@ class CommandColumns:
     @staticmethod
     def _numbered(body: Body, ground: GroundBehavior) -> int:
         order = ground.behavior.order
-        return body.numbered(order.within(ground.binding)) if isinstance(body, OrderReceiver) and order else 0
+        return (
+            body.index_order(order.within(ground.binding)) if isinstance(body, OrderReceiver) and order else 0
+        )
 
     def _unknown(self, channel: str, ground: GroundBehavior) -> UnknownName:
         where = f"the body, for behavior {ground},"

@@ -36,11 +36,11 @@ class DecisionTrace:
         self.unshown: list[Decision] = []
         self.interpreter = interpreter
         self._noted: set[tuple[RunningAutomaton, tuple[PathStep, ...]]] = set()
-        interpreter.watch(self._decided)
+        interpreter.observe_switches(self._decided)
 
     def close(self) -> None:
         """Stop recording."""
-        self.interpreter.watch(None)
+        self.interpreter.observe_switches(None)
 
     def _decided(
         self, machine: RunningAutomaton, before: int, after: int, values: Sequence[float], now: float

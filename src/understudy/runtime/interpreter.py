@@ -145,12 +145,12 @@ class RunningAutomaton:
         values = list(self._pick(row))
         for index, flag, feature in self._own:  # flags first: most are, and a pulse must be quick
             if flag is None:
-                values[index] = self.own(feature, row, now)
+                values[index] = self.read_own_feature(feature, row, now)
             else:
                 values[index] = YES if self.active.flag == flag else NO
         return values
 
-    def own(self, feature: ResetFeature | OwnFeature, row: Row, now: float) -> float:
+    def read_own_feature(self, feature: ResetFeature | OwnFeature, row: Row, now: float) -> float:
         """A feature of this automaton itself: a flag of what it runs, a counter, a timer, time in state; or one that a
         switch in this tick has changed.
         """
@@ -164,8 +164,8 @@ class RunningAutomaton:
             return measure_elapsed(now, self.timers[feature.name]) if feature.name in self.timers else nan
         return measure_elapsed(now, self.entered)
 
-    def witness(self, seen: Witness) -> None:
-        """Call `seen` at every query from now on; a machine without a witness is no slower for it."""
+    def observe_queries(self, seen: Witness) -> None:
+        """Call `seen` at every query from now on; an automaton that nobody observes is no slower for it."""
         self._decides = [
             None if decide is None else self._witnessed(state, decide, seen)
             for state, decide in enumerate(self._decides)
@@ -244,17 +244,17 @@ class Interpreter:
         """One tick; the basic behavior to run: its position in `Program.basics`."""
         return self.root.pulse(row, now)
 
-    def watch(self, watcher: Watcher | None) -> None:
+    def observe_switches(self, watcher: Watcher | None) -> None:
         """Call `watcher` before every switch of any level; None to switch it off."""
         for machine in self._machines.values():
             if isinstance(machine, RunningAutomaton):
                 machine.watcher = watcher
 
-    def witness(self, seen: Witness) -> None:
+    def observe_queries(self, seen: Witness) -> None:
         """Call `seen` at every query of any level from now on."""
         for machine in self._machines.values():
             if isinstance(machine, RunningAutomaton):
-                machine.witness(seen)
+                machine.observe_queries(seen)
 
     @property
     def active(self) -> tuple[RunningAutomaton, ...]:

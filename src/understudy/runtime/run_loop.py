@@ -54,7 +54,7 @@ class Run:
         return group
 
     @classmethod
-    def of(cls, body: Body, program: Program) -> Self:
+    def from_program(cls, body: Body, program: Program) -> Self:
         """A run of one program by every agent."""
         return cls(body, [Interpreter(program, now=body.time_s) for _ in range(body.agents)])
 
@@ -96,7 +96,7 @@ class Run:
         """The current state of every level of an agent, from the root down."""
         return self.interpreters[agent].path
 
-    def raised(self, flag: str) -> NDArray[np.bool_]:
+    def find_raised(self, flag: str) -> NDArray[np.bool_]:
         """Which agents have raised a flag [N]."""
         return np.array([interpreter.root.flag == flag for interpreter in self.interpreters])
 

@@ -29,6 +29,6 @@ def find_scenario(name: str | Path) -> Scenario:
 def compile_world_kernels(scenario: Scenario) -> None:
     """Have the kernels compiled or loaded, so that no later call waits (a minute, once per installation)."""
     with pause_garbage_collection():
-        engine = Engine.of(World(scenario), IDLE_PROGRAM)
+        engine = Engine.from_program(World(scenario), IDLE_PROGRAM)
         engine.run(1)
         engine.tick()

@@ -95,14 +95,14 @@ class ForageSettings:
                 raise make_setting_error(name, f"leaves no room between the walls: it {problem}", remedy)
 
     @property
-    def apart(self) -> float:
+    def clearance(self) -> float:
         """The free space around station and sources, m: no place is within reach of two of them."""
         return round(2.0 * self.reach + 0.1 - 2.0 * self.radius, 9)
 
     @property
     def margin(self) -> float:
         """How far the middles of station and food are from the walls at least, m."""
-        return self.radius + self.apart
+        return self.radius + self.clearance
 
     def scenario(self) -> Scenario:
         """The built-in foraging scenario with these numbers."""
@@ -113,12 +113,13 @@ class ForageSettings:
             {"near": "station", "near_m": 0.0, "apart": 0.0},
         )
         station, food = (
-            msgspec.structs.replace(thing, radius=self.radius, apart=self.apart) for thing in usual.objects
+            msgspec.structs.replace(thing, radius=self.radius, apart=self.clearance)
+            for thing in usual.objects
         )
         food = msgspec.structs.replace(food, count=self.sources, amount=self.amounts)
         if self.food_beside_station:
             food = msgspec.structs.replace(food, **beside, near_m=BESIDE * self.reach)
-        robots = msgspec.structs.replace(robots, apart=self.apart, stored=self.stored)
+        robots = msgspec.structs.replace(robots, apart=self.clearance, stored=self.stored)
         if self.starts_at_station:
             robots = msgspec.structs.replace(robots, **at_station)
         forager = msgspec.structs.replace(

@@ -130,7 +130,7 @@ class Walker:
 
     def act(self, commands: Commands) -> None:
         """Go on for one tick; commands are heard where a step begins, and last for that step."""
-        asked = self.world.commanded(commands)[:, self.world.columns]
+        asked = self.world.check_commands(commands)[:, self.world.columns]
         if self._in_step == 0:
             self._step = self._taken(asked)
         moves = self._step.copy()

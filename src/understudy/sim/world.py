@@ -157,15 +157,15 @@ class World:
         """The columns [B*N] of these keys, absent (NaN) for robots that have no such sensor."""
         keys = tuple(dict.fromkeys(keys))
         out = np.empty((self.agents, len(keys)))
-        sense_worlds(self._context(self.known(keys)), self.worlds, out)
+        sense_worlds(self._context(self.check_keys(keys)), self.worlds, out)
         columns = np.ascontiguousarray(out.T)
         return dict(zip(keys, columns, strict=True))
 
     def act(self, commands: Commands) -> None:
         """Obey for one tick; a channel left out rests. An unusable command raises, and nothing moves."""
-        apply_commands(self._context(()), self.worlds, self.commanded(commands))
+        apply_commands(self._context(()), self.worlds, self.check_commands(commands))
 
-    def commanded(self, commands: Commands) -> NDArray[np.float64]:
+    def check_commands(self, commands: Commands) -> NDArray[np.float64]:
         """Commands as a table [B*N, 5], whose columns are COLUMNS and none left out; an unusable one raises."""
         names = [channel.name for channel in self.channels]
         return make_command_table(commands, agents=self.agents, channels=names, where=self._where)
@@ -178,7 +178,7 @@ class World:
         Where `until_finished`, a world ends with the tick in which it reaches its goal. Worlds that ended at different
         times have no one `time_s`: reset them before they go on tick by tick.
         """
-        sensing = self._plan(self.known(plan.keys))
+        sensing = self._plan(self.check_keys(plan.keys))
         commands = np.zeros((len(plan.commands), len(COLUMNS)))
         commands[:, self.columns] = plan.commands
         plan = replace(plan, commands=commands)
@@ -307,7 +307,7 @@ class World:
         self._obstacle(index, world)["radius"] = 0
         self._begin(self.state)
 
-    def point(self, x: float | None, y: float | None = None, *, world: int = 0) -> None:
+    def place_pointer(self, x: float | None, y: float | None = None, *, world: int = 0) -> None:
         """Put the mouse pointer somewhere, as the target `mouse`; None takes it away."""
         self._index("world", world, self.worlds)
         thing = self.state.objects[world, self._class(MOUSE)["first"]]
@@ -385,7 +385,7 @@ class World:
         if found is not None:
             raise self._wrong(what, f"is ({x}, {y}), which overlaps {found}", "give a free place")
 
-    def known(self, keys: Sequence[ReadingKey]) -> tuple[ReadingKey, ...]:
+    def check_keys(self, keys: Sequence[ReadingKey]) -> tuple[ReadingKey, ...]:
         """These keys, all of which its robots have or may have; UnknownName where one is none."""
         of_targets = {reading.name: reading.of_targets for reading in self.readings}
         for name, target in keys:

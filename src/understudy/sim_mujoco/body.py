@@ -104,17 +104,17 @@ class MujocoBody:
         self.world.place(agent, x, y, heading)
         self.arenas[agent // self.robots].place(agent % self.robots, x, y, heading)
         self._asked[agent] = 0.0
-        self._senses.forget()
+        self._senses.clear()
 
-    def follow(self, agent: int, pose: BodyPose) -> tuple[float, float]:
+    def follow_pose(self, agent: int, pose: BodyPose) -> tuple[float, float]:
         """Put a robot that is driven elsewhere where it is said to be, at its speeds; the commands that keep them."""
-        self.arenas[agent // self.robots].put(agent % self.robots, pose)
+        self.arenas[agent // self.robots].set_pose(agent % self.robots, pose)
         robot = self.world.state.robots[agent]
         robot["x"], robot["y"], robot["heading"] = pose.x, pose.y, pose.heading
-        self._senses.forget()
+        self._senses.clear()
         return scale_to_commands(self._senses.kind(agent), pose.speed, pose.turning)
 
-    def show(self, things: Sequence[tuple[float, float, bool]]) -> None:
+    def place_objects(self, things: Sequence[tuple[float, float, bool]]) -> None:
         """Objects as somebody else keeps them: of each slot x, y (m) and whether it is there; none come or go by
         themselves from now on.
         """
@@ -123,9 +123,9 @@ class MujocoBody:
         if len(things) != len(objects):
             return
         objects["x"], objects["y"], objects["present"] = np.array(things, np.float64).reshape(-1, 3).T
-        self.arenas[0].show(self.view())
+        self.arenas[0].place_objects(self.view())
         self.arenas[0].settle()
-        self._senses.forget()
+        self._senses.clear()
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, a world per seed."""
@@ -159,8 +159,8 @@ class MujocoBody:
 
     def act(self, commands: Commands) -> None:
         """Obey for one tick; a channel left out rests. An unusable command raises, and nothing moves."""
-        table = self.world.commanded(commands)
-        self._senses.note()
+        table = self.world.check_commands(commands)
+        self._senses.update_last_seen()
         table[self.failed] = 0.0
         self._asked = self._speeds(table[:, 0], table[:, 1])
         made = self._asked * self._shares()
@@ -168,7 +168,7 @@ class MujocoBody:
             mine = slice(index * self.robots, (index + 1) * self.robots)
             arena.drive(made[mine])
         self._tell(table)
-        self._senses.forget()
+        self._senses.clear()
 
     def _tell(self, table: NDArray[np.float64]) -> None:
         """Tell the referee where all robots have got to, have it go on by a tick, and follow what it decides."""
@@ -191,7 +191,7 @@ class MujocoBody:
         state["blocked"] = np.where((wanted > 0.0) & (moved < STUCK * wanted), blocked + 1, 0)
         state["speed"], state["spin"] = poses[:, 3] * self.tick_s, poses[:, 4] * self.tick_s
         for index, arena in enumerate(self.arenas):
-            arena.show(self.world.view(index))
+            arena.place_objects(self.world.view(index))
             arena.settle()
 
     @cached_property
@@ -237,7 +237,7 @@ class MujocoBody:
         self._asked, self._senses.last = own["asked"], own["last"]
         for index, arena in enumerate(self.arenas):
             arena.restore(own[f"arena{index}"])
-        self._senses.forget()
+        self._senses.clear()
 
     _called = "physics"
 

@@ -98,9 +98,9 @@ class RobotProcess:
         drive, turn = (np.zeros(self.body.robots) for _ in range(2))
         for number, other in self._others.items():
             if (pose := other.pose) is not None:
-                drive[number], turn[number] = self.body.follow(number, pose)
+                drive[number], turn[number] = self.body.follow_pose(number, pose)
                 other.pose = None
-        self.body.show(self._things)
+        self.body.place_objects(self._things)
         self.robot.publish(self.body.sense(self.robot.keys), time.time())
         drive[self.robot.number], turn[self.robot.number] = self.robot.command(
             now_s, deadline_s=self._deadline_s

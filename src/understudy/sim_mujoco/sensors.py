@@ -107,9 +107,9 @@ class MujocoSensors:
         """Sense in these arenas from now on."""
         self._arenas = arenas
         self.last = np.full((self._world.agents, len(self._world.targets)), nan)
-        self.forget()
+        self.clear()
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """What was sensed in this tick is no more."""
         self._ranges: dict[int, dict[ReadingKey, float]] = {}
         self._blobs: dict[int, dict[ReadingKey, float]] = {}
@@ -178,7 +178,7 @@ class MujocoSensors:
             self._blobs[agent] = {} if eye is None or image is None else eye.readings(image)
         return self._blobs[agent]
 
-    def note(self) -> None:
+    def update_last_seen(self) -> None:
         """Note who sees what, where a sensor tells since when it did not."""
         if not self._since:
             return

@@ -87,10 +87,10 @@ class MujocoWorld:
         self._steps = max(1, round(scenario.tick_s / STEP_S))
         self.model.opt.timestep = scenario.tick_s / self._steps
         self._looking: Renderer | None = None
-        self.show(view)
+        self.place_objects(view)
         import_mujoco().mj_forward(self.model, self.data)
 
-    def show(self, view: WorldView) -> None:
+    def place_objects(self, view: WorldView) -> None:
         """Put all objects where they are in a view; those that are not there, away."""
         self.data.mocap_pos[:] = (0.0, 0.0, AWAY_M)
         for slot, x, y in zip(view.objects.slot, view.objects.x, view.objects.y, strict=True):
@@ -130,7 +130,7 @@ class MujocoWorld:
         self.data.qvel[fast : fast + FREE + 1] = 0.0
         self.settle()
 
-    def put(self, robot: int, pose: BodyPose) -> None:
+    def set_pose(self, robot: int, pose: BodyPose) -> None:
         """Put a robot somewhere, going at its speeds, its wheels rolling along."""
         height = float(self.data.qpos[self.built.qpos[robot] + 2])
         self.place(robot, pose.x, pose.y, pose.heading)

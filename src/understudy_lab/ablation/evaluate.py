@@ -160,7 +160,7 @@ def measure_arrivals(library: Library, seed: int) -> float:
     seeds, arrived = worlds_of(seed)[:WORLDS], []
     for target in ("station", "nearest_food"):
         world = World(ForageSettings().scenario(), seeds)
-        engine = Engine.of(world, link(library, "goto", {"A": target}))
+        engine = Engine.from_program(world, link(library, "goto", {"A": target}))
         for _ in range(round(WAY_S / world.tick_s)):
             engine.tick()
         there = world.sense([("range", target)])["range", target] < ForageSettings().reach

@@ -77,7 +77,7 @@ def main(path: str) -> None:
         while robot.senses.missing(robot.now_s) is not None:
             waking.came.wait()
         robot.arm("a measurement")
-        run = Run.of(robot, program())
+        run = Run.from_program(robot, program())
         sys.stdout.write("ready\n")
         sys.stdout.flush()
         while waking.came.wait(1.0):  # nothing for so long: it is over

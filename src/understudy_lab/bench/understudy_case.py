@@ -18,7 +18,7 @@ class UnderstudyCase:
         self.seeds, self.threads = range(worlds), threads
         self.world = World(scenario, self.seeds)
         self.robots = self.world.agents
-        self.engine = Engine.of(self.world, link(library, behavior))
+        self.engine = Engine.from_program(self.world, link(library, behavior))
 
     def reset(self) -> None:
         """Back to the start, robots and automata."""

@@ -79,7 +79,7 @@ def teach_and_judge(seed: int, *, method: str = "watched") -> JudgedTeaching:
 def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[RunFrame]:
     """One run of a library's Forage in one world, moment by moment, until all food is home."""
     body = Forage([seed])
-    engine = Engine.of(body, link(library, "forage"))
+    engine = Engine.from_program(body, link(library, "forage"))
     frames = []
     while True:
         frames.append(RunFrame(body.view(), (*engine.path(0)[:1], "")[:1]))

@@ -73,7 +73,7 @@ def _seen(screen: SessionView) -> bool:
 def success(library: Library, seeds: range) -> float:
     """The share of worlds in which the robot stops beside the ball."""
     body = Soccer(seeds, ANYWHERE)
-    engine = Engine.of(body, link(library, NAME))
+    engine = Engine.from_program(body, link(library, NAME))
     for _ in range(round(LIMIT_S / body.tick_s)):
         engine.tick()
     distance = np.array([_to_ball(body, world) for world in range(len(seeds))])

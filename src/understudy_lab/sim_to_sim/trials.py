@@ -48,12 +48,12 @@ def teach_goto(seed: int) -> TeachingResult:
 
 def goto(library: Library, ground: World | MujocoBody) -> list[float]:
     """Seconds until each robot says that it is there, at the station; NaN where it never does, or says it elsewhere."""
-    engine = Engine.of(ground, link(library, "goto", {"A": "station"}))
+    engine = Engine.from_program(ground, link(library, "goto", {"A": "station"}))
     seconds = np.full(ground.agents, nan)
     said = np.zeros(ground.agents, np.bool_)
     while ground.time_s < GOTO_S and not said.all():
         engine.tick()
-        new = engine.raised("done") & ~said
+        new = engine.find_raised("done") & ~said
         said |= new
         for agent in np.flatnonzero(new).tolist():
             if _to_station(ground, agent) <= THERE_M:
@@ -91,7 +91,7 @@ def make_physics_field(body: soccer.Soccer) -> MujocoBody:
 
 def approach(library: Library, ground: soccer.Soccer | MujocoBody) -> list[float]:
     """Seconds until each robot is 15 cm from the ball; NaN where the limit came first."""
-    engine = Engine.of(ground, link(library, "approach", {}))
+    engine = Engine.from_program(ground, link(library, "approach", {}))
     while np.isnan(ground.finished_s).any() and ground.time_s < soccer.LIMIT_S:
         engine.tick()
     return _rounded(ground.finished_s)
@@ -118,7 +118,7 @@ def disperse(library: Library, ground: World | MujocoBody) -> list[float]:
 
     Stuck is who for `STUCK_S` hardly moves though it is told to drive: leaning on something.
     """
-    engine = Engine.of(ground, link(library, "disperse", {}))
+    engine = Engine.from_program(ground, link(library, "disperse", {}))
     shape = (ground.worlds, ground.robots)
     start, last = _places(ground), _places(ground)
     farthest, still, stuck = np.zeros(shape), np.zeros(shape), np.zeros(shape, np.bool_)

@@ -172,7 +172,7 @@ def approach_by(
     program: Program, body: Soccer, *, pushes: Mapping[int, Disturbance] = NO_PUSHES, limit_s: float = LIMIT_S
 ) -> Column:
     """`approach` by robots that all run one program."""
-    return approach(body, Engine.of(body, program).tick, pushes=pushes, limit_s=limit_s)
+    return approach(body, Engine.from_program(body, program).tick, pushes=pushes, limit_s=limit_s)
 
 
 def approach_by_hand(

@@ -171,7 +171,7 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
     with RunRecorder(path, clock=lambda: now[0]) as recorder:
         robot = Robot(parse_robot(ROVER), RecordingTransport(wire, recorder), clock=lambda: now[0])
         now[0] += 3.7
-        going = Run.of(robot, link(library, "wander", {}))
+        going = Run.from_program(robot, link(library, "wander", {}))
         ran = RunInfo(scenario="arena", library=str(folder), sorts=["robot"], behavior="wander")
         recorder.begin(robot, names=["rover"], ran=ran, files={"rover.toml": ROVER})
         for tick in range(60):

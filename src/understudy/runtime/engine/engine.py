@@ -91,7 +91,7 @@ class Engine:
         self.restart()
 
     @classmethod
-    def of(cls, body: Body, program: Program) -> Self:
+    def from_program(cls, body: Body, program: Program) -> Self:
         """An engine in which every agent runs one program."""
         return cls(body, [program] * body.agents)
 
@@ -118,7 +118,7 @@ class Engine:
         """The number of the order that each basic behavior gives [B]: of coordinators."""
         return self._acting.table[:, self._acting.channels.index(ORDER)].astype(np.int64)
 
-    def raised(self, flag: str) -> NDArray[np.bool_]:
+    def find_raised(self, flag: str) -> NDArray[np.bool_]:
         """Which agents have raised a flag [N]."""
         raised = np.zeros(self.body.agents, np.bool_)
         runs = self.stacks.root >= 0

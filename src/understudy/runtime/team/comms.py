@@ -47,11 +47,11 @@ class CommsChannel:
     keys: NDArray[np.uint64]
 
     @property
-    def perfect(self) -> bool:
+    def is_perfect(self) -> bool:
         """Whether all arrives at once."""
         return self.ticks == 0 and self.loss == 0.0
 
-    def arrives(self, tick: int, way: int) -> NDArray[np.bool_]:
+    def draw_arrivals(self, tick: int, way: int) -> NDArray[np.bool_]:
         """Whose message of this tick arrives [M]."""
         if self.loss == 0.0:
             return np.ones(len(self.keys), np.bool_)
@@ -84,13 +84,13 @@ class DelayedValues:
         self._ticks = np.full(radio.ticks + 1, -1)
         self._last = np.full(len(radio.keys), np.nan)
 
-    def through(self, values: Column, tick: int) -> Column:
+    def push_and_get(self, values: Column, tick: int) -> Column:
         """What has arrived by now, given what is sent now; asked again in the same tick it answers the same."""
         size = len(self._sent)
         self._sent[tick % size], self._ticks[tick % size] = values, tick
         then = tick - self._radio.ticks
         if then >= 0 and self._ticks[then % size] == then:
-            arrived = self._radio.arrives(then, self._way)
+            arrived = self._radio.draw_arrivals(then, self._way)
             self._last = np.where(arrived, self._sent[then % size], self._last)
         return self._last
 
@@ -127,7 +127,7 @@ class MemberReports:
         self._delayed: dict[ReadingKey | str, DelayedValues] = {}
 
     @property
-    def perfect(self) -> bool:
+    def is_perfect(self) -> bool:
         """Whether all arrives at once."""
         return self._radio is None
 
@@ -151,13 +151,13 @@ class MemberReports:
         up = np.zeros(len(self.roster))
         for number, band in enumerate(self.bands):
             there = self.roster.band == number
-            up[there] = band.layer.runner.raised(flag)[self.roster.row[there]]
+            up[there] = band.layer.runner.find_raised(flag)[self.roster.row[there]]
         if self._radio is None:
             return up
         up, about = self._through(f"flag {flag}", up, now), self._through("about", answering, now)
         return np.where(about == issued, up, 0.0)
 
-    def counted(self, now: float) -> Bools:
+    def select_present(self, now: float) -> Bools:
         """Who is still there [M]: has not failed, is not stuck where that counts, has been heard of lately."""
         there = np.ones(len(self.roster), np.bool_)
         for number, band in enumerate(self.bands):
@@ -176,4 +176,4 @@ class MemberReports:
             return values
         if key not in self._delayed:
             self._delayed[key] = DelayedValues(self._radio, UP)
-        return self._delayed[key].through(values, round(now / self._tick_s))
+        return self._delayed[key].push_and_get(values, round(now / self._tick_s))

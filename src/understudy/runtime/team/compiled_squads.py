@@ -53,7 +53,7 @@ class SquadTables(NamedTuple):
 
 
 class SquadCompiler:
-    """The layers of a team in B worlds, robots first. `possible` tells whether kernels can do what they do."""
+    """The layers of a team in B worlds, robots first. `is_possible` tells whether kernels can do what they do."""
 
     def __init__(
         self, layers: Sequence[AgentLayer], keys: Sequence[tuple[ReadingKey, ...]], worlds: int
@@ -67,7 +67,7 @@ class SquadCompiler:
         ]
 
     @staticmethod
-    def possible(layers: Sequence[AgentLayer]) -> bool:
+    def is_possible(layers: Sequence[AgentLayer]) -> bool:
         """Whether all is data, nothing takes time on a radio or is shared out, and no angle is averaged."""
         engines = [layer.runner for layer in layers]
         if len(layers) < 2 or not all(
@@ -76,8 +76,8 @@ class SquadCompiler:
             return False
         return all(isinstance(layer.body, SquadBody) and _is_plain(layer.body) for layer in layers[1:])
 
-    def lead(self) -> SquadTables:
-        """Everything as it is now; what kernels do to it is done to the team once `keep` was called."""
+    def make_tables(self) -> SquadTables:
+        """Everything as it is now; what kernels do to it is done to the team once `write_back` was called."""
         bands = []
         for layer, columns in zip(self._layers, self._columns, strict=True):
             engine, agents = _engine(layer), layer.body.agents
@@ -85,10 +85,10 @@ class SquadCompiler:
             bands.append((tuple(engine.compiled.tables), tuple(engine.stacks), values, there, engine.running))
         return SquadTables(tuple(bands), tuple(led.record() for led in self._led), tuple(self._columns[0]))
 
-    def keep(self) -> None:
+    def write_back(self) -> None:
         """Put back what squads remember."""
         for led in self._led:
-            led.keep()
+            led.write_back()
 
 
 def _engine(layer: AgentLayer) -> Engine:
@@ -105,7 +105,9 @@ def _columns(layer: AgentLayer, needed: Sequence[ReadingKey]) -> list[ReadingKey
 
 
 def _is_plain(body: SquadBody) -> bool:
-    if not body.reports.perfect or any(duty.share for order in body.ordering.known for duty in order.duties):
+    if not body.reports.is_perfect or any(
+        duty.share for order in body.ordering.all_orders for duty in order.duties
+    ):
         return False
     engine = next(iter(body.readings), None)
     return engine is None or (
@@ -154,14 +156,14 @@ class _SquadLayer:
         )
         engine = _engine(layers[level])
         self._ordered = engine.orders
-        self._duties = body.ordering.dealt()
+        self._duties = body.ordering.compute_fixed_assignments()
         self._roots = self._rooted(layers)
 
     def _rooted(self, layers: Sequence[AgentLayer]) -> NDArray[np.int32]:
         """What the root of a member of each band is to be for each duty."""
         ordering, bands = self._body.ordering, self._body.bands
         roots = np.full((len(ordering.duties), len(bands)), NOWHERE, np.int32)
-        for number, fits in ordering.fitting().items():
+        for number, fits in ordering.find_assignable_groups().items():
             duty = ordering.duties[number]
             for band in fits:
                 engine = _engine(bands[band].layer)
@@ -189,7 +191,7 @@ class _SquadLayer:
             counted, self._last, self._since, state, self._squads,
         )  # fmt: skip
 
-    def keep(self) -> None:
+    def write_back(self) -> None:
         """Put back what is remembered."""
         for index, key in enumerate(self._keys):
             memory = self._body.memory(key)

@@ -77,9 +77,9 @@ class CoordinatorBody:
             layer.percept = layer.body.sense(list_reading_keys(layer.body))
         return self.squads.sense(keys)
 
-    def numbered(self, order: Order) -> int:
+    def index_order(self, order: Order) -> int:
         """The number of an order; UnknownName where members do not know what it says."""
-        return self.squads.numbered(order)
+        return self.squads.index_order(order)
 
     def act(self, commands: Commands) -> None:
         """Give the orders, and let everybody below decide and act for one tick."""
@@ -99,7 +99,9 @@ class CoordinatorBody:
         if not isinstance(self.ground, Rewindable):
             raise SessionError(f"this troop cannot be rewound: {NO_SIMULATION}")
         squads = [
-            layer.body.kept() for layer in (*self._below, self._own) if isinstance(layer.body, SquadBody)
+            layer.body.capture_state()
+            for layer in (*self._below, self._own)
+            if isinstance(layer.body, SquadBody)
         ]
         runs = [_kept(layer, self.time_s) for layer in self._below]
         return msgspec.msgpack.encode(CoordinatorSnapshot(self.ground.snapshot(), squads, runs))

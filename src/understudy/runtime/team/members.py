@@ -32,7 +32,7 @@ class Runner(Protocol):
         """Let these agents run a program from its start."""
         ...
 
-    def raised(self, flag: str) -> NDArray[np.bool_]:
+    def find_raised(self, flag: str) -> NDArray[np.bool_]:
         """Which agents have raised a flag [N]."""
         ...
 
@@ -82,7 +82,9 @@ class Membership:
     squad: NDArray[np.intp]
 
     @classmethod
-    def of(cls, squads: Sequence[Sequence[Member]], worlds: int = 1, rows: Sequence[int] = ()) -> Membership:
+    def from_squads(
+        cls, squads: Sequence[Sequence[Member]], worlds: int = 1, rows: Sequence[int] = ()
+    ) -> Membership:
         """The squads of one world, or of as many side by side, whose bodies have so many `rows` for each world."""
         members = [member for squad in squads for member in squad]
         band, row, role = np.array(members, np.intp).reshape(-1, 3).T

@@ -55,7 +55,7 @@ class OrderDispatcher:
         return [self._orders[number] for number in self.order.tolist()]
 
     @property
-    def known(self) -> list[Order]:
+    def all_orders(self) -> list[Order]:
         """All orders that there are."""
         return [order for order in self._orders if order is not None]
 
@@ -64,7 +64,7 @@ class OrderDispatcher:
         """What stands now: order, issued [S], meant, heard, answering [M], to be changed in place."""
         return self.order, self.issued, self.meant, self.heard, self.answering
 
-    def dealt(self) -> NDArray[np.int64]:
+    def compute_fixed_assignments(self) -> NDArray[np.int64]:
         """Which duty each order has for members of each role [orders, roles], where none is shared out."""
         found = np.zeros((len(self._orders), len(self.squad.roles)), np.int64)
         for number, order in enumerate(self._orders):
@@ -74,9 +74,9 @@ class OrderDispatcher:
                 found[number, place] = 0 if fit is None else self._number(fit)
         return found
 
-    def fitting(self) -> dict[int, set[int]]:
+    def find_assignable_groups(self) -> dict[int, set[int]]:
         """The bands of members that may be ordered to do each duty."""
-        dealt = self.dealt()
+        dealt = self.compute_fixed_assignments()
         found: dict[int, set[int]] = {0: set(range(len(self.bands)))}
         for place in range(len(self.squad.roles)):
             bands = set(np.unique(self.roster.band[self.roster.role == place]).tolist())
@@ -84,7 +84,7 @@ class OrderDispatcher:
                 found[duty] = found.get(duty, set()) | bands
         return found
 
-    def numbered(self, order: Order | None) -> int:
+    def index_order(self, order: Order | None) -> int:
         """The number of an order; UnknownName where members do not know what it says."""
         if order is not None and order not in self._orders:
             self._check(order)
@@ -102,7 +102,7 @@ class OrderDispatcher:
             for band in np.unique(self.roster.band[fit]).tolist():
                 self.bands[band].finds(duty.behavior, duty.binding)
 
-    def give(self, order: NDArray[np.intp], issued: Column, counted: NDArray[np.bool_], tick: int) -> None:
+    def issue(self, order: NDArray[np.intp], issued: Column, counted: NDArray[np.bool_], tick: int) -> None:
         """Let orders [S] stand that were given then [S]; where one is new, the members stop and start what it says."""
         anew = (order != self.order) | ~(np.abs(issued - self.issued) <= SAME_S)
         self.order, self.issued = order, np.where(anew, issued, self.issued)
@@ -113,7 +113,10 @@ class OrderDispatcher:
         heard, answering = self.meant, given
         if self._delayed is not None:
             which, when = self._delayed
-            sent, answering = which.through(self.meant.astype(np.float64), tick), when.through(given, tick)
+            sent, answering = (
+                which.push_and_get(self.meant.astype(np.float64), tick),
+                when.push_and_get(given, tick),
+            )
             nothing = np.isnan(answering)  # has come through since the run began, or was gone back in
             heard = np.where(nothing, self.heard, sent).astype(np.intp)
             answering = np.where(nothing, self.answering, answering)
@@ -155,7 +158,7 @@ class OrderDispatcher:
             program = IDLE_PROGRAM if what is None else self.bands[number].finds(what.behavior, what.binding)
             self.bands[number].layer.runner.begin(self.roster.row[mine], program)
 
-    def go_back(
+    def restore(
         self,
         orders: Sequence[Order | None],
         issued: Column,
@@ -163,7 +166,7 @@ class OrderDispatcher:
         answering: Column,
     ) -> None:
         """Go back to orders that stood once; members begin what they did."""
-        self.order = np.array([self.numbered(order) for order in orders], np.intp)
+        self.order = np.array([self.index_order(order) for order in orders], np.intp)
         self.issued, self.answering = issued.copy(), answering.copy()
         numbers = [0 if duty is None else self._number(duty) for duty in duties]
         self.meant, self.heard = np.array(numbers, np.intp), np.array(numbers, np.intp)

@@ -101,7 +101,7 @@ class SquadBody:
 
     # Sensing
 
-    def needs(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
+    def list_needed_readings(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
         """What members have to sense, so that these readings are there."""
         found = [(self._statistics[name].reading, target) for name, target in self._remembered(keys)]
         needed = [(reading, target) for reading, target in found if reading is not None]
@@ -114,7 +114,7 @@ class SquadBody:
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Statistics [S] over what the members have sensed in this tick, and the flags that they raised before it."""
         now = self.time_s
-        self._counted = self.reports.counted(now)
+        self._counted = self.reports.select_present(now)
         return {key: self._sensed(key, now) for key in self._remembered(keys)}
 
     def _sensed(self, key: ReadingKey, now: float) -> Column:
@@ -125,7 +125,7 @@ class SquadBody:
             statistic, values, self._counted & self._roles[statistic.role], self.roster, kind
         )
         memory = self.memory(key)
-        return found if memory is None else memory.seen(found, now)
+        return found if memory is None else memory.update(found, now)
 
     def statistic(self, name: str) -> Statistic:
         """The statistic of this name."""
@@ -167,18 +167,18 @@ class SquadBody:
 
     # Ordering
 
-    def numbered(self, order: Order) -> int:
+    def index_order(self, order: Order) -> int:
         """The number of an order; UnknownName where members do not know what it says."""
-        return self.ordering.numbered(order)
+        return self.ordering.index_order(order)
 
     def act(self, commands: Commands) -> None:
         """Give orders: where a state was entered anew, the members stop what they do and start what it says."""
         tick = round(self.time_s / self.tick_s)
-        self.ordering.give(commands[ORDER].astype(np.intp), commands[ISSUED], self._counted, tick)
+        self.ordering.issue(commands[ORDER].astype(np.intp), commands[ISSUED], self._counted, tick)
 
     # Keeping
 
-    def kept(self) -> SquadState:
+    def capture_state(self) -> SquadState:
         """What they are at, for `restore`."""
         orders, duties = self.ordering.orders, self.ordering.duty
         memories = [
@@ -206,7 +206,7 @@ class SquadBody:
             None if each is None else Order(tuple(_read(*duty) for duty in each)) for each in kept.orders
         ]
         duties = [None if duty is None else _read(*duty) for duty in kept.duties]
-        self.ordering.go_back(orders, np.array(kept.issued), duties, np.array(kept.answering))
+        self.ordering.restore(orders, np.array(kept.issued), duties, np.array(kept.answering))
         for name, target, last, since, values, times in kept.memories:
             memory = self._memories[name, target] = self._memory(self._statistics[name])
             memory.last, memory.since = np.array(last), np.array(since)

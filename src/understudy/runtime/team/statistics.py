@@ -96,7 +96,7 @@ class StatisticMemory:
         self.last, self.since = np.full(self.squads, np.nan), np.full(self.squads, np.nan)
         self.values, self.times = np.full((ticks, self.squads), np.nan), np.full(ticks, -np.inf)
 
-    def seen(self, value: Column, now: float) -> Column:
+    def update(self, value: Column, now: float) -> Column:
         """What the statistic reads, given what it is now; asked again in the same tick it answers the same."""
         statistic = self.statistic
         if statistic.how not in YES_OR_NO:

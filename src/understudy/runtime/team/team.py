@@ -102,7 +102,7 @@ class Team:
         self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
         self.layers = self._built(roots, worlds, makes)
         self._keys = self._needed()
-        fused = isinstance(ground, Fused) and SquadCompiler.possible(self.layers)
+        fused = isinstance(ground, Fused) and SquadCompiler.is_possible(self.layers)
         self._leading = SquadCompiler(self.layers, self._keys, worlds) if fused else None
 
     def _closure(self, names: set[str]) -> set[str]:
@@ -150,7 +150,7 @@ class Team:
                     MemberGroup(squad.name, robots, self._finds[squad.name])
                 )  # nobody's member, in this team
                 continue
-            roster = Membership.of(members, worlds, rows)
+            roster = Membership.from_squads(members, worlds, rows)
             body = SquadBody(squad, roster, bands, self.ground, self._radio_of(level, len(roster) // worlds))
             layer = self._layer(body, [root[squad.name]] * body.agents, (squad.name,), makes)
             layers.append(layer)
@@ -161,7 +161,7 @@ class Team:
     def _radio_of(self, level: int, members: int) -> CommsChannel | None:
         ticks, loss, seeds = self._radio
         radio = CommsChannel(ticks, loss, make_member_draw_keys(seeds, members, level))
-        return None if radio.perfect else radio
+        return None if radio.is_perfect else radio
 
     def _layer(
         self, body: Body, programs: Sequence[Program], names: Sequence[str], makes: Makes
@@ -181,7 +181,7 @@ class Team:
             body = self.layers[number].body
             if isinstance(body, SquadBody):
                 below = {id(body.bands[band].layer) for band in np.unique(body.roster.band).tolist()}
-                for key in body.needs(list(needed[number])):
+                for key in body.list_needed_readings(list(needed[number])):
                     for lower, layer in enumerate(self.layers[:number]):
                         if id(layer) in below and key[0] in {reading.name for reading in layer.body.readings}:
                             needed[lower][key] = None
@@ -201,10 +201,10 @@ class Team:
             for _ in range(ticks):
                 self.tick()
             return
-        plan, lead = robots.plan(), self._leading.lead()
+        plan, lead = robots.plan(), self._leading.make_tables()
         if plan is not None:
             ground.advance(replace(plan, keys=lead.keys, lead=(lead.bands, lead.leads)), ticks, None)
-            self._leading.keep()
+            self._leading.write_back()
 
     def clear(self) -> None:
         """Begin anew: nobody has orders, nothing is remembered; who is not ordered about begins its program."""
@@ -227,10 +227,10 @@ class Team:
                         paths[row] = (str(duty), *paths[row])
         return paths
 
-    def raised(self, name: str, flags: Collection[str]) -> NDArray[np.bool_]:
+    def find_raised(self, name: str, flags: Collection[str]) -> NDArray[np.bool_]:
         """Which agents of a sort have raised one of these flags."""
         runner = self.layer(name).runner
-        found: NDArray[np.bool_] = np.logical_or.reduce([runner.raised(flag) for flag in flags])
+        found: NDArray[np.bool_] = np.logical_or.reduce([runner.find_raised(flag) for flag in flags])
         return found
 
     @property

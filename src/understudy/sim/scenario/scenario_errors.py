@@ -16,16 +16,16 @@ class ScenarioErrors:
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
 
-    def wrong(self, key: str, problem: str, remedy: str) -> NoReturn:
+    def fail(self, key: str, problem: str, remedy: str) -> NoReturn:
         """Raise the error."""
         where = f"scenario {str(self.scenario.name)!r}"
         raise SettingError(where=where, setting=key, problem=problem, remedy=remedy)
 
-    def known(self, key: str, name: str, names: Iterable[str], *, what: str) -> None:
+    def check_known(self, key: str, name: str, names: Iterable[str], *, what: str) -> None:
         """Error where a name is none of those there are."""
         names = list(dict.fromkeys(names))
         if name not in names:
-            self.wrong(key, f"is {name!r}, and there is no such {what}", suggest_name(name, names, what=what))
+            self.fail(key, f"is {name!r}, and there is no such {what}", suggest_name(name, names, what=what))
 
 
 def suggest_name(name: str, names: Iterable[str], *, what: str) -> str:

@@ -34,9 +34,9 @@ def check_signal(checker: ScenarioErrors, key: str, channels: Mapping[str, float
     for channel, value in channels.items():
         if channel == SIGNAL and not isinstance(value, str):
             remedy = 'give the name of the signal that it raises: signal = "help"'
-            checker.wrong(f"{key}.{channel}", f"is {value}", remedy)
+            checker.fail(f"{key}.{channel}", f"is {value}", remedy)
         if channel != SIGNAL and isinstance(value, str):
-            checker.wrong(f"{key}.{channel}", f"is {value!r:.60}, a text", "give a number from -1 to 1")
+            checker.fail(f"{key}.{channel}", f"is {value!r:.60}, a text", "give a number from -1 to 1")
 
 
 def _check_box(checker: ScenarioErrors, key: str, thing: ObjectClass, pull: PullRule) -> None:
@@ -45,24 +45,24 @@ def _check_box(checker: ScenarioErrors, key: str, thing: ObjectClass, pull: Pull
     others += ["amount"] if thing.amount not in (0, (0, 0)) else []
     if others:
         problem = f"is given beside {join_names(others)}"
-        checker.wrong(f"{key}.pull", problem, "leave out one or the other: boxes to pull are nothing else")
+        checker.fail(f"{key}.pull", problem, "leave out one or the other: boxes to pull are nothing else")
     robots = sum(count_robots(each.count, each.at) for each in checker.scenario.robots)
     if pull.robots > robots:
         problem = f"is {pull.robots}, and there are {robots} robots"
-        checker.wrong(f"{key}.pull.robots", problem, f"give at most {robots}, or more robots")
+        checker.fail(f"{key}.pull.robots", problem, f"give at most {robots}, or more robots")
     region = checker.scenario.regions.get(thing.within or "")
     if pull.respawn and region is not None and region.box is None:
         problem = "is a circle for boxes that appear again"
-        checker.wrong(f"{key}.within", problem, "give a region that is a box")
+        checker.fail(f"{key}.within", problem, "give a region that is a box")
 
 
 def _check_claimed(checker: ScenarioErrors, key: str, sensor: ClaimSensor) -> None:
     _check_raised(checker, f"{key}.signal", sensor.signal)
     known = list_claimable_targets(checker.scenario)
     if sensor.targets is not None and not sensor.targets:
-        checker.wrong(f"{key}.targets", "is empty", "leave it out for all targets, or name some")
+        checker.fail(f"{key}.targets", "is empty", "leave it out for all targets, or name some")
     for name in sensor.targets or ():
-        checker.known(f"{key}.targets", name, known, what="target that is an object and may be claimed")
+        checker.check_known(f"{key}.targets", name, known, what="target that is an object and may be claimed")
 
 
 def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None:
@@ -72,15 +72,15 @@ def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None
             _check_raised(checker, f"{key}.{word}", signal)
     if target.unclaimed is not None and target.nearest is None:
         remedy = "give the class whose nearest unclaimed object is meant as `nearest`"
-        checker.wrong(f"{key}.unclaimed", "is given without `nearest`", remedy)
+        checker.fail(f"{key}.unclaimed", "is given without `nearest`", remedy)
     if (target.unclaimed is None) != (target.within is None):
         given, other = ("within", "unclaimed") if target.unclaimed is None else ("unclaimed", "within")
         remedy = f"give both or neither: {other} is {'the signal that claims' if given == 'within' else 'how near'}"
-        checker.wrong(f"{key}.{given}", f"is given without `{other}`", remedy)
+        checker.fail(f"{key}.{given}", f"is given without `{other}`", remedy)
 
 
 def _check_raised(checker: ScenarioErrors, key: str, signal: str) -> None:
-    checker.known(key, signal, list_signals(checker.scenario), what="signal that some behavior raises")
+    checker.check_known(key, signal, list_signals(checker.scenario), what="signal that some behavior raises")
 
 
 def _check_goal(checker: ScenarioErrors, goal: Goal) -> None:
@@ -88,14 +88,14 @@ def _check_goal(checker: ScenarioErrors, goal: Goal) -> None:
     things = checker.scenario.objects
     boxes = [thing for thing in things if thing.pull is not None]
     if not boxes:
-        checker.wrong("goal.gathered", "cannot be: there is no box", "give an object a pull")
+        checker.fail("goal.gathered", "cannot be: there is no box", "give an object a pull")
     if not any(thing.home and not thing.solid and not thing.pushable for thing in things):
         remedy = "give an object home = true that is not solid"
-        checker.wrong("goal.gathered", "cannot be: there is no home that a box can be brought into", remedy)
+        checker.fail("goal.gathered", "cannot be: there is no home that a box can be brought into", remedy)
     most = sum(map(get_most_count, boxes))
     if goal.gathered > most and not any(thing.pull and thing.pull.respawn for thing in boxes):
         problem = f"is {goal.gathered}, and there are {most} boxes at most"
-        checker.wrong("goal.gathered", problem, f"give at most {most}, or let boxes respawn")
+        checker.fail("goal.gathered", problem, f"give at most {most}, or let boxes respawn")
 
 
 def list_raised_signals(kind: RobotType) -> list[tuple[str, str]]:

@@ -43,7 +43,7 @@ def check_scenario_names(checker: ScenarioErrors) -> None:
     _check_spelling(checker)
     _once(checker, "objects", [thing.name for thing in scenario.objects])
     if not scenario.types:
-        checker.wrong("types", "is empty", "give at least one type of robot")
+        checker.fail("types", "is empty", "give at least one type of robot")
     for name, kind in scenario.types.items():
         _check_sensors(checker, f"types.{name}", kind)
         _check_behaviors(checker, f"types.{name}.behaviors", kind)
@@ -53,7 +53,7 @@ def check_scenario_names(checker: ScenarioErrors) -> None:
     for name in features:
         if features.count(name) > 1:
             key = f"features.{name}" if name in scenario.features else _sensor_reading(scenario, name)
-            checker.wrong(key, f"is a second feature of the name {name!r}", "rename one of the two")
+            checker.fail(key, f"is a second feature of the name {name!r}", "rename one of the two")
     make_behaviors(scenario)
     make_targets(scenario)
     if scenario.goal is not None:
@@ -64,7 +64,7 @@ def check_identifier(checker: ScenarioErrors, key: str, name: str) -> None:
     """SettingError where a name is no word."""
     if not NAME.fullmatch(name):
         remedy = "give up to 60 letters, digits, _, - and spaces inside"
-        checker.wrong(key, f"has {name!r:.80}, which is no name", remedy)
+        checker.fail(key, f"has {name!r:.80}, which is no name", remedy)
 
 
 def _check_spelling(checker: ScenarioErrors) -> None:
@@ -103,7 +103,7 @@ def _check_spelling(checker: ScenarioErrors) -> None:
     for key, name in spelled:
         check_identifier(checker, key, name)
         if name == MOUSE and key.startswith("objects"):
-            checker.wrong(key, f"is {MOUSE!r}, which is the pointer's own", "give another name")
+            checker.fail(key, f"is {MOUSE!r}, which is the pointer's own", "give another name")
 
 
 def _once(checker: ScenarioErrors, key: str, names: list[str]) -> None:
@@ -111,7 +111,7 @@ def _once(checker: ScenarioErrors, key: str, names: list[str]) -> None:
         first = names.index(name)
         if first < index:
             problem = f"is {name!r}, as is that of {key}[{first}]"
-            checker.wrong(f"{key}[{index}].name", problem, "rename one of the two")
+            checker.fail(f"{key}[{index}].name", problem, "rename one of the two")
 
 
 def _check_sensors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
@@ -119,13 +119,13 @@ def _check_sensors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
     read: dict[str, int] = {}
     for index, sensor in enumerate(kind.sensors):
         for setting, problem, remedy in find_sensor_row(sensor).check(sensor):
-            checker.wrong(f"{key}.sensors[{index}].{setting}", problem, remedy)
+            checker.fail(f"{key}.sensors[{index}].{setting}", problem, remedy)
     _check_locators(checker, key, kind)
     for index, reading in list_type_readings(kind):
         both = (kind.sensors[index], kind.sensors[read.get(reading.name, index)])
         if reading.name in read and not all(isinstance(sensor, TargetLocator) for sensor in both):
             problem = f"reads {reading.name!r}, as does sensors[{read[reading.name]}]"
-            checker.wrong(f"{key}.sensors[{index}]", problem, "rename one of the two, or leave it out")
+            checker.fail(f"{key}.sensors[{index}]", problem, "rename one of the two, or leave it out")
         read[reading.name] = index
     timed = [
         reading.name
@@ -136,7 +136,7 @@ def _check_sensors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
     for index, sensor in enumerate(kind.sensors):
         if isinstance(sensor, ElapsedSensor):
             at = f"{key}.sensors[{index}].of"
-            checker.known(at, sensor.of, timed, what="reading of a target, or one that is yes or no")
+            checker.check_known(at, sensor.of, timed, what="reading of a target, or one that is yes or no")
 
 
 def _check_locators(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
@@ -147,14 +147,14 @@ def _check_locators(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
             continue
         at = f"{key}.sensors[{index}]"
         if sensor.targets is not None and not sensor.targets:
-            checker.wrong(f"{at}.targets", "is empty", "leave it out for all targets, or name some")
+            checker.fail(f"{at}.targets", "is empty", "leave it out for all targets, or name some")
         for target in sensor.targets or (None,):
             if target is not None:
-                checker.known(f"{at}.targets", target, checker.scenario.targets, what="target")
+                checker.check_known(f"{at}.targets", target, checker.scenario.targets, what="target")
             if target in taken:
                 what = "all targets" if target is None else f"the target {target!r}"
                 remedy = "give one of them other `targets`, or leave it out"
-                checker.wrong(at, f"reads the range of {what}, as does sensors[{taken[target]}]", remedy)
+                checker.fail(at, f"reads the range of {what}, as does sensors[{taken[target]}]", remedy)
             taken[target] = index
 
 
@@ -169,12 +169,12 @@ def _check_behaviors(checker: ScenarioErrors, key: str, kind: RobotType) -> None
             at = f"{key}.{name}.{channel}"
             if channel in carrying and not carries:
                 remedy = "give some type a capacity above 0, or some object a pull"
-                checker.wrong(at, "is asked for where no robot carries food or pulls a box", remedy)
-            checker.known(at, channel, [*moving, *carrying * carries, SIGNAL], what="channel")
+                checker.fail(at, "is asked for where no robot carries food or pulls a box", remedy)
+            checker.check_known(at, channel, [*moving, *carrying * carries, SIGNAL], what="channel")
             if isinstance(value, str):
                 continue
             if not -1 <= value <= 1:
-                checker.wrong(
+                checker.fail(
                     at, f"is {value}", "give a number from -1 to 1: a share of the robot's own speed"
                 )
 
@@ -185,46 +185,48 @@ def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None
     given = [name for name in _REFERENCES if getattr(target, name) is not None]
     if len(given) != 1 and sorted(given) not in _TOGETHER:
         remedy = f"give exactly one of {', '.join(_REFERENCES)}; a signal may be beside a team or a robot"
-        checker.wrong(key, f"has {join_names(given)}", remedy)
+        checker.fail(key, f"has {join_names(given)}", remedy)
     for name in ("nearest", "object"):
         if name in given:
-            checker.known(f"{key}.{name}", getattr(target, name), names.classes, what="class of objects")
+            checker.check_known(
+                f"{key}.{name}", getattr(target, name), names.classes, what="class of objects"
+            )
     if target.team is not None:
-        checker.known(f"{key}.team", target.team, names.teams, what="team")
+        checker.check_known(f"{key}.team", target.team, names.teams, what="team")
     if target.color is not None and target.color not in names.colors:
         remedy = f"give one that is there: {join_names(map(repr, names.colors))}"
-        checker.wrong(f"{key}.color", f"is {target.color!r}, a color nobody has", remedy)
+        checker.fail(f"{key}.color", f"is {target.color!r}, a color nobody has", remedy)
     if target.index and target.object is None:
-        checker.wrong(f"{key}.index", "is given without an object", "leave it out, or give the object")
+        checker.fail(f"{key}.index", "is given without an object", "leave it out, or give the object")
     if target.index:
         thing = next((thing for thing in scenario.objects if thing.name == target.object), None)
         most = 1 if thing is None else get_most_count(thing) + scenario.spare_objects
         if target.index >= most:
             problem = f"is {target.index}, and of {target.object!r} there are {most} at most"
-            checker.wrong(f"{key}.index", problem, f"give 0 to {most - 1}")
+            checker.fail(f"{key}.index", problem, f"give 0 to {most - 1}")
 
 
 def _check_goal(checker: ScenarioErrors, goal: Goal) -> None:
     scenario = checker.scenario
     if [goal.delivered, goal.gathered > 0, goal.target is not None].count(True) != 1:
         remedy = "give either delivered = true, or how many boxes are to be gathered, or a target"
-        checker.wrong("goal", "is to deliver, to gather and to reach, or none of it", remedy)
+        checker.fail("goal", "is to deliver, to gather and to reach, or none of it", remedy)
     if goal.target is not None:
-        checker.known("goal.target", goal.target, collect_names(scenario).classes, what="class of objects")
+        checker.check_known(
+            "goal.target", goal.target, collect_names(scenario).classes, what="class of objects"
+        )
         return
     if goal.all:
-        checker.wrong("goal.all", "is given without a target", "leave it out, or give a target")
+        checker.fail("goal.all", "is given without a target", "leave it out, or give a target")
     if goal.gathered:
         return
     carriers = {name for name, kind in scenario.types.items() if kind.capacity > 0}
     if not any(robots.type in carriers for robots in scenario.robots):
-        checker.wrong(
-            "goal.delivered", "cannot be: no robot can carry food", "give a type a capacity above 0"
-        )
+        checker.fail("goal.delivered", "cannot be: no robot can carry food", "give a type a capacity above 0")
     if not any(thing.home for thing in scenario.objects):
-        checker.wrong("goal.delivered", "cannot be: there is no home", "give an object home = true")
+        checker.fail("goal.delivered", "cannot be: there is no home", "give an object home = true")
     if not (_has_food(scenario.objects) or any(robots.stored for robots in scenario.robots)):
-        checker.wrong("goal.delivered", "cannot be: there is no food", "give an object an amount above 0")
+        checker.fail("goal.delivered", "cannot be: there is no food", "give an object an amount above 0")
 
 
 def _has_food(things: Iterable[ObjectClass]) -> bool:

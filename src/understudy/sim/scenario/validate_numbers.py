@@ -98,7 +98,7 @@ def check_numbers(checker: ScenarioErrors) -> None:
             for number, at in list_numbers(value, key):
                 _check_number(checker, at, number, find_limit(type(part), name))
             if name in RANGES and isinstance(value, tuple) and value[0] > value[1]:
-                checker.wrong(key, f"is {list(value)}", "give the least first, then the most")
+                checker.fail(key, f"is {list(value)}", "give the least first, then the most")
     _check_times(checker)
 
 
@@ -139,9 +139,9 @@ def _leaves(value: Any, key: str) -> Iterator[tuple[Any, str]]:
 def _check_number(checker: ScenarioErrors, key: str, number: float, limit: Limit | None) -> None:
     if not isfinite(number) or abs(number) > MOST:
         remedy = f"give {limit.words}" if limit else "give a finite number"
-        checker.wrong(key, f"is {number}", f"{remedy}{', at most 1e9' * (abs(number) > MOST)}")
+        checker.fail(key, f"is {number}", f"{remedy}{', at most 1e9' * (abs(number) > MOST)}")
     if limit is not None and not limit.holds(number):
-        checker.wrong(key, f"is {number}", f"give {limit.words}")
+        checker.fail(key, f"is {number}", f"give {limit.words}")
 
 
 def _check_times(checker: ScenarioErrors) -> None:
@@ -151,9 +151,9 @@ def _check_times(checker: ScenarioErrors) -> None:
         for key, seconds in (("load_s", kind.load_s), ("unload_s", kind.unload_s)):
             ticks = seconds / tick_s
             if kind.capacity > 0 and (round(ticks) < 1 or abs(ticks - round(ticks)) > 1e-6):
-                checker.wrong(
+                checker.fail(
                     f"types.{name}.{key}", f"is {seconds} s", f"give a multiple of tick_s, {tick_s} s"
                 )
         if kind.turning_deg * tick_s >= 180:
             problem = f"is {kind.turning_deg}: half a circle or more in a tick of {tick_s} s"
-            checker.wrong(f"types.{name}.turning_deg", problem, "give less, or a shorter tick_s")
+            checker.fail(f"types.{name}.turning_deg", problem, "give less, or a shorter tick_s")

@@ -55,7 +55,7 @@ def check_places(checker: ScenarioErrors) -> None:
     for index, obstacle in enumerate(scenario.obstacles):
         _check_shape(checker, f"obstacles[{index}]", obstacle)
     if not scenario.robots:
-        checker.wrong("robots", "is empty", "give at least one robot")
+        checker.fail("robots", "is empty", "give at least one robot")
     for index, robots in enumerate(scenario.robots):
         _check_robots(checker, f"robots[{index}]", robots)
     for index, thing in enumerate(scenario.objects):
@@ -81,13 +81,13 @@ def list_placed(scenario: Scenario) -> Iterator[tuple[str, Placement, float]]:
 def _check_region(checker: ScenarioErrors, key: str, region: ArenaRegion) -> None:
     round_one = region.center is not None and region.radius is not None
     if (region.box is not None) == round_one or (region.center is None) != (region.radius is None):
-        checker.wrong(key, "is neither a box nor a circle", "give either a box, or a center and a radius")
+        checker.fail(key, "is neither a box nor a circle", "give either a box, or a center and a radius")
     width, height = checker.scenario.size
     if region.box is not None:
         x0, y0, x1, y1 = region.box
         if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
             remedy = f"give (x0, y0, x1, y1) with 0 <= x0 < x1 <= {width} and 0 <= y0 < y1 <= {height}"
-            checker.wrong(f"{key}.box", f"is {list(region.box)}", remedy)
+            checker.fail(f"{key}.box", f"is {list(region.box)}", remedy)
     elif region.center is not None:
         _check_inside(checker, f"{key}.center", region.center, 0.0)
 
@@ -96,42 +96,42 @@ def _check_inside(checker: ScenarioErrors, key: str, place: Sequence[float], rad
     (x, y), (width, height) = place[:2], checker.scenario.size
     if not (radius <= x <= width - radius and radius <= y <= height - radius):
         where = f"x from {radius} to {width - radius} and y from {radius} to {height - radius}"
-        checker.wrong(key, f"is ({x}, {y}), outside the arena", f"give {where}")
+        checker.fail(key, f"is ({x}, {y}), outside the arena", f"give {where}")
 
 
 def _check_walls(checker: ScenarioErrors) -> None:
     for index, wall in enumerate(checker.scenario.walls):
         key, least = f"walls[{index}].points", 3 if wall.closed else 2
         if len(wall.points) < least:
-            checker.wrong(key, f"has {len(wall.points)} points", f"give at least {least}")
+            checker.fail(key, f"has {len(wall.points)} points", f"give at least {least}")
         for number, point in enumerate(wall.points):
             _check_inside(checker, f"{key}[{number}]", point, 0.0)
             if number and point == wall.points[number - 1]:
-                checker.wrong(f"{key}[{number}]", "is the point before it again", "leave one of the two out")
+                checker.fail(f"{key}[{number}]", "is the point before it again", "leave one of the two out")
 
 
 def _check_shape(checker: ScenarioErrors, key: str, obstacle: Obstacle) -> None:
     if (obstacle.radius is None) == (obstacle.points is None):
-        checker.wrong(key, "is neither round nor a polygon", "give either a radius or points")
+        checker.fail(key, "is neither round nor a polygon", "give either a radius or points")
     if obstacle.points is None:
         return
     if len(obstacle.points) < 3:
-        checker.wrong(f"{key}.points", f"has {len(obstacle.points)} points", "give at least 3")
+        checker.fail(f"{key}.points", f"has {len(obstacle.points)} points", "give at least 3")
     crossing = find_crossing_edges(obstacle.points)
     if crossing is not None:
         first, second = crossing
         problem = f"is a polygon whose edges {first} and {second} meet"
         if first == second:
             problem = f"has the corner {first} twice in a row"
-        checker.wrong(f"{key}.points", problem, "give its corners in order around it, each once")
+        checker.fail(f"{key}.points", problem, "give its corners in order around it, each once")
 
 
 def _check_robots(checker: ScenarioErrors, key: str, robots: RobotGroup) -> None:
     types = checker.scenario.types
-    checker.known(f"{key}.type", robots.type, types, what="type of robot")
+    checker.check_known(f"{key}.type", robots.type, types, what="type of robot")
     if isinstance(robots.count, tuple) or robots.count == 0:
         count = list(robots.count) if isinstance(robots.count, tuple) else robots.count
-        checker.wrong(
+        checker.fail(
             f"{key}.count",
             f"is {count}",
             "give one whole number from 1 up: robots are the same in all worlds",
@@ -139,29 +139,29 @@ def _check_robots(checker: ScenarioErrors, key: str, robots: RobotGroup) -> None
     capacity = types[robots.type].capacity
     if robots.stored > capacity:
         problem = f"is {robots.stored}, and the type {robots.type!r} has a capacity of {capacity}"
-        checker.wrong(f"{key}.stored", problem, f"give at most {capacity}")
+        checker.fail(f"{key}.stored", problem, f"give at most {capacity}")
 
 
 def _check_objects(checker: ScenarioErrors, key: str, thing: ObjectClass) -> None:
     if thing.aloft and (thing.solid or thing.pushable):
-        checker.wrong(
+        checker.fail(
             f"{key}.aloft", "is given for what robots bump into", "leave it out, or leave out `solid`"
         )
     region = checker.scenario.regions.get(thing.within or "")
     for word, given in (("presence", thing.presence), ("walk", thing.walk)):
         if given is not None and region is not None and region.box is None:
-            checker.wrong(
+            checker.fail(
                 f"{key}.within", f"is a circle for things with a {word}", "give a region that is a box"
             )
     if thing.presence is None:
         return
     for word, value in (("at", isinstance(thing.at, tuple)), ("near", thing.near is not None)):
         if value:
-            checker.wrong(
+            checker.fail(
                 f"{key}.{word}", "is given for things that appear at random", "leave it out, or give `within`"
             )
     if isinstance(thing.count, tuple):
-        checker.wrong(f"{key}.count", "is drawn for things that come and go", "give one whole number")
+        checker.fail(f"{key}.count", "is drawn for things that come and go", "give one whole number")
 
 
 def _check_placing(checker: ScenarioErrors, key: str, placing: Placement, radius: float) -> None:
@@ -169,35 +169,35 @@ def _check_placing(checker: ScenarioErrors, key: str, placing: Placement, radius
     if isinstance(placing.at, tuple):
         for word in ("count", "within", "near"):
             if getattr(placing, word) is not None and getattr(placing, word) is not UNSET:
-                checker.wrong(f"{key}.{word}", "is given beside places", "leave it out, or leave out `at`")
+                checker.fail(f"{key}.{word}", "is given beside places", "leave it out, or leave out `at`")
         if not placing.at:
-            checker.wrong(f"{key}.at", "is empty", "give at least one place, or a count")
+            checker.fail(f"{key}.at", "is empty", "give at least one place, or a count")
         solid = isinstance(placing, RobotGroup) or (
             isinstance(placing, ObjectClass) and (placing.solid or placing.pushable)
         )
         for index, place in enumerate(placing.at):
             if len(place) not in (2, 3):
-                checker.wrong(
+                checker.fail(
                     f"{key}.at[{index}]",
                     f"has {len(place)} numbers",
                     "give x and y, then degrees if you like",
                 )
             _check_inside(checker, f"{key}.at[{index}]", place, radius if solid else 0.0)
     if placing.within is not None:
-        checker.known(f"{key}.within", placing.within, scenario.regions, what="region")
+        checker.check_known(f"{key}.within", placing.within, scenario.regions, what="region")
     if placing.near_m and placing.near is None:
-        checker.wrong(f"{key}.near_m", "is given without `near`", "name the object that they are near")
+        checker.fail(f"{key}.near_m", "is given without `near`", "name the object that they are near")
     if placing.near is None:
         return
     names = [thing.name for thing in scenario.objects]
-    checker.known(f"{key}.near", placing.near, names, what="class of objects")
+    checker.check_known(f"{key}.near", placing.near, names, what="class of objects")
     near = scenario.objects[names.index(placing.near)]
     if near.presence is not None or (not isinstance(near.at, tuple) and _fewest(near) < 1):
         remedy = "give that object a count of at least 1 and no presence"
-        checker.wrong(f"{key}.near", f"is {placing.near!r}, which is not always there", remedy)
+        checker.fail(f"{key}.near", f"is {placing.near!r}, which is not always there", remedy)
     if (near.solid or near.pushable) and placing.near_m < radius + near.radius - CLOSE:
         problem = f"is {placing.near_m}, inside {placing.near!r}, which is solid"
-        checker.wrong(f"{key}.near_m", problem, f"give at least {radius + near.radius:g}")
+        checker.fail(f"{key}.near_m", problem, f"give at least {radius + near.radius:g}")
 
 
 def _fewest(placing: Placement) -> int:
@@ -214,7 +214,7 @@ def _check_order(checker: ScenarioErrors) -> None:
             at = near[at]
         if at == thing.name:
             remedy = "let one of them be placed by itself"
-            checker.wrong(f"objects[{index}].near", f"leads back to {thing.name!r} itself", remedy)
+            checker.fail(f"objects[{index}].near", f"leads back to {thing.name!r} itself", remedy)
 
 
 def _check_overlaps(checker: ScenarioErrors) -> None:
@@ -234,7 +234,7 @@ def _check_overlaps(checker: ScenarioErrors) -> None:
             for before in grid.get(near, ()):
                 both_stay = stays and before.key.startswith("obstacles")
                 if not both_stay and dist(before[1:3], disc[1:3]) < before.radius + disc.radius - CLOSE:
-                    checker.wrong(disc.key, f"overlaps {before.key}", "give a free place")
+                    checker.fail(disc.key, f"overlaps {before.key}", "give a free place")
         grid.setdefault((column, row), []).append(disc)
 
 
@@ -246,12 +246,12 @@ def _check_disc(
 ) -> None:
     place = (disc.x, disc.y)
     if any(measure_point_to_segment(place, wall) < disc.radius for wall in walls):
-        checker.wrong(disc.key, "overlaps a wall", "give a free place")
+        checker.fail(disc.key, "overlaps a wall", "give a free place")
     for key, corners in polygons:
         if is_point_in_polygon(place, corners) or any(
             measure_point_to_segment(place, edge) < disc.radius for edge in list_edges(corners)
         ):
-            checker.wrong(disc.key, f"overlaps {key}", "give a free place")
+            checker.fail(disc.key, f"overlaps {key}", "give a free place")
 
 
 def _polygons(scenario: Scenario) -> Iterator[tuple[str, tuple[ArenaPoint, ...]]]:
@@ -292,7 +292,7 @@ def _check_room(checker: ScenarioErrors) -> None:
         x0, y0, x1, y1 = get_region_box(scenario, placing.within)
         if min(x1, width - reach) < max(x0, reach) or min(y1, height - reach) < max(y0, reach):
             region = f"the region {placing.within!r}" if placing.within else "the arena"
-            checker.wrong(key, f"finds no room in {region}", "give a smaller radius or `apart`, or more room")
+            checker.fail(key, f"finds no room in {region}", "give a smaller radius or `apart`, or more room")
         if isinstance(placing, Obstacle) and placing.points is not None:
             continue
         if isinstance(placing, RobotGroup) and not scenario.types[placing.type].collides:
@@ -301,6 +301,4 @@ def _check_room(checker: ScenarioErrors) -> None:
         taken += count * pi * (radius + half) ** 2
         if taken > DENSEST * (width + 2 * half) * (height + 2 * half):
             problem = f"asks for {count}, and they cannot fit: there is no free space for them"
-            checker.wrong(
-                f"{key}.count", problem, "give fewer, smaller radii, less `apart`, or a larger size"
-            )
+            checker.fail(f"{key}.count", problem, "give fewer, smaller radii, less `apart`, or a larger size")

@@ -41,7 +41,9 @@ def check_squad_sorts(checker: ScenarioErrors) -> None:
         below = [reading for role in squad.roles for reading in read[role.of].values()]
         if squad.drops is not None:
             asked = [reading.name for reading in below if reading.kind == BOOLEAN and not reading.of_targets]
-            checker.known(f"squads.{name}.drops", squad.drops, asked, what="yes-or-no reading of its members")
+            checker.check_known(
+                f"squads.{name}.drops", squad.drops, asked, what="yes-or-no reading of its members"
+            )
         readings = readings_of_squad(squad, below)
         read[name] = {reading.name: reading for reading in readings}
         _check_sorts(checker, name, known, readings)
@@ -54,7 +56,7 @@ def _check_spelling(checker: ScenarioErrors, name: str) -> None:
     squad, key = checker.scenario.squads[name], f"squads.{name}"
     check_identifier(checker, "squads", name)
     if name in checker.scenario.types:
-        checker.wrong(key, "has the name of a type of robots", "give another name")
+        checker.fail(key, "has the name of a type of robots", "give another name")
     for table in ("members", "statistics", "orders"):
         for own in getattr(squad, table):
             check_identifier(checker, f"{key}.{table}", own)
@@ -70,14 +72,14 @@ def _check_spelling(checker: ScenarioErrors, name: str) -> None:
 def _check_members(checker: ScenarioErrors, name: str) -> None:
     squad, key = checker.scenario.squads[name], f"squads.{name}.members"
     if not squad.members:
-        checker.wrong(key, "is empty", "give at least one role")
+        checker.fail(key, "is empty", "give at least one role")
     for role, member in squad.members.items():
         sorts = (*checker.scenario.types, *checker.scenario.squads)
-        checker.known(f"{key}.{role}.of", member.of, sorts, what="type of robots or sort of squad")
+        checker.check_known(f"{key}.{role}.of", member.of, sorts, what="type of robots or sort of squad")
         _check_sizes(checker, f"{key}.{role}", member)
     if not any(member.least for member in squad.members.values()):
         at = f"{key}.{next(iter(squad.members))}.least"
-        checker.wrong(at, "is 0, so that squads may have nobody", "give 1 or more for one of the roles")
+        checker.fail(at, "is 0, so that squads may have nobody", "give 1 or more for one of the roles")
 
 
 def _check_sizes(checker: ScenarioErrors, key: str, member: RoleSpec) -> None:
@@ -86,7 +88,7 @@ def _check_sizes(checker: ScenarioErrors, key: str, member: RoleSpec) -> None:
     for (name, size), (above, bound) in pairwise(given):
         if size > bound:
             problem = f"is {size}, above {above}, {bound}"
-            checker.wrong(f"{key}.{name}", problem, "give least ≤ preferred ≤ most")
+            checker.fail(f"{key}.{name}", problem, "give least ≤ preferred ≤ most")
 
 
 def _check_statistics(checker: ScenarioErrors, squad: Squad, read: Mapping[str, Read]) -> None:
@@ -97,14 +99,12 @@ def _check_statistics(checker: ScenarioErrors, squad: Squad, read: Mapping[str, 
         key = f"squads.{squad.name}.statistics.{own}"
         for each in make_statistics(checker, key, own, spelled):
             if each.name in taken:
-                checker.wrong(
-                    key, f"reads {each.name!r}, as does {taken[each.name]}", "rename one of the two"
-                )
+                checker.fail(key, f"reads {each.name!r}, as does {taken[each.name]}", "rename one of the two")
             taken[each.name] = f"the statistic {own!r}"
             if each.role is not None:
-                checker.known(f"{key}.role", each.role, roles, what="role")
+                checker.check_known(f"{key}.role", each.role, roles, what="role")
             if None not in (each.least, each.below) and (each.least or 0.0) >= (each.below or 0.0):
-                checker.wrong(f"{key}.least", f"is {each.least}, and below is {each.below}", "give less")
+                checker.fail(f"{key}.least", f"is {each.least}, and below is {each.below}", "give less")
             if each.reading is not None:
                 at = f"{key}.reading" if spelled.reading is not None else key
                 _check_reading(checker, at, each, squad, read)
@@ -119,10 +119,10 @@ def _check_reading(
     if not having:
         who = "none of its members" if asked is None else f"nobody in the role {asked!r}"
         known = dict.fromkeys(reading for readings in roles.values() for reading in readings)
-        checker.wrong(key, f"is of {name!r}, which {who} reads", suggest_name(name, known, what="reading"))
+        checker.fail(key, f"is of {name!r}, which {who} reads", suggest_name(name, known, what="reading"))
     if len(having) < len(roles):
         problem = f"is of {name!r}, which only members in {join_names(map(repr, having))} read"
-        checker.wrong(key, problem, f"give one role, such as role = {having[0]!r}")
+        checker.fail(key, problem, f"give one role, such as role = {having[0]!r}")
 
 
 def _check_sorts(
@@ -135,7 +135,7 @@ def _check_sorts(
             own = checker.scenario.squads[squad].statistics
             name = reading.name if reading.name in own else reading.name[:-2]
             problem = f"reads {reading.name!r}, which of {of} is another sort of reading"
-            checker.wrong(f"squads.{squad}.statistics.{name}", problem, "rename one of the two")
+            checker.fail(f"squads.{squad}.statistics.{name}", problem, "rename one of the two")
 
 
 def _check_orders(
@@ -146,9 +146,9 @@ def _check_orders(
     for name, order in squad.orders.items():
         key = f"squads.{squad.name}.orders.{name}"
         if name in known:
-            checker.wrong(key, "has the name of what its members do already", "give another name")
+            checker.fail(key, "has the name of what its members do already", "give another name")
         if not order.duties:
-            checker.wrong(key, "is empty", "say what members are to run")
+            checker.fail(key, "is empty", "say what members are to run")
         _check_duties(checker, key, order.duties, squad)
     return known | set(squad.orders)
 
@@ -160,11 +160,11 @@ def _check_duties(checker: ScenarioErrors, key: str, duties: tuple[Assignment, .
     for index, duty in enumerate(duties):
         at = f"{key}[{index}]"
         if duty.role is not None:
-            checker.known(f"{at}.role", duty.role, roles, what="role")
+            checker.check_known(f"{at}.role", duty.role, roles, what="role")
         for parameter, target in duty.binding.items():
-            checker.known(f"{at}.with.{parameter}", target, checker.scenario.targets, what="target")
+            checker.check_known(f"{at}.with.{parameter}", target, checker.scenario.targets, what="target")
         mine = left & ({duty.role} if duty.role is not None else left)
         if not mine:
-            checker.wrong(at, "is left nobody by the duties before it", "give one of these a share")
+            checker.fail(at, "is left nobody by the duties before it", "give one of these a share")
         if duty.share is None:
             left -= mine

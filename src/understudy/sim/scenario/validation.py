@@ -36,7 +36,7 @@ def _check_types(checker: ScenarioErrors) -> None:
     try:
         plain = msgspec.to_builtins(checker.scenario)
     except (TypeError, ValueError, OverflowError) as error:
-        checker.wrong("scenario", f"cannot be: {error}", "give plain numbers, texts, tuples and mappings")
+        checker.fail("scenario", f"cannot be: {error}", "give plain numbers, texts, tuples and mappings")
     found = decode_toml_values(plain, Scenario)
     if isinstance(found, DecodeProblem):
-        checker.wrong(*found)
+        checker.fail(*found)

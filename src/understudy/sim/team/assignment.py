@@ -29,7 +29,7 @@ class RoleDemand(NamedTuple):
     member: RoleSpec
 
     @property
-    def usual(self) -> int:
+    def usual_count(self) -> int:
         """How many it likes to have in each squad."""
         return self.member.least if self.member.preferred is None else self.member.preferred
 
@@ -79,7 +79,7 @@ def sort_squads_bottom_up(checker: ScenarioErrors) -> tuple[str, ...]:
             role = next(role for role, member in left[cycle[0]].members.items() if member.of == cycle[1])
             problem = f"leads back to its own squad: {' -> '.join(cycle)}"
             remedy = "let squads have members that are of no squad above"
-            checker.wrong(f"squads.{cycle[0]}.members.{role}.of", problem, remedy)
+            checker.fail(f"squads.{cycle[0]}.members.{role}.of", problem, remedy)
         found += ready
         for name in ready:
             del left[name]
@@ -139,8 +139,8 @@ def _count(scenario: Scenario, name: str, numbers: Mapping[str, int]) -> int:
         free, together = numbers[sort], 0
         for wish in _wishes(scenario, sort):
             others = _fixed(scenario.squads[wish.squad])
-            free -= (others or 0) * wish.usual
-            together += wish.usual if others is None else 0
+            free -= (others or 0) * wish.usual_count
+            together += wish.usual_count if others is None else 0
         fitting.append(free // together)
     return max(1, min(fitting))
 
@@ -156,12 +156,12 @@ def _check_wishes(checker: ScenarioErrors, sort: str, numbers: Mapping[str, int]
     needed = _total(wishes, least, numbers)
     if needed > numbers[sort]:
         problem = f"cannot be met: {_sum(wishes, least, numbers)}, and {there}"
-        checker.wrong(f"{wishes[0].key}.least", problem, "ask for fewer, or have more of them")
+        checker.fail(f"{wishes[0].key}.least", problem, "ask for fewer, or have more of them")
     most = [wish.member.most for wish in wishes if wish.member.most is not None]
     if len(most) == len(wishes) and _total(wishes, most, numbers) < numbers[sort]:
         problem = f"leaves somebody in no squad: {_sum(wishes, most, numbers)}, and {there}"
         remedy = "give more, leave it out, or give a larger count of squads"
-        checker.wrong(f"{wishes[0].key}.most", problem, remedy)
+        checker.fail(f"{wishes[0].key}.most", problem, remedy)
 
 
 def _total(wishes: Sequence[RoleDemand], each: Sequence[int], numbers: Mapping[str, int]) -> int:
@@ -192,7 +192,7 @@ def _shares(number: int, seats: Sequence[tuple[RoleDemand, int]]) -> list[int]:
     """How many of them each role of each squad gets: role by role, a turn of all its squads, so that they stay even."""
     shares = [wish.member.least for wish, _ in seats]
     bounds = [
-        [wish.usual for wish, _ in seats],
+        [wish.usual_count for wish, _ in seats],
         [number if wish.member.most is None else wish.member.most for wish, _ in seats],
     ]
     left = number - sum(shares)

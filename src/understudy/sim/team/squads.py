@@ -49,7 +49,7 @@ def make_statistics(
         of = "" if reading is None else f"{reading}_"
         return tuple(Statistic(f"{name}_{axis}", "mean", f"{of}{axis}", **given) for axis in AXES)
     except DefinitionError as error:
-        checker.wrong(key, error.problem.removeprefix("it "), error.remedy)
+        checker.fail(key, error.problem.removeprefix("it "), error.remedy)
 
 
 def _duty(checker: ScenarioErrors, key: str, duty: AssignmentSpec) -> Assignment:
@@ -62,5 +62,5 @@ def _share(checker: ScenarioErrors, key: str, share: int | str | None) -> Fracti
         return None if share is None else Fraction(share)
     part = Fraction(share) if PART.fullmatch(share) and int(share.partition("/")[2]) else Fraction(0)
     if not 0 < part < 1:
-        checker.wrong(key, f"is {share!r:.40}", 'give a part such as "1/3", or how many, from 1 up')
+        checker.fail(key, f"is {share!r:.40}", 'give a part such as "1/3", or how many, from 1 up')
     return part

@@ -61,7 +61,7 @@ class DecisionExplainer:
         trainee = self._session.trainee
         if self._followed is not trainee:  # the lesson changed, or what it stands for
             self._followed = trainee
-            trainee.watch(self._see)
+            trainee.observe_switches(self._see)
 
     def _see(
         self, machine: RunningAutomaton, state: int, answer: int, values: Sequence[float], now: float

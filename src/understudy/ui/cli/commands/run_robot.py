@@ -179,7 +179,7 @@ def _go(live: LiveRun, assigned: RunAssignment, seconds: float | None) -> str:
                 return "; ".join(
                     f"{robot.file.name}: {robot.stopped}" for robot in twin.fleet if robot.stopped
                 )
-            if flags and live.team.raised(assigned.sort, flags).all():
+            if flags and live.team.find_raised(assigned.sort, flags).all():
                 return "done"
             if twin.time_s >= until:
                 return "its time is over"

@@ -181,7 +181,7 @@ class RunSession:
         """Whether all is done: the goal is reached, the time is over, or every robot rests with its flag up."""
         if self.finished or self.body.time_s >= self._limit_s - 1e-9:
             return True
-        return bool(self._flags) and bool(self.team.raised(self._sort, self._flags).all())
+        return bool(self._flags) and bool(self.team.find_raised(self._sort, self._flags).all())
 
     def tick(self, trace: TraceWriter | None) -> None:
         """One tick."""
