@@ -67,4 +67,4 @@ class Rig:
             if not deaf:
                 self.hear(SONAR, sonar(2.0))
                 self.hear(ODOM, odometry(0.0))
-            self.robot.guard.look()
+            self.robot.guard.check()

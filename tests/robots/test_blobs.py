@@ -39,7 +39,7 @@ def painted(left: int, top: int, width: int, height: int, *, shape: tuple[int, i
 
 
 def ball(image: Image, **options: float | FrameGeometry | None) -> Blob | None:
-    return BlobDetector({"ball": ORANGES}, **options).blobs(image)["ball"]  # type: ignore[arg-type]
+    return BlobDetector({"ball": ORANGES}, **options).detect(image)["ball"]  # type: ignore[arg-type]
 
 
 # x is the middle between the edges, in pixels from the left edge of the frame; size is that of the box.
@@ -116,7 +116,7 @@ def test_of_equals_the_leftmost() -> None:
 def test_red_crosses_the_seam() -> None:
     image = np.zeros((120, 160, 3), np.uint8)
     image[50:60, 70:80], image[50:60, 80:90] = (220, 0, 20), (220, 20, 0)  # hues 355 and 5
-    assert BlobDetector({"boss": REDS}).blobs(image)["boss"] == Blob(80.0, 200.0)
+    assert BlobDetector({"boss": REDS}).detect(image)["boss"] == Blob(80.0, 200.0)
 
 
 def test_shade_noise_and_distractors() -> None:
@@ -124,7 +124,7 @@ def test_shade_noise_and_distractors() -> None:
         (40, 60, 14, ORANGE), (90, 40, 9, RED), (125, 80, 11, GREEN), (20, 20, 15, BLUE), (140, 20, 15, BROWN),
         (70, 100, 12, WHITE), shade=0.55, noise=6.0,
     )  # fmt: skip
-    found = BlobDetector(COLORS).blobs(image)
+    found = BlobDetector(COLORS).detect(image)
     for name, (x, radius) in {"ball": (40, 14), "boss": (90, 9), "intruder": (125, 11)}.items():
         blob = found[name]
         assert blob is not None
@@ -133,7 +133,7 @@ def test_shade_noise_and_distractors() -> None:
 
 
 def test_no_blob_in_noise() -> None:
-    found = BlobDetector(COLORS).blobs(rendered(ground=BROWN, noise=25.0))
+    found = BlobDetector(COLORS).detect(rendered(ground=BROWN, noise=25.0))
     assert found == dict.fromkeys(COLORS)
 
 

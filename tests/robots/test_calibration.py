@@ -50,7 +50,7 @@ def test_clicks_find_each_color_in_another_light() -> None:
     image, places = all_colors(noise=3.0)
     colors = {name: calibrate_from_clicks(image, [place]) for name, place in places.items()}
     darker, _ = all_colors(noise=5.0, shade=0.35, seed=1)
-    found = BlobDetector(colors).blobs(darker)
+    found = BlobDetector(colors).detect(darker)
     for name, (x, _) in places.items():
         blob = found[name]
         assert blob is not None, name
@@ -120,11 +120,11 @@ def test_mask_keeps_a_like_color_out() -> None:
         masked((120, 40, 20, amber), (50, 70, 10, ORANGE), noise=3.0, seed=1),
     ]
     camera = BlobDetector({"it": calibrate_from_images(scenes)})
-    found = camera.blobs(masked((100, 60, 25, amber), (40, 50, 12, ORANGE), noise=3.0, seed=2).image)["it"]
+    found = camera.detect(masked((100, 60, 25, amber), (40, 50, 12, ORANGE), noise=3.0, seed=2).image)["it"]
     assert found is not None
     assert found.x == pytest.approx(40.0, abs=1.5)
     careless = BlobDetector({"it": calibrate_from_images([middle(ORANGE)])})
-    assert careless.blobs(rendered((100, 60, 25, amber)))["it"] is not None, "easily told apart"
+    assert careless.detect(rendered((100, 60, 25, amber)))["it"] is not None, "easily told apart"
 
 
 def middle(color: tuple[int, int, int]) -> LabeledImage:
@@ -221,6 +221,6 @@ def test_bounds(hue_deg: tuple[float, float], steps: list[tuple[int, int]]) -> N
 @pytest.mark.parametrize("ground", [GRAY, BROWN, BLUE])
 def test_middle_of_images(ground: tuple[int, int, int]) -> None:
     color = calibrate_from_images([middle(ORANGE), middle(ORANGE)])
-    found = BlobDetector({"it": color}).blobs(rendered((30, 30, 10, ORANGE), ground=ground, shade=0.4))["it"]
+    found = BlobDetector({"it": color}).detect(rendered((30, 30, 10, ORANGE), ground=ground, shade=0.4))["it"]
     assert found is not None
     assert found.x == pytest.approx(30.0, abs=1.0)

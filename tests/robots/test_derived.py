@@ -33,7 +33,7 @@ def stuck(path: list[tuple[float, float]], asked_m_s: list[float]) -> list[float
     """What `stuck` reads along a path, a place each tenth of a second, of a robot asked for so much before each."""
     derived = DerivedReadings(kind(StallSensor(after_s=1.0)), [X, Y], [])
     return [
-        derived.at(tick / 10, {("x", None): x, ("y", None): y}, asked)["stuck", None]
+        derived.compute(tick / 10, {("x", None): x, ("y", None): y}, asked)["stuck", None]
         for tick, ((x, y), asked) in enumerate(zip(path, asked_m_s, strict=True))
     ]
 
@@ -64,7 +64,7 @@ def test_time_since_a_blob_was_seen() -> None:
     derived = DerivedReadings(kind(ElapsedSensor(name="unseen", of="blob_x")), [BLOB], ["ball", "dog"])
     seen: list[ReadingKey] = [("blob_x", "ball")]
     found = [
-        derived.at(tick / 2, dict.fromkeys(seen, x), 0.0) for tick, x in enumerate([nan, 80.0, nan, nan])
+        derived.compute(tick / 2, dict.fromkeys(seen, x), 0.0) for tick, x in enumerate([nan, 80.0, nan, nan])
     ]
     since = [each["unseen", "ball"] for each in found]
     assert isnan(since[0])
@@ -78,7 +78,7 @@ def test_time_since_it_was_stuck() -> None:
         kind(ElapsedSensor(name="free", of="stuck"), StallSensor(after_s=0.1)), [X, Y], []
     )
     here: dict[ReadingKey, float] = {("x", None): 0.0, ("y", None): 0.0}
-    found = [derived.at(tick / 10, here, asked) for tick, asked in enumerate([0.3, 0.3, 0.0, 0.0])]
+    found = [derived.compute(tick / 10, here, asked) for tick, asked in enumerate([0.3, 0.3, 0.0, 0.0])]
     assert [each["stuck", None] for each in found] == [0.0, 1.0, 0.0, 0.0]
     assert [each["free", None] for each in found] == pytest.approx([nan, 0.0, 0.1, 0.2], nan_ok=True)
 
@@ -87,13 +87,13 @@ def test_what_a_robot_tells_itself_is_not_worked_out() -> None:
     told = Reading("stuck", BOOLEAN)
     derived = DerivedReadings(kind(StallSensor(), ElapsedSensor(name="free", of="stuck")), [told, X, Y], [])
     assert [each.name for each in derived.readings] == ["free"]
-    assert derived.at(0.0, {("stuck", None): 1.0}, 0.0) == {("free", None): 0.0}
+    assert derived.compute(0.0, {("stuck", None): 1.0}, 0.0) == {("free", None): 0.0}
 
 
 def test_chance_is_kept_for_its_time_and_another_with_each_robot() -> None:
     def drawn(seed: int) -> list[float]:
         derived = DerivedReadings(kind(RandomSensor(name="chance", every_s=1.0)), [], [], seed=seed)
-        return [derived.at(tick / 4, {}, 0.0)["chance", None] for tick in range(8)]
+        return [derived.compute(tick / 4, {}, 0.0)["chance", None] for tick in range(8)]
 
     one, other = drawn(1), drawn(2)
     assert one == [one[0]] * 4 + [one[4]] * 4

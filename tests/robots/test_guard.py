@@ -52,12 +52,12 @@ def deaf(rig: Rig) -> None:
 
 def outside(rig: Rig) -> None:
     rig.hear(ODOM, odometry(1.1))
-    rig.robot.guard.look()
+    rig.robot.guard.check()
 
 
 def let_go(rig: Rig) -> None:
     rig.robot.hold(0.0)
-    rig.robot.guard.look()
+    rig.robot.guard.check()
 
 
 def hold_on(rig: Rig) -> None:
@@ -77,7 +77,7 @@ STOPS: list[tuple[str, Callable[[Rig], None], str, bool]] = [  # file, what happ
     (FENCED, outside, "outside its geofence", False),
     (FENCED, commanded, "somebody else publishes on /rover/cmd_vel", False),
     (FENCED, lambda rig: rig.robot.disarm("enough"), "enough", False),
-    (FENCED, lambda rig: rig.robot.emergency("a key"), "emergency: a key", False),
+    (FENCED, lambda rig: rig.robot.emergency_stop("a key"), "emergency: a key", False),
     (HELD, let_go, "nobody holds the key", True),
     (HELD, hold_on, "nobody holds the key", True),
 ]
@@ -90,7 +90,7 @@ def test_what_stops_it(text: str, happens: Callable[[Rig], None], cause: str, ar
     assert rig.move(1.0) == AHEAD
     happens(rig)
     assert rig.sent == STOP
-    assert (rig.robot.stopped, rig.robot.armed) == (cause, armed)
+    assert (rig.robot.stop_cause, rig.robot.armed) == (cause, armed)
     assert rig.robot.stops[-1].cause == cause
     sent = len(rig.wire.sent)
     rig.hear(ODOM, odometry(0.0))
@@ -125,7 +125,7 @@ def test_a_decision_on_old_readings_is_no_command() -> None:
     rig.read("sonar_ahead")
     rig.wait(0.3)  # thinking
     assert rig.move(1.0) == STOP
-    assert rig.robot.stopped == "a command was decided on what was 0.30 s ago"
+    assert rig.robot.stop_cause == "a command was decided on what was 0.30 s ago"
     rig.read("sonar_ahead")
     assert rig.move(1.0) == AHEAD
 
@@ -156,7 +156,7 @@ def test_disarmed_it_is_stopped_for_a_while_and_then_left_to_others() -> None:
 
 def test_an_emergency_stops_a_robot_that_others_drive() -> None:
     rig = Rig()
-    rig.robot.emergency("a key")
+    rig.robot.emergency_stop("a key")
     assert rig.sent == STOP
     assert rig.robot.stops[0].cause == "emergency: a key"
 
@@ -167,9 +167,9 @@ def test_closed_it_sends_nothing_any_more() -> None:
     rig.robot.close()
     assert rig.sent == STOP
     sent = len(rig.wire.sent)
-    rig.robot.emergency("a key")
+    rig.robot.emergency_stop("a key")
     rig.robot.act({"drive": np.ones(1)})
-    rig.robot.guard.look()
+    rig.robot.guard.check()
     assert len(rig.wire.sent) == sent
 
 
@@ -225,19 +225,19 @@ class Tame(WatchdogClient):
     def start(self, peers: Sequence[Publisher]) -> None:
         self.found = set(peers)
 
-    def tell(self, words: bytes) -> None:
+    def send(self, words: bytes) -> None:
         self.told.append(words)
 
     def problem(self) -> str:
         return self.said
 
-    def intervened(self) -> bool:
+    def poll_intervention(self) -> bool:
         stepped_in, self.stepped_in = self.stepped_in, False
         return stepped_in
 
-    def leave(self) -> None: ...
+    def shut_down(self) -> None: ...
 
-    def drop(self) -> None:
+    def abandon(self) -> None:
         self.dropped = True
 
 
@@ -280,7 +280,7 @@ def test_the_watchdog_hears_of_it(leashed: Leashed) -> None:
 
 
 @pytest.mark.parametrize("still_s", [0.13, 1.1])
-@pytest.mark.parametrize("finds", ["look", "act"])
+@pytest.mark.parametrize("finds", ["check", "act"])
 def test_a_program_that_stood_still_stops_it_and_long_disarms_it(
     leashed: Leashed, still_s: float, finds: str
 ) -> None:
@@ -292,9 +292,9 @@ def test_a_program_that_stood_still_stops_it_and_long_disarms_it(
     leashed.hear(ODOM, odometry(0.0))
     if finds == "act":
         assert leashed.move(1.0) == STOP
-    leashed.robot.guard.look()
+    leashed.robot.guard.check()
     assert leashed.sent == STOP
-    assert leashed.robot.stopped == f"this program stood still for {still_s:.2f} s"
+    assert leashed.robot.stop_cause == f"this program stood still for {still_s:.2f} s"
     assert leashed.leash.told[-1] == (ANEW if still_s < 1 else MOVING)
     leashed.wait(0.02)
     assert leashed.sent == STOP
@@ -322,7 +322,7 @@ def test_without_a_watchdog_it_does_not_move(leashed: Leashed) -> None:
     leashed.ready().move(1.0)
     leashed.leash.said = "the watchdog died"
     leashed.wait(0.02)
-    assert (leashed.sent, leashed.robot.stopped) == (STOP, "the watchdog died")
+    assert (leashed.sent, leashed.robot.stop_cause) == (STOP, "the watchdog died")
     assert not leashed.robot.armed
 
 
@@ -332,7 +332,7 @@ def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(leashed: Leashed) -> 
     leashed.wait(0.02)
     assert leashed.leash.told[-1] == ANEW
     leashed.wait(0.02)
-    assert (leashed.sent, leashed.robot.stopped) == (STOP, "the watchdog had to stop it")
+    assert (leashed.sent, leashed.robot.stop_cause) == (STOP, "the watchdog had to stop it")
     assert leashed.move(1.0) == AHEAD
 
 
@@ -341,7 +341,7 @@ def test_a_computer_that_slept_is_armed_again(leashed: Leashed, monkeypatch: pyt
     slept = measure_time_asleep() + 60.0
     monkeypatch.setattr("understudy.robots.safety.self_monitor.measure_time_asleep", lambda: slept)
     leashed.wait(0.02)
-    assert (leashed.sent, leashed.robot.stopped) == (STOP, "this computer slept")
+    assert (leashed.sent, leashed.robot.stop_cause) == (STOP, "this computer slept")
     leashed.ready().wait(0.1)
     assert leashed.robot.armed
 
@@ -357,8 +357,8 @@ def test_what_cannot_be_sent_is_left_to_the_watchdog(leashed: Leashed) -> None:
     with pytest.raises(OSError, match="no buffer"):
         leashed.move(1.0)
     assert leashed.leash.dropped
-    assert (leashed.robot.armed, leashed.robot.stopped) == (False, "commands cannot be sent")
-    leashed.robot.emergency("a key")  # raises nothing: other robots are waiting for theirs
+    assert (leashed.robot.armed, leashed.robot.stop_cause) == (False, "commands cannot be sent")
+    leashed.robot.emergency_stop("a key")  # raises nothing: other robots are waiting for theirs
     assert leashed.robot.stops[0].cause == "commands cannot be sent"
 
 
@@ -370,7 +370,7 @@ def test_without_a_log_it_is_not_armed(leashed: Leashed) -> None:
 
 
 def test_a_stop_while_it_is_armed_wins(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(leashed.leash, "start", lambda peers: leashed.robot.emergency("a key"))
+    monkeypatch.setattr(leashed.leash, "start", lambda peers: leashed.robot.emergency_stop("a key"))
     with pytest.raises(ArmingRefused, match="told to stop meanwhile"):
         leashed.ready()
     assert not leashed.robot.armed
@@ -379,7 +379,7 @@ def test_a_stop_while_it_is_armed_wins(leashed: Leashed, monkeypatch: pytest.Mon
 def test_closed_it_is_armed_no_more(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
     """Not even where that was begun before, and then the watchdog is sent home."""
     left: list[str] = []
-    monkeypatch.setattr(leashed.leash, "leave", lambda: left.append("left"))
+    monkeypatch.setattr(leashed.leash, "shut_down", lambda: left.append("left"))
     monkeypatch.setattr(leashed.leash, "start", lambda peers: leashed.robot.close())
     for _ in range(2):
         with pytest.raises(ArmingRefused, match="it was closed; connect to it again"):
@@ -405,7 +405,7 @@ def test_a_guard_that_fails_stops_it(tmp_path: Path) -> None:
             wire.deliver(SONAR, sonar(2.0), time.monotonic())
             robot.act({"drive": np.ones(1)})
             time.sleep(0.005)
-        assert robot.stopped == "the guard failed ('NoneType' object is not iterable)"
+        assert robot.stop_cause == "the guard failed ('NoneType' object is not iterable)"
         sent = len(wire.sent)
         while len(wire.sent) < sent + 5:
             assert time.monotonic() < until
@@ -475,7 +475,7 @@ def test_no_older_command_overtakes_a_stop(tmp_path: Path) -> None:
             while all(data == still for _, data in wire.sent[moved:]):
                 assert time.monotonic() < until
                 time.sleep(0.005)
-            robot.emergency("a key")
+            robot.emergency_stop("a key")
             stopped = len(wire.sent)
             time.sleep(0.01)
             assert stopped > moved
@@ -517,7 +517,7 @@ def test_it_never_moves_but_on_a_command_in_time_with_all_in_order(events: list[
                 rig.hear(SONAR, sonar(2.0))
                 rig.hear(ODOM, odometry(place))
             before = len(rig.wire.sent)
-            rig.robot.guard.look()
+            rig.robot.guard.check()
             check(before)
 
     def check(before: int) -> None:

@@ -96,7 +96,7 @@ def test_armed_it_keeps_its_limits(seed: int) -> None:
         rig.hear(topic, anything(type, random))
         drive, turn = (random.choice((1.0, -1.0, 1e300, -5.0)) for _ in range(2))
         rig.robot.act({"drive": np.array([drive]), "turn": np.array([turn])})
-        rig.robot.guard.look()
+        rig.robot.guard.check()
     for x, *rest, z in rig.commands():
         assert abs(x) <= 0.5
         assert abs(z) <= 1.0

@@ -95,12 +95,12 @@ def drive(path: Path) -> tuple[Wire, list[bytes]]:
         for topic, data in zip(("/rover/sonar", "/rover/sonar", "/rover/odom"), heard, strict=True):
             percept = robot.sense(list_reading_keys(robot))
             robot.act(FORWARD)
-            recorder.decided(robot.time_s, percept, [("wander", "forward")])
+            recorder.write_tick(robot.time_s, percept, [("wander", "forward")])
             wire.deliver(topic, data, time.monotonic())
             robot.arm("a test")  # its sonar was heard
-        recorder.pressed("backward")
-        recorder.pressed(None)
-        recorder.decided(robot.time_s, robot.sense(list_reading_keys(robot)), [("wander", "backward")])
+        recorder.write_press("backward")
+        recorder.write_press(None)
+        recorder.write_tick(robot.time_s, robot.sense(list_reading_keys(robot)), [("wander", "backward")])
         assert robot.transport.peers() == wire.peers()
     assert wire.closed
     return wire, heard
@@ -173,7 +173,7 @@ def slid(path: Path, ticks: int, each: Callable[[int], object] = lambda tick: No
         recorder.begin(body)
         for tick in range(ticks):
             keys = list_reading_keys(body)
-            recorder.decided(tick / 10, {key: np.array([tick, -inf]) for key in keys}, [("a",), ()])
+            recorder.write_tick(tick / 10, {key: np.array([tick, -inf]) for key in keys}, [("a",), ()])
             each(tick)
 
 
@@ -269,7 +269,7 @@ def test_a_robot_whose_recording_ends_stops(tmp_path: Path, monkeypatch: pytest.
             for _ in range(3):
                 percept = robot.sense(list_reading_keys(robot))
                 robot.act(FORWARD)
-                recorder.decided(robot.time_s, percept, [("forward",)])
+                recorder.write_tick(robot.time_s, percept, [("forward",)])
 
     with pytest.raises(RecordingFailed):
         drives()
@@ -284,7 +284,7 @@ def test_a_run_that_begins_anew_is_what_counts(tmp_path: Path) -> None:
         for begun in range(2):
             recorder.begin(body)
             for tick in range(3):
-                recorder.decided(tick, {key: np.array([10.0 * begun + tick]) for key in keys}, [("a",)])
+                recorder.write_tick(tick, {key: np.array([10.0 * begun + tick]) for key in keys}, [("a",)])
     found = read_recording(tmp_path / "two.mcap")
     assert found.values[:, 0, 0].tolist() == [10.0, 11.0, 12.0]
 
@@ -356,7 +356,7 @@ def test_what_is_no_recording_is_refused(content: bytes | None, problem: str, tm
 
 def test_a_recording_without_decisions_is_refused(tmp_path: Path) -> None:
     with RunRecorder(tmp_path / "bare.mcap") as recorder:
-        recorder.tape("/sonar", RANGE)(sonar(1.0), 0.0)
+        recorder.open_topic("/sonar", RANGE)(sonar(1.0), 0.0)
     with pytest.raises(FileError, match="it does not say what ran"):
         read_recording(tmp_path / "bare.mcap")
     with RunRecorder(tmp_path / "begun.mcap") as recorder:

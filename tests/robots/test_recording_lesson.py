@@ -40,19 +40,19 @@ def recorded(session: Session, path: Path, steps: Steps, ticks: int) -> Recordin
                 do(session, waiting.pop(0)[1], recorder)
             time_s, percept = session.body.time_s, session.percept
             session.tick()
-            recorder.decided(time_s, percept, [session.trainee.path], at_s=time_s)
+            recorder.write_tick(time_s, percept, [session.trainee.path], at_s=time_s)
     return read_recording(path)
 
 
 def do(session: Session, step: str, recorder: RunRecorder) -> None:
     if step in session.automaton.state_names:
-        recorder.pressed(step)
+        recorder.write_press(step)
         session.direct(step)
     elif step == "confirm":
-        recorder.pressed(None)
+        recorder.write_press(None)
         session.confirm()
     else:
-        recorder.stepped(step)
+        recorder.write_step(step)
         getattr(session, step)()
 
 

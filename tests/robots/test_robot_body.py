@@ -83,13 +83,13 @@ def test_nothing_is_sent_before_it_is_armed_and_nothing_moves_after_a_stop() -> 
     rig.hear(SONAR, sonar(2.0))
     rig.robot.act({"drive": np.ones(1)})
     assert rig.wire.sent == []
-    assert rig.robot.stopped == "not armed"
+    assert rig.robot.stop_cause == "not armed"
     rig.robot.arm("Ada")
     assert rig.move(1.0) != STOP
     rig.robot.disarm("Ada said so")
     assert rig.sent == STOP
     assert rig.move(1.0) == STOP
-    assert (rig.robot.armed, rig.robot.stopped) == (False, "Ada said so")
+    assert (rig.robot.armed, rig.robot.stop_cause) == (False, "Ada said so")
 
 
 def test_without_a_required_reading_it_stops() -> None:
@@ -98,7 +98,7 @@ def test_without_a_required_reading_it_stops() -> None:
     rig.now += 0.2
     rig.hear(SONAR, sonar(nan))
     assert rig.move(1.0) == STOP
-    assert rig.robot.stopped == "sonar_ahead is absent"
+    assert rig.robot.stop_cause == "sonar_ahead is absent"
     rig.hear(SONAR, sonar(2.0))
     assert rig.move(1.0) != STOP
     rig.now += 0.5
@@ -116,9 +116,9 @@ def test_outside_its_geofence_it_stops() -> None:
     rig.ready()
     assert rig.move(1.0) != STOP
     rig.hear(ODOM, odometry(1.1))
-    rig.robot.guard.look()
+    rig.robot.guard.check()
     assert rig.sent == STOP
-    assert rig.robot.stopped == "outside its geofence"
+    assert rig.robot.stop_cause == "outside its geofence"
     rig.hear(ODOM, odometry(0.9))
     assert rig.move(1.0) == STOP
 

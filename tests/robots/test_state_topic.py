@@ -36,7 +36,7 @@ def test_each_switch_is_published_once() -> None:
     wire = Wire()
     told = StateChangePublisher(wire, namespace="/rover", robot="rover")
     for tick, path in enumerate([("a",), ("a",), ("a", "ü"), ("b",)]):
-        told.decided(tick / 10, path)
+        told.publish_changes(tick / 10, path)
     assert {topic for topic, _ in wire.sent} == {"/rover/understudy/transitions"}
     assert [json.loads(decode_message("std_msgs/msg/String", data).data) for _, data in wire.sent] == [
         {"time_s": 0.0, "robot": "rover", "level": 0, "before": "", "after": "a", "path": ["a"]},

@@ -95,7 +95,7 @@ def broken(*_: object) -> None:
 
 
 def test_what_goes_wrong_with_one_robot_keeps_no_other_from_stopping(monkeypatch: pytest.MonkeyPatch) -> None:
-    for stop in ("disarm", "emergency", "close"):
+    for stop in ("disarm", "emergency_stop", "close"):
         rig = Rig()
         rig.seen()
         rig.twin.fleet.arm("a test")
@@ -112,7 +112,7 @@ def test_where_one_robot_cannot_be_armed_none_is() -> None:
     with pytest.raises(UnderstudyError, match="geofence"):
         rig.twin.fleet.arm("a test")
     assert not rig.twin.fleet.armed
-    assert rig.robots[0].stopped == "another robot of the team could not be armed"
+    assert rig.robots[0].stop_cause == "another robot of the team could not be armed"
 
 
 @pytest.mark.parametrize(
@@ -146,7 +146,7 @@ def recorded(path: Path, rig_of: Callable[[RunRecorder], Rig]) -> None:
             rig.twin.follow(lambda: [("forward",), ()])
             rig.twin.record(RunInfo(library=session))
             for state in presses:
-                rig.twin.noted(0, state)
+                rig.twin.record_action(0, state)
                 rig.now += 0.1
                 rig.twin.sense(list_reading_keys(rig.twin))
                 rig.twin.act({"drive": np.zeros(2)})

@@ -117,14 +117,14 @@ def file() -> RobotFile:
 def leash(file: RobotFile, tmp_path: Path) -> Iterator[WatchdogClient]:
     made = WatchdogClient(file, log=tmp_path / "log")
     yield made
-    made.leave()
+    made.shut_down()
 
 
 def keep_on(leash: WatchdogClient, until: Callable[[], object], seconds: float = 10.0) -> None:
     end = time.monotonic() + seconds
     while not until():
         assert time.monotonic() < end, "it never came"
-        leash.tell(MOVING)
+        leash.send(MOVING)
         time.sleep(0.02)
 
 
@@ -133,12 +133,12 @@ def test_it_starts_answers_and_leaves(leash: WatchdogClient, tmp_path: Path) -> 
     leash.start([])
     pid = leash.pid
     assert os.getsid(pid) != os.getsid(0)  # no Ctrl-C of ours reaches it
-    leash.tell(RESTING)
+    leash.send(RESTING)
     time.sleep(0.3)
     assert leash.problem() == ""
     leash.start([])
     assert leash.pid == pid
-    leash.leave()
+    leash.shut_down()
     assert (leash.pid, leash.alive) == (0, False)
     assert read_stops(tmp_path / "log") == ()
 
@@ -184,10 +184,10 @@ def test_a_program_that_cannot_be_started_is_told(
 
 def test_dropped_it_stops_the_robot(leash: WatchdogClient, tmp_path: Path) -> None:
     leash.start([])
-    leash.tell(ANEW)
-    leash.drop()
+    leash.send(ANEW)
+    leash.abandon()
     assert (leash.alive, leash.count) == (False, 1)  # who dropped it goes on while it stops the robot
-    leash.leave()
+    leash.shut_down()
     assert leash.count == 0
     assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
 
@@ -201,11 +201,11 @@ def test_dropped_at_the_end_of_a_program_it_stops_the_robot_too(
         raise RuntimeError("can't create new thread at interpreter shutdown")
 
     leash.start([])
-    leash.tell(ANEW)
+    leash.send(ANEW)
     with monkeypatch.context() as ending:
         ending.setattr(Thread, "start", refuse)
-        leash.drop()
-    leash.leave()
+        leash.abandon()
+    leash.shut_down()
     assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
 
 

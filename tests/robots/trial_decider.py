@@ -27,7 +27,7 @@ def obey(robot: Robot, line: str) -> str:
             return f"refused {error}"
         return "armed"
     if line == "state":
-        return f"{'armed' if robot.armed else 'disarmed'} {robot.stopped}"
+        return f"{'armed' if robot.armed else 'disarmed'} {robot.stop_cause}"
     if line == "late":
         time.sleep(0.5)
         return "late"

@@ -64,7 +64,7 @@ class Rerun:
     @property
     def ended(self) -> bool:
         """Whether all ticks have passed."""
-        return self._body.ended
+        return self._body.is_over
 
     def tick(self) -> None:
         """Decide over one more tick."""

@@ -19,7 +19,7 @@ NOWHERE = 0.1
 
 
 class DerivedReadings:
-    """The readings of sensors `since`, `random` and `stuck` of a kind of robots; one call of `at` per tick.
+    """The readings of sensors `since`, `random` and `stuck` of a kind of robots; one call of `compute` per tick.
 
     What a robot offers itself by such a name is taken from it. Robots of other seeds draw other numbers.
     """
@@ -52,7 +52,9 @@ class DerivedReadings:
             *own,
         )
 
-    def at(self, now: float, values: Mapping[ReadingKey, float], asked_m_s: float) -> dict[ReadingKey, float]:
+    def compute(
+        self, now: float, values: Mapping[ReadingKey, float], asked_m_s: float
+    ) -> dict[ReadingKey, float]:
         """What they read at a moment, where `values` are all others and the robot was asked to drive so fast."""
         found: dict[ReadingKey, float] = {}
         for chance in self._chances:

@@ -57,7 +57,7 @@ def diagnose_connection(
     for name, source in senses.sources.items():
         latest, topic = senses.latest[name], robot.file.topic(source.topic)
         age_s = now - latest.at_s if latest.count else inf
-        fresh = senses.fresh(name, now)
+        fresh = senses.read_fresh(name, now)
         arrivals.append(
             TopicStats(
                 name,

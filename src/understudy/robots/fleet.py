@@ -98,11 +98,11 @@ class Fleet:
             for robot in reversed(self.robots):
                 each.callback(robot.disarm, cause)
 
-    def emergency(self, cause: str) -> None:
+    def emergency_stop(self, cause: str) -> None:
         """Stop all of them at once, whatever goes wrong with one."""
         with ExitStack() as each:
             for robot in reversed(self.robots):
-                each.callback(robot.emergency, cause)
+                each.callback(robot.emergency_stop, cause)
 
     def hold(self, for_s: float) -> None:
         """A person holds the key, for so long from now."""
@@ -110,7 +110,7 @@ class Fleet:
             robot.hold(for_s)
 
     @property
-    def holds_to_run(self) -> bool:
+    def needs_hold_to_run(self) -> bool:
         """Whether any of them moves only while a person holds a key."""
         return any(robot.file.safety.hold_to_run for robot in self.robots)
 

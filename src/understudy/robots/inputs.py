@@ -88,7 +88,7 @@ def _images(of: CameraSpec, eye: LiveCamera, targets: Sequence[str]) -> TopicInp
     """What is seen of colors, and of targets that may get one while it runs."""
     keys = tuple((blob.name, name) for name in dict.fromkeys((*of.colors, *targets)) for blob in BLOBS)
     return TopicInput(
-        CAMERA, of.topic, of.type, of.stale_s, of.rate_hz, of.required, False, keys, BLOBS, eye.see
+        CAMERA, of.topic, of.type, of.stale_s, of.rate_hz, of.required, False, keys, BLOBS, eye.read_message
     )  # fmt: skip
 
 
@@ -190,7 +190,7 @@ class SensorInputs:
         """A value for each key; NaN where absent."""
         found: dict[ReadingKey, float] = {}
         for name, source in self.sources.items():
-            fresh = self.fresh(name, now)
+            fresh = self.read_fresh(name, now)
             found.update({key: fresh.get(key, nan) for key in source.keys})
         found.update(compute_ranges_and_bearings(self._places, found))
         return {
@@ -199,7 +199,7 @@ class SensorInputs:
             for target in (self.targets if each.of_targets else (None,))
         }
 
-    def fresh(self, name: str, now: float) -> Mapping[ReadingKey, float]:
+    def read_fresh(self, name: str, now: float) -> Mapping[ReadingKey, float]:
         """The values of one source; none where they are older than its limit."""
         latest = self.latest[name]
         return latest.values if now - latest.at_s <= self.sources[name].stale_s else {}
@@ -208,15 +208,15 @@ class SensorInputs:
         """The value of a reading of the robot itself; NaN where absent."""
         for name, source in self.sources.items():
             if (reading, None) in source.keys:
-                return self.fresh(name, now).get((reading, None), nan)
+                return self.read_fresh(name, now).get((reading, None), nan)
         return nan
 
-    def place(self, target: str, now: float) -> tuple[float, float] | None:
+    def locate(self, target: str, now: float) -> tuple[float, float] | None:
         """Where a target of the file is, as it or a topic says; None where that is unknown."""
         of = self._places[target]
         if of.at is not None:
             return of.at
-        fresh = self.fresh(f"targets.{target}", now)
+        fresh = self.read_fresh(f"targets.{target}", now)
         x, y = (fresh.get((axis, target), nan) for axis in PLACE)
         return None if isnan(x) or isnan(y) else (x, y)
 
@@ -224,7 +224,7 @@ class SensorInputs:
         """The name of a required source that is absent now. A camera that sees none of its colors is not."""
         for name, source in self.sources.items():
             if source.required:
-                fresh = self.fresh(name, now)
+                fresh = self.read_fresh(name, now)
                 if not fresh or (source.always and any(isnan(value) for value in fresh.values())):
                     return name
         return None

@@ -85,7 +85,7 @@ class Robot:
         return self.guard.armed
 
     @property
-    def stopped(self) -> str:
+    def stop_cause(self) -> str:
         """The cause of the last stop; empty while it may move."""
         return self.guard.stopped
 
@@ -115,7 +115,7 @@ class Robot:
         if self._snapshot is None or now - self._at >= self.tick_s:
             self._at = now
             values = self.senses.values(now)
-            self._snapshot = values | self._derived.at(self.time_s, values, self.guard.speeds[0])
+            self._snapshot = values | self._derived.compute(self.time_s, values, self.guard.speeds[0])
         values = self._snapshot
         for reading, target in keys:
             if (reading, target) not in values:
@@ -157,9 +157,9 @@ class Robot:
         """Stop at once, and stay so until armed again."""
         self.guard.disarm(cause)
 
-    def emergency(self, cause: str) -> None:
+    def emergency_stop(self, cause: str) -> None:
         """Stop at once, whether it was armed or not, and stay so until armed again."""
-        self.guard.emergency(cause)
+        self.guard.emergency_stop(cause)
 
     def hold(self, for_s: float) -> None:
         """Where the file says `hold_to_run`: a person's key is down, and counts as held for so long; 0: let go."""
@@ -189,7 +189,7 @@ class Robot:
     def _danger(self, now: float) -> StopReason | None:
         """What its readings have against moving now."""
         if (name := self.senses.missing(now)) is not None:
-            return StopReason(f"{name} is absent", lost=not self.senses.fresh(name, now))
+            return StopReason(f"{name} is absent", lost=not self.senses.read_fresh(name, now))
         if (fence := self.file.limits.geofence) is not None:
             x, y = (self.senses.value(name, now) for name in ("x", "y"))
             if not (fence[0] <= x <= fence[2] and fence[1] <= y <= fence[3]):

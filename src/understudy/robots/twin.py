@@ -69,7 +69,7 @@ class DigitalTwin:
         self._moving = {channel.name for channel in fleet.channels}
 
     @property
-    def drawn(self) -> World:
+    def display_world(self) -> World:
         """A world as the robots and what is known of their targets are, to look at only."""
         return self._drawn
 
@@ -138,9 +138,9 @@ class DigitalTwin:
             return
         paths = self._paths()
         for told, path in zip(self._told, paths, strict=True):
-            told.decided(time_s, tuple(path))
+            told.publish_changes(time_s, tuple(path))
         if self._recorder is not None and self._recording:
-            self._recorder.decided(time_s, percept, paths)
+            self._recorder.write_tick(time_s, percept, paths)
 
     def follow(self, paths: Paths) -> None:
         """From now on tell the robots' topic of transitions, after each tick, the states of all levels of each."""
@@ -169,20 +169,20 @@ class DigitalTwin:
         self._recording = True
 
     @property
-    def recorded(self) -> bool:
+    def is_recording(self) -> bool:
         """Whether what is decided is recorded."""
         return self._recording
 
-    def noted(self, agent: int, state: str | None = None, *, step: str = "press") -> None:
+    def record_action(self, agent: int, state: str | None = None, *, step: str = "press") -> None:
         """A person presses a state for a robot, or confirms the present one (None); or takes another step: test, train,
         restart. It comes before the next tick, and is recorded.
         """
         if self._recorder is None or not self._recording:
             return
         if step == "press":
-            self._recorder.pressed(state, agent=agent)
+            self._recorder.write_press(state, agent=agent)
         else:
-            self._recorder.stepped(step, agent=agent)
+            self._recorder.write_step(step, agent=agent)
 
     def idle(self) -> bool:
         """Let the robots stand still where nobody commanded them for a tick; whether that was so.
@@ -244,7 +244,7 @@ class DigitalTwin:
         if of is None or of.object is None:
             return
         robot, row = self.fleet.robots[agent], self.state.robots[agent]
-        place = robot.senses.place(name, robot.now_s)
+        place = robot.senses.locate(name, robot.now_s)
         kind = self.rules.classes[self.names.classes.index(of.object)]
         thing = self.state.objects[0, int(kind["first"]) + of.index]
         if place is None:
@@ -277,7 +277,7 @@ def skip_note(agent: int, state: str | None = None, *, step: str = "press") -> N
 
 def find_drawn_world(ground: Ground) -> World:
     """The world that is drawn of it."""
-    return ground.drawn if isinstance(ground, DigitalTwin) else ground
+    return ground.display_world if isinstance(ground, DigitalTwin) else ground
 
 
 def _cast(fleet: Fleet, scenario: Scenario) -> Scenario:

@@ -177,13 +177,13 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
         for tick in range(60):
             if tick in (15, 31):  # between two ticks, when its clock stands at the one before
                 going.begin([0], going.interpreters[0].program)
-                recorder.stepped("restart")
+                recorder.write_step("restart")
             now[0] += 0.1 + 0.003 * (tick % 5)
             if tick % 4 == 1:
                 wire.deliver("/rover/sonar", sonar((3.0, 0.4, 0.4, 2.0)[tick // 4 % 4]), now[0] - 0.02)
             percept = robot.sense(list_reading_keys(robot))
             going.tick()
-            recorder.decided(robot.time_s, percept, [going.path(0)])
+            recorder.write_tick(robot.time_s, percept, [going.path(0)])
     recorded = read_recording(path).paths[0]
     assert recorded[0] == ("forward",)  # 3.8 s after it began: long enough in start
     assert sum(one != other for one, other in pairwise(recorded)) > 12
@@ -299,11 +299,11 @@ def toward(tmp_path: Path) -> Path:
         recorder.begin(session.body, ran=RunInfo(scenario="forage"))
         for tick in range(50):
             if tick in pressed:
-                recorder.pressed(pressed[tick])
+                recorder.write_press(pressed[tick])
                 session.direct(pressed[tick])
             time_s, percept = session.body.time_s, session.percept
             session.tick()
-            recorder.decided(time_s, percept, [session.trainee.path], at_s=time_s)
+            recorder.write_tick(time_s, percept, [session.trainee.path], at_s=time_s)
     save_automaton(tmp_path / "shown", session.make_trained_automaton())
     return tmp_path / "goto.mcap"
 

@@ -76,7 +76,7 @@ class BlobDetector:
         )
         self._least_px = least_px
 
-    def blobs(self, image: Image) -> dict[str, Blob | None]:
+    def detect(self, image: Image) -> dict[str, Blob | None]:
         """The blob of each color in an image [H, W, 3]; None where none is large enough."""
         part, left_px, scale_x, scale_y = self._framed(image)
         hsv = self._cv.cvtColor(part, self._cv.COLOR_RGB2HSV_FULL)
@@ -97,7 +97,7 @@ class BlobDetector:
     def readings(self, image: Image) -> dict[ReadingKey, float]:
         """The readings `blob_x` and `blob_size` of each color's thing; NaN, together, where it is not seen."""
         readings: dict[ReadingKey, float] = {}
-        for name, blob in self.blobs(image).items():
+        for name, blob in self.detect(image).items():
             readings[X, name], readings[SIZE, name] = (nan, nan) if blob is None else blob
         return readings
 

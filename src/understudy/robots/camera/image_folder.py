@@ -63,7 +63,7 @@ def detect_in_images(pictures: tuple[CalibrationImage, ...], color: Color) -> tu
 
 def _found(camera: BlobDetector, picture: CalibrationImage) -> DetectionResult:
     image, mask = picture.shown
-    blob = camera.blobs(image)["it"]
+    blob = camera.detect(image)["it"]
     if mask is None:
         return DetectionResult(picture.name, blob, None, None)
     taken, there = camera.masks(image)["it"] > 0, mask > 0

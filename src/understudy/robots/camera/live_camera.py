@@ -38,11 +38,11 @@ class LiveCamera:
         self.colors: Mapping[str, Color] = dict(of.colors)
 
     @property
-    def last(self) -> CameraImage | None:
+    def last_image(self) -> CameraImage | None:
         """The last image; None where none has come yet."""
         return self._seen[-1] if self._seen else None
 
-    def see(self, message: Any) -> Mapping[ReadingKey, float]:
+    def read_message(self, message: Any) -> Mapping[ReadingKey, float]:
         """The readings of a message of the camera; ImageError where it holds no image."""
         if self._of.type.endswith("CompressedImage"):
             image = decode_compressed_image(message.data)
@@ -52,7 +52,7 @@ class LiveCamera:
         self._seen.append(CameraImage(self._seen[-1].number + 1 if self._seen else 1, image))
         return self._camera.readings(image)
 
-    def learn(self, name: str, number: int, points: Sequence[PixelPoint]) -> Color:
+    def learn_color(self, name: str, number: int, points: Sequence[PixelPoint]) -> Color:
         """The color of a thing from clicks (column, row) into the image of this number; looked for from now on."""
         check_color_name(name)
         image = next((seen.image for seen in self._seen if seen.number == number), None)
@@ -65,9 +65,9 @@ class LiveCamera:
         self._camera = BlobDetector(self.colors, view_deg=self._of.view_deg, least_px=self._of.least_px)
         return color
 
-    def picture(self) -> tuple[int, bytes] | None:
+    def encode_annotated_image(self) -> tuple[int, bytes] | None:
         """The last image as JPEG, with outlines around what has one of the colors; None where none has come yet."""
-        last = self.last
+        last = self.last_image
         if last is None:
             return None
         cv = import_opencv()

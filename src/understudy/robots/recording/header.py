@@ -73,7 +73,9 @@ class RecordingHeader(msgspec.Struct, frozen=True):
     files: Mapping[str, str]
 
     @classmethod
-    def of(cls, body: Body, names: Sequence[str], ran: RunInfo, files: Mapping[str, str]) -> RecordingHeader:
+    def from_body(
+        cls, body: Body, names: Sequence[str], ran: RunInfo, files: Mapping[str, str]
+    ) -> RecordingHeader:
         """The head of a recording of a body that begins now."""
         return cls(
             tuple(names), body.tick_s, body.time_s, tuple(body.readings), tuple(body.targets),

@@ -84,24 +84,26 @@ class RunRecorder:
         names = names or [f"robot{number}" if body.agents > 1 else "" for number in range(body.agents)]
         self._names, self._body = tuple(names), body
         # Before the topics of its agents, which whoever reads it knows by their names.
-        self._writer.head(encode_header(RecordingHeader.of(body, names, ran or RunInfo(), files or {})))
+        self._writer.write_header(
+            encode_header(RecordingHeader.from_body(body, names, ran or RunInfo(), files or {}))
+        )
         self._agents = [_AgentChannels(self, name) for name in names]
 
-    def tape(self, topic: str, type: str) -> Callable[[bytes, float | None], None]:
+    def open_topic(self, topic: str, type: str) -> Callable[[bytes, float | None], None]:
         """What keeps messages of a topic, with when they came by the clock (None: now); from any thread."""
         with self._lock:
             number = self._topics.get((topic, type))
             if number is None:
                 number = self._topics[topic, type] = len(self._topics)
-                self._writer.topic(topic, type)
+                self._writer.add_topic(topic, type)
 
         def keep(data: bytes, at_s: float | None = None) -> None:
             at_s = self._clock() if at_s is None else at_s
-            self._writer.keep(number, data, self._began_ns + round(at_s * 1e9))
+            self._writer.write_message(number, data, self._began_ns + round(at_s * 1e9))
 
         return keep
 
-    def decided(
+    def write_tick(
         self, time_s: float, percept: Percept, paths: Sequence[Sequence[str]], *, at_s: float | None = None
     ) -> None:
         """One tick, once it was decided: the body's time, its readings, and the states of all levels of each agent.
@@ -114,21 +116,21 @@ class RunRecorder:
         values = np.array(list(percept.values())) if percept else np.empty((0, len(self._agents)))
         keys = tuple(percept)
         for number, (agent, path) in enumerate(zip(self._agents, paths, strict=True)):
-            agent.decided(time_s, keys, values[:, number], tuple(path), at)
+            agent.write_tick(time_s, keys, values[:, number], tuple(path), at)
 
-    def pressed(self, state: str | None, *, agent: int = 0) -> None:
+    def write_press(self, state: str | None, *, agent: int = 0) -> None:
         """A person directed an agent to a state, or confirmed the current one (None): it acts at the next tick."""
-        self.noted(PRESSES, state or "", agent=agent)
+        self.write_note(PRESSES, state or "", agent=agent)
 
-    def stepped(self, step: str, *, agent: int = 0) -> None:
+    def write_step(self, step: str, *, agent: int = 0) -> None:
         """Something else came before the next tick: a session's test or train, a restart in a session or a run."""
         at = "" if self._body is None else f" {self._body.time_s!r}"
-        self.noted(STEPS, step + at, agent=agent)
+        self.write_note(STEPS, step + at, agent=agent)
 
-    def noted(self, topic: str, content: str, *, agent: int = 0) -> None:
+    def write_note(self, topic: str, content: str, *, agent: int = 0) -> None:
         """Anything else worth keeping, as text on a topic in the namespace of an agent."""
         name = self._names[agent] if self._names else ""
-        self.tape(resolve_topic_name(name, topic), TEXT)(encode_text(content), None)
+        self.open_topic(resolve_topic_name(name, topic), TEXT)(encode_text(content), None)
 
     def close(self) -> None:
         """Finish the file; RecordingFailed where it could not be written."""
@@ -154,10 +156,10 @@ class _AgentChannels:
         self._keys: tuple[ReadingKey, ...] = ()
         self._readings, self._states = ReadingsEncoder(()), StatesEncoder()
         self._tapes = {
-            type: recorder.tape(resolve_topic_name(name, topic), type) for type, topic in TOPICS.items()
+            type: recorder.open_topic(resolve_topic_name(name, topic), type) for type, topic in TOPICS.items()
         }
 
-    def decided(
+    def write_tick(
         self, time_s: float, keys: tuple[ReadingKey, ...], values: Any, path: tuple[str, ...], at_s: float
     ) -> None:
         if keys != self._keys:
@@ -186,7 +188,7 @@ class RecordingTransport:
             self._transport.subscribe(topic, type, received)
             return
         self._heard.add((topic, type))
-        keep = self._recorder.tape(topic, type)
+        keep = self._recorder.open_topic(topic, type)
 
         def both(data: bytes, at_s: float) -> None:
             keep(data, at_s)
@@ -196,7 +198,7 @@ class RecordingTransport:
 
     def publisher(self, topic: str, type: str) -> Publish:
         """What publishes on a topic, and keeps what it published."""
-        publish, keep = self._transport.publisher(topic, type), self._recorder.tape(topic, type)
+        publish, keep = self._transport.publisher(topic, type), self._recorder.open_topic(topic, type)
 
         def both(data: bytes) -> None:
             publish(data)

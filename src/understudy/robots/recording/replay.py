@@ -31,7 +31,7 @@ class ReplayBody:
         self._now = head.began_s
 
     @property
-    def ended(self) -> bool:
+    def is_over(self) -> bool:
         """Whether all ticks have passed."""
         return self.tick >= self.recording.ticks
 

@@ -51,7 +51,7 @@ def teach_from_recording(
             )
         if each.state is not None:
             session.automaton.index(each.state)
-    while not body.ended:
+    while not body.is_over:
         while waiting and waiting[0].tick <= body.tick:
             step = waiting.pop(0)
             body.wait(step.at_s)

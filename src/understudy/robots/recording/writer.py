@@ -50,17 +50,17 @@ class RecordingWriter:
         self._thread = Thread(target=self._write, name="recorder", daemon=True)
         self._thread.start()
 
-    def head(self, entries: dict[str, str]) -> None:
+    def write_header(self, entries: dict[str, str]) -> None:
         """Keep the head of a run."""
         self._queue.put(entries)
 
-    def topic(self, topic: str, type: str) -> None:
+    def add_topic(self, topic: str, type: str) -> None:
         """Make a topic known; they are counted from 0."""
         self._queue.put(
             _ChannelSpec(topic, type, format_type_definition(type) if is_known_type(type) else "")
         )
 
-    def keep(self, number: int, data: bytes, at_ns: int) -> None:
+    def write_message(self, number: int, data: bytes, at_ns: int) -> None:
         """Keep a message of a topic, by its number, with when it came, ns since 1970. Never fails: see `problem`."""
         with self._lock:
             if self._waiting > MOST_WAITING:

@@ -43,7 +43,7 @@ class StateChangePublisher:
         self._robot, self._path = robot, tuple[str, ...]()
         self._publish = transport.publisher(resolve_topic_name(namespace, TOPIC), TEXT)
 
-    def decided(self, time_s: float, path: tuple[str, ...]) -> None:
+    def publish_changes(self, time_s: float, path: tuple[str, ...]) -> None:
         """Publish what changed since the last tick, if anything did; time in s, as the body counts it."""
         changed = detect_state_change(self._path, path)
         if changed is None:

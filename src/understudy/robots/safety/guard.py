@@ -51,7 +51,7 @@ class Guard:
 
     `send` sends speeds, `danger` says what the readings have against moving at a moment, `peers` who else publishes,
     and `heard` are the topics that the robot is heard on. Without a leash there is no watchdog, no log and no thread,
-    and `look` has to be called: that is for tests and replays, `connect` gives a robot a leash.
+    and `check` has to be called: that is for tests and replays, `connect` gives a robot a leash.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Guard:
         self._refuse_closed()
         self._vigil.start([peer for peer in self._peers() if peer.topic in self._heard])
         if self._end.is_set():  # who closed it found no watchdog yet to send home
-            self._vigil.leave()
+            self._vigil.shut_watchdog_down()
         self._refuse_closed()
 
     def arm(self, by: str) -> None:
@@ -114,7 +114,7 @@ class Guard:
                 self._refuse("nobody says who arms it", "give a person's name")
             self._refuse_danger()
             self.log.begin()
-            if self._vigil.keeps:
+            if self._vigil.has_watchdog:
                 self._start()
                 self._refuse_danger()  # it took a while
             with self._lock:
@@ -155,7 +155,7 @@ class Guard:
             else:
                 self._heed(danger, now)
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Stop it where it must not move, else repeat what it was told; the thread does this all the time."""
         others, seen = 0, self._clock()
         if self.armed and seen - self._asked_s > OTHERS_S:
@@ -172,7 +172,7 @@ class Guard:
                     self._heed(danger, now)
             else:
                 self._repeat(now)
-            self._vigil.looked(now, armed=self.armed, moving=self.armed or now < self._quiet_s)
+            self._vigil.confirm_check(now, armed=self.armed, moving=self.armed or now < self._quiet_s)
 
     def hold(self, for_s: float) -> None:
         """A person's key is down, and counts as held for so long, at most KEY_S; 0: it was let go."""
@@ -192,7 +192,7 @@ class Guard:
             if self.armed:
                 self._disarm(cause, "program")
 
-    def emergency(self, cause: str) -> None:
+    def emergency_stop(self, cause: str) -> None:
         """Stop it, whether it was armed or not, and let it obey no more."""
         with self._lock:
             self._orders += 1
@@ -213,7 +213,7 @@ class Guard:
                 self._repeat(self._clock())
                 time.sleep(PERIOD_S)
         self._quiet_s = -inf
-        self._vigil.leave()
+        self._vigil.shut_watchdog_down()
 
     def _others(self) -> int:
         """How many publish commands besides us and our watchdog."""
@@ -237,7 +237,7 @@ class Guard:
 
     def _against(self, now: float, others: int = 0) -> StopReason | None:
         """What speaks against moving now, but for a tick that is a little late."""
-        if danger := self._vigil.doubt(now):
+        if danger := self._vigil.find_stop_reason(now):
             return danger
         if others:
             return StopReason(f"somebody else publishes on {self._topic}")
@@ -292,13 +292,13 @@ class Guard:
         """Leave it to the watchdog, which stops it."""
         with self._lock:
             self._by, self.stopped, self.speeds, self._quiet_s = "", cause, STILL, -inf
-            self._vigil.give_up()
+            self._vigil.abandon_robot()
             self.log.add(cause, "guard")
 
     def _watch(self) -> None:
         """Look all the time from now on."""
         with self._lock:
-            if self._vigil.keeps and self._thread is None and not self._end.is_set():
+            if self._vigil.has_watchdog and self._thread is None and not self._end.is_set():
                 self._thread = Thread(target=self._run, name="guard", daemon=True)
                 self._thread.start()
 
@@ -306,7 +306,7 @@ class Guard:
         raise_thread_priority()
         while not self._end.wait(PERIOD_S):
             try:
-                self.look()
+                self.check()
             except Exception as error:  # whatever it was, nobody would guard the robot
                 with self._lock:
                     if self.armed:

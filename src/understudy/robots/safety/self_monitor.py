@@ -35,7 +35,7 @@ class SelfMonitor:
         self._looked_s, self._asleep_s, self._anew = 0.0, 0.0, False
 
     @property
-    def keeps(self) -> bool:
+    def has_watchdog(self) -> bool:
         """Whether there is a watchdog to be kept."""
         return self._leash is not None
 
@@ -54,9 +54,9 @@ class SelfMonitor:
         self._looked_s, self._asleep_s = now, measure_time_asleep()
         if self._leash is not None:
             self._leash.begin()
-            self._leash.tell(ANEW)
+            self._leash.send(ANEW)
 
-    def doubt(self, now: float) -> StopReason | None:
+    def find_stop_reason(self, now: float) -> StopReason | None:
         """Why the program cannot be relied on now."""
         if self._leash is None:
             return None
@@ -66,7 +66,7 @@ class SelfMonitor:
             return StopReason("this computer slept")
         if problem := self._leash.problem():
             return StopReason(problem)
-        if self._leash.intervened():
+        if self._leash.poll_intervention():
             self._anew = True
             return StopReason("the watchdog had to stop it", lost=False)
         return None
@@ -79,25 +79,25 @@ class SelfMonitor:
         self._anew = True
         return StopReason(f"this program stood still for {still_s:.2f} s", lost=still_s > LOST_S)
 
-    def looked(self, now: float, *, armed: bool, moving: bool) -> None:
+    def confirm_check(self, now: float, *, armed: bool, moving: bool) -> None:
         """The guard has looked, and stopped what had to be stopped: the watchdog is told."""
         self._looked_s = now
         if self._leash is not None:
-            self._leash.tell(ANEW if armed and self._anew else MOVING if moving else RESTING)
+            self._leash.send(ANEW if armed and self._anew else MOVING if moving else RESTING)
             if not armed:  # its answers must not pile up
                 self._leash.problem()
-                self._leash.intervened()
+                self._leash.poll_intervention()
         self._anew = False
 
-    def give_up(self) -> None:
+    def abandon_robot(self) -> None:
         """Leave the robot to the watchdog, which stops it."""
         if self._leash is not None:
-            self._leash.drop()
+            self._leash.abandon()
 
-    def leave(self) -> None:
+    def shut_watchdog_down(self) -> None:
         """Send the watchdog home."""
         if self._leash is not None:
-            self._leash.leave()
+            self._leash.shut_down()
 
 
 def raise_thread_priority() -> None:

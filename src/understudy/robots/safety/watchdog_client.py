@@ -109,14 +109,14 @@ class WatchdogClient:
         """Whether it says anything, asked while the robot is disarmed."""
         asked_s = time.monotonic()
         while time.monotonic() - asked_s < ANSWER_S:
-            self.tell(RESTING)
+            self.send(RESTING)
             self.problem()
             if self._answered_s > asked_s:
                 return True
             time.sleep(ASKING_S)
         return False
 
-    def tell(self, words: bytes) -> None:
+    def send(self, words: bytes) -> None:
         """All is well: ANEW, MOVING or RESTING."""
         if self._process is not None:
             with contextlib.suppress(OSError):  # `problem` tells of it
@@ -125,7 +125,7 @@ class WatchdogClient:
     def begin(self) -> None:
         """Forget what it said until now, or did not say: nobody spoke to it."""
         self.problem()
-        self.intervened()
+        self.poll_intervention()
         self._answered_s = time.monotonic()
 
     def problem(self) -> str:
@@ -148,12 +148,12 @@ class WatchdogClient:
         self._stopped = self._stopped or STOPPED in said
         return ""
 
-    def intervened(self) -> bool:
+    def poll_intervention(self) -> bool:
         """Whether it said that it had to stop the robot, since this was asked last."""
         stopped, self._stopped = self._stopped, False
         return stopped
 
-    def leave(self) -> None:
+    def shut_down(self) -> None:
         """Say good-bye, and wait until it is gone."""
         process = self._process
         if self._owner == os.getpid():  # not: a fork of the program that decides
@@ -163,7 +163,7 @@ class WatchdogClient:
             self._end()
             self._see_off()
 
-    def drop(self) -> None:
+    def abandon(self) -> None:
         """Leave without a good-bye: it stops the robot. Does not wait for that: whoever drops it may hold up others."""
         process, self._process = self._process, None
         if process is not None:

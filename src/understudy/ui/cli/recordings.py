@@ -44,7 +44,7 @@ def record_team_ticks(
         def tick() -> None:
             time_s, percept = body.time_s, body.sense(keys)
             team.tick()
-            recorder.decided(time_s, percept, team.paths, at_s=time_s)
+            recorder.write_tick(time_s, percept, team.paths, at_s=time_s)
 
         yield tick
 

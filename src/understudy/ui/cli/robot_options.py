@@ -86,7 +86,7 @@ def _twin_of(
     finally:
         if recorder is not None:
             recorder.close()
-            if twin is not None and twin.recorded:
+            if twin is not None and twin.is_recording:
                 typer.echo(f"Recorded in {recorder.path}", err=True)
             else:
                 recorder.path.unlink(missing_ok=True)

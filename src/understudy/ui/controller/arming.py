@@ -46,7 +46,7 @@ class RobotArming:
         if self._twin is None:
             return []
         return [
-            RobotStatus(name=robot.file.name, armed=robot.armed, stopped=robot.stopped)
+            RobotStatus(name=robot.file.name, armed=robot.armed, stopped=robot.stop_cause)
             for robot in self._twin.fleet
         ]
 
@@ -60,7 +60,7 @@ class RobotArming:
     def stop(self, cause: str) -> None:
         """Stop them at once; they have to be armed again."""
         if self._twin is not None:
-            self._twin.fleet.emergency(cause)
+            self._twin.fleet.emergency_stop(cause)
 
     def stop_supervising(self, cause: str) -> None:
         """Nobody watches over them any more."""

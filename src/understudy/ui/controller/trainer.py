@@ -74,7 +74,7 @@ class Trainer:
         saved: Lesson | None,
     ) -> None:
         self.session, self.body, self.pace = session, body, pace
-        self.note = body.noted if isinstance(body, DigitalTwin) else skip_note
+        self.note = body.record_action if isinstance(body, DigitalTwin) else skip_note
         self.folder, self.seed = folder, seed
         self.memory, self.why = RecentHistory(), DecisionExplainer(session)
         self.coach = CoachController(session, self.why)

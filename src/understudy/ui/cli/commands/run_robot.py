@@ -115,7 +115,7 @@ def _see_person(fleet: Fleet) -> None:
             problem="is not a terminal, so that nobody could arm or stop a robot",
             remedy="run it in one (ssh -t HOST for another machine), or arm it from Python with Robot.arm",
         )
-    if fleet.holds_to_run:
+    if fleet.needs_hold_to_run:
         raise SettingError(
             where=fleet.name,
             setting="safety.hold_to_run",
@@ -173,11 +173,11 @@ def _go(live: LiveRun, assigned: RunAssignment, seconds: float | None) -> str:
             if seconds is not None and until == inf:
                 until = twin.time_s + seconds
             if pressed():
-                twin.fleet.emergency("a key was pressed in the terminal")
+                twin.fleet.emergency_stop("a key was pressed in the terminal")
                 return "stopped by a key"
             if not twin.fleet.armed:
                 return "; ".join(
-                    f"{robot.file.name}: {robot.stopped}" for robot in twin.fleet if robot.stopped
+                    f"{robot.file.name}: {robot.stop_cause}" for robot in twin.fleet if robot.stop_cause
                 )
             if flags and live.team.find_raised(assigned.sort, flags).all():
                 return "done"
@@ -194,7 +194,7 @@ def _told(twin: DigitalTwin, live: LiveRun, rests: str) -> Any:
     made = make_table("robot", "doing", "~")
     for robot, path in zip(twin.fleet, live.team.paths, strict=True):
         doing = " > ".join(path) or rests
-        made.add_row(robot.file.name, doing, robot.stopped and f"stands: {robot.stopped}")
+        made.add_row(robot.file.name, doing, robot.stop_cause and f"stands: {robot.stop_cause}")
     return made
 
 

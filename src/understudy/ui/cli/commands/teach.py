@@ -98,7 +98,7 @@ def _see_hold(twin: DigitalTwin) -> None:
     """Refuse robots that need a key that is held: a terminal cannot tell."""
     from understudy.errors import SettingError
 
-    if twin.fleet.holds_to_run:
+    if twin.fleet.needs_hold_to_run:
         raise SettingError(
             where=twin.fleet.name,
             setting="safety.hold_to_run",

@@ -36,7 +36,7 @@ def make_camera_route(stage: SessionHost, refusal: Callable[[HTTPConnection], st
             _, eye = _eye(stage, request.path_params["robot"])
         except (SessionError, SettingError) as error:
             return PlainTextResponse(str(error), status_code=404)
-        found = await run_in_threadpool(eye.picture)
+        found = await run_in_threadpool(eye.encode_annotated_image)
         if found is None:
             return Response(status_code=204)
         number, jpeg = found
@@ -64,7 +64,7 @@ class ColorReply(Data, frozen=True, kw_only=True):
 def handle_pick_color(stage: SessionHost, message: PickColor) -> ColorReply:
     """Learn a color from clicks, look for it from now on, and write it into the robot's file."""
     robot, eye = _eye(stage, message.robot)
-    color = eye.learn(message.name, message.image, [(x, y) for x, y in message.points])
+    color = eye.learn_color(message.name, message.image, [(x, y) for x, y in message.points])
     if robot.path.is_file():
         write_color(robot.path, message.name, color)
     stage.status = StatusMessage(

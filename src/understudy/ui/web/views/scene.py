@@ -149,7 +149,7 @@ def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> Scen
         seed=world.seeds[0],
         real=[robot.file.name for robot in world.fleet] if isinstance(world, DigitalTwin) else [],
         eyes=_eyes(world),
-        holds=isinstance(world, DigitalTwin) and world.fleet.holds_to_run,
+        holds=isinstance(world, DigitalTwin) and world.fleet.needs_hold_to_run,
         robots=world.robots,
         types=[
             RobotTypeData(name=name, radius=kind.radius, color=kind.color, team=kind.team or name)
