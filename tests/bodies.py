@@ -113,7 +113,7 @@ def toward(_: ReadingsView, A: ReadingsView) -> dict[str, Column]:
     return {"turn": A.bearing}
 
 
-kit = Kit.of(
+kit = Kit.from_parts(
     range_of,
     bearing_of,
     load,

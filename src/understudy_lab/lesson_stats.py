@@ -22,7 +22,7 @@ def describe_lesson(taught: TrainedAutomaton, seconds: float) -> dict[str, Any]:
         "name": automaton.name,
         "features": len(automaton.features),
         "states": len(automaton.states),
-        "examples": sum(example.pressed for example in examples),
+        "examples": sum(example.is_from_press for example in examples),
         "nodes": nodes(taught),
         "seconds": round(seconds, 1),
     }

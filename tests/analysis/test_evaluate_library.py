@@ -27,7 +27,7 @@ from understudy.sim.scenario.schema import Goal, Scenario
 from understudy.sim.world import World
 
 FORAGE, TEAM, ARENA = (find_scenario(name) for name in ("forage", "forage-team", "arena"))
-LIBRARY = Library.of(FORAGE_KIT, *AUTOMATA)
+LIBRARY = Library.from_automata(FORAGE_KIT, *AUTOMATA)
 LAZY = Automaton("lazy")
 
 
@@ -44,7 +44,7 @@ def test_side_by_side_as_one_by_one() -> None:
 @pytest.mark.parametrize("scenario", [FORAGE, TEAM], ids=lambda each: each.name)
 def test_as_interpreters_would(scenario: Scenario) -> None:
     """In one go or tick by tick, with limits that some worlds reach and others do not."""
-    library = Library.of(make_scenario_kit(scenario), *AUTOMATA)
+    library = Library.from_automata(make_scenario_kit(scenario), *AUTOMATA)
     program, limits = link(library, "forage"), np.array([20.0, 300.0, 95.05, 0.0])
     fused = measure_program_outcomes(World(scenario, range(4)), program, limit_s=limits)
     world = World(scenario, range(4))
@@ -80,7 +80,7 @@ def test_functions_are_judged_the_same() -> None:
         (*forage.features, BoundFeature(stored_twice)),
         transitions=forage.transitions,
     )
-    library = Library.of(FORAGE_KIT, *AUTOMATA[:-1], computing)
+    library = Library.from_automata(FORAGE_KIT, *AUTOMATA[:-1], computing)
     plain, computed = (evaluate(each, "forage", FORAGE, range(3)) for each in (LIBRARY, library))
     assert computed.taught.seconds.tolist() == plain.taught.seconds.tolist()
     assert computed.taught.delivered.tolist() == plain.taught.delivered.tolist()
@@ -100,7 +100,7 @@ def test_in_batches_as_all_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_who_does_nothing_fails_at_three_times_the_yardstick() -> None:
-    library = Library.of(FORAGE_KIT, LAZY)
+    library = Library.from_automata(FORAGE_KIT, LAZY)
     judged = evaluate(library, "lazy", FORAGE, range(3))
     assert (judged.success, judged.relative_to_expert) == (0.0, 0.0)
     assert judged.expert is not None
@@ -109,7 +109,7 @@ def test_who_does_nothing_fails_at_three_times_the_yardstick() -> None:
 
 def test_a_goal_of_any_scenario() -> None:
     """GoTo drives to the flag where nothing is in the way; there is no yardstick, but the limit of the scenario."""
-    library = Library.of(make_scenario_kit(ARENA), AUTOMATA[0])
+    library = Library.from_automata(make_scenario_kit(ARENA), AUTOMATA[0])
     free = replace(ARENA, obstacles=(), limit_s=80.0)
     judged = evaluate(library, "goto", free, range(4), binding={"A": "red_flag"})
     assert judged.success == 1.0
@@ -120,7 +120,7 @@ def test_a_goal_of_any_scenario() -> None:
 
 
 def test_a_team_brings_food_home() -> None:
-    judged = evaluate(Library.of(make_scenario_kit(TEAM), *AUTOMATA), "forage", TEAM, range(3))
+    judged = evaluate(Library.from_automata(make_scenario_kit(TEAM), *AUTOMATA), "forage", TEAM, range(3))
     assert (judged.taught.limit_s == TEAM.limit_s).all()
     assert judged.taught.delivered.sum() > 0
 

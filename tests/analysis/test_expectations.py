@@ -36,7 +36,7 @@ from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy_lab.bench.patrol import lead
 
-LIBRARY = Library.of(FORAGE_KIT, goto)
+LIBRARY = Library.from_automata(FORAGE_KIT, goto)
 SITS = replace(goto, transitions={"start": Tree((make_leaf(0),))})
 
 
@@ -65,15 +65,15 @@ def taught() -> Session:
 def test_it_comes_or_it_does_not() -> None:
     made = taught()
     fetch = made.make_trained_automaton()
-    library = LIBRARY.with_taught(fetch)
+    library = LIBRARY.with_automaton(fetch)
     promised = make_expectation(made, flag="done", within_s=60.0)
     came = run_expectation(promised, "fetch", library)
-    assert came.came
+    assert came.was_met
     assert came.took_s is not None
     assert came.took_s == run_expectation(promised, "fetch", library).took_s, "a world is the same every time"
-    assert run_expectation(replace(promised, within_s=came.took_s), "fetch", library).came
-    assert not run_expectation(replace(promised, within_s=came.took_s - 0.1), "fetch", library).came
-    assert not run_expectation(promised, "fetch", library.with_taught(TrainedAutomaton(SITS))).came
+    assert run_expectation(replace(promised, within_s=came.took_s), "fetch", library).was_met
+    assert not run_expectation(replace(promised, within_s=came.took_s - 0.1), "fetch", library).was_met
+    assert not run_expectation(promised, "fetch", library.with_automaton(TrainedAutomaton(SITS))).was_met
 
 
 def test_another_flag_is_not_what_was_promised() -> None:
@@ -82,14 +82,17 @@ def test_another_flag_is_not_what_was_promised() -> None:
     states = (START, State("done", flag="done"), State("failed", flag="failed"))
     for index, came in ((1, True), (2, False)):
         fetch = Automaton("fetch", states, transitions={"start": Tree((make_leaf(index),))})
-        assert run_expectation(promised, "fetch", LIBRARY.with_taught(TrainedAutomaton(fetch))).came is came
+        assert (
+            run_expectation(promised, "fetch", LIBRARY.with_automaton(TrainedAutomaton(fetch))).was_met
+            is came
+        )
 
 
 def test_what_cannot_be_tried_says_why() -> None:
     made = taught()
     promised = make_expectation(made, flag="done", within_s=5.0)
     assert "has no behavior 'fetch'" in run_expectation(promised, "fetch", LIBRARY).problem
-    library = LIBRARY.with_taught(made.make_trained_automaton())
+    library = LIBRARY.with_automaton(made.make_trained_automaton())
     assert "snapshot" in run_expectation(replace(promised, snapshot=b"nothing"), "fetch", library).problem
     assert "TOML" in run_expectation(replace(promised, scenario="nothing ="), "fetch", library).problem
     for agent in (1, -1):
@@ -115,9 +118,9 @@ def test_what_breaks_on_the_way_says_why() -> None:
     found = run_expectation(
         make_expectation(taught(), flag="done", within_s=5.0),
         "fetch",
-        LIBRARY.with_taught(TrainedAutomaton(fetch)),
+        LIBRARY.with_automaton(TrainedAutomaton(fetch)),
     )
-    assert not found.came
+    assert not found.was_met
     assert "worn" in found.problem
 
 
@@ -158,15 +161,15 @@ def test_a_change_below_is_found_from_above() -> None:
     """GoTo changes so that it never arrives: what fetches with it no longer does, and its former version is named."""
     made = taught()
     add_expectation(made, flag="done", within_s=60.0)
-    library = LIBRARY.with_taught(made.make_trained_automaton())
+    library = LIBRARY.with_automaton(made.make_trained_automaton())
     seen = run_lesson_test(library, "fetch", {})
-    assert (seen.works, len(seen.outcomes), seen.affected) == (True, 1, ())
-    broken = library.with_taught(TrainedAutomaton(SITS))
+    assert (seen.is_passing, len(seen.outcomes), seen.affected) == (True, 1, ())
+    broken = library.with_automaton(TrainedAutomaton(SITS))
     seen = run_lesson_test(broken, "fetch", {"goto": TrainedAutomaton(goto)})
-    assert not seen.works
+    assert not seen.is_passing
     assert [each.since for each in seen.failed] == [("goto",)]
     seen = run_lesson_test(broken, "goto", {"goto": TrainedAutomaton(goto)})
-    assert (seen.works, seen.changed, seen.affected) == (True, True, ("fetch",))
+    assert (seen.is_passing, seen.changed, seen.affected) == (True, True, ("fetch",))
     (said,) = find_regressions(library, TrainedAutomaton(SITS), TrainedAutomaton(goto))
     assert said == "fetch no longer comes to done within 60 s in forage"
     assert find_regressions(library, TrainedAutomaton(goto), TrainedAutomaton(goto)) == ()
@@ -175,7 +178,7 @@ def test_a_change_below_is_found_from_above() -> None:
 
 def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None:
     """Their own change, or one of their robots: told only where it is known what everybody knows."""
-    known = dict(collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.of(kit, lead())))
+    known = dict(collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.from_automata(kit, lead())))
     lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
     made = Session(make_coordinator_body(SCENARIO, "patrol", known), known["patrol"], lesson)
     made.direct("wander")
@@ -190,7 +193,7 @@ def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None
     assert find_regressions(coordinators, made.make_trained_automaton(), former, known) == (
         "out no longer comes to done within 3 s in patrol",
     )
-    known["patrol"] = coordinators.with_taught(former)
+    known["patrol"] = coordinators.with_automaton(former)
     wander = ROBOTS.taught["wander"]
     unbound = TrainedAutomaton(replace(wander.automaton, parameters=("A",)))
     assert find_regressions(ROBOTS, unbound, wander) == ()
@@ -204,7 +207,9 @@ def test_above_and_below() -> None:
     def runs(name: str, *behaviors: str) -> Automaton:
         return Automaton(name, (START, *(State(each, each, Binding()) for each in behaviors)))
 
-    library = Library.of(FORAGE_KIT, runs("a", "forward"), runs("b", "a"), runs("c", "a", "b"), runs("d"))
+    library = Library.from_automata(
+        FORAGE_KIT, runs("a", "forward"), runs("b", "a"), runs("c", "a", "b"), runs("d")
+    )
     assert list_dependents(library, "a") == ("b", "c")
     assert list_dependencies(library, "c") == ("c", "b", "a")
     assert list_dependents(library, "d") == ()
@@ -226,7 +231,7 @@ def test_a_classifier_that_was_fitted_to_the_same_is_the_same() -> None:
         (TrainedAutomaton(learn_automaton(more), more), False),
         (TrainedAutomaton(learn_automaton(less), less), True),
     ):
-        library = Library.of(FORAGE_KIT).with_taught(other)
+        library = Library.from_automata(FORAGE_KIT).with_automaton(other)
         assert run_lesson_test(library, "goto", {"goto": former}).changed is expected
 
 

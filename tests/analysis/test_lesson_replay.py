@@ -91,7 +91,7 @@ def test_presses(
 ) -> None:
     found = replay_lesson(taught(*now), taught(*former))
     assert [(each.number, each.shown, each.now, each.formerly) for each in found.different] == different
-    assert [each.number for each in found.lost] == lost
+    assert [each.number for each in found.regressions] == lost
 
 
 def test_what_is_in_quarantine_says_nothing() -> None:
@@ -137,7 +137,7 @@ def test_the_second_before_a_press() -> None:
     assert found.before == 2
     assert found.changes == (DecisionChange("go", "go", "done", 1),)
     assert replay_lesson(earlier).changes == ()
-    assert found.lost == ()
+    assert found.regressions == ()
 
 
 def test_features_of_a_former_version_are_read_from_the_record() -> None:

@@ -18,7 +18,7 @@ GO = automaton(
     {"start": lambda d: "lap" if d > 97 else None},
     features=["range_of(ball)"],
 )
-LIBRARY = Library.of(
+LIBRARY = Library.from_automata(
     kit,
     GO,
     automaton(
@@ -30,7 +30,7 @@ LIBRARY = Library.of(
             "forward": lambda d: "go" if d == 96 else None,
         },
         features=["range_of(ball)"],
-        library=Library.of(kit, GO),
+        library=Library.from_automata(kit, GO),
     ),
 )
 
@@ -42,7 +42,7 @@ def after(ticks: int, *, agents: int = 1, follow: int = 0) -> tuple[TracedRun, t
     run.follow(follow)
     for _ in range(ticks):
         run.tick()
-    return run, run.stood(follow)
+    return run, run.list_active(follow)
 
 
 def test_both_levels_switch_in_the_first_tick() -> None:

@@ -74,7 +74,7 @@ def teacher(studio: Studio, visit: Callable[[], Page]) -> Teacher:
     """A library with goto and with fetch, which runs it, and goto open."""
     goto = goes().make_trained_automaton()
     return opened(
-        studio, visit, goto, fetches(Library(FORAGE_KIT).with_taught(goto)).make_trained_automaton()
+        studio, visit, goto, fetches(Library(FORAGE_KIT).with_automaton(goto)).make_trained_automaton()
     )
 
 

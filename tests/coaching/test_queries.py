@@ -33,18 +33,18 @@ def looking_away() -> Session:
 def test_it_asks_once_and_goes_on_when_let() -> None:
     session = looking_away()
     asking = UncertaintyQueries(session)
-    question = asking.look()
+    question = asking.find_question()
     assert isinstance(question, Question)
     assert question.sentence.startswith("I am not sure: I would ")
     assert "behind you" in question.sentence
-    assert asking.look() is None
+    assert asking.find_question() is None
     before = session.capture()
     session.tick()
     session.rewind(before)  # not yet asked, as the clock has it; but it was let go on
     later = UncertaintyQueries(session, unsure=question.doubt.amount)
-    assert later.look() is not None
+    assert later.find_question() is not None
     later._last_s = -9.0
-    assert later.look() is None
+    assert later.find_question() is None
 
 
 def test_where_nothing_can_be_learned_any_more_it_asks_nothing() -> None:
@@ -64,14 +64,14 @@ def test_where_nothing_can_be_learned_any_more_it_asks_nothing() -> None:
     asking = UncertaintyQueries(session)
     session.undo()
     assert session.mode is Mode.TRAINING
-    assert asking.look() is None
+    assert asking.find_question() is None
 
 
 def test_after_a_question_it_rests() -> None:
     session = looking_away()
     asking = UncertaintyQueries(session, QueryPolicy.MARK, unsure=0.0)
     for _ in range(45):
-        asking.look()
+        asking.find_question()
         session.tick()
     times = [question.time_s for question in asking.marked]
     assert len(times) > 1
@@ -83,7 +83,7 @@ def test_it_marks_and_the_moment_can_be_gone_back_to() -> None:
     asking = UncertaintyQueries(session, QueryPolicy.MARK)
     began = session.body.time_s
     for _ in range(20):
-        assert asking.look() is None
+        assert asking.find_question() is None
         session.tick()
     first = asking.marked[0]
     assert (first.time_s, first.state) == (began, "start")
@@ -95,20 +95,20 @@ def test_it_marks_and_the_moment_can_be_gone_back_to() -> None:
 
 def test_it_asks_nothing_in_training_or_unless_wanted() -> None:
     session = looking_away()
-    assert UncertaintyQueries(session, QueryPolicy.NEVER).look() is None
+    assert UncertaintyQueries(session, QueryPolicy.NEVER).find_question() is None
     session.train()
     assert session.mode is Mode.TRAINING
-    assert UncertaintyQueries(session).look() is None
+    assert UncertaintyQueries(session).find_question() is None
 
 
 def test_an_answer_settles_it() -> None:
     session = looking_away()
     asking = UncertaintyQueries(session)
-    before = asking.look()
+    before = asking.find_question()
     assert before is not None
     session.direct("left")
     session.tick()
     session.rewind(session.capture())
     session.test()
-    again = asking.look()
+    again = asking.find_question()
     assert again is None or again.doubt.amount < before.doubt.amount

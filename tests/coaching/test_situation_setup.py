@@ -115,7 +115,7 @@ def test_time_in_state_counters_and_a_childs_flag_are_set() -> None:
         DONE,
     )
     automaton = Automaton("errand", (START, State("go", "goto", A)), own, ("A",))
-    library = Library(FORAGE_KIT).with_taught(_taught_goto())
+    library = Library(FORAGE_KIT).with_automaton(_taught_goto())
     taught = session(Lesson(automaton), library)
     raised = ValueSet(((1.0, 2.0),), False)
     wanted = Advice(AdviceKind.GAP, "", "go", 1.0, (ValueSet(((3.0, 9.0),), False), SURELY, raised))

@@ -37,7 +37,7 @@ ASKED = [
 def test_doubt_and_its_reason(
     state: str, distance: float, degrees: float, least: float, most: float, because: DoubtReason, said: str
 ) -> None:
-    found = doubts(goto()).doubt(state, (distance, radians(degrees)))
+    found = doubts(goto()).estimate(state, (distance, radians(degrees)))
     assert least <= found.amount <= most, found
     assert found.because is because, found
     assert said in found.reason
@@ -45,28 +45,28 @@ def test_doubt_and_its_reason(
 
 def test_where_nothing_was_shown_or_hardly_anything() -> None:
     without = goto(tuple(row for row in GOTO if row[0] != "left"))
-    found = doubts(without).doubt("left", (1.0, 1.0))
+    found = doubts(without).estimate("left", (1.0, 1.0))
     assert (found.amount, found.because) == (1.0, DoubtReason.UNTAUGHT)
-    tiny = doubts(goto(GOTO[:2])).doubt("forward", (6.0, radians(10)))
+    tiny = doubts(goto(GOTO[:2])).estimate("forward", (6.0, radians(10)))
     assert (tiny.amount, tiny.because) == (0.6, DoubtReason.SCANT)
 
 
 def test_absence_that_was_never_shown_is_far_from_all() -> None:
-    found = doubts(goto()).doubt("forward", (nan, nan))
+    found = doubts(goto()).estimate("forward", (nan, nan))
     assert found.amount >= 0.9
     assert "nothing" in found.reason
 
 
 def test_a_leaf_whose_examples_want_different_things() -> None:
     again: Row = ("forward", "left", "directive", 0.3, 350)
-    found = doubts(goto((*GOTO, again))).doubt("forward", (0.3, radians(350)))
+    found = doubts(goto((*GOTO, again))).estimate("forward", (0.3, radians(350)))
     assert (found.amount, found.because, found.examples) == (1.0, DoubtReason.DISAGREEING, (2, 7))
 
 
 def test_what_was_shown_nearest_may_say_otherwise() -> None:
     """In the gap between done at 0.3 m and forward at 5 m, which belongs to the default, doubt grows toward done."""
     knows = doubts(goto())
-    near, far = (knows.doubt("forward", (distance, radians(352))) for distance in (0.5, 4.0))
+    near, far = (knows.estimate("forward", (distance, radians(352))) for distance in (0.5, 4.0))
     assert (near.because, near.examples) == (DoubtReason.OTHERWISE, (2,))
     assert near.reason == "example 2, which is nearest, says go to done"
     assert near.amount > 0.5 > far.amount
@@ -75,7 +75,7 @@ def test_what_was_shown_nearest_may_say_otherwise() -> None:
 def test_one_decision_alone_is_asked_as_many_are() -> None:
     lesson = goto()
     transition = learn(lesson)["left"]
-    assert estimate_uncertainty(lesson, transition, "left", (5.0, 1.0)) == doubts(lesson).doubt(
+    assert estimate_uncertainty(lesson, transition, "left", (5.0, 1.0)) == doubts(lesson).estimate(
         "left", (5.0, 1.0)
     )
 
@@ -91,7 +91,7 @@ def test_doubt_is_a_share_and_what_was_shown_without_contradiction_is_in_none(
     groups = group_by_feature_vector(lesson.examples).values()
     agreed = all(len({example.next for example in group}) == 1 for group in groups)
     for example in lesson.examples:
-        found = knows.doubt("a", example.values)
+        found = knows.estimate("a", example.values)
         assert 0.0 <= found.amount <= 1.0
         if len(lesson.examples) >= 3 and agreed:
             assert found.amount == 0.0, (found, example)

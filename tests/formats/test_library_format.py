@@ -89,7 +89,7 @@ def test_what_a_lesson_holds_is_there() -> None:
     }
     assert fetch.options.unlearning
     assert goto.options.watched
-    assert any(not each.pressed for each in goto.examples)
+    assert any(not each.is_from_press for each in goto.examples)
     assert (goto.automaton.parameters, list(goto.automaton.flags)) == (("A",), ["done"])
 
 

@@ -234,9 +234,9 @@ def test_hindsight_predicts_as_if_each_had_been_left_out() -> None:
         weights = np.linalg.solve(seen.like[np.ix_(kept, kept)] + 0.1 * np.eye(len(kept)), own[kept] - 1 / 3)
         predicted = seen.like[4, kept] @ weights + 1 / 3
         against = max(np.delete(predicted, outcomes[4])) - predicted[outcomes[4]]
-        found = seen.without(9) if 9 in left_out else seen
-        assert found.doubt(3)[4] == pytest.approx(against)
-    assert seen.without(9).doubt(3)[9] == -1.0
+        found = seen.exclude(9) if 9 in left_out else seen
+        assert found.score_mislabels(3)[4] == pytest.approx(against)
+    assert seen.exclude(9).score_mislabels(3)[9] == -1.0
 
 
 def test_the_inverse() -> None:

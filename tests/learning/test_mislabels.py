@@ -89,7 +89,7 @@ def test_suspects_are_presses_each_once_in_any_order(table: Any, stateless: bool
     found = find_mislabels(made, least=0.1)
     numbers = [suspect.example.number for suspect in found]
     assert len(set(numbers)) == len(numbers)
-    assert all(suspect.example.shown and suspect.doubt >= 0.1 for suspect in found)
+    assert all(suspect.example.is_shown and suspect.doubt >= 0.1 for suspect in found)
     shuffled = list(made.examples)
     random.shuffle(shuffled)
     assert find_mislabels(replace(made, examples=tuple(shuffled)), least=0.1) == found

@@ -69,7 +69,7 @@ def calling(name: str, behavior: str, **binding: str) -> State:
 
 def linked(*automata: Automaton, **binding: str) -> Program:
     """The last of these automata as a program; the others are there for it to use."""
-    return link(Library.of(kit, *automata), automata[-1].name, binding)
+    return link(Library.from_automata(kit, *automata), automata[-1].name, binding)
 
 
 def running(program: Program, index: int) -> str:

@@ -45,7 +45,7 @@ COLORS = Categorical(("red", "green", "blue", "gray", "black"))
 FLAGS = ("done", "failed")
 TICKS_S = (0.1, 0.1, 0.1, 0.03, 0.25, 1 / 3)
 
-kit = Kit.of(
+kit = Kit.from_parts(
     Feature("range_of", Continuous(), "range", of="A"),
     Feature("bearing_of", Toroidal(), "bearing", of="A"),
     Feature("color_of", COLORS, "color", of="A"),
@@ -126,7 +126,7 @@ def random_library(
     library = Library(kit)
     for number in range(automata):
         made = _automaton(random, library, depth, f"{name}{number}")
-        library = Library.of(kit, *map(library.automaton, library.taught), made)
+        library = Library.from_automata(kit, *map(library.automaton, library.taught), made)
     return library
 
 

@@ -79,14 +79,14 @@ def test_functions_of_one_name_are_told_apart() -> None:
     other.__name__, other.__doc__ = "flee", flee.doc
     same = behavior(other)
     assert same == flee  # as parts of a kit they are alike
-    programs = [link(Library(Kit.of(part)), "flee") for part in (flee, same)]
+    programs = [link(Library(Kit.from_parts(part)), "flee") for part in (flee, same)]
     body = Scripted(2, {**RANGE, ("load", None): lambda tick: 3.0})
     Engine(body, programs).tick()
     assert body.commanded[0]["drive"] == [-3.0, 4.0]
 
 
 def test_programs_with_parts_in_common_share_them() -> None:
-    library = Library.of(kit, go(FAR))
+    library = Library.from_automata(kit, go(FAR))
     once = compile_programs([link(library, "go")])
     many = compile_programs([link(library, "go") for _ in range(50)] + [IDLE_PROGRAM])
     assert len(once.places) == len(many.places) == 3
@@ -101,7 +101,7 @@ def test_slots_are_shared_by_what_never_runs_at_once() -> None:
     inner = [calling("one", "counting"), calling("two", "clicking")]
     plain = automaton("plain", inner)
     outer = automaton("outer", [*inner, "lap", "click"])
-    library = Library.of(kit, counting, clicking, plain, outer)
+    library = Library.from_automata(kit, counting, clicking, plain, outer)
     compiled = compile_programs([link(library, "plain"), link(library, "outer")])
     assert {str(place): dict(place.memory) for place in compiled.places if place.state == "start"} == {
         "plain/start": {},
@@ -138,7 +138,7 @@ def test_classifiers_are_asked_for_all_agents_that_wait() -> None:
         [State("go", "go"), "left"],
         {"start": lambda seen: "go", "go": lambda seen: "left" if seen else None, "left": lambda seen: "go"},
         features=["seen"],
-        library=Library.of(kit, inner),
+        library=Library.from_automata(kit, inner),
     )
     trees = go(FAR)
     programs = [linked(inner, outer), linked(inner), linked(trees), linked(go(Alone())), IDLE_PROGRAM]
@@ -220,7 +220,7 @@ def test_a_fused_body_ticks_where_python_is_needed(part: Automaton) -> None:
             raise NotImplementedError
 
     computed = Behavior("computed", function=lambda robot: {"drive": robot.load})
-    program = link(Library.of(kit + Kit.of(computed), part), "go")
+    program = link(Library.from_automata(kit + Kit.from_parts(computed), part), "go")
     body = Hurried(2)
     Engine.from_program(body, program).run(3)
     assert body.tick == 3
@@ -261,7 +261,7 @@ def test_what_does_not_fit_an_engine() -> None:
         with pytest.raises(SettingError, match="snapshot is of other programs"):
             engine.restore(snapshot)
     with pytest.raises(UnknownName, match="channel 'rise'"):
-        Engine.from_program(body, link(Library(Kit.of(Behavior("fly", Command(rise=1.0)))), "fly"))
+        Engine.from_program(body, link(Library(Kit.from_parts(Behavior("fly", Command(rise=1.0)))), "fly"))
 
 
 def of(value: float, agent: int) -> Callable[[ReadingsView], Column]:
@@ -315,12 +315,12 @@ def test_a_reading_that_makes_no_sense(
 def test_a_function_that_makes_no_sense(runs: Any) -> None:
     odd = behavior(lambda robot: {"drive": of(nan, 2)(robot)})
     sensed = feature(BOOLEAN)(of(4.0, 1))
-    library = Library(kit + Kit.of(odd, sensed))
+    library = Library(kit + Kit.from_parts(odd, sensed))
     with pytest.raises(DefinitionError, match="channel 'drive' is not finite for agent 2: it is nan"):
         runs.from_program(Scripted(3), link(library, odd.name)).tick()
     one = Automaton("one", (START,), (BoundFeature(sensed),), transitions={"start": Tree((make_leaf(0),))})
     with pytest.raises(KindError, match=r"feature 'given' of agent 1: 4\.0 is not the index"):
-        runs.from_program(Scripted(3), link(Library.of(library.kit, one), "one")).tick()
+        runs.from_program(Scripted(3), link(Library.from_automata(library.kit, one), "one")).tick()
 
 
 def test_kernels_and_tables_mean_the_same_by_their_numbers() -> None:

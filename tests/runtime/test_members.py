@@ -62,16 +62,20 @@ def test_what_fits() -> None:
     assert tree(GOOD, [[(2, 0, 0), (2, 1, 0)]]).names == ("scout", "carrier", "pair", "camp")
 
 
-SCOUT = Library.of(kit, automaton("search"))
-CARRIER = Library.of(kit, automaton("fetch", parameters=("A",)))
+SCOUT = Library.from_automata(kit, automaton("search"))
+CARRIER = Library.from_automata(kit, automaton("fetch", parameters=("A",)))
 
 
 def team(*duties: Assignment) -> Team:
     """A pair whose coordinator gives one order, once a camp's tells it to."""
     pair = Squad(PAIR.name, PAIR.roles, (), {"work": Order(duties)})
     members: Mapping[str, Library] = {"scout": SCOUT, "carrier": CARRIER}
-    pairs = Library.of(make_squad_kit(pair, (), members), automaton("shift", [State("on", "work")]))
-    camps = Library.of(make_squad_kit(CAMP, (), {"pair": pairs}), automaton("day", [State("shift", "shift")]))
+    pairs = Library.from_automata(
+        make_squad_kit(pair, (), members), automaton("shift", [State("on", "work")])
+    )
+    camps = Library.from_automata(
+        make_squad_kit(CAMP, (), {"pair": pairs}), automaton("day", [State("shift", "shift")])
+    )
     made = TeamTree(
         TYPES, (0, 1), ((pair, ((Member(0, 0, 0), Member(1, 1, 1)),)), (CAMP, ((Member(2, 0, 0),),)))
     )

@@ -26,7 +26,9 @@ def tick(part: Feature | Behavior) -> None:
     features = () if isinstance(part, Behavior) else (BoundFeature(part),)
     states = (START, State("on", does))
     automaton = Automaton("go", states, features, transitions={"start": Tree((make_leaf(1),))})
-    Run.from_program(Forage([1, 2]), link(Library.of(FORAGE_KIT + Kit.of(part), automaton), "go")).tick()
+    Run.from_program(
+        Forage([1, 2]), link(Library.from_automata(FORAGE_KIT + Kit.from_parts(part), automaton), "go")
+    ).tick()
 
 
 def odd(robot: ReadingsView) -> Any:
@@ -95,6 +97,6 @@ def test_what_is_no_kind_and_what_is_no_part() -> None:
     with pytest.raises(DefinitionError, match=r"its kind is 'continuous'; give Continuous\(\)"):
         Feature("x", "continuous", reading="range")  # type: ignore[arg-type]
     with pytest.raises(DefinitionError, match="kit: 3 is no part of it"):
-        Kit.of(3)  # type: ignore[arg-type]
+        Kit.from_parts(3)  # type: ignore[arg-type]
     with pytest.raises(KindError, match="its labels are 'no'; give them as a tuple"):
         Categorical("no")  # type: ignore[arg-type]

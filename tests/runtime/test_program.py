@@ -84,7 +84,7 @@ def test_refused(
 def test_recursion_names_the_cycle() -> None:
     chain = automaton("a", [calling("x", "b")]), automaton("b", [calling("x", "c")])
     with pytest.raises(RecursionRefused, match="c -> a -> b -> c") as refusal:
-        Library.of(kit, *chain, automaton("c", [calling("x", "a")]))
+        Library.from_automata(kit, *chain, automaton("c", [calling("x", "a")]))
     assert set(refusal.value.cycle) == {"a", "b", "c"}
 
 

@@ -157,7 +157,7 @@ def test_the_interpreter_equals_the_reference(data: st.DataObject, first: int) -
     made = data.draw(automata())
     *_, root = made
     bound = {parameter: data.draw(st.sampled_from(TARGETS)) for parameter in made[root]["parameters"]}
-    program = link(Library.of(kit, *(built(name, me) for name, me in made.items())), root, bound)
+    program = link(Library.from_automata(kit, *(built(name, me) for name, me in made.items())), root, bound)
     interpreter = Interpreter(program, now=first * TICK_S)
     memory = begin(made, root, first)
     for tick, percept in enumerate(data.draw(st.lists(PERCEPTS, min_size=1, max_size=25)), first):

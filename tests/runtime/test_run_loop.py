@@ -112,7 +112,9 @@ def near_only(_: ReadingsView, A: ReadingsView) -> dict[str, Column]:
 
 
 def test_a_function_behavior_must_be_finite_for_the_agents_that_run_it() -> None:
-    own = Kit.of(range_of, behavior(near_only), Behavior("forward", Command(drive=0.25)), Target("ball"))
+    own = Kit.from_parts(
+        range_of, behavior(near_only), Behavior("forward", Command(drive=0.25)), Target("ball")
+    )
     library = Library(own)
     go = automaton(
         "go",
@@ -122,7 +124,7 @@ def test_a_function_behavior_must_be_finite_for_the_agents_that_run_it() -> None
         library=library,
     )
     body = Scripted(2)  # agent 0 is at 100 m, agent 1 at 101 m
-    Run.from_program(body, link(library.of(own, go), "go")).tick()
+    Run.from_program(body, link(library.from_automata(own, go), "go")).tick()
     assert body.commanded[0]["drive"] == [1.0, 0.25]
     with pytest.raises(DefinitionError, match="near_only"):
         Run.from_program(Scripted(2), link(library, "near_only", {"A": "ball"})).tick()
@@ -136,9 +138,9 @@ def test_what_the_body_does_not_know_is_named() -> None:
     body = Scripted()
     sky = Target("sky")
     cases = [
-        (Kit.of(Behavior("fly", Command(rise=1.0))), "fly", {}, "channel 'rise'"),
-        (Kit.of(behavior(jump)), "jump", {}, "channel 'jump'"),
-        (Kit.of(kit.behaviors["toward"], sky), "toward", {"A": "sky"}, "target 'sky'"),
+        (Kit.from_parts(Behavior("fly", Command(rise=1.0))), "fly", {}, "channel 'rise'"),
+        (Kit.from_parts(behavior(jump)), "jump", {}, "channel 'jump'"),
+        (Kit.from_parts(kit.behaviors["toward"], sky), "toward", {"A": "sky"}, "target 'sky'"),
     ]
     for parts, name, binding, named in cases:
         with pytest.raises(UnknownName, match=named):

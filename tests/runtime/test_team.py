@@ -44,7 +44,7 @@ def goer() -> Library:
     go = automaton(
         "go", ["forward"], {"start": to, "forward": to}, flags=["done"], features=["range_of(ball)"]
     )
-    return Library.of(scripted_kit, go)
+    return Library.from_automata(scripted_kit, go)
 
 
 SQUAD = Squad(
@@ -73,7 +73,7 @@ def there_and_back(kit_library: Library) -> Library:
         features=["all_done"],
         library=kit_library,
     )
-    return Library.of(kit_library.kit, *map(kit_library.automaton, kit_library.taught), leader)
+    return Library.from_automata(kit_library.kit, *map(kit_library.automaton, kit_library.taught), leader)
 
 
 def pair_of(body: Scripted, makes: object = make_interpreter_runner, *, root: str = "lead") -> Team:
@@ -125,7 +125,7 @@ def outer(inner: Library) -> Library:
         features=["any_done"],
         library=inner,
     )
-    return Library.of(inner.kit, *map(inner.automaton, inner.taught), again)
+    return Library.from_automata(inner.kit, *map(inner.automaton, inner.taught), again)
 
 
 def test_a_switch_resets_the_flags_for_every_query_below() -> None:
@@ -141,7 +141,7 @@ def test_a_switch_resets_the_flags_for_every_query_below() -> None:
 
     features = ["all_done", "any_done", "none_done", "done_lately", "left"]
     inner = automaton("lead", ["go"], {"start": start}, features=features, library=Library(kit))
-    library = outer(Library.of(kit, inner))
+    library = outer(Library.from_automata(kit, inner))
     tree = TeamTree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
     team = Team(body, tree, {"robot": robots, "pair": library}, {"pair": ("outer", {})})
     team.run(6)
@@ -162,7 +162,9 @@ def test_pulsing_restarts_nobody_and_starting_does() -> None:
         library=Library(kit),
     )
     tree = TeamTree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
-    team = Team(body, tree, {"robot": robots, "pair": Library.of(kit, leader)}, {"pair": ("lead", {})})
+    team = Team(
+        body, tree, {"robot": robots, "pair": Library.from_automata(kit, leader)}, {"pair": ("lead", {})}
+    )
     began = []
     team.layers[0].runner.begin = lambda agents, program: began.append(list(agents))  # type: ignore[method-assign]
     team.run(3)

@@ -37,7 +37,9 @@ def each_in_turn(world: World) -> Program:
         following = 1 + (index + 1) % len(names)
         node = Node(TestKind.BELOW, 0, low=EACH_S, high=EACH_S, yes=1, no=2, absent=1)
         transitions[state.name] = Tree((node, make_leaf(1 + index), make_leaf(following)))
-    return link(Library.of(world.kit, Automaton("turns", states, (now,), (), False, transitions)), "turns")
+    return link(
+        Library.from_automata(world.kit, Automaton("turns", states, (now,), (), False, transitions)), "turns"
+    )
 
 
 def moments(name: str) -> list[dict[str, Any]]:

@@ -326,7 +326,7 @@ STILL = Behavior("still", Command())
 
 
 def program(asked: Any, does: Behavior) -> Program:
-    kit = Kit.of(asked, does, Behavior("ahead", Command(drive=1.0)))
+    kit = Kit.from_parts(asked, does, Behavior("ahead", Command(drive=1.0)))
     node = Node(TestKind.ABSENT, 0, yes=1, no=1)
     if asked.kind == BOOLEAN:
         node = Node(TestKind.LABEL, 0, absent=1, branches=(1, 1))
@@ -335,7 +335,7 @@ def program(asked: Any, does: Behavior) -> Program:
     automaton = Automaton(
         "own", states_, (BoundFeature(asked, Binding({})),), (), True, {"start": tree, "s": tree}
     )
-    return link(Library.of(kit, automaton), "own")
+    return link(Library.from_automata(kit, automaton), "own")
 
 
 BROKEN: list[tuple[Any, Behavior, type[UnderstudyError], tuple[str, ...]]] = [

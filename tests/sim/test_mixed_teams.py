@@ -47,14 +47,14 @@ def doing(name: str, behavior: str) -> Automaton:
 
 def known() -> Libraries:
     """Scouts and carriers who both roam, and carriers who haul; a crew that is led."""
-    scouts = Library.of(KITS["scout"], doing("roam", "forward"), doing("explore", "forward"))
-    carriers = Library.of(
+    scouts = Library.from_automata(KITS["scout"], doing("roam", "forward"), doing("explore", "forward"))
+    carriers = Library.from_automata(
         KITS["carrier"], doing("roam", "rotate_left"), doing("haul", "load"), doing("gather", "unload")
     )
     return collect_libraries(
         SALVAGE,
         {"scout": scouts, "carrier": carriers},
-        lambda name, kit: Library.of(kit, doing("lead", "share")),
+        lambda name, kit: Library.from_automata(kit, doing("lead", "share")),
     )
 
 
@@ -113,7 +113,7 @@ def test_a_basic_behavior_is_run_by_all_who_have_it() -> None:
     assert list_running_sorts(libraries, "scout", "forward") == ["scout", "carrier"]
     assert list_running_sorts(libraries, "carrier", "load") == ["carrier"]
     assert list_running_sorts(libraries, "carrier", "roam") == ["carrier"]
-    alike = collect_libraries(ALIKE, Library.of(make_scenario_kit(ALIKE), doing("on", "go")))
+    alike = collect_libraries(ALIKE, Library.from_automata(make_scenario_kit(ALIKE), doing("on", "go")))
     assert list_running_sorts(alike, "red", "on") == ["red", "blue"]
 
 
@@ -135,7 +135,7 @@ def test_an_order_to_both_roles_splits_one_of_them() -> None:
 
 def test_an_order_asks_of_nobody_what_their_own_library_has_not() -> None:
     libraries = dict(known())
-    libraries["scout"] = Library.of(KITS["scout"], doing("roam", "forward"))
+    libraries["scout"] = Library.from_automata(KITS["scout"], doing("roam", "forward"))
     with pytest.raises(DefinitionError, match=r"its scouts \(scout\) know no behavior 'explore'"):
         make_team(SALVAGE, [3], libraries, {"crew": ("lead", {})})
 

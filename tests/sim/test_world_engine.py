@@ -46,7 +46,9 @@ def random_library(random: Random, kit: Kit) -> Library:
     """Two automata that look at the kit's readings, the second uses the first."""
     library = Library(kit)
     for name in ("a0", "a1"):
-        library = Library.of(kit, *map(library.automaton, library.taught), _automaton(random, library, name))
+        library = Library.from_automata(
+            kit, *map(library.automaton, library.taught), _automaton(random, library, name)
+        )
     return library
 
 
@@ -292,7 +294,7 @@ def test_ties_end_the_same_in_any_order(step: float, monkeypatch: pytest.MonkeyP
 def test_two_features_of_one_reading() -> None:
     """Both are asked for in one plan, and both hold what was sensed."""
     scenario = lattice(3)
-    kit = made(scenario, (0,)).kit + Kit.of(
+    kit = made(scenario, (0,)).kit + Kit.from_parts(
         Feature("again", kit_feature(scenario, "distance_to").kind, "range", of="A", unit="m"),
     )
     features = [BoundFeature(kit.features[name], Binding(A="anyone")) for name in ("distance_to", "again")]
@@ -309,7 +311,7 @@ def test_two_features_of_one_reading() -> None:
     automaton = Automaton(
         "both", states_, tuple(features), (), True, dict.fromkeys(("start", "s", "t"), decide)
     )
-    program = link(Library.of(kit, automaton), "both")
+    program = link(Library.from_automata(kit, automaton), "both")
     run, engine = (
         Run.from_program(made(scenario, (0,)), program),
         Engine.from_program(made(scenario, (0,)), program),
@@ -355,7 +357,7 @@ def test_who_is_just_alone_goes_as_far_as_by_ticks() -> None:
     ahead = Tree((Node(TestKind.BELOW, 0, 0.0, 0.0, 1, 2, 2), make_leaf(1), make_leaf(1)))
     states_ = (START, State("s", "ahead", Binding({})))
     automaton = Automaton("go", states_, (distance,), (), True, dict.fromkeys(("start", "s"), ahead))
-    program = link(Library.of(kit, automaton), "go")
+    program = link(Library.from_automata(kit, automaton), "go")
     ticked, fused = (Engine.from_program(made(scenario, (0,)), program) for _ in range(2))
     apart = 2.0 * (kind.radius + kind.speed * scenario.tick_s)
     for angle in np.linspace(0.0, tau, 1000, endpoint=False):

@@ -226,7 +226,7 @@ def test_any_damage_is_an_error_or_still_a_document(at: int, put: bytes) -> None
 
 
 def test_other_kit() -> None:
-    others = Kit.of(
+    others = Kit.from_parts(
         Feature("distance_to", Continuous(), reading="range", unit="m"), ANGLE, READY, FlagFeature("bump")
     )
     with pytest.raises(FileError, match=r"features\[0\]\.binding"):

@@ -159,7 +159,7 @@ def test_recursion_is_refused(tmp_path: Path) -> None:
 def test_a_basic_behavior_has_the_name(tmp_path: Path) -> None:
     save_automaton(tmp_path, goto())
     with pytest.raises(FileError, match=r"goto\.json.*basic behavior"):
-        open_library(tmp_path, KIT + Kit.of(Behavior("goto")))
+        open_library(tmp_path, KIT + Kit.from_parts(Behavior("goto")))
 
 
 @pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo])

@@ -16,7 +16,7 @@ from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 
 ROBOT = Library(kit)
-WITH_GO = Library.of(
+WITH_GO = Library.from_automata(
     kit,
     automaton(
         "go",

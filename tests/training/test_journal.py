@@ -321,7 +321,7 @@ def test_refused(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="other readings"):
         Session.resume(path, other, WITH_GO)
     with pytest.raises(FileError, match="journal"):
-        Session.resume(path, Scripted(), Library(Kit.of(*list(kit.parts)[4:])))
+        Session.resume(path, Scripted(), Library(Kit.from_parts(*list(kit.parts)[4:])))
     (tmp_path / "empty").write_bytes(MAGIC)
     with pytest.raises(FileError, match="no session begins"):
         Session.resume(tmp_path / "empty", Scripted(), WITH_GO)

@@ -272,7 +272,7 @@ def test_a_flag_of_any_name_is_a_feature_of_what_is_taught_later() -> None:
     spots = automaton(
         "spot", ["forward"], {"start": lambda d: "near"}, flags=["near"], features=["range_of(ball)"]
     )
-    taught = session(["spot", "left"], ["near"], library=Library.of(kit, spots))
+    taught = session(["spot", "left"], ["near"], library=Library.from_automata(kit, spots))
     play(taught, "spot", 2, "left", 1)
     assert [example.values for example in taught.examples] == [(0.0,), (0.0,), (1.0,), (0.0,)]
     with pytest.raises(UnknownName, match="no feature 'near'"):
@@ -281,7 +281,7 @@ def test_a_flag_of_any_name_is_a_feature_of_what_is_taught_later() -> None:
 
 def test_features_of_a_reopened_lesson_can_change() -> None:
     saved = begun().make_trained_automaton()
-    again = Session(Scripted(), ROBOT.with_taught(saved), saved.lesson or begun().lesson)
+    again = Session(Scripted(), ROBOT.with_automaton(saved), saved.lesson or begun().lesson)
     assert rows(again) == rows(begun())
     again.change_design(features=["range_of(goal)"])
     assert [example.values for example in again.examples] == [(1003.0,), (1003.0,), (1007.0,), (1007.0,)]
@@ -415,7 +415,7 @@ def test_the_others_go_on_whatever_happens_to_the_lesson() -> None:
         features=["time_in_state"],
     )
     body = Scripted(2)
-    taught = session(body=body, library=Library.of(kit, three))
+    taught = session(body=body, library=Library.from_automata(kit, three))
     taught.set_other_agents("three")
     play(taught, "right", 2, "undo", 1)
     taught.drive("left")
@@ -437,7 +437,7 @@ def test_back_to_a_moment() -> None:
         features=["time_in_state"],
     )
     body = Scripted(2)
-    taught = session(body=body, library=Library.of(kit, three))
+    taught = session(body=body, library=Library.from_automata(kit, three))
     taught.set_other_agents("three")
     play(taught, "forward", 2)
     instant = taught.capture()
@@ -479,7 +479,7 @@ def test_the_others_may_need_a_binding() -> None:
 
 def test_a_saved_automaton_is_a_state_of_the_next() -> None:
     first = play(session(["forward"], flags=["done"]), "forward", 3, "done", 1)
-    library = ROBOT.with_taught(first.make_trained_automaton())
+    library = ROBOT.with_automaton(first.make_trained_automaton())
     lesson = new_lesson(library, "next", states=["taught", "left"], features=["done"])
     taught = play(Session(Scripted(), library, lesson), "taught", 6, "left", 1)
     assert rows(taught)[2:] == [("taught", 1, "left", "directive"), ("left", 0, "left", "default")]

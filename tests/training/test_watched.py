@@ -47,7 +47,9 @@ def test_a_longer_reaction_discards_more(reaction_s: float, kept: int) -> None:
     options = LearnerOptions(watched=True, reaction_s=reaction_s)
     taught = play(session(options=options), "forward", 10, "left", 1)
     seconds = [
-        round(taught.lesson.record.seconds[e.moment or 0], 6) for e in taught.lesson.examples if not e.pressed
+        round(taught.lesson.record.seconds[e.moment or 0], 6)
+        for e in taught.lesson.examples
+        if not e.is_from_press
     ]
     assert seconds == [second for second in (0.1, 0.4, 0.7) if second <= kept / 10]
 

@@ -97,11 +97,11 @@ def test_svg_refuses_conditions_of_another_automaton() -> None:
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 6, 8])
 def test_nothing_in_a_graph_covers_another(count: int) -> None:
     boxes = place_boxes([(90.0 + 30 * (at % 3), 48.0) for at in range(count)])
-    assert not any(one.near(other) for one, other in combinations(boxes, 2))
+    assert not any(one.is_near(other) for one, other in combinations(boxes, 2))
     pairs = [(one, (one + step) % count) for one in range(count) for step in (1, count - 1)]
     arrows = place_arrows(boxes, sorted(set(pairs)))
     badges = [arrow.badge for arrow in arrows]
-    assert all(not box.holds(badge, BADGE) for box in boxes for badge in badges)
+    assert all(not box.contains(badge, BADGE) for box in boxes for badge in badges)
     assert all(hypot(a[0] - b[0], a[1] - b[1]) > 2 * BADGE for a, b in combinations(badges, 2))
 
 
@@ -190,7 +190,7 @@ def test_a_recording_keeps_every_so_many_frames_and_both_ends() -> None:
     for count in range(1, 101):
         recording = FrameBuffer(most=8)
         for frame in seen[:count]:
-            recording.see(frame)
+            recording.append(frame)
         times = [round(frame.view.time_s, 6) for frame in recording.frames]
         assert times[0] == 0.0
         assert times[-1] == pytest.approx(0.1 * (count - 1))

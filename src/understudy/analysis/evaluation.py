@@ -75,7 +75,7 @@ class Outcomes:
         return rate
 
     @classmethod
-    def joined(cls, parts: Sequence[Outcomes]) -> Outcomes:
+    def concatenate(cls, parts: Sequence[Outcomes]) -> Outcomes:
         """Those of several batches as one."""
         return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
 
@@ -253,8 +253,8 @@ def evaluate(
         taught.append(
             measure_program_outcomes(World(scenario, batch), program, limit_s=limits, progress=report)
         )
-    joined = Outcomes.joined(expert) if expert else None
-    return Evaluation(behavior, scenario.name, tuple(seeds), Outcomes.joined(taught), joined)
+    joined = Outcomes.concatenate(expert) if expert else None
+    return Evaluation(behavior, scenario.name, tuple(seeds), Outcomes.concatenate(taught), joined)
 
 
 def link_for_evaluation(

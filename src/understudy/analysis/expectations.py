@@ -33,7 +33,7 @@ class ExpectationResult:
     problem: str = ""
 
     @property
-    def came(self) -> bool:
+    def was_met(self) -> bool:
         """Whether it came as promised."""
         return self.took_s is not None
 

@@ -58,7 +58,7 @@ class DecisionReason:
     taught: TrainedAutomaton
 
     @property
-    def switched(self) -> bool:
+    def is_switch(self) -> bool:
         """Whether it left its state."""
         return self.explanation.next != self.explanation.state
 
@@ -97,10 +97,10 @@ class RunExplanation:
     last: DecisionReason | None
 
     @property
-    def switched(self) -> bool:
+    def has_switch(self) -> bool:
         """Whether some level switched in this tick."""
         return any(
-            level.decision is not None and level.decision.switched
+            level.decision is not None and level.decision.is_switch
             for each in self.agents
             for level in each.levels
         )
@@ -167,8 +167,8 @@ def _check(world: World, path: tuple[str, ...], run: RecordedTick) -> None:
 
 def explain_agent(post: AgentRef, taught: Mapping[str, TrainedAutomaton]) -> AgentExplanation:
     """What an agent was asked in this tick, level by level."""
-    levels = tuple(_level(each, taught) for each in _runner(post).stood(post.agent))
-    return AgentExplanation(post.sort, post.agent, post.ordered, levels)
+    levels = tuple(_level(each, taught) for each in _runner(post).list_active(post.agent))
+    return AgentExplanation(post.sort, post.agent, post.last_order, levels)
 
 
 def _level(stood: ActiveAutomaton, taught: Mapping[str, TrainedAutomaton]) -> LevelExplanation:

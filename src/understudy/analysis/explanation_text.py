@@ -71,7 +71,7 @@ def describe_intention(decision: Explanation | None) -> str:
 
 def list_examples(explanation: Explanation) -> str:
     """The press-made examples behind a decision: " (shown by 3, 7)"; nothing where nothing was shown."""
-    numbers = [str(example.number) for example in explanation.examples if example.pressed]
+    numbers = [str(example.number) for example in explanation.examples if example.is_from_press]
     if not (explanation.shown and numbers):
         return ""
     more = "…" if len(numbers) > MOST_EXAMPLES else ""
@@ -134,7 +134,7 @@ class DecisionData:
     examples: Sequence[DecisionExampleData]
 
     @classmethod
-    def of(cls, reason: DecisionReason) -> DecisionData:
+    def from_reason(cls, reason: DecisionReason) -> DecisionData:
         """The data of a decision."""
         explanation, features = reason.explanation, reason.taught.automaton.features
         read = zip(features, reason.values.items(), strict=True)
@@ -152,9 +152,9 @@ class DecisionData:
         )
 
     @classmethod
-    def of_any(cls, reason: DecisionReason | None) -> DecisionData | None:
+    def from_optional_reason(cls, reason: DecisionReason | None) -> DecisionData | None:
         """The data of a decision, where there is one."""
-        return None if reason is None else cls.of(reason)
+        return None if reason is None else cls.from_reason(reason)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,9 +169,9 @@ class DecisionLevelData:
     entry: DecisionData | None
 
     @classmethod
-    def of(cls, level: LevelExplanation) -> DecisionLevelData:
+    def from_level(cls, level: LevelExplanation) -> DecisionLevelData:
         """The data of a level."""
-        decision, entry = map(DecisionData.of_any, (level.decision, level.entry))
+        decision, entry = map(DecisionData.from_optional_reason, (level.decision, level.entry))
         rests = describe_rest(level) if level.decision is None else None
         return cls(level.automaton, level.state, round(level.since_s, DIGITS), decision, rests, entry)
 
@@ -186,10 +186,13 @@ class AgentData:
     levels: Sequence[DecisionLevelData]
 
     @classmethod
-    def of(cls, asked: AgentExplanation) -> AgentData:
+    def from_agent(cls, asked: AgentExplanation) -> AgentData:
         """The data of an agent."""
         return cls(
-            asked.sort, asked.agent, asked.ordered, [DecisionLevelData.of(each) for each in asked.levels]
+            asked.sort,
+            asked.agent,
+            asked.ordered,
+            [DecisionLevelData.from_level(each) for each in asked.levels],
         )
 
 
@@ -212,14 +215,22 @@ class WhyData:
     last_switch: DecisionData | None
 
     @classmethod
-    def of(
+    def from_explanation(
         cls, why: RunExplanation, former: Mapping[str, int], scenario: str, seed: int, robot: int, doing: str
     ) -> WhyData:
         """The data of a moment."""
         times = round(why.time_s, DIGITS), round(why.decided_s, DIGITS)
-        agents = [AgentData.of(each) for each in why.agents]
+        agents = [AgentData.from_agent(each) for each in why.agents]
         return cls(
-            scenario, seed, robot, doing, *times, former, why.switched, agents, DecisionData.of_any(why.last)
+            scenario,
+            seed,
+            robot,
+            doing,
+            *times,
+            former,
+            why.has_switch,
+            agents,
+            DecisionData.from_optional_reason(why.last),
         )
 
 
@@ -229,5 +240,5 @@ def list_example_data(reason: DecisionReason) -> list[DecisionExampleData]:
         DecisionExampleData(
             each.number, each.kind, each.correction, each.next, reason.moments.get(each.number)
         )
-        for each in sorted(reason.explanation.examples, key=lambda each: (not each.shown, each.number))
+        for each in sorted(reason.explanation.examples, key=lambda each: (not each.is_shown, each.number))
     ]

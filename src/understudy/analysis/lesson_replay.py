@@ -42,7 +42,7 @@ class ReplayedPress:
     formerly: str | None
 
     @property
-    def lost(self) -> bool:
+    def is_regression(self) -> bool:
         """Whether it was decided as shown, and no longer is."""
         return self.formerly == self.shown != self.now
 
@@ -69,14 +69,14 @@ class LessonReplay:
     changes: tuple[DecisionChange, ...]
 
     @property
-    def otherwise(self) -> tuple[ReplayedPress, ...]:
+    def mismatches(self) -> tuple[ReplayedPress, ...]:
         """What is decided otherwise than shown."""
         return tuple(each for each in self.different if each.now != each.shown)
 
     @property
-    def lost(self) -> tuple[ReplayedPress, ...]:
+    def regressions(self) -> tuple[ReplayedPress, ...]:
         """What was decided as shown, and no longer is."""
-        return tuple(each for each in self.different if each.lost)
+        return tuple(each for each in self.different if each.is_regression)
 
 
 def replay_lesson(taught: TrainedAutomaton, former: TrainedAutomaton | None = None) -> LessonReplay:
@@ -99,13 +99,15 @@ def _tested(lesson: Lesson) -> Iterator[Example]:
     said = {
         (example.state, key)
         for example in select_teaching_examples(lesson)
-        if example.shown
+        if example.is_shown
         for key in group_by_feature_vector([example])
     }
     for example in select_teaching_examples(lesson):
         (key,) = group_by_feature_vector([example])
         default = example.kind is ExampleKind.DEFAULT
-        if example.pressed and not (default and (lesson.automaton.stateless or (example.state, key) in said)):
+        if example.is_from_press and not (
+            default and (lesson.automaton.stateless or (example.state, key) in said)
+        ):
             yield example
 
 
@@ -150,7 +152,7 @@ def _before(
     count, changes = 0, Counter[tuple[str, str, str]]()
     seen: set[int] = set()
     for example in lesson.examples:
-        if not example.shown or example.moment is None or example.moment in seen:
+        if not example.is_shown or example.moment is None or example.moment in seen:
             continue
         seen.add(example.moment)
         rows = _same_state(example, lesson)
@@ -202,7 +204,7 @@ def _vectors(
             timed = isinstance(bound.feature, TimerFeature | TimeInState)
             columns.append(own - ago if timed else np.full(len(rows), own))
             continue
-        ground = replace(bound, binding=bound.binding.within(example.binding))
+        ground = replace(bound, binding=bound.binding.substitute(example.binding))
         try:
             columns.append(read_feature_column(ground, percept, agents=len(rows)))
         except (UnderstudyError, KeyError):

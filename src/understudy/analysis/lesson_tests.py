@@ -43,9 +43,9 @@ class LessonTestResult:
     affected: tuple[str, ...]
 
     @property
-    def works(self) -> bool:
+    def is_passing(self) -> bool:
         """Whether nothing that worked no longer does, and all comes out as promised."""
-        return not self.replayed.lost and not self.failed
+        return not self.replayed.regressions and not self.failed
 
 
 def run_lesson_test(
@@ -65,7 +65,7 @@ def run_lesson_test(
         tuple(
             FailedExpectation(each, _since(each.outcome, name, library, formers, libraries))
             for each in outcomes
-            if not each.came
+            if not each.was_met
         ),
         changed,
         list_dependents(library, name, libraries) if changed else (),
@@ -114,7 +114,7 @@ def _since(
         former = formers.get(each)
         if former is None or not has_changed(former, library.taught[each]):
             continue
-        if run_expectation(outcome, name, library.with_taught(former), libraries).came:
+        if run_expectation(outcome, name, library.with_automaton(former), libraries).was_met:
             found.append(each)
     return tuple(found)
 
@@ -137,8 +137,8 @@ def list_dependents(library: Library, name: str, libraries: Libraries = NOBODY) 
     waiting = [name]
     while waiting:
         each = waiting.pop()
-        waiting += [user for user in library.users(each) if user not in found]
-        found |= dict.fromkeys(library.users(each))
+        waiting += [user for user in library.find_users(each) if user not in found]
+        found |= dict.fromkeys(library.find_users(each))
     ordering = (f"{sort}/{user}" for sort, user in _ordering({name, *found}, library, libraries))
     return (*found, *ordering)
 
@@ -173,10 +173,10 @@ def find_regressions(
         return ()
     found = list(describe_lost_decisions(replay_lesson(taught, former)))
     now, before = (_AllLibraries(library, each, libraries) for each in (taught, former))
-    for sort, each in now.above(taught.automaton.name):
-        for outcome in _outcomes(now.of(sort).taught[each]):
+    for sort, each in now.list_runners(taught.automaton.name):
+        for outcome in _outcomes(now.find_library(sort).taught[each]):
             known = not outcome.sort or libraries
-            if known and not now.comes(outcome, sort, each) and before.comes(outcome, sort, each):
+            if known and not now.run_outcome(outcome, sort, each) and before.run_outcome(outcome, sort, each):
                 found.append(f"{f'{sort}/' if sort else ''}{each} no longer comes to {outcome}")
     return tuple(found)
 
@@ -185,28 +185,28 @@ class _AllLibraries:
     """What everybody knows, with one version of an automaton in the library it belongs to, whose sort is ""."""
 
     def __init__(self, library: Library, taught: TrainedAutomaton, libraries: Libraries) -> None:
-        self._own = library.with_taught(taught)
+        self._own = library.with_automaton(taught)
         self._known = {sort: self._own if each is library else each for sort, each in libraries.items()}
 
-    def of(self, sort: str) -> Library:
+    def find_library(self, sort: str) -> Library:
         """What one sort knows."""
         return self._known[sort] if sort else self._own
 
-    def above(self, name: str) -> Iterator[tuple[str, str]]:
+    def list_runners(self, name: str) -> Iterator[tuple[str, str]]:
         """An automaton and all those that run or order it, each with its sort."""
         running = (name, *list_dependents(self._own, name))
         yield from (("", each) for each in running)
         yield from _ordering(set(running), self._own, self._known)
 
-    def comes(self, outcome: Expectation, sort: str, name: str) -> bool:
+    def run_outcome(self, outcome: Expectation, sort: str, name: str) -> bool:
         """Whether an outcome comes, as all is known now."""
-        return run_expectation(outcome, name, self.of(sort), self._known).came
+        return run_expectation(outcome, name, self.find_library(sort), self._known).was_met
 
 
 def describe_lost_decisions(replay: LessonReplay) -> Iterator[str]:
     """What was decided as shown, and no longer is."""
     by_way: dict[tuple[str, str, str], list[str]] = {}
-    for each in replay.lost:
+    for each in replay.regressions:
         by_way.setdefault((each.state, each.shown, each.now), []).append(str(each.number))
     for (state, shown, now), numbers in by_way.items():
         was = f"stayed in {state}" if shown == state else f"went from {state} to {shown}"
@@ -233,7 +233,7 @@ def describe_regressions(seen: LessonTestResult) -> Iterator[str]:
 
 def describe_other_differences(seen: LessonTestResult, former: str) -> Iterator[str]:
     """What else is not as shown, or not as it was, and whom that affects."""
-    numbers = [str(each.number) for each in seen.replayed.otherwise]
+    numbers = [str(each.number) for each in seen.replayed.mismatches]
     if numbers:
         many = f"{len(numbers)} example{'s' * (len(numbers) != 1)}"
         yield f"{many} decided otherwise than shown: {', '.join(numbers)}"

@@ -55,8 +55,8 @@ def diff_replayed_decisions(rerun: Rerun) -> ReplayDiff:
     differing: dict[int, DecisionDiff] = {}
     found: list[DecisionDiff] = []
     same = 0
-    while not rerun.ended:
-        tick, time_s = rerun.at, float(recording.times[rerun.at])
+    while not rerun.is_over:
+        tick, time_s = rerun.tick_count, float(recording.times[rerun.tick_count])
         rerun.tick()
         for agent, now in enumerate(rerun.paths):
             recorded = tuple(recording.paths[agent][tick])
@@ -77,7 +77,7 @@ def diff_replayed_decisions(rerun: Rerun) -> ReplayDiff:
 def explain_recorded_tick(rerun: Rerun, agent: int, tick: int) -> RunExplanation:
     """Why an agent did what it did in a tick of a recording, counted from 0; CannotRepeat where it no longer would."""
     recording = rerun.recording
-    while rerun.at <= tick:
+    while rerun.tick_count <= tick:
         rerun.tick()
     recorded, now = recording.paths[agent][tick], rerun.paths[agent]
     time_s = float(recording.times[tick])
@@ -96,16 +96,16 @@ def _decision(
     """What was decided at the outermost level that differs."""
     changed, chain = detect_state_change(recorded, now), rerun.chains[agent]
     level, own = 0 if changed is None else changed.level, chain[-1]
-    if own.ordered:  # paths begin with what the one above ordered
+    if own.last_order:  # paths begin with what the one above ordered
         return _decided(rerun, chain[-2], None) if level == 0 else _decided(rerun, own, level - 1)
     return _decided(rerun, own, level)
 
 
 def _decided(rerun: Rerun, post: AgentRef, level: int | None) -> DecisionReason | None:
     """What an agent decided in this tick at a level; at the outermost that switched, where it is not said which."""
-    stood = find_traced_run(post).stood(post.agent)
+    stood = find_traced_run(post).list_active(post.agent)
     if level is None:
-        switching = (at for at, each in enumerate(stood) if each.asked is not None and each.asked.switched)
+        switching = (at for at, each in enumerate(stood) if each.asked is not None and each.asked.is_switch)
         level = next(switching, len(stood) - 1)
     if not 0 <= level < len(stood):
         return None

@@ -57,20 +57,20 @@ class Rerun:
         }
 
     @property
-    def at(self) -> int:
+    def tick_count(self) -> int:
         """How many ticks have passed."""
         return self._body.tick
 
     @property
-    def ended(self) -> bool:
+    def is_over(self) -> bool:
         """Whether all ticks have passed."""
         return self._body.is_over
 
     def tick(self) -> None:
         """Decide over one more tick."""
         for agent in range(self._body.agents):
-            if (self.at, agent) in self._restarts:
-                self._body.wait(self._restarts[self.at, agent])
+            if (self.tick_count, agent) in self._restarts:
+                self._body.wait(self._restarts[self.tick_count, agent])
                 self._restart(agent)
         if self._team is not None:
             self._team.tick()

@@ -27,7 +27,7 @@ class TransitionQuery:
     values: tuple[float, ...]
 
     @property
-    def switched(self) -> bool:
+    def is_switch(self) -> bool:
         """Whether the state was left."""
         return self.after != self.before
 
@@ -66,7 +66,7 @@ class TracedRun(Run):
 
     def decide(self, percept: Percept) -> dict[str, Column]:
         """Pulse every agent; what those that are followed were asked is kept until the next tick."""
-        switched = (each for each in self._asked.items() if each[1].switched)
+        switched = (each for each in self._asked.items() if each[1].is_switch)
         self.last = next(switched, self.last)
         self._asked.clear()
         for agent in self._agents:
@@ -79,10 +79,10 @@ class TracedRun(Run):
     def _witness(self, machine: RunningAutomaton, state: int, answer: int, values: Sequence[float]) -> None:
         query = TransitionQuery(self._body.time_s, state, state if answer == STAY else answer, tuple(values))
         self._asked[machine] = query
-        if query.switched:
+        if query.is_switch:
             self._entries[machine] = query
 
-    def stood(self, agent: int) -> tuple[ActiveAutomaton, ...]:
+    def list_active(self, agent: int) -> tuple[ActiveAutomaton, ...]:
         """The running automata of an agent that is followed, from the root down."""
         return tuple(self._stood(machine) for machine in self.interpreters[agent].active)
 
@@ -110,7 +110,7 @@ class AgentRef:
     squad: tuple[SquadBody, int] | None
 
     @property
-    def ordered(self) -> str | None:
+    def last_order(self) -> str | None:
         """What it was last ordered to do, as it has heard; "" is nothing yet."""
         if self.squad is None:
             return None

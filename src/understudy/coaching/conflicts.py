@@ -28,7 +28,7 @@ def advise_on_contradictions(survey: LessonAnalysis, kit: Kit | None) -> Iterato
     for state in survey.learners:
         for group in find_contradictions(survey.lesson, state):
             place = survey.place(state)
-            box, when = survey.where(state, group[0])
+            box, when = survey.describe_example(state, group[0])
             numbers = tuple(example.number for example in group)
             yield Advice(
                 AdviceKind.CONTRADICTION,
@@ -64,7 +64,7 @@ def advise_on_overruled_defaults(survey: LessonAnalysis) -> Iterator[Advice]:
             ]
             if not defaults or not leaving:
                 continue
-            box, when = survey.where(state, group[0])
+            box, when = survey.describe_example(state, group[0])
             first, stays = leaving[0], defaults[0]
             yield Advice(
                 AdviceKind.DISAGREEMENT,
@@ -162,14 +162,14 @@ def advise_on_mislabels(survey: LessonAnalysis, meant: Mapping[int, float]) -> I
     What would be decided as shown without them, too, is odd but no slip: it is rare. `meant` are those that the
     demonstrator stands by, with the doubt then.
     """
-    if survey.scant:
+    if survey.is_scant:
         return
     for suspect in find_mislabels(survey.lesson, meant=meant, most=MOST):
         example = suspect.example
         taught = example.state if example.state in survey.learners else next(iter(survey.learners))
         if _foretold(survey, taught, example):
             continue
-        box, when = survey.where(taught, example)
+        box, when = survey.describe_example(taught, example)
         place = survey.place(example.state)
         yield Advice(
             AdviceKind.SLIP,
@@ -189,4 +189,6 @@ def _foretold(survey: LessonAnalysis, state: str, example: Example) -> bool:
     if not isinstance(survey.transition(state), Tree):
         return False
     row = learner.examples.index(example)
-    return bool(learner.decided(learner.without(row), [example.values])[0] == learner.shown.outcomes[row])
+    return bool(
+        learner.decide_all(learner.fit_without(row), [example.values])[0] == learner.shown.outcomes[row]
+    )

@@ -26,7 +26,7 @@ LEAST_SHARE = 0.02
 
 def advise_on_coverage_gaps(survey: LessonAnalysis) -> Iterator[Advice]:
     """What was never shown, state by state; the situations that are farthest from all examples first."""
-    if survey.scant or not len(survey.situations):
+    if survey.is_scant or not len(survey.situations):
         return
     for state in survey.learners:
         yield from _gaps(survey, state)
@@ -34,8 +34,8 @@ def advise_on_coverage_gaps(survey: LessonAnalysis) -> Iterator[Advice]:
 
 def _gaps(survey: LessonAnalysis, state: str) -> Iterator[Advice]:
     rows = survey.learners[state].shown.values
-    nearness = survey.nearness(state)
-    nearest = nearness.distances(survey.situations[:, None], rows[None]).min(axis=1)
+    nearness = survey.make_distances(state)
+    nearest = nearness.compute(survey.situations[:, None], rows[None]).min(axis=1)
     shown = find_cells(survey.words, rows)
     open_ = (nearest >= FAR) & find_possible_situations(survey, state)
     for _ in range(MOST):
@@ -51,7 +51,7 @@ def _gaps(survey: LessonAnalysis, state: str) -> Iterator[Advice]:
         share = float(there.mean())
         if share < LEAST_SHARE:
             continue
-        said = survey.said(state, widest)
+        said = survey.describe_situation(state, widest)
         place = survey.place(state)
         where = f" in {place}" if place else ""
         once = BEGINNING if place == survey.lesson.automaton.states[0].name else 1.0
@@ -87,10 +87,10 @@ def _widest(
     cells = {feature: frozenset({int(cell)}) for feature, cell in enumerate(survey.cells[farthest])}
     if not cells or match_cells(cells, shown).any():
         return None
-    nearness = survey.nearness(state)
+    nearness = survey.make_distances(state)
     here = survey.situations[farthest]
-    nearest = int(np.argmin(nearness.distances(rows, here)))
-    for feature in np.argsort(nearness.apart(rows[nearest], here), kind="stable").tolist():
+    nearest = int(np.argmin(nearness.compute(rows, here)))
+    for feature in np.argsort(nearness.compute_by_feature(rows[nearest], here), kind="stable").tolist():
         wider = {other: allowed for other, allowed in cells.items() if other != feature}
         if wider and not match_cells(wider, shown).any():
             cells = wider
@@ -132,7 +132,7 @@ def advise_on_states_never_entered(survey: LessonAnalysis) -> Iterator[Advice]:
 def advise_on_unused_features(survey: LessonAnalysis) -> Iterator[Advice]:
     """Features that no tree asks about."""
     trees = [function for function in survey.transitions.values() if isinstance(function, Tree)]
-    if survey.scant or not trees or len(trees) < len(survey.transitions):
+    if survey.is_scant or not trees or len(trees) < len(survey.transitions):
         return
     used = {node.feature for tree in trees for node in tree.nodes if node.test != TestKind.LEAF}
     names = [str(bound) for index, bound in enumerate(survey.lesson.automaton.features) if index not in used]

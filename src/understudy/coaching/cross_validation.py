@@ -30,7 +30,7 @@ SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
 class StateFit:
     """What teaches one state, and how it is learned from some of it.
 
-    `pressed` are the rows of press-made examples: only these are ever left out and judged by.
+    `press_rows` are the rows of press-made examples: only these are ever left out and judged by.
     """
 
     state: str
@@ -43,16 +43,16 @@ class StateFit:
         return self.shown.examples
 
     @cached_property
-    def pressed(self) -> NDArray[np.int64]:
+    def press_rows(self) -> NDArray[np.int64]:
         """The rows that a press made."""
-        return np.flatnonzero([example.pressed for example in self.examples])
+        return np.flatnonzero([example.is_from_press for example in self.examples])
 
-    def learned(self, kept: Chosen) -> Transition:
+    def fit_rows(self, kept: Chosen) -> Transition:
         """The transition function from the rows kept [n]; it stays where none of those was press-made, or where they
         are too few for the classifier.
         """
         shown = self.shown
-        if not kept[self.pressed].any():
+        if not kept[self.press_rows].any():
             return Tree((make_leaf(STAY),))
         values, outcomes, groups = shown.values[kept], shown.outcomes[kept], shown.groups[kept]
         try:
@@ -62,13 +62,13 @@ class StateFit:
         except DefinitionError:
             return Tree((make_leaf(STAY),))
 
-    def without(self, *rows: int) -> Transition:
+    def fit_without(self, *rows: int) -> Transition:
         """The transition function had these rows never been shown."""
         kept = np.ones(len(self.examples), np.bool_)
         kept[list(rows)] = False
-        return self.learned(kept)
+        return self.fit_rows(kept)
 
-    def decided(self, transition: Transition, vectors: Sequence[Sequence[float]]) -> NDArray[np.int64]:
+    def decide_all(self, transition: Transition, vectors: Sequence[Sequence[float]]) -> NDArray[np.int64]:
         """The next state's index for each vector; where it stays, that of the state itself (STAY: stateless)."""
         if isinstance(transition, ClassifierTransition):
             found = transition.decide_at_once(np.array(vectors, np.float64).reshape(len(vectors), -1))
@@ -103,14 +103,14 @@ def refit_without_examples(
         return {name: [] for name in found}
     if most is None:
         most = MOST_SLOW_TRIALS if isinstance(lesson.options.learner, SklearnOptions) else MOST_TRIALS
-    total = sum(len(learner.pressed) for learner in found.values())
+    total = sum(len(learner.press_rows) for learner in found.values())
     together = max(1, -(-total // most))
     made = {}
     for name, learner in found.items():
-        rows = learner.pressed.tolist()
+        rows = learner.press_rows.tolist()
         groups = -(-len(rows) // together)
         made[name] = [
-            LeaveOneOutFit(tuple(left_out), learner.without(*left_out))
+            LeaveOneOutFit(tuple(left_out), learner.fit_without(*left_out))
             for left_out in (rows[first::groups] for first in range(groups))
         ]
     return made
@@ -135,7 +135,7 @@ def score_leave_one_out(
     """Leave-one-out accuracy pooled over all states that have two press-made examples or more."""
     right = of = 0
     for name, learner in found.items():
-        if len(learner.pressed) < 2:
+        if len(learner.press_rows) < 2:
             continue
         for trial in made[name]:
             right_here, cases = _right(learner, trial)
@@ -152,14 +152,14 @@ def score_half_of_examples(found: Mapping[str, StateFit], *, halves: int = HALVE
     right = of = 0
     draws = np.random.default_rng(SEED)
     for learner in found.values():
-        rows = learner.pressed
+        rows = learner.press_rows
         if len(rows) < 2:
             continue
         for _ in range(halves):
             mixed = draws.permutation(rows)
             middle = len(rows) // 2
             for half in (mixed[:middle], mixed[middle:]):
-                trial = LeaveOneOutFit(tuple(half.tolist()), learner.without(*half.tolist()))
+                trial = LeaveOneOutFit(tuple(half.tolist()), learner.fit_without(*half.tolist()))
                 right_here, cases = _right(learner, trial)
                 right, of = right + right_here, of + cases
     return Accuracy(right, of)
@@ -167,5 +167,5 @@ def score_half_of_examples(found: Mapping[str, StateFit], *, halves: int = HALVE
 
 def _right(learner: StateFit, trial: LeaveOneOutFit) -> tuple[int, int]:
     rows = list(trial.rows)
-    decided = learner.decided(trial.transition, learner.shown.values[rows].tolist())
+    decided = learner.decide_all(trial.transition, learner.shown.values[rows].tolist())
     return int((decided == learner.shown.outcomes[rows]).sum()), len(rows)

@@ -38,7 +38,9 @@ class FeatureDistances:
             elif word.high > word.low:
                 self._scale[column] = word.high - word.low
 
-    def apart(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def compute_by_feature(
+        self, rows: NDArray[np.float64], values: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
         """How far vectors [..., F] are from others, broadcast, feature by feature, from 0 to 1."""
         off = np.abs(rows - values)
         off = np.where(off > self._turn / 2, np.abs(self._turn - off), off)  # of what has no period: itself
@@ -46,11 +48,11 @@ class FeatureDistances:
         missing = np.isnan(off)
         return np.where(missing, (np.isnan(rows) != np.isnan(values)) * 1.0, off) if missing.any() else off
 
-    def distances(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def compute(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
         """How far vectors [..., F] are from others, broadcast, all features together; 1 is far."""
-        return self.together(self.apart(rows, values))
+        return self.combine(self.compute_by_feature(rows, values))
 
-    def together(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
+    def combine(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
         """How far vectors are from each other that are so far `apart` [..., F] feature by feature."""
         found: NDArray[np.float64] = np.minimum(np.sqrt(apart * apart @ self._weights), 1.0)
         return found

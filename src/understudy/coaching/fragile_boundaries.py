@@ -30,13 +30,13 @@ def advise_on_isolated_presses(survey: LessonAnalysis) -> Iterator[Advice]:
 
     Those that decide most come first. Classifiers other than trees take too long to ask.
     """
-    if survey.scant:
+    if survey.is_scant:
         return
     vectors, left = survey.situations.tolist(), MOST_FURTHER
     for state, learner in survey.learners.items():
         if not isinstance(survey.transition(state), Tree):
             continue
-        now = learner.decided(survey.transition(state), vectors)
+        now = learner.decide_all(survey.transition(state), vectors)
         known = {trial.rows[0]: trial.transition for trial in survey.trials[state] if len(trial.rows) == 1}
         found = []
         for row in _without_fellows(survey, state):
@@ -45,9 +45,9 @@ def advise_on_isolated_presses(survey: LessonAnalysis) -> Iterator[Advice]:
                 if not left:
                     break
                 left -= 1
-            without = known.get(row) or learner.without(row)
-            if learner.decided(without, [example.values])[0] != outcome:
-                changed = (now == outcome) & (learner.decided(without, vectors) != now)
+            without = known.get(row) or learner.fit_without(row)
+            if learner.decide_all(without, [example.values])[0] != outcome:
+                changed = (now == outcome) & (learner.decide_all(without, vectors) != now)
                 found.append((-float(changed.mean()) if len(changed) else 0.0, row, changed))
         told: set[str] = set()
         for share, row, changed in sorted(found, key=lambda each: each[:2]):
@@ -60,9 +60,9 @@ def advise_on_isolated_presses(survey: LessonAnalysis) -> Iterator[Advice]:
 def _without_fellows(survey: LessonAnalysis, state: str) -> list[int]:
     """The rows of presses that no other press nearby says the same as: else it is a matter of a little more or less."""
     learner = survey.learners[state]
-    rows = np.flatnonzero([example.shown for example in learner.examples])
+    rows = np.flatnonzero([example.is_shown for example in learner.examples])
     values, outcomes = learner.shown.values[rows], learner.shown.outcomes[rows]
-    near = survey.nearness(state).distances(values[:, None], values[None]) < NEARBY
+    near = survey.make_distances(state).compute(values[:, None], values[None]) < NEARBY
     near &= outcomes[:, None] == outcomes[None]
     alone: list[int] = rows[near.sum(axis=1) == 1].tolist()  # itself
     return alone
@@ -70,7 +70,7 @@ def _without_fellows(survey: LessonAnalysis, state: str) -> list[int]:
 
 def _is_alone(survey: LessonAnalysis, state: str, example: Example) -> bool:
     """Whether no other press leads from the state to where it leads, wherever."""
-    said = [each for each in survey.learners[state].examples if each.shown and each.next == example.next]
+    said = [each for each in survey.learners[state].examples if each.is_shown and each.next == example.next]
     return len(said) == 1
 
 
@@ -78,7 +78,7 @@ def _make_isolated_press_advice(
     survey: LessonAnalysis, state: str, example: Example, changed: NDArray[np.bool_], share: float
 ) -> Advice:
     cells = _cells(survey, example, changed)
-    said = survey.said(state, cells)
+    said = survey.describe_situation(state, cells)
     place = survey.place(state)
     when = f" when {said}" if said else ""
     if example.next == example.state:
@@ -114,7 +114,7 @@ MOST_SITUATIONS = 48
 
 def advise_on_stretched_leaves(survey: LessonAnalysis) -> Iterator[Advice]:
     """For each state, the leaves that leave it where other examples are much nearer than those behind them."""
-    if survey.scant or not len(survey.situations):
+    if survey.is_scant or not len(survey.situations):
         return
     for state in survey.learners:
         tree = survey.transition(state)
@@ -138,7 +138,7 @@ def _leaves(
         if outcome in (STAY, shown.current) or same.all() or not same.any() or not len(situations):
             continue
         rows = _moved_into(box, situations)
-        distances = plain.distances(rows[:, None], shown.values[None])
+        distances = plain.compute(rows[:, None], shown.values[None])
         others = np.where(same, np.inf, distances)
         amounts = np.minimum((distances[:, same].min(axis=1) - others.min(axis=1)) / (2 * FAR), 1.0)
         worst = int(amounts.argmax())
@@ -185,8 +185,8 @@ def _make_stretched_leaf_advice(
     start = f"go from {place} to {following}" if place else f"do {following}"
     return Advice(
         AdviceKind.STRETCHED,
-        f"Is it right that I {start} when {survey.said(state, cells)}? The nearest example, {nearest.number}, "
-        f"says {wish}.",
+        f"Is it right that I {start} when {survey.describe_situation(state, cells)}? "
+        f"The nearest example, {nearest.number}, says {wish}.",
         place,
         0.3 + 0.35 * amount,
         region,

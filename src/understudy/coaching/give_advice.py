@@ -46,7 +46,7 @@ GOOD = 0.95
 def advise_on_accuracy(survey: LessonAnalysis) -> Iterator[Advice]:
     """One sentence on what was left out and foretold; nothing where too little was shown."""
     whole = score_leave_one_out(survey.learners, survey.trials)
-    if survey.scant or whole.of < LEAST_CASES:
+    if survey.is_scant or whole.of < LEAST_CASES:
         return
     slow = isinstance(survey.lesson.options.learner, SklearnOptions)
     half = score_half_of_examples(survey.learners, halves=1 if slow else HALVES)
@@ -91,7 +91,7 @@ def give_advice(
     robot may come into (see `situations_in`); without them, they are imagined from the examples. `meant` are
     presses that the demonstrator stands by, by number, with the `doubt` about each then.
     """
-    survey = LessonAnalysis.of(lesson, transitions, situations)
+    survey = LessonAnalysis.from_lesson(lesson, transitions, situations)
     odd = list(advise_on_mislabels(survey, meant))
     doubted = {number for each in odd for number in each.examples}
     found = [
@@ -106,14 +106,14 @@ def give_advice(
         *advise_on_accuracy(survey),
         *advise_on_unused_features(survey),
     ]
-    if survey.scant:
+    if survey.is_scant:
         found = [replace(each, weight=min(each.weight, UNSURE)) for each in found]
         found.insert(0, _few(survey))
     return tuple(sorted(found, key=lambda each: -each.weight))
 
 
 def _few(survey: LessonAnalysis) -> Advice:
-    presses, held = survey.shown, any(example.quarantined for example in survey.lesson.examples)
+    presses, held = survey.demonstration_count, any(example.quarantined for example in survey.lesson.examples)
     said = "You showed me nothing" if not presses else f"You pressed {'once' if presses == 1 else 'twice'}"
     so_far = ", beside what is in quarantine" if held else " so far" if presses else " yet"
     return Advice(

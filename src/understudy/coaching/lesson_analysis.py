@@ -53,7 +53,7 @@ class LessonAnalysis:
     trials: Mapping[str, Sequence[LeaveOneOutFit]]
 
     @classmethod
-    def of(
+    def from_lesson(
         cls,
         lesson: Lesson,
         transitions: Mapping[str, Transition],
@@ -82,31 +82,31 @@ class LessonAnalysis:
         )
 
     @property
-    def shown(self) -> int:
+    def demonstration_count(self) -> int:
         """How many examples the demonstrator said: directives and confirmations."""
-        return sum(example.shown for learner in self.learners.values() for example in learner.examples)
+        return sum(example.is_shown for learner in self.learners.values() for example in learner.examples)
 
     @property
-    def scant(self) -> bool:
+    def is_scant(self) -> bool:
         """Whether too little was shown to say what is missing."""
-        return self.shown < ENOUGH
+        return self.demonstration_count < ENOUGH
 
     def transition(self, state: str) -> Transition:
         """What a state of `make_state_fits` learned."""
         return self.transitions[state]
 
-    def nearness(self, state: str) -> FeatureDistances:
+    def make_distances(self, state: str) -> FeatureDistances:
         """How near situations are to one another in a state."""
         return FeatureDistances(self.words, self.transitions.get(state))
 
-    def said(self, state: str, cells: Cells) -> str:
+    def describe_situation(self, state: str, cells: Cells) -> str:
         """A situation of a state in words; what is usual in its examples goes without saying."""
         rows = self.learners[state].shown.values
         return describe_situation(
             self.words, cells, find_usual_cells(find_cells(self.words, rows), self.words)
         )
 
-    def where(self, state: str, example: Example) -> tuple[Box, str]:
+    def describe_example(self, state: str, example: Example) -> tuple[Box, str]:
         """The situation of an example, and how to say it: " when A is close"; nothing where it may be any."""
         row = find_cells(self.words, np.array([example.values], np.float64).reshape(1, -1))[0]
         cells = {
@@ -114,7 +114,7 @@ class LessonAnalysis:
             for feature, cell in enumerate(row)
             if self.words[feature].cells != (cell,)  # it tells nothing: all values that were seen are one
         }
-        said = self.said(state, cells)
+        said = self.describe_situation(state, cells)
         return make_situation_box(self.words, cells), f" when {said}" if said else ""
 
     def place(self, state: str) -> str:

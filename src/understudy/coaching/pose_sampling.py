@@ -52,15 +52,15 @@ class PoseSampler:
             )
         self.body, self._place, self.agent = body, body, agent
         self._features = tuple(features)
-        self._columns = [column for column, bound in enumerate(self._features) if not bound.own]
+        self._columns = [column for column, bound in enumerate(self._features) if not bound.is_own]
         ground = [
-            BoundFeature(self._features[column].feature, self._features[column].binding.within(targets))
+            BoundFeature(self._features[column].feature, self._features[column].binding.substitute(targets))
             for column in self._columns
         ]
         self._sensing = FeatureColumns(ground, body)
         self._world = agent // len(body.view(0).robots)
 
-    def anywhere(self, draws: np.random.Generator, *, near: bool) -> RobotPose:
+    def draw_pose(self, draws: np.random.Generator, *, near: bool) -> RobotPose:
         """A pose drawn at random: anywhere in the arena, or `near` one of the things in it."""
         view = self._place.view(self._world)
         heading = float(draws.random()) * tau
@@ -72,7 +72,7 @@ class PoseSampler:
         side = float(draws.random()) * tau
         return self._inside(RobotPose(x + far * cos(side), y + far * sin(side), heading))
 
-    def beside(self, pose: RobotPose, draws: np.random.Generator, wide: float) -> RobotPose:
+    def draw_nearby_pose(self, pose: RobotPose, draws: np.random.Generator, wide: float) -> RobotPose:
         """A pose a little off another; `wide` is how far, as a share of the arena and of half a turn."""
         view = self._place.view(self._world)
         off = draws.normal(0.0, wide, 3).tolist()
@@ -115,6 +115,6 @@ def sample_posed_situations(
     The automaton's own features are left absent. The robot is left where it was put last.
     """
     poser, draws = PoseSampler(body, agent, features, targets), np.random.default_rng(seed)
-    drawn = (poser.values(poser.anywhere(draws, near=bool(turn % 2))) for turn in range(2 * count))
+    drawn = (poser.values(poser.draw_pose(draws, near=bool(turn % 2))) for turn in range(2 * count))
     found = [values for values in drawn if values is not None][:count]
     return np.array(found, np.float64).reshape(len(found), len(features))

@@ -2,8 +2,8 @@
 
 It stands beside a session: before each tick whoever drives the session asks it to look.
 
-    asking = Asking(session)
-    question = asking.look()
+    asking = UncertaintyQueries(session)
+    question = asking.find_question()
     if question is not None:
         session.paused = True  # and show question.sentence
 """
@@ -68,7 +68,7 @@ class UncertaintyQueries:
         self._for: tuple[object, ...] = ()
         self._last_s = -REST_S
 
-    def look(self) -> Question | None:
+    def find_question(self) -> Question | None:
         """The question there is before the next tick, if it is to wait for an answer; None otherwise.
 
         What it asked it does not ask again before the lesson has changed: whoever let it go on has answered. After
@@ -83,7 +83,7 @@ class UncertaintyQueries:
             return None
         self._learn()
         values = tuple(screen.features.values())
-        doubt = self._doubts.doubt(screen.state, values)
+        doubt = self._doubts.estimate(screen.state, values)
         if doubt.amount < self.unsure or (screen.state, doubt.reason) in self._asked:
             return None
         self._asked.add((screen.state, doubt.reason))
@@ -97,13 +97,13 @@ class UncertaintyQueries:
         self._mark(question)
         return None
 
-    def still(self, question: Question) -> bool:
+    def is_still_uncertain(self, question: Question) -> bool:
         """Whether it would be unsure there now, too: the lesson may have changed since."""
         self._learn()
         automaton = self.session.automaton
         if question.state not in automaton.state_names or len(question.values) != len(automaton.features):
             return False
-        return self._doubts.doubt(question.state, question.values).amount >= self.unsure
+        return self._doubts.estimate(question.state, question.values).amount >= self.unsure
 
     def _mark(self, question: Question) -> None:
         session = self.session

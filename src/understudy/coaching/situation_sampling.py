@@ -35,7 +35,7 @@ def sample_similar_situations(
     found = seen[draws.integers(len(seen), size=count)]
     for column, bound in enumerate(features):
         present = ~np.isnan(found[:, column])
-        if bound.own or not present.any():
+        if bound.is_own or not present.any():
             continue
         fresh = _drawn(bound, seen[:, column], draws, count)
         found[:, column] = np.where(present, fresh, np.nan)
@@ -46,7 +46,7 @@ def fill_own_features(
     lesson: Lesson, situations: NDArray[np.float64], seen: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Situations [M, F] in which the automaton's own features are as in some moment `seen` [n, F]."""
-    own = [column for column, bound in enumerate(lesson.automaton.features) if bound.own]
+    own = [column for column, bound in enumerate(lesson.automaton.features) if bound.is_own]
     found = situations.copy()
     if len(seen) and own:
         rows = np.random.default_rng(SEED).integers(len(seen), size=len(found))

@@ -107,9 +107,9 @@ def _tried(
     best: tuple[float, RobotPose] | None = None
     for turn in range(tries):
         if best is not None and turn > tries * NEARBY:
-            pose = poser.beside(best[1], draws, 0.2 * (1 - turn / tries) ** 2 + 0.003)
+            pose = poser.draw_nearby_pose(best[1], draws, 0.2 * (1 - turn / tries) ** 2 + 0.003)
         else:
-            pose = poser.anywhere(draws, near=turn % 3 > 0)
+            pose = poser.draw_pose(draws, near=turn % 3 > 0)
         values = poser.values(pose)
         if values is None:
             continue
@@ -127,7 +127,7 @@ def _aside(features: Sequence[BoundFeature], at: Sequence[float], values: NDArra
     """How far values are from a vector, from 0 up to but not including 1."""
     off = []
     for bound, wanted, value in zip(features, at, values.tolist(), strict=True):
-        if bound.own or wanted == value or (wanted != wanted and value != value):
+        if bound.is_own or wanted == value or (wanted != wanted and value != value):
             continue
         if wanted != wanted or value != value or isinstance(bound.kind, Categorical):
             off.append(1.0)
@@ -145,7 +145,7 @@ def _misses(
     """How far each value is from its part of a region, 0 within; the automaton's own features are not looked at."""
     found = []
     for bound, part, value in zip(features, region, values, strict=False):
-        found.append(0.0 if bound.own else measure_miss(bound, part, float(value)))
+        found.append(0.0 if bound.is_own else measure_miss(bound, part, float(value)))
     return found
 
 

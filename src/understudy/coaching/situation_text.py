@@ -119,7 +119,7 @@ class FeaturePhrases:
         spoken = reads in READ and len(self.bound.binding) == 1
         return next(iter(self.bound.binding.values())) if spoken else str(self.bound)
 
-    def says(self, cells: frozenset[int]) -> str:
+    def describe_cells(self, cells: frozenset[int]) -> str:
         """What some cells say of the subject: "close (below 1.2 m)", "to the left or behind you", "not seen"."""
         present = sorted(cells - {NOT_THERE})
         absent = ABSENT_WORDS.get(self._reads, "absent")
@@ -241,7 +241,7 @@ def describe_situation(
     said: dict[str, list[str]] = {}
     for feature, chosen in (telling or cells).items():
         parts = said.setdefault(words[feature].subject, [])
-        text = words[feature].says(chosen)
+        text = words[feature].describe_cells(chosen)
         if text not in parts:
             parts.append(text)
     alike: dict[str, list[str]] = {}

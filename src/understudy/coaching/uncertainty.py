@@ -1,7 +1,7 @@
 """Doubt: how sure a decision can be of itself, from 0 (as shown) to 1 (nothing like it was shown), and why.
 
-doubts = Doubts(lesson, learn(lesson))
-doubts.doubt("forward", [0.3, 1.2])
+doubts = UncertaintyModel(lesson, learn(lesson))
+doubts.estimate("forward", [0.3, 1.2])
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class UncertaintyModel:
     def __init__(self, lesson: Lesson, transitions: Mapping[str, Transition]) -> None:
         self._words = make_feature_phrases(lesson.automaton.features, stack_example_vectors(lesson))
         found = make_state_fits(lesson)
-        scant = sum(example.shown for learner in found.values() for example in learner.examples) < ENOUGH
+        scant = sum(example.is_shown for learner in found.values() for example in learner.examples) < ENOUGH
         made = {
             name: _StateModel(learner, transitions[name], self._words, scant=scant)
             for name, learner in found.items()
@@ -80,11 +80,11 @@ class UncertaintyModel:
         )
         self._flags = {state.name for state in lesson.automaton.states if state.flag is not None}
 
-    def doubt(self, state: str, values: Sequence[float]) -> Uncertainty:
+    def estimate(self, state: str, values: Sequence[float]) -> Uncertainty:
         """How doubtful what is decided in a state for a feature vector is. A flag state is never left: no doubt."""
         known = self._states.get(state)
         if known is not None:
-            return known.doubt(values)
+            return known.estimate(values)
         if state in self._flags:
             return Uncertainty(0.0, DoubtReason.SHOWN, "a raised flag is never left")
         return Uncertainty(NONE_SHOWN, DoubtReason.UNTAUGHT, f"nothing was ever shown in {state}")
@@ -93,10 +93,10 @@ class UncertaintyModel:
 def estimate_uncertainty(
     lesson: Lesson, transition: Transition | None, state: str, values: Sequence[float]
 ) -> Uncertainty:
-    """`UncertaintyModel.doubt` for one decision alone; whoever asks often keeps `UncertaintyModel`."""
+    """`UncertaintyModel.estimate` for one decision alone; whoever asks often keeps `UncertaintyModel`."""
     return UncertaintyModel(
         lesson, {} if transition is None else dict.fromkeys(group_examples_by_state(lesson), transition)
-    ).doubt(state, values)
+    ).estimate(state, values)
 
 
 class _StateModel:
@@ -120,10 +120,10 @@ class _StateModel:
         learner = self._learner
         if not isinstance(self._transition, Tree):
             return []
-        rows = [row for row in learner.pressed.tolist() if learner.examples[row].shown]
-        return [(row, learner.without(row)) for row in rows[:: -(-len(rows) // MOST_OTHERS) or 1]]
+        rows = [row for row in learner.press_rows.tolist() if learner.examples[row].is_shown]
+        return [(row, learner.fit_without(row)) for row in rows[:: -(-len(rows) // MOST_OTHERS) or 1]]
 
-    def doubt(self, values: Sequence[float]) -> Uncertainty:
+    def estimate(self, values: Sequence[float]) -> Uncertainty:
         """The strongest of the reasons there are."""
         outcome = self._transition.decide(values)
         leaf = self._transition.path(values)[1] if self._split else STAY
@@ -132,13 +132,13 @@ class _StateModel:
                 0.9, DoubtReason.UNSHOWN, f"nothing like this was ever shown in {self._learner.state}"
             )
         here = np.array(values, np.float64)
-        apart = self._nearness.apart(self._rows, here)
-        distances = self._nearness.together(apart)
+        apart = self._nearness.compute_by_feature(self._rows, here)
+        distances = self._nearness.combine(apart)
         nearest = int(distances.argmin())
         found = [
             self._far(float(distances[nearest]), nearest, here, apart[nearest]),
             self._hangs(values, outcome, distances),
-            self._otherwise(self._plain.together(apart), outcome),
+            self._otherwise(self._plain.combine(apart), outcome),
         ]
         if leaf in self._split:
             share, numbers = self._split[leaf]
@@ -205,8 +205,10 @@ def _split(learner: StateFit, tree: Tree) -> dict[int, tuple[float, tuple[int, .
     """
     heard = [
         example
-        for group in group_by_feature_vector([each for each in learner.examples if each.pressed]).values()
-        for example in ([each for each in group if each.shown] or group)
+        for group in group_by_feature_vector(
+            [each for each in learner.examples if each.is_from_press]
+        ).values()
+        for example in ([each for each in group if each.is_shown] or group)
     ]
     leaves: dict[int, list[tuple[int, str]]] = {}
     for example in heard:

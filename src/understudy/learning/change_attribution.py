@@ -80,7 +80,7 @@ def attribute_condition_changes(
     found = []
     for state in dict.fromkeys([*before.automaton.transitions, *after.automaton.transitions]):
         pair = _StateDiff(state, before, after, before.lesson, after.lesson)
-        found += list(pair.moved())
+        found += list(pair.list_condition_changes())
     return tuple(found)
 
 
@@ -117,7 +117,7 @@ class _StateDiff:
             elif not _same(old.values, new.values):
                 yield number, "edited" if new.edited else "read anew"
 
-    def moved(self) -> Iterator[ConditionChange]:
+    def list_condition_changes(self) -> Iterator[ConditionChange]:
         """Next state by next state."""
         old, new = self._lines(self.before, self.old_lesson), self._lines(self.after, self.new_lesson)
         for following in dict.fromkeys([*old, *new]):
@@ -223,7 +223,7 @@ class _StateDiff:
         return found
 
     def _lines_of(self, examples: tuple[Example, ...]) -> Lines | None:
-        if not any(example.pressed for example in examples):
+        if not any(example.is_from_press for example in examples):
             return {}
         lesson = replace(self.new_lesson, examples=examples)
         function: Transition = learn_state(lesson, self.state, examples)

@@ -102,7 +102,7 @@ def _pool(lesson: Lesson, correction: Example) -> tuple[Example, ...]:
     found = [
         example
         for example in select_teaching_examples(lesson)
-        if (example.shown if stateless else example.pressed and example.state == correction.state)
+        if (example.is_shown if stateless else example.is_from_press and example.state == correction.state)
     ]
     if correction not in found:
         raise DefinitionError(
@@ -119,7 +119,7 @@ def _rivals(pool: Sequence[Example], correction: Example) -> list[Example]:
     return [
         example
         for example in alike
-        if example.correction and example.shown and example.next != correction.next
+        if example.correction and example.is_shown and example.next != correction.next
     ]
 
 
@@ -127,7 +127,7 @@ def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: LeaveOneO
     correction, outcomes = pool[place], seen.outcomes
     reach = seen.like[place] > NEAR
     against = (outcomes != outcomes[place]) & reach
-    itself = float(seen.doubt(int(outcomes.max()) + 1)[place])
+    itself = float(seen.score_mislabels(int(outcomes.max()) + 1)[place])
     suspects = _suspects(pool, against, unlike, seen)
     said = f"correction {correction.number}"
     if suspects:
@@ -154,7 +154,7 @@ def _suspects(
     candidates = against & [not example.correction for example in pool]
     choices = int(seen.outcomes.max()) + 1
     while candidates.any():
-        doubt = np.where(candidates, seen.doubt(choices), -np.inf)
+        doubt = np.where(candidates, seen.score_mislabels(choices), -np.inf)
         place = int(doubt.argmax())
         if doubt[place] < DOUBTED:
             break
@@ -162,7 +162,7 @@ def _suspects(
         if _alone(place, seen) and not _surrounded(place, unlike, seen):
             continue
         found.append((place, float(doubt[place])))
-        seen = seen.without(place)
+        seen = seen.exclude(place)
     return tuple(
         SuspectExample(pool[place], describe_counterevidence(pool, place, seen), round(min(doubt, 1.0), 3))
         for place, doubt in found

@@ -41,33 +41,33 @@ class _CsvTable:
         try:
             rows = [(lines.line_num, [cell.strip() for cell in row]) for row in lines]
         except csv.Error as error:
-            raise self.wrong(
+            raise self.make_error(
                 f"line {lines.line_num}", f"it is not a table: {error}", "mind the quotes"
             ) from None
         rows = [(line, row) for line, row in rows if any(row)]
         if not rows:
-            raise self.wrong("", "it is empty", "begin with a line of columns: state,next,kind,…")
+            raise self.make_error("", "it is empty", "begin with a line of columns: state,next,kind,…")
         (self.line, self.header), *self.rows = rows
         for column, title in enumerate(self.header):
             if not title:
-                raise self.wrong(
+                raise self.make_error(
                     f"line {self.line}, column {column + 1}", "it has no name", "name it, or remove it"
                 )
         for line, row in self.rows:
             if len(row) != len(self.header):
-                raise self.wrong(
+                raise self.make_error(
                     f"line {line}",
                     f"it has {len(row)} cells",
                     f"give one for each of the {len(self.header)} columns",
                 )
 
-    def wrong(self, place: str, problem: str, remedy: str) -> FileError:
+    def make_error(self, place: str, problem: str, remedy: str) -> FileError:
         return FileError(path=self.path, place=place, problem=problem, remedy=remedy)
 
     def column(self, title: str) -> int:
         """The position of the column with this title; FileError where there is none."""
         if title not in self.header:
-            raise self.wrong(
+            raise self.make_error(
                 f"line {self.line}",
                 f"there is no column {title!r}, only {join_names(self.header)}",
                 f"add the column {title!r}" if len(self.header) > 1 else "put commas between the columns",
@@ -80,24 +80,24 @@ class _CsvTable:
         for column, title in enumerate(self.header):
             place = f"line {self.line}, column {title!r}"
             if self.header.count(title) > 1:
-                raise self.wrong(place, "there are two of this name", "rename or remove one of the two")
+                raise self.make_error(place, "there are two of this name", "rename or remove one of the two")
             if title in NAMED:
                 continue
             name, spelled = _name_and_kind(title)
             if not spelled or not name:
-                raise self.wrong(
+                raise self.make_error(
                     place,
                     "a feature's column names its kind",
                     f"write {name or 'NAME'}:continuous, or another kind",
                 )
             if name in [other for _, other, _ in found]:
-                raise self.wrong(
+                raise self.make_error(
                     place, f"feature {name!r} has two columns", "rename or remove one of the two"
                 )
             try:
                 found.append((column, name, parse_kind(spelled, where=place)))
             except KindError as error:
-                raise self.wrong(place, error.problem, error.remedy) from None
+                raise self.make_error(place, error.problem, error.remedy) from None
         return found
 
     def values(self, line: int, row: Sequence[str], columns: Iterable[tuple[int, Kind]]) -> tuple[float, ...]:
@@ -108,14 +108,14 @@ class _CsvTable:
             try:
                 found.append(parse_value(row[column], kind, where=place))
             except KindError as error:
-                raise self.wrong(place, error.problem, error.remedy) from None
+                raise self.make_error(place, error.problem, error.remedy) from None
         return tuple(found)
 
     def name(self, line: int, row: Sequence[str], title: str) -> str:
         """The cell of a column that must not be empty."""
         cell = row[self.column(title)]
         if not cell:
-            raise self.wrong(f"line {line}, column {title!r}", "it is empty", "name a state")
+            raise self.make_error(f"line {line}, column {title!r}", "it is empty", "name a state")
         return cell
 
 
@@ -151,7 +151,7 @@ def read_lesson_table(path: Path | str, *, name: str | None = None) -> Lesson:
         table.column(title)
     features = table.features()
     if not table.rows:
-        raise table.wrong("", "it has no examples", "add a row for each of them")
+        raise table.make_error("", "it has no examples", "add a row for each of them")
     examples = tuple(_examples(table, [(column, kind) for column, _, kind in features]))
     named = sorted({name for example in examples for name in (example.state, example.next)} - {START.name})
     try:
@@ -161,7 +161,7 @@ def read_lesson_table(path: Path | str, *, name: str | None = None) -> Lesson:
             tuple(BoundFeature(Feature(title, kind, reading=title)) for _, title, kind in features),
         )
     except DefinitionError as error:
-        raise table.wrong("", error.problem, error.remedy) from None
+        raise table.make_error("", error.problem, error.remedy) from None
     return Lesson(automaton, examples)
 
 
@@ -169,7 +169,7 @@ def _examples(table: _CsvTable, columns: Sequence[tuple[int, Kind]]) -> Iterator
     for number, (line, row) in enumerate(table.rows):
         spelled = row[table.column("kind")]
         if spelled not in KINDS:
-            raise table.wrong(
+            raise table.make_error(
                 f"line {line}, column 'kind'",
                 f"{spelled!r} is not a kind of example",
                 f"write {' or '.join(KINDS)}",
@@ -199,7 +199,7 @@ def read_query_rows(path: Path | str, lesson: Lesson) -> tuple[QueryRow, ...]:
             table.column(f"{name}:{kind}")
         column, spelled = there[name]
         if spelled != kind:
-            raise table.wrong(
+            raise table.make_error(
                 f"line {table.line}, column {table.header[column]!r}",
                 f"feature {name!r} is {kind} in the lesson",
                 f"write {name}:{kind}",
@@ -207,7 +207,7 @@ def read_query_rows(path: Path | str, lesson: Lesson) -> tuple[QueryRow, ...]:
         columns.append((column, kind))
     for name, (column, _) in there.items():
         if name not in wanted:
-            raise table.wrong(
+            raise table.make_error(
                 f"line {table.line}, column {table.header[column]!r}",
                 f"the lesson has no feature {name!r}",
                 f"remove it; the features are {join_names(wanted)}",
@@ -218,7 +218,7 @@ def read_query_rows(path: Path | str, lesson: Lesson) -> tuple[QueryRow, ...]:
         try:
             lesson.automaton.index(state)
         except UnknownName as error:
-            raise table.wrong(
+            raise table.make_error(
                 f"line {line}, column 'state'",
                 f"the lesson has no state {state!r}",
                 f"write one of {join_names(error.known)}",

@@ -67,7 +67,9 @@ def make_fitter(lesson: Lesson) -> Callable[[TrainingSet], Transition]:
 
 
 def _watches(lesson: Lesson) -> bool:
-    return lesson.options.watched or any(not example.pressed for example in select_teaching_examples(lesson))
+    return lesson.options.watched or any(
+        not example.is_from_press for example in select_teaching_examples(lesson)
+    )
 
 
 def predict_next_states(

@@ -72,7 +72,7 @@ class LeaveOneOut:
     """Examples seen from the others: how `like` each two are [n, n], 0 to 1, and which `outcome` each has [n].
 
     `inverse` [n, n] is that of the likeness with the doubt about each example added. Leaving an example out of it is
-    cheap, see `without`.
+    cheap, see `exclude`.
     """
 
     like: Square
@@ -80,7 +80,7 @@ class LeaveOneOut:
     inverse: Square
     here: NDArray[np.int64]
 
-    def doubt(self, choices: int) -> Column:
+    def score_mislabels(self, choices: int) -> Column:
         """By how much the others speak for another outcome than each example's own [n]: about -1 to 1.
 
         0 where they say nothing; -1 for those left out. `choices` is how many outcomes there are.
@@ -92,7 +92,7 @@ class LeaveOneOut:
         found[self.here] = against - predicted[own > 0]
         return found
 
-    def without(self, example: int) -> LeaveOneOut:
+    def exclude(self, example: int) -> LeaveOneOut:
         """The same without one more example, by its place."""
         at = int(np.flatnonzero(self.here == example)[0])
         rest = np.delete(np.arange(len(self.here)), at)

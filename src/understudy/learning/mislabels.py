@@ -33,7 +33,7 @@ class SuspectExample:
 
 def estimate_noise_variance(example: Example) -> float:
     """The variance of noise that is expected of an example."""
-    if example.correction and example.shown:
+    if example.correction and example.is_shown:
         return TRUST_CORRECTION
     return TRUST_DEFAULT if example.kind is ExampleKind.DEFAULT else TRUST_SAID
 
@@ -78,19 +78,19 @@ def find_mislabels(
     doubt at that time: they are suspected again once it has grown by `least`. So `most` are looked for (None: all).
     """
     looks = [_LeaveOneOutView(lesson, pool) for pool in _pools(lesson) if len(pool) > ENOUGH]
-    doubted = {each.number: each for each in select_teaching_examples(lesson) if each.shown}
+    doubted = {each.number: each for each in select_teaching_examples(lesson) if each.is_shown}
     found: list[SuspectExample] = []
     while most is None or len(found) < most:
-        seen = [look.doubts() for look in looks]
+        seen = [look.score_mislabels() for look in looks]
         doubts = {number: sum(each.get(number, 0.0) for each in seen) / 2 for number in doubted}
         odd = [number for number, doubt in doubts.items() if doubt >= meant.get(number, 0.0) + least]
         if not odd:
             break
         number = max(odd, key=lambda each: (doubts[each], -each))
-        reason = next(said for look in looks if (said := look.against(number)))
+        reason = next(said for look in looks if (said := look.describe_counterevidence(number)))
         found.append(SuspectExample(doubted.pop(number), reason, round(doubts[number], 3)))
         for look in looks:
-            look.leave_out(number)
+            look.exclude(number)
     return tuple(found)
 
 
@@ -111,12 +111,12 @@ def list_press_examples(lesson: Lesson, number: int) -> tuple[int, ...]:
 def _pools(lesson: Lesson) -> Iterator[Sequence[Example]]:
     """What was said in all states; and each state's own, with its defaults, in lessons that tell states apart."""
     taught = select_teaching_examples(lesson)
-    yield [example for example in taught if example.shown]
+    yield [example for example in taught if example.is_shown]
     for state in lesson.automaton.state_names:
         if lesson.automaton.stateless:
-            yield [example for example in taught if example.shown]
+            yield [example for example in taught if example.is_shown]
             return
-        yield [example for example in taught if example.pressed and example.state == state]
+        yield [example for example in taught if example.is_from_press and example.state == state]
 
 
 class _LeaveOneOutView:
@@ -133,22 +133,22 @@ class _LeaveOneOutView:
             unlike, outcomes, np.array([estimate_noise_variance(each) for each in self._pool])
         )
 
-    def doubts(self) -> Mapping[int, float]:
+    def score_mislabels(self) -> Mapping[int, float]:
         """By how much the others speak against each example, by number; of none where all say one thing."""
         if self._choices == 1:
             return {}
-        doubt = self._seen.doubt(self._choices)
+        doubt = self._seen.score_mislabels(self._choices)
         return {number: float(doubt[place]) for number, place in self._places.items()}
 
-    def against(self, number: int) -> str:
+    def describe_counterevidence(self, number: int) -> str:
         """Who speaks against an example, "" where nobody here does."""
         place = self._places.get(number)
-        if place is None or self._seen.doubt(self._choices)[place] <= 0:
+        if place is None or self._seen.score_mislabels(self._choices)[place] <= 0:
             return ""
         return describe_counterevidence(self._pool, place, self._seen)
 
-    def leave_out(self, number: int) -> None:
+    def exclude(self, number: int) -> None:
         """Look on without an example."""
         place = self._places.pop(number, None)
         if place is not None:
-            self._seen = self._seen.without(place)
+            self._seen = self._seen.exclude(place)

@@ -79,7 +79,7 @@ def _sentences(lesson: Lesson, state: str, function: Transition) -> tuple[str, .
 
 def find_contradictions(lesson: Lesson, state: str) -> tuple[tuple[Example, ...], ...]:
     """The state's directives and confirmations that contradict each other, grouped by feature vector."""
-    told = [example for example in group_examples_by_state(lesson).get(state, ()) if example.shown]
+    told = [example for example in group_examples_by_state(lesson).get(state, ()) if example.is_shown]
     return tuple(
         tuple(group)
         for group in group_by_feature_vector(told).values()
@@ -92,7 +92,7 @@ def find_disagreements(lesson: Lesson, state: str, function: Transition) -> tupl
     names = lesson.automaton.state_names
     found = []
     for example in select_teaching_examples(lesson):
-        if example.state == state and example.pressed:
+        if example.state == state and example.is_from_press:
             outcome = function.decide(example.values)
             if (state if outcome == STAY else names[outcome]) != example.next:
                 found.append(example)

@@ -58,7 +58,7 @@ def group_examples_by_state(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
         pool = tuple(
             example
             for example in select_teaching_examples(lesson)
-            if example.shown and example.state in lasting
+            if example.is_shown and example.state in lasting
         )
         return dict.fromkeys(lasting, pool) if pool else {}
     by_state: dict[str, list[Example]] = {name: [] for name in lesson.automaton.state_names}
@@ -67,7 +67,9 @@ def group_examples_by_state(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
             lesson.automaton.index(example.state)  # raises UnknownName
         by_state[example.state].append(example)
     return {
-        name: tuple(by_state[name]) for name in lasting if any(example.pressed for example in by_state[name])
+        name: tuple(by_state[name])
+        for name in lasting
+        if any(example.is_from_press for example in by_state[name])
     }
 
 

@@ -37,7 +37,7 @@ class Binding(Mapping[str, str]):
     def __repr__(self) -> str:
         return f"Binding({', '.join(f'{key}={value!r}' for key, value in self._items.items())})"
 
-    def within(self, around: Mapping[str, str]) -> Binding:
+    def substitute(self, around: Mapping[str, str]) -> Binding:
         """This binding with the parameters of the automaton around it replaced by what they stand for."""
         return Binding({parameter: around.get(name, name) for parameter, name in self._items.items()})
 

@@ -53,7 +53,7 @@ def _options(taught: TrainedAutomaton) -> dict[str, str]:
 def _examples(taught: TrainedAutomaton) -> dict[str, str]:
     if taught.lesson is None:
         return {}
-    pressed = [example for example in taught.lesson.examples if example.pressed]
+    pressed = [example for example in taught.lesson.examples if example.is_from_press]
     watched = len(taught.lesson.examples) - len(pressed)
     rows = {f"{example.number}": _example(example, taught.automaton) for example in pressed}
     return {**rows, **({"watched": f": {watched}"} if watched else {})}

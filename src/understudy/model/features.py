@@ -179,6 +179,6 @@ class BoundFeature:
         return self.feature.kind
 
     @property
-    def own(self) -> bool:
+    def is_own(self) -> bool:
         """Whether it reads the automaton itself rather than the body."""
         return not isinstance(self.feature, Feature)

@@ -57,12 +57,12 @@ class Example:
     quarantined: str = ""
 
     @property
-    def pressed(self) -> bool:
+    def is_from_press(self) -> bool:
         """Whether a press made it: everything but watched."""
         return self.kind != ExampleKind.WATCHED
 
     @property
-    def shown(self) -> bool:
+    def is_shown(self) -> bool:
         """Whether the demonstrator said it: a directive or a confirmation."""
         return self.kind in (ExampleKind.DIRECTIVE, ExampleKind.CONFIRMATION)
 

@@ -26,7 +26,7 @@ class Kit:
     targets: Mapping[str, Target]
 
     @classmethod
-    def of(cls, *parts: AnyFeature | Behavior | Target) -> Self:
+    def from_parts(cls, *parts: AnyFeature | Behavior | Target) -> Self:
         """A kit of these parts, in this order; two of one sort and name are refused."""
         features: dict[str, AnyFeature] = {}
         behaviors: dict[str, Behavior] = {}
@@ -45,7 +45,7 @@ class Kit:
 
     def __add__(self, other: Kit) -> Kit:
         """Both kits' parts; a name that both have is refused."""
-        return Kit.of(*self.parts, *other.parts)
+        return Kit.from_parts(*self.parts, *other.parts)
 
     @property
     def parts(self) -> tuple[AnyFeature | Behavior | Target, ...]:
@@ -71,20 +71,20 @@ class TrainedAutomaton:
 
 @dataclass(frozen=True)
 class Library:
-    """A kit and the automata taught with it, by name. Frozen: `with_taught` gives a new one."""
+    """A kit and the automata taught with it, by name. Frozen: `with_automaton` gives a new one."""
 
     kit: Kit
     taught: Mapping[str, TrainedAutomaton] = field(default_factory=lambda: MappingProxyType({}))
 
     @classmethod
-    def of(cls, kit: Kit, *automata: Automaton) -> Self:
+    def from_automata(cls, kit: Kit, *automata: Automaton) -> Self:
         """A library of a kit and automata that have no lessons."""
         library = cls(kit)
         for automaton in automata:
-            library = library.with_taught(TrainedAutomaton(automaton))
+            library = library.with_automaton(TrainedAutomaton(automaton))
         return library
 
-    def with_taught(self, taught: TrainedAutomaton) -> Self:
+    def with_automaton(self, taught: TrainedAutomaton) -> Self:
         """This library with an automaton added or replaced; refused if it would contain itself."""
         name = taught.automaton.name
         if name in self.kit.behaviors:
@@ -122,7 +122,7 @@ class Library:
         """The parameters of the behavior of this name."""
         return self.behavior(name).parameters
 
-    def users(self, name: str) -> tuple[str, ...]:
+    def find_users(self, name: str) -> tuple[str, ...]:
         """The automata with a state that runs this behavior."""
         return tuple(
             key

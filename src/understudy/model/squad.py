@@ -75,14 +75,14 @@ class Statistic:
         return None
 
     @property
-    def timed(self) -> bool:
+    def is_timed(self) -> bool:
         """Whether it depends on what was before: such a one is reset only with the run."""
         return self.within_s is not None or self.since or self.for_s is not None
 
     @property
-    def fresh(self) -> float | None:
+    def reset_value(self) -> float | None:
         """What it reads when all members have just been restarted; None where that does not matter."""
-        if self.flag is None or self.timed:
+        if self.flag is None or self.is_timed:
             return None
         return YES if self.how == "none" else NO
 
@@ -117,11 +117,11 @@ class Order:
 
     duties: tuple[Assignment, ...]
 
-    def within(self, binding: Mapping[str, str]) -> Order:
+    def substitute(self, binding: Mapping[str, str]) -> Order:
         """The order with parameters replaced by what they stand for."""
         return Order(
             tuple(
-                Assignment(each.behavior, each.binding.within(binding), each.role, each.share)
+                Assignment(each.behavior, each.binding.substitute(binding), each.role, each.share)
                 for each in self.duties
             )
         )

@@ -42,7 +42,7 @@ class ValueSet(NamedTuple):
                 parts.append((low, high))
         return ValueSet(tuple(parts), self.absent or other.absent)
 
-    def meets(self, other: ValueSet) -> bool:
+    def overlaps(self, other: ValueSet) -> bool:
         """Whether some value, or absence, belongs to both."""
         return (self.absent and other.absent) or any(
             low < high2 and low2 < high for low, high in self.parts for low2, high2 in other.parts

@@ -262,17 +262,17 @@ def _widened(box: Box, whole: Box, others: Sequence[Box]) -> Box:
     """The box without what makes no difference: first whole statements, then ends of intervals."""
     wide = list(box)
     apart = [  # the features that keep each other box out
-        {feature for feature, region in enumerate(box) if not region.meets(other[feature])}
+        {feature for feature, region in enumerate(box) if not region.overlaps(other[feature])}
         for other in others
     ]
 
     def widen(feature: int, region: ValueSet) -> None:
         kept_out = [other for other, by in zip(others, apart, strict=True) if by == {feature}]
-        if any(region.meets(other[feature]) for other in kept_out):
+        if any(region.overlaps(other[feature]) for other in kept_out):
             return
         wide[feature] = region
         for other, by in zip(others, apart, strict=True):
-            if feature in by and region.meets(other[feature]):
+            if feature in by and region.overlaps(other[feature]):
                 by.remove(feature)
 
     for feature in reversed(range(len(box))):

@@ -97,7 +97,9 @@ class CommandColumns:
     def _numbered(body: Body, ground: GroundBehavior) -> int:
         order = ground.behavior.order
         return (
-            body.index_order(order.within(ground.binding)) if isinstance(body, OrderReceiver) and order else 0
+            body.index_order(order.substitute(ground.binding))
+            if isinstance(body, OrderReceiver) and order
+            else 0
         )
 
     def _unknown(self, channel: str, ground: GroundBehavior) -> UnknownName:

@@ -120,7 +120,7 @@ class _Linker:
             if state.behavior is None:
                 children.append(IDLING)
             else:
-                children.append(self.child(state.behavior, state.binding.within(binding)))
+                children.append(self.child(state.behavior, state.binding.substitute(binding)))
         sources = tuple(self.source(bound, binding, automaton) for bound in automaton.features)
         return Instance(automaton, binding, sources, tuple(children), tuple(changes))
 
@@ -131,7 +131,7 @@ class _Linker:
     def source(self, bound: BoundFeature, binding: Binding, automaton: Automaton) -> ValueSource:
         if not isinstance(bound.feature, Feature):
             return bound.feature
-        ground = BoundFeature(bound.feature, bound.binding.within(binding))
+        ground = BoundFeature(bound.feature, bound.binding.substitute(binding))
         self.check_targets(automaton.name, ground.binding)
         position = self.features.setdefault(ground, len(self.features))
         fresh = bound.feature.fresh

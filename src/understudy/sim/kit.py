@@ -52,7 +52,7 @@ COLUMNS = tuple(channel.name for channel in (*MOVING, *CARRYING, *SIGNALING))
 
 def make_scenario_kit(scenario: Scenario) -> Kit:
     """The kit that goes with a scenario: features of its readings, its types' basic behaviors, its targets."""
-    return Kit.of(
+    return Kit.from_parts(
         *make_features(scenario), *OWN_FEATURES, *make_behaviors(scenario).values(), *make_targets(scenario)
     )
 
@@ -211,7 +211,7 @@ def _of_type(scenario: Scenario, name: str, kit: Kit) -> Kit:
     others = {reading.name for reading in list_readings(scenario)} - mine
     foreign = set(make_behaviors(scenario)) - set(kind.behaviors)
     parts = [part for part in kit.parts if not _is_of(part, others, foreign)]
-    return kit if len(parts) == len(kit.parts) else Kit.of(*parts)
+    return kit if len(parts) == len(kit.parts) else Kit.from_parts(*parts)
 
 
 def _is_of(part: AnyFeature | Behavior | Target, readings: set[str], behaviors: set[str]) -> bool:

@@ -70,22 +70,24 @@ OWN: dict[str, type[OwnFeature]] = {
 def decode_automaton(doc: AutomatonDoc, kit: Kit | None, source: Source) -> Automaton:
     """The automaton, without transition functions; without a kit, features are as the document says."""
     here: JsonSteps = ("automaton",)
-    source.once(doc.parameters, (*here, "parameters"), "parameter")
-    source.once([state.name for state in doc.states], (*here, "states"), "state")
+    source.check_unique(doc.parameters, (*here, "parameters"), "parameter")
+    source.check_unique([state.name for state in doc.states], (*here, "states"), "state")
     states = []
     for index, state in enumerate(doc.states):
-        with source.at((*here, "states", index)):
+        with source.convert_errors((*here, "states", index)):
             states.append(State(state.name, state.behavior, Binding(state.binding), state.flag))
     features = [
         _feature(each, kit, source, (*here, "features", index)) for index, each in enumerate(doc.features)
     ]
-    source.once([str(bound) for bound in features], (*here, "features"), "feature")
-    with source.at((*here, "states")):
+    source.check_unique([str(bound) for bound in features], (*here, "features"), "feature")
+    with source.convert_errors((*here, "states")):
         return Automaton(doc.name, tuple(states), tuple(features), tuple(doc.parameters), doc.stateless)
 
 
 def _feature(doc: FeatureDoc, kit: Kit | None, source: Source, here: JsonSteps) -> BoundFeature:
-    with source.at((*here, "kind"), remedy="restore an earlier version if you did not mean to edit it"):
+    with source.convert_errors(
+        (*here, "kind"), remedy="restore an earlier version if you did not mean to edit it"
+    ):
         kind = parse_kind(doc.kind, where=f"feature {doc.name!r}")
     feature = _declared(doc, kind) if kit is None else _known(doc, kind, kit, source, here)
     if set(doc.binding) != set(feature.parameters):
@@ -93,7 +95,7 @@ def _feature(doc: FeatureDoc, kit: Kit | None, source: Source, here: JsonSteps) 
         what = (
             f"exactly its parameters ({join_names(feature.parameters)})" if feature.parameters else "nothing"
         )
-        raise source.wrong((*here, "binding"), f"{bound}, for feature {doc.name!r}", f"bind {what}")
+        raise source.make_error((*here, "binding"), f"{bound}, for feature {doc.name!r}", f"bind {what}")
     return BoundFeature(feature, Binding(doc.binding))
 
 
@@ -110,20 +112,20 @@ def _known(doc: FeatureDoc, kind: Kind, kit: Kit, source: Source, here: JsonStep
     if known is None:
         has = join_names(name for name, feature in kit.features.items() if isinstance(feature, Feature))
         problem = f"the kit has no feature {doc.name!r}; its features are {has}"
-        raise source.wrong(
+        raise source.make_error(
             (*here, "name"), problem, "open it with the kit it was taught with, or correct the name"
         )
     if _own_sort(known) != doc.sort:
         problem = f"feature {doc.name!r} is stored as one of sort {doc.sort!r}, but in the kit its sort is "
         remedy = "open it with the kit it was taught with, or rename the feature in the kit"
-        raise source.wrong((*here, "sort"), f"{problem}{_own_sort(known)!r}", remedy)
+        raise source.make_error((*here, "sort"), f"{problem}{_own_sort(known)!r}", remedy)
     for what, stored, now in (("kind", str(kind), str(known.kind)), ("unit", doc.unit, known.unit)):
         if stored and stored != now:  # a table of examples tells no unit: that of the kit
             problem = (
                 f"feature {doc.name!r} was taught with {what} {stored!r}, but the kit has it with {now!r}"
             )
             remedy = "open it with the kit it was taught with, or teach it again with this one"
-            raise source.wrong((*here, what), problem, remedy)
+            raise source.make_error((*here, what), problem, remedy)
     return known
 
 
@@ -136,10 +138,12 @@ def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesso
     here: JsonSteps = ("lesson",)
     record = _record(doc.record, source, (*here, "record"))
     reader = _Examples(automaton, len(record), source)
-    examples = [reader.pressed(each, (*here, "examples", index)) for index, each in enumerate(doc.examples)]
+    examples = [
+        reader.decode_pressed(each, (*here, "examples", index)) for index, each in enumerate(doc.examples)
+    ]
     for index, group in enumerate(doc.watched):
-        examples += reader.watched(group, (*here, "watched", index))
-    with source.at((*here, "options")):
+        examples += reader.decode_watched(group, (*here, "watched", index))
+    with source.convert_errors((*here, "options")):
         return Lesson(
             automaton,
             tuple(sorted(examples, key=lambda example: example.number)),
@@ -162,8 +166,10 @@ def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Expectat
                 parts.append(unpack_bytes(getattr(each, key), most=MOST_BYTES))
             except ValueError as error:
                 remedy = "restore an earlier version, or the line as it was"
-                raise source.wrong((*here, index, key), f"it cannot be unpacked: {error}", remedy) from error
-        with source.at((*here, index)):
+                raise source.make_error(
+                    (*here, index, key), f"it cannot be unpacked: {error}", remedy
+                ) from error
+        with source.convert_errors((*here, index)):
             scenario, snapshot = parts[0].decode("utf-8", errors="replace"), parts[1]
             targets = Binding(each.targets)
             found.append(
@@ -196,9 +202,11 @@ def _record(doc: RecordDoc, source: Source, here: JsonSteps) -> ReadingLog:
             columns.append(unpack_column(text, length=doc.moments))
         except ValueError as error:
             remedy = "restore an earlier version, or the line as it was"
-            raise source.wrong(steps, f"the packed numbers cannot be read: {error}", remedy) from error
+            raise source.make_error(steps, f"the packed numbers cannot be read: {error}", remedy) from error
     seconds, *readings = columns
-    source.once([f"{each.reading} of {each.of}" for each in doc.readings], (*here, "readings"), "reading")
+    source.check_unique(
+        [f"{each.reading} of {each.of}" for each in doc.readings], (*here, "readings"), "reading"
+    )
     values = np.column_stack(readings) if readings else np.zeros((doc.moments, 0))
     return ReadingLog(tuple((each.reading, each.of) for each in doc.readings), values, seconds)
 
@@ -210,7 +218,7 @@ class _Examples:
         self.automaton, self.moments, self.source = automaton, moments, source
         self.numbers: set[int] = set()
 
-    def pressed(self, doc: ExampleDoc, here: JsonSteps) -> Example:
+    def decode_pressed(self, doc: ExampleDoc, here: JsonSteps) -> Example:
         """A press-made example."""
         self.check_numbers([doc.number], lambda _: (*here, "number"))
         for key, state in (("state", doc.state), ("next", doc.next)):
@@ -220,7 +228,7 @@ class _Examples:
         if len(doc.values) != len(features):
             problem = f"example {doc.number} has {len(doc.values)} values for {len(features)} features"
             remedy = f"give one each for {join_names(str(bound) for bound in features)}"
-            raise self.source.wrong((*here, "values"), problem, remedy)
+            raise self.source.make_error((*here, "values"), problem, remedy)
         return Example(
             doc.number,
             doc.state,
@@ -239,14 +247,14 @@ class _Examples:
             doc.quarantined,
         )
 
-    def watched(self, doc: WatchedDoc, here: JsonSteps) -> list[Example]:
+    def decode_watched(self, doc: WatchedDoc, here: JsonSteps) -> list[Example]:
         """The watched examples of one group of columns."""
         length = len(doc.number)
         features = self.automaton.features
         if len(doc.values) != len(features):
             problem = f"there are {len(doc.values)} columns of values for {len(features)} features"
             remedy = f"give one each for {join_names(str(bound) for bound in features)}"
-            raise self.source.wrong((*here, "values"), problem, remedy)
+            raise self.source.make_error((*here, "values"), problem, remedy)
         columns: list[tuple[JsonSteps, Sequence[object]]] = [
             (("state",), doc.state),
             (("next",), doc.next),
@@ -257,7 +265,9 @@ class _Examples:
         for steps, column in columns:
             if len(column) != length:
                 problem = f"this column has {len(column)} entries, but 'number' has {length}"
-                raise self.source.wrong((*here, *steps), problem, "give every column of a group one length")
+                raise self.source.make_error(
+                    (*here, *steps), problem, "give every column of a group one length"
+                )
         self.check_numbers(doc.number, lambda index: (*here, "number", index))
         for key, states in (("state", doc.state), ("next", doc.next)):
             for index, state in enumerate(states):
@@ -296,7 +306,7 @@ class _Examples:
     def check_numbers(self, numbers: Sequence[int], at: Callable[[int], JsonSteps]) -> None:
         for index, number in enumerate(numbers):
             if number in self.numbers:
-                raise self.source.wrong(
+                raise self.source.make_error(
                     at(index), f"two examples have number {number}", "give one of them another"
                 )
             self.numbers.add(number)
@@ -305,15 +315,15 @@ class _Examples:
         states = self.automaton.state_names
         if name not in states:
             problem = f"automaton {self.automaton.name!r} has no state {name!r}"
-            raise self.source.wrong(here, problem, f"name one of its states: {join_names(states)}")
+            raise self.source.make_error(here, problem, f"name one of its states: {join_names(states)}")
 
     def check_moment(self, moment: int | None, window: int, here: JsonSteps) -> None:
         if moment is not None and moment >= self.moments:
             problem = f"it is of moment {moment}, but the record has {self.moments}"
-            raise self.source.wrong((*here, "moment"), problem, "count moments from 0, or leave it out")
+            raise self.source.make_error((*here, "moment"), problem, "count moments from 0, or leave it out")
         if window > (0 if moment is None else moment):
             problem = f"its window reaches {window} moments back, before the record begins"
-            raise self.source.wrong((*here, "window"), problem, "give no more than its moment")
+            raise self.source.make_error((*here, "window"), problem, "give no more than its moment")
 
     def value(self, value: DocValue, bound: BoundFeature, here: JsonSteps) -> float:
         if value is None:
@@ -324,8 +334,8 @@ class _Examples:
         if labels or isinstance(value, str):
             right = f"one of its labels: {join_names(labels)}" if labels else "a number"
             problem = f"{value!r} is outside feature {bound}, which is {bound.kind}"
-            raise self.source.wrong(here, problem, f"write {right}, or null where absent")
-        with self.source.at(here):
+            raise self.source.make_error(here, problem, f"write {right}, or null where absent")
+        with self.source.convert_errors(here):
             return bound.kind.check(value, where=f"feature {bound}")
 
 
@@ -343,19 +353,21 @@ def decode_trees(doc: BuiltDoc, automaton: Automaton, source: Source) -> Mapping
     if automaton.stateless and EVERY_STATE in doc.trees and EVERY_STATE not in automaton.state_names:
         if list(doc.trees) != [EVERY_STATE]:
             problem = f"there are trees beside {EVERY_STATE!r}, which stands for every state"
-            raise source.wrong(here, problem, "keep one or the other")
+            raise source.make_error(here, problem, "keep one or the other")
         shared = _tree(doc.trees[EVERY_STATE], automaton, source, (*here, EVERY_STATE))
         return dict.fromkeys(movable, shared)
     for name in doc.trees:
         if name not in movable:
             problem = f"there is a tree for {name!r}, which is no state of {automaton.name!r} to be left"
-            raise source.wrong((*here, name), problem, f"give trees to {join_names(movable)} only")
+            raise source.make_error((*here, name), problem, f"give trees to {join_names(movable)} only")
     return {name: _tree(nodes, automaton, source, (*here, name)) for name, nodes in doc.trees.items()}
 
 
 def _tree(nodes: list[NodeDoc], automaton: Automaton, source: Source, here: JsonSteps) -> Tree:
     if not nodes:
-        raise source.wrong(here, "this tree has no nodes", "leave the tree out where a state keeps itself")
+        raise source.make_error(
+            here, "this tree has no nodes", "leave the tree out where a state keeps itself"
+        )
     reader = _Nodes(automaton, len(nodes), source)
     return Tree(tuple(reader.node(node, index, (*here, index)) for index, node in enumerate(nodes)))
 
@@ -374,7 +386,7 @@ class _Nodes:
             if doc.to not in self.automaton.state_names:
                 problem = f"it goes to {doc.to!r}, which is no state of automaton {self.automaton.name!r}"
                 remedy = f"name one of its states: {join_names(self.automaton.state_names)}"
-                raise self.source.wrong((*here, "to"), problem, remedy)
+                raise self.source.make_error((*here, "to"), problem, remedy)
             return make_leaf(self.automaton.index(doc.to))
         feature = self.feature(doc.feature, here)
         if isinstance(doc, LabelDoc):
@@ -385,7 +397,7 @@ class _Nodes:
         kind = self.automaton.features[feature].kind
         absent = self.child(doc.absent, index, (*here, "absent"))
         if isinstance(kind, Categorical):
-            raise self.source.wrong(
+            raise self.source.make_error(
                 here, f"feature {doc.feature} has labels, not numbers", "test it by label"
             )
         if isinstance(doc, BelowDoc):
@@ -394,7 +406,7 @@ class _Nodes:
 
     def arc(self, doc: ArcDoc, kind: object, node: Node, here: JsonSteps) -> Node:
         if not isinstance(kind, Toroidal):
-            raise self.source.wrong(
+            raise self.source.make_error(
                 here, f"feature {doc.feature} is not toroidal: it has no arcs", "test it by a cut"
             )
         return node
@@ -405,7 +417,7 @@ class _Nodes:
         if set(doc.branches) != set(labels):
             right = f"give one each for {join_names(labels)}" if labels else "test it by a cut"
             problem = f"feature {doc.feature} is {kind}, but the branches are for {join_names(doc.branches)}"
-            raise self.source.wrong((*here, "branches"), problem, right)
+            raise self.source.make_error((*here, "branches"), problem, right)
         branches = tuple(
             self.child(doc.branches[label], index, (*here, "branches", label)) for label in labels
         )
@@ -415,7 +427,7 @@ class _Nodes:
     def feature(self, name: str, here: JsonSteps) -> int:
         if name not in self.names:
             problem = f"it tests {name!r}, which is no feature of automaton {self.automaton.name!r}"
-            raise self.source.wrong(
+            raise self.source.make_error(
                 (*here, "feature"), problem, f"name one of its features: {join_names(self.names)}"
             )
         return self.names.index(name)
@@ -425,8 +437,10 @@ class _Nodes:
             return STAY
         if child >= self.length:
             problem = f"it leads to node {child}, but the tree has nodes 0 to {self.length - 1}"
-            raise self.source.wrong(here, problem, "lead to a node below, or to 'stay'")
+            raise self.source.make_error(here, problem, "lead to a node below, or to 'stay'")
         if child <= parent:
             problem = f"node {parent} leads back to node {child}"
-            raise self.source.wrong(here, problem, "lead to a node further down, so that every path ends")
+            raise self.source.make_error(
+                here, problem, "lead to a node further down, so that every path ends"
+            )
         return child

@@ -112,8 +112,8 @@ def decode_document(
     if learn is None:
         problem = f"its trees must be built: {stale}"
         remedy = "open it with a learner, or build and save it with `understudy rebuild`"
-        raise source.wrong(("built",), problem, remedy)
-    with source.at(("lesson",)):
+        raise source.make_error(("built",), problem, remedy)
+    with source.convert_errors(("lesson",)):
         learned = replace(automaton, transitions=learn(lesson))
     return LoadedDocument(TrainedAutomaton(learned, lesson), stale)
 
@@ -123,7 +123,7 @@ def _stale(document: Document, source: Source) -> str | None:
     if document.lesson is None:
         if document.built is None:
             remedy = "restore an earlier version"
-            raise source.wrong((), "it holds neither a lesson nor trees", remedy)
+            raise source.make_error((), "it holds neither a lesson nor trees", remedy)
         return None
     if isinstance(document.lesson.options.learner, ScikitDoc):
         return "classifiers are fitted again on loading"
@@ -168,7 +168,9 @@ def parse_document(data: bytes, *, path: Path | str) -> tuple[Document, Source]:
     except msgspec.ValidationError as error:
         problem, _, place = str(error).partition(" - at `")
         steps = parse_json_path(place.rstrip("`"))
-        raise source.wrong(steps, _lower(problem), "see docs/formats.md for what belongs there") from error
+        raise source.make_error(
+            steps, _lower(problem), "see docs/formats.md for what belongs there"
+        ) from error
     except msgspec.DecodeError as error:  # what Python's reader takes and JSON does not: NaN, Infinity
         at = re.search(r"\(byte (\d+)\)", str(error))
         line = data.count(b"\n", 0, int(at[1])) + 1 if at else 1
@@ -180,14 +182,14 @@ def _current(data: bytes, source: Source) -> Document:
     found = msgspec.json.decode(data, type=FormatVersion).format
     if found > FORMAT:
         problem = f"it has format {found}, and this Understudy reads up to {FORMAT}"
-        raise source.wrong(("format",), problem, "update Understudy to open it")
+        raise source.make_error(("format",), problem, "update Understudy to open it")
     raw: dict[str, Any] = {}
     if found != FORMAT:
         raw = msgspec.json.decode(data)
     for each in range(found, FORMAT):
         if each not in MIGRATIONS:
             oldest = min([*MIGRATIONS, FORMAT])
-            raise source.wrong(
+            raise source.make_error(
                 ("format",), f"there is no format {found}", f"formats are {oldest} to {FORMAT}"
             )
         raw = {**MIGRATIONS[each](raw), "format": each + 1}

@@ -96,8 +96,8 @@ def encode_lesson(lesson: Lesson) -> LessonDoc:
     examples = sort_examples(lesson).examples
     return LessonDoc(
         options=_options_doc(lesson.options),
-        examples=[_example_doc(example, features) for example in examples if example.pressed],
-        watched=_watched_docs([example for example in examples if not example.pressed], features),
+        examples=[_example_doc(example, features) for example in examples if example.is_from_press],
+        watched=_watched_docs([example for example in examples if not example.is_from_press], features),
         record=_record_doc(lesson.record),
         outcomes=[_outcome_doc(outcome) for outcome in lesson.outcomes] or UNSET,
     )

@@ -127,7 +127,7 @@ class Source:
     path: Path | str
     text: str
 
-    def wrong(self, steps: JsonSteps, problem: str, remedy: str) -> FileError:
+    def make_error(self, steps: JsonSteps, problem: str, remedy: str) -> FileError:
         """The error for what is at these keys and indices."""
         return FileError(path=self.path, place=self.place(steps), problem=problem, remedy=remedy)
 
@@ -137,7 +137,7 @@ class Source:
         return format_json_path(steps) + (f" (line {line})" if line else "")
 
     @contextmanager
-    def at(
+    def convert_errors(
         self, steps: JsonSteps, remedy: str = "edit it there, or restore an earlier version"
     ) -> Iterator[None]:
         """Errors of the model's own inside become errors of the file, at this place."""
@@ -146,14 +146,14 @@ class Source:
         except FileError:
             raise
         except UnderstudyError as error:
-            raise self.wrong(steps, str(error), remedy) from error
+            raise self.make_error(steps, str(error), remedy) from error
 
-    def once(self, names: Sequence[str], steps: JsonSteps, what: str) -> None:
+    def check_unique(self, names: Sequence[str], steps: JsonSteps, what: str) -> None:
         """FileError where a name comes twice."""
         seen: dict[str, int] = {}
         for index, name in enumerate(names):
             if name in seen:
-                raise self.wrong(
+                raise self.make_error(
                     (*steps, index), f"{what} {name!r} is there twice", "rename or remove one of the two"
                 )
             seen[name] = index

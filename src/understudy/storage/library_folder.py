@@ -140,7 +140,7 @@ def add_automaton(library: Library, taught: TrainedAutomaton, path: Path) -> Lib
                 path=path, place="$.automaton.name", problem=problem, remedy="rename or remove one of the two"
             )
     try:
-        return library.with_taught(taught)
+        return library.with_automaton(taught)
     except DefinitionError as error:
         place = "$.automaton.name"
         raise FileError(path=path, place=place, problem=error.problem, remedy=error.remedy) from error

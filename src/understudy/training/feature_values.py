@@ -72,7 +72,7 @@ def compute_feature_values(
     for bound in features:
         value = find_own_value(bound.feature, own)
         if value is None:
-            ground = BoundFeature(bound.feature, bound.binding.within(targets))
+            ground = BoundFeature(bound.feature, bound.binding.substitute(targets))
             value = float(read_feature_column(ground, percept, agents=body.agents)[agent])
         found[str(bound)] = value
     return found
@@ -111,7 +111,7 @@ def get_shifted_percept(
 def find_shifted_row(example: Example, record: ReadingLog, reaction_s: float) -> int:
     """The row of the record nearest to `reaction_s` before an example's moment, if a press made it."""
     row = example.moment or 0
-    if not (example.pressed and reaction_s > 0 and example.window > 0):
+    if not (example.is_from_press and reaction_s > 0 and example.window > 0):
         return row
     seconds = record.seconds[row - example.window : row + 1]
     distance = np.abs(seconds - (seconds[-1] - reaction_s))
@@ -122,7 +122,7 @@ def _value(bound: BoundFeature, example: Example, percept: Percept) -> float:
     own = find_own_value(bound.feature, example.own)
     if own is not None:
         return own
-    ground = BoundFeature(bound.feature, bound.binding.within(example.binding))
+    ground = BoundFeature(bound.feature, bound.binding.substitute(example.binding))
     return float(read_feature_column(ground, percept, agents=1)[0])
 
 

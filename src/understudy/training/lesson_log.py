@@ -67,7 +67,7 @@ class LessonLog:
         """How many of the lesson's examples a press made: a screen asks at every tick, and they seldom change."""
         examples = self.lesson.examples
         if self._counted[0] is not examples:
-            self._counted = examples, sum(example.pressed for example in examples)
+            self._counted = examples, sum(example.is_from_press for example in examples)
         return self._counted[1]
 
     @property
@@ -162,7 +162,9 @@ class LessonLog:
             made.append(replace(example, values=values))
         pressed = {make_example_key(example) for example in made}
         others = [
-            each for each in self.lesson.examples if each.pressed or make_example_key(each) not in pressed
+            each
+            for each in self.lesson.examples
+            if each.is_from_press or make_example_key(each) not in pressed
         ]
         lesson = replace(self.lesson, examples=(*others, *made))
         what, stay = f"{made[0].state} → {made[0].next}", None

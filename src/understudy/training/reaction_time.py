@@ -109,7 +109,7 @@ def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -
     """What a group tells by the feature that depends most on the shift; None where none moves."""
     percept, found = _percept(lesson.record, group, steady), []
     for bound in lesson.automaton.features:
-        if bound.own or isinstance(bound.kind, Categorical):
+        if bound.is_own or isinstance(bound.kind, Categorical):
             continue
         values = _shifted(bound, percept, group)
         if values is None or np.isnan(values[0]).all():
@@ -142,7 +142,7 @@ def _shifted(bound: BoundFeature, percept: Percept, group: Sequence[Example]) ->
     found = np.full((len(SHIFTS_S), len(group)), np.nan)
     bindings = [each.binding for each in group]
     for binding in dict.fromkeys(bindings):
-        ground = BoundFeature(bound.feature, bound.binding.within(binding))
+        ground = BoundFeature(bound.feature, bound.binding.substitute(binding))
         try:
             values = read_feature_column(ground, percept, agents=found.size).reshape(found.shape)
         except (UnderstudyError, KeyError):

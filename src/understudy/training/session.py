@@ -413,7 +413,7 @@ class Session:
 
     def _new_trainee(self, lesson: Lesson, mode: Mode) -> Trainee:
         automaton = learn_automaton(lesson) if mode is Mode.TESTING else lesson.automaton
-        library = self.library.with_taught(TrainedAutomaton(automaton))
+        library = self.library.with_automaton(TrainedAutomaton(automaton))
         bound = {name: target for name, target in self._targets.items() if name in automaton.parameters}
         return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)
 

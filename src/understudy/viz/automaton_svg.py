@@ -125,7 +125,7 @@ def _size(state: State) -> tuple[float, float]:
 def _extent(boxes: Sequence[NodeBox], arrows: Sequence[EdgeArrow]) -> tuple[float, float, float, float]:
     xs = [box.x + side * box.width / 2 for box in boxes for side in (-1, 1)]
     ys = [box.y + side * box.height / 2 for box in boxes for side in (-1, 1)]
-    points = [arrow.at(step / 10) for arrow in arrows for step in range(11)]
+    points = [arrow.point_at(step / 10) for arrow in arrows for step in range(11)]
     badges = [
         (x + side * BADGE, y + side * BADGE) for x, y in (arrow.badge for arrow in arrows) for side in (-1, 1)
     ]

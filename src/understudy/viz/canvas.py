@@ -32,11 +32,11 @@ class RasterCanvas:
         self.draw, self.scale, self._size = ImageDraw.Draw(image), scale, image.size
         self._left, self._bottom = corner[0], corner[1] + tall * scale
 
-    def at(self, x: float, y: float) -> tuple[float, float]:
+    def to_pixel(self, x: float, y: float) -> tuple[float, float]:
         """The fine pixel of a place."""
         return self._left + x * self.scale, self._bottom - y * self.scale
 
-    def all_at(self, places: Points) -> Points:
+    def to_pixels(self, places: Points) -> Points:
         """The fine pixels [..., 2] of places [..., 2]."""
         flipped: Points = places * (self.scale, -self.scale) + (self._left, self._bottom)
         return flipped
@@ -45,28 +45,31 @@ class RasterCanvas:
         self, x: float, y: float, radius: float, fill: str | None, line: str | None = None, wide: int = FINE
     ) -> None:
         """A circle, filled or in outline."""
-        (px, py), size = self.at(x, y), radius * self.scale
+        (px, py), size = self.to_pixel(x, y), radius * self.scale
         self.draw.ellipse((px - size, py - size, px + size, py + size), fill=fill, outline=line, width=wide)
 
     def square(self, x: float, y: float, half: float, fill: str | None, line: str | None = None) -> None:
         """A square around a place."""
         self.draw.rectangle(
-            (*self.at(x - half, y + half), *self.at(x + half, y - half)), fill=fill, outline=line, width=FINE
+            (*self.to_pixel(x - half, y + half), *self.to_pixel(x + half, y - half)),
+            fill=fill,
+            outline=line,
+            width=FINE,
         )
 
-    def robot(self, x: float, y: float, heading: float, radius: float, colors: Sequence[str]) -> None:
+    def draw_robot(self, x: float, y: float, heading: float, radius: float, colors: Sequence[str]) -> None:
         """A disc with a nose; colors of disc, rim and nose."""
         fill, rim, nose = colors
         self.circle(x, y, radius, fill, rim, 2 * FINE if rim != INK else FINE)
         ahead = x + radius * cos(heading), y + radius * sin(heading)
-        self.draw.line([self.at(x, y), self.at(*ahead)], fill=nose, width=2 * FINE)
+        self.draw.line([self.to_pixel(x, y), self.to_pixel(*ahead)], fill=nose, width=2 * FINE)
 
-    def fixed(self, view: WorldView) -> None:
+    def draw_arena(self, view: WorldView) -> None:
         """The arena with its obstacles and walls."""
-        bounds = (*self.at(0, view.height), *self.at(view.width, 0))
+        bounds = (*self.to_pixel(0, view.height), *self.to_pixel(view.width, 0))
         self.draw.rectangle(bounds, fill=GROUND, outline=INK, width=2 * FINE)
         for corners in view.polygons:
-            points = [tuple(point) for point in self.all_at(corners).tolist()]
+            points = [tuple(point) for point in self.to_pixels(corners).tolist()]
             self.draw.polygon(points, fill=SOLID, outline=EDGE, width=FINE)
         discs = view.discs
         rows = zip(
@@ -79,10 +82,10 @@ class RasterCanvas:
         for x, y, radius, color in rows:
             self.circle(x, y, radius, color, blend_color(color, INK, 0.7))
         for x0, y0, x1, y1 in view.walls.tolist():
-            self.draw.line([self.at(x0, y0), self.at(x1, y1)], fill=INK, width=2 * FINE)
+            self.draw.line([self.to_pixel(x0, y0), self.to_pixel(x1, y1)], fill=INK, width=2 * FINE)
         self._trim(bounds)
 
-    def objects(self, view: WorldView) -> None:
+    def draw_objects(self, view: WorldView) -> None:
         """The objects, sources as full as they are, with how near robots must come to serve them."""
         near = measure_loading_reach(view)
         for thing in list_object_marks(view):

@@ -21,13 +21,13 @@ class NodeBox:
     width: float
     height: float
 
-    def holds(self, point: CanvasPoint, pad: float = 0.0) -> bool:
+    def contains(self, point: CanvasPoint, pad: float = 0.0) -> bool:
         """Whether a point is inside, or less than `pad` from it."""
         return (
             abs(point[0] - self.x) < self.width / 2 + pad and abs(point[1] - self.y) < self.height / 2 + pad
         )
 
-    def near(self, other: NodeBox) -> bool:
+    def is_near(self, other: NodeBox) -> bool:
         """Whether less than GAP is between two boxes."""
         across = abs(self.x - other.x) < (self.width + other.width) / 2 + GAP
         return across and abs(self.y - other.y) < (self.height + other.height) / 2 + GAP
@@ -42,7 +42,7 @@ class EdgeArrow:
     end: CanvasPoint
     badge: CanvasPoint
 
-    def at(self, t: float) -> CanvasPoint:
+    def point_at(self, t: float) -> CanvasPoint:
         """The point at t, from 0 to 1."""
         return _curve(self.begin, self.control, self.end, t)
 
@@ -68,7 +68,7 @@ def place_boxes(sizes: Sequence[tuple[float, float]]) -> list[NodeBox]:
             NodeBox(across * cos(angle), down * sin(angle), *size)
             for angle, size in zip(angles, sizes, strict=True)
         ]
-        if not any(boxes[i].near(boxes[j]) for i in range(count) for j in range(i)):
+        if not any(boxes[i].is_near(boxes[j]) for i in range(count) for j in range(i)):
             return boxes
         grow *= 1.06
 
@@ -87,7 +87,7 @@ def place_arrows(boxes: Sequence[NodeBox], pairs: Sequence[tuple[int, int]]) -> 
             others: list[CanvasPoint] = others,
         ) -> float:
             spot = _curve(*curve, t)
-            if any(box.holds(spot, BADGE + 3) for box in boxes):
+            if any(box.contains(spot, BADGE + 3) for box in boxes):
                 return -1.0
             to_badges = min((_apart(spot, badge) - BADGE for badge in badges), default=99.0)
             to_others = min((_apart(spot, point) for point in others), default=99.0)
@@ -112,7 +112,7 @@ def _bowed(boxes: Sequence[NodeBox], pair: tuple[int, int]) -> tuple[CanvasPoint
         control = ((begin.x + end.x) / 2 + bow * down, (begin.y + end.y) / 2 - bow * across)
         curve = ((begin.x, begin.y), control, (end.x, end.y))
         points = [_curve(*curve, step / 40) for step in range(41)]
-        hits = sum(any(box.holds(point, 12.0) for box in others) for point in points)
+        hits = sum(any(box.contains(point, 12.0) for box in others) for point in points)
         tried.append((hits, curve))
     curve = min(tried, key=lambda each: each[0])[1]
     return _trimmed(curve, begin, end)
@@ -123,8 +123,8 @@ def _trimmed(
 ) -> tuple[CanvasPoint, CanvasPoint, CanvasPoint]:
     """The part of a curve between two boxes, with room for the arrow's head."""
     steps = [step / 200 for step in range(201)]
-    leaves = max((t for t in steps if begin.holds(_curve(*curve, t), 1.0)), default=0.0)
-    arrives = min((t for t in steps if t > leaves and end.holds(_curve(*curve, t), 4.0)), default=1.0)
+    leaves = max((t for t in steps if begin.contains(_curve(*curve, t), 1.0)), default=0.0)
+    arrives = min((t for t in steps if t > leaves and end.contains(_curve(*curve, t), 4.0)), default=1.0)
     start, stop = _curve(*curve, leaves), _curve(*curve, arrives)
     # the control point of a part of a quadratic curve: where the tangents at its ends meet
     one, two, three = curve

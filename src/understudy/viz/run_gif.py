@@ -62,7 +62,7 @@ def draw_run_gif(
 
     film = _FrameRenderer(_chosen(frames, speed / per_s))
     palette = film.palette()
-    flat = (film.picture(at).quantize(palette=palette, dither=Dither.NONE) for at in range(len(film.frames)))
+    flat = (film.render(at).quantize(palette=palette, dither=Dither.NONE) for at in range(len(film.frames)))
     times = [round(1000 / per_s / 10) * 10] * (len(film.frames) - 1) + [2500]  # the end stays a while
     drawn = BytesIO()
     next(flat).save(drawn, "GIF", save_all=True, append_images=flat, duration=times, loop=0)
@@ -104,18 +104,18 @@ class _FrameRenderer:
         )
         size = -(-wide // FINE) * FINE, -(-(under + self._caption.tall) // FINE) * FINE
         self._blank = Image.new("RGB", size, PAPER)
-        self._pen(self._blank).fixed(view)
+        self._pen(self._blank).draw_arena(view)
         at, self._heading = collect_robot_places(frames)
-        self._places = self._pen(self._blank).all_at(at)
+        self._places = self._pen(self._blank).to_pixels(at)
         self._where = at
         self._radius = np.maximum(view.robots.radius, 0.02 * measure_mark_unit(view)).tolist()
         self._rims = [INK if color is None else color for color in choose_robot_colors(view)]
 
-    def picture(self, at: int) -> Image:
+    def render(self, at: int) -> Image:
         """The picture of a frame."""
         image = self._blank.copy()
         pen = self._pen(image)
-        pen.objects(self.frames[at].view)
+        pen.draw_objects(self.frames[at].view)
         robots = len(self._radius)
         if robots <= FEW:
             self._trails(pen, at, max(TRAIL // robots, 15), 2 * FINE, self._palette)
@@ -134,7 +134,7 @@ class _FrameRenderer:
 
         last = {doing: at for at, row in enumerate(self._doing) for doing in set(row.tolist())}
         spread = np.linspace(0, len(self.frames) - 1, SAMPLES).round().astype(int).tolist()
-        pictures = [self.picture(at) for at in sorted({*list(last.values())[:SAMPLES], *spread})]
+        pictures = [self.render(at) for at in sorted({*list(last.values())[:SAMPLES], *spread})]
         wide, tall = pictures[0].size
         together = Image.new("RGB", (wide * len(pictures), tall))
         for at, picture in enumerate(pictures):
@@ -180,9 +180,9 @@ class _FrameRenderer:
             radius = self._radius[robot] + 0.05 * measure_mark_unit(self.frames[at].view)
             does = self._palette[doing]
             if bodies is None:
-                pen.robot(x, y, heading, radius, (does, self._rims[robot], PAPER))
+                pen.draw_robot(x, y, heading, radius, (does, self._rims[robot], PAPER))
             else:
-                pen.robot(x, y, heading, radius, (bodies[robot], INK, PAPER))
+                pen.draw_robot(x, y, heading, radius, (bodies[robot], INK, PAPER))
                 pen.circle(x, y, CORE * radius, does, PAPER)
             if calls[robot] >= 0:
                 pen.circle(x, y, CALLING * radius, None, does)
@@ -230,7 +230,7 @@ class FrameBuffer:
         self._most, self._frames, self._every, self._seen = most, list[RunFrame](), 1, 0
         self._last: RunFrame | None = None
 
-    def see(self, frame: RunFrame) -> None:
+    def append(self, frame: RunFrame) -> None:
         """The next moment of the run."""
         most = self._most or min(
             MOST_BUFFERED_FRAMES, max(LEAST_FRAMES, MOST_ROWS // max(1, len(frame.doing)))

@@ -62,7 +62,7 @@ def randomize_leaves(library: Library, *, corrected: bool) -> Library:
         for taught in library.taught.values()
         if taught.lesson is not None
     ]
-    return Library.of(library.kit, *automata)
+    return Library.from_automata(library.kit, *automata)
 
 
 def make_stochastic_automaton(taught: TrainedAutomaton, *, corrected: bool) -> Automaton:
@@ -90,7 +90,7 @@ def _shares(
     for example in examples:
         leaf = tree.path(example.values)[1]
         if leaf in votes:
-            votes[leaf][names.index(example.next)] += weights[not example.pressed]
+            votes[leaf][names.index(example.next)] += weights[not example.is_from_press]
     found = {}
     for leaf, counts in votes.items():
         voted = [(state, count) for state, count in enumerate(counts) if count]

@@ -52,7 +52,7 @@ def cosine_to(robot: ReadingsView, A: ReadingsView) -> Column:
     return np.cos(A.bearing)
 
 
-kit = usual_kit + Kit.of(signed_angle_to, round_angle_to, sine_to, cosine_to)
+kit = usual_kit + Kit.from_parts(signed_angle_to, round_angle_to, sine_to, cosine_to)
 
 
 def with_angle_as(*features: str) -> tuple[LessonPlan, ...]:

@@ -94,7 +94,7 @@ class BaselineTask:
         """Which readings its lessons are about, of the targets they bind: what Understudy's teacher chose."""
         library = self.library()
         for topic in self.topics:
-            library = library.with_taught(TrainedAutomaton(topic.choose(library).automaton))
+            library = library.with_automaton(TrainedAutomaton(topic.choose(library).automaton))
         features = link(library, self.topics[-1].name, self.targets).features
         keys = list_reading_keys(self.world([0]))
         return sorted(keys.index(get_feature_key(feature)) for feature in features)

@@ -96,8 +96,8 @@ def interpreter() -> Interpreter:
         transitions={"start": Tree((make_leaf(1),)), "harvest": arrived, "rest": arrived},
     )
     basics = [Behavior(name, Command()) for name in ("forward", "left", "right", "load")]
-    kit = Kit.of(distance, angle, stored, *basics, Target("food"))
-    return Interpreter(link(Library.of(kit, goto, harvest, forage), "forage"))
+    kit = Kit.from_parts(distance, angle, stored, *basics, Target("food"))
+    return Interpreter(link(Library.from_automata(kit, goto, harvest, forage), "forage"))
 
 
 def _steer() -> Tree:

@@ -63,8 +63,8 @@ def program() -> Program:
     made = build_automaton(
         NAME, dict.fromkeys(("start", *basics), decide), readings={"sonar": sonar}, basics=basics
     )
-    kit = Kit.of(sonar.feature, *(Behavior(name, command) for name, command in basics.items()))
-    return link(Library.of(kit, made), NAME)
+    kit = Kit.from_parts(sonar.feature, *(Behavior(name, command) for name, command in basics.items()))
+    return link(Library.from_automata(kit, made), NAME)
 
 
 def main(path: str) -> None:

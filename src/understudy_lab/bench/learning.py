@@ -212,7 +212,7 @@ def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
         "how late presses come": lambda: estimate_reaction_time(lesson),
         "advice": lambda: give_advice(lesson, transitions),
         "doubts": lambda: UncertaintyModel(lesson, transitions),
-        "one doubt": lambda: doubts.doubt(first.state, first.values),
+        "one doubt": lambda: doubts.estimate(first.state, first.values),
         "why": lambda: explain(lesson, first.state, first.values, transitions[first.state]),
         "what changed": lambda: (diff_automata(former, now), attribute_condition_changes(former, now)),
         "fewer questions": lambda: suggest_pruning(lesson),

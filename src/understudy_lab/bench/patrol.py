@@ -61,7 +61,7 @@ def library() -> Library:
         ),
     }
     servo = dict.fromkeys(("start", *BASICS), _servo())
-    return Library.of(
+    return Library.from_automata(
         kit,
         build_automaton("wander", wander, readings=readings, basics=BASICS),
         build_automaton("servo", servo, readings=readings, flags=("done",), basics=BASICS, parameters=("A",)),
@@ -117,7 +117,7 @@ def lead() -> Automaton:
 
 def make_libraries() -> Libraries:
     """What robots and coordinator know."""
-    return collect_libraries(scenario(), library(), lambda name, kit: Library.of(kit, lead()))
+    return collect_libraries(scenario(), library(), lambda name, kit: Library.from_automata(kit, lead()))
 
 
 class CoordinatedPatrol:

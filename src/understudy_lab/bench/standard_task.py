@@ -315,7 +315,9 @@ _READINGS = {
 def _library(*automata: Automaton) -> Library:
     features = {bound.feature.name: bound.feature for bound in _READINGS.values()}
     basics = [Behavior(name, Command(**channels)) for name, channels in COMMANDS.items()]
-    return Library.of(Kit.of(*features.values(), *basics, Target("beacon"), Target("robot")), *automata)
+    return Library.from_automata(
+        Kit.from_parts(*features.values(), *basics, Target("beacon"), Target("robot")), *automata
+    )
 
 
 def _automaton(name: str, asks: Mapping[str, TreeBranch], **more: Any) -> Automaton:

@@ -70,7 +70,7 @@ class CoachedTeaching:
 
     def look(self) -> None:
         """What there is now."""
-        self.pressed |= {example.number for example in self.session.examples if example.pressed}
+        self.pressed |= {example.number for example in self.session.examples if example.is_from_press}
         for step in STEPS:
             if self.made <= step:
                 self.by_step[step] = self.session.make_trained_automaton()
@@ -117,7 +117,7 @@ def _try_out(novice: Novice, course: CoachedTeaching, left_s: float) -> None:
     session.test()
     asking, asked = UncertaintyQueries(session, QueryPolicy.PAUSE), 0
     while novice.seconds < until:
-        question, screen = asking.look(), session.view()
+        question, screen = asking.find_question(), session.view()
         if question is not None and asked < MOST_QUESTIONS:
             asked += 1
             course.followed[ASKED] += 1

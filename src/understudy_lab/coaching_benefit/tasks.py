@@ -141,7 +141,7 @@ def _by_the_station(novice: Novice, session: Session, situation: str) -> None:
 def _went(taught: TrainedAutomaton, seed: int) -> tuple[float, bool]:
     body = Forage(range(PLACES * seed, PLACES * (seed + 1)), make_practice_worlds()["an arena"])
     engine = Engine.from_program(
-        body, link(Library(forage_kit).with_taught(taught), "goto", {"A": "station"})
+        body, link(Library(forage_kit).with_automaton(taught), "goto", {"A": "station"})
     )
     engine.run(round(LIMIT_S / body.tick_s))
     distance = body.sense([("range", "station")])["range", "station"]

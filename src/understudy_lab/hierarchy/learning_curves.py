@@ -49,10 +49,12 @@ class LearningCurve:
             return
         accounts = self.teacher.accounts
         examples = sum(account.examples for name, account in accounts.items() if name != self.whole)
-        examples += sum(example.pressed for example in session.examples)
+        examples += sum(example.is_from_press for example in session.examples)
         if not self.points or examples - self.points[-1].examples >= APART:
             seconds += sum(account.seconds for account in accounts.values())
-            self._look(self.teacher.library.with_taught(session.make_trained_automaton()), examples, seconds)
+            self._look(
+                self.teacher.library.with_automaton(session.make_trained_automaton()), examples, seconds
+            )
 
     def went(self, name: str, what: str, account: TeachingCost) -> None:
         """Look after a try went well, if something new was said and what does the whole task was taught."""

@@ -72,7 +72,7 @@ def judge(taught: TrainedAutomaton, seed: int) -> dict[str, list[float]]:
     """Seconds to the ball, ten trials from each of the paper's positions; NaN where the limit came first."""
     starts = [start for start in POSITIONS.values() for _ in range(TRIALS)]
     body = Soccer(range(100 * seed, 100 * seed + len(starts)), starts)
-    program = link(Library(kit).with_taught(taught), taught.automaton.name, {})
+    program = link(Library(kit).with_automaton(taught), taught.automaton.name, {})
     seconds = np.round(approach_by(program, body), 1).reshape(len(POSITIONS), TRIALS)
     return dict(zip(POSITIONS, seconds.tolist(), strict=True))
 

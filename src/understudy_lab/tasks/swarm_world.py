@@ -89,7 +89,7 @@ class ExpertParams:
 
 def robots(kit: Kit, manners: ExpertParams = ExpertParams()) -> Library:
     """What each robot knows; `alone` and `alone_answering` are for who has no coordinator."""
-    return Library.of(
+    return Library.from_automata(
         kit,
         _wander(kit),
         _approach(kit, manners),
@@ -307,7 +307,7 @@ def squad(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
         "caller",
         runs={"search": "search", "help": "help"},
     )
-    return Library.of(kit, made)
+    return Library.from_automata(kit, made)
 
 
 def platoon(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
@@ -324,7 +324,7 @@ def platoon(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
         "musterer",
         runs={"work": "squad_work", "muster": "muster"},
     )
-    return Library.of(kit, made)
+    return Library.from_automata(kit, made)
 
 
 def swarm(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
@@ -335,7 +335,7 @@ def swarm(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
         {"start": "spread", "spread": _timed(m.spreads, "work", "spread"), "work": "work"},
         runs={"spread": "forward", "work": "platoon_work"},
     )
-    return Library.of(kit, made)
+    return Library.from_automata(kit, made)
 
 
 _OF = {SQUAD: squad, PLATOON: platoon, SWARM: swarm}

@@ -268,8 +268,8 @@ class ScriptedTeacher:
         account.seconds, account.presses = account.seconds + person.seconds, account.presses + person.presses
         person.seconds, person.presses = 0.0, 0
         taught = session.make_trained_automaton()
-        account.examples = sum(example.pressed for example in session.examples)
-        self.library = self.library.with_taught(taught)
+        account.examples = sum(example.is_from_press for example in session.examples)
+        self.library = self.library.with_automaton(taught)
         self._progress(name, what, account)
 
 
@@ -280,5 +280,5 @@ def innermost(library: Library, session: Session) -> tuple[str, Binding]:
         state = automaton.state(state_name)
         if state.behavior is None or state.behavior not in library.taught:
             break
-        automaton, binding = library.automaton(state.behavior), state.binding.within(binding)
+        automaton, binding = library.automaton(state.behavior), state.binding.substitute(binding)
     return automaton.name, binding if automaton.parameters else NOTHING_BOUND

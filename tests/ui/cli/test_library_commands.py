@@ -126,7 +126,7 @@ def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path) -> None:
         "from understudy.model.features import Feature\n"
         "from understudy.model.kinds import BOOLEAN, Continuous\n"
         "from understudy.model.library import Kit\n"
-        "kit = Kit.of(Feature('distance', Continuous(), reading='distance'), Behavior('forward'),\n"
+        "kit = Kit.from_parts(Feature('distance', Continuous(), reading='distance'), Behavior('forward'),\n"
         "             Feature('ready', BOOLEAN, reading='ready'), Behavior('done'))\n"
     )
     command = [sys.executable, "-m", "understudy.ui.cli"]

@@ -119,7 +119,7 @@ def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
 def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
         save_automaton(tmp_path, TrainedAutomaton(automaton))
-    known = collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.of(kit, lead()))
+    known = collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.from_automata(kit, lead()))
     troop = make_coordinator_body(SCENARIO, "patrol", known)
     lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
     session = Session(troop, known["patrol"], lesson)

@@ -115,7 +115,7 @@ def _is_plain(body: SquadBody) -> bool:
             isinstance(body.kind_of(each), Toroidal) and each.how not in TELLING
             for each in body.squad.statistics
         )
-        and not any(each.timed and each.how not in YES_OR_NO for each in body.squad.statistics)
+        and not any(each.is_timed and each.how not in YES_OR_NO for each in body.squad.statistics)
     )
 
 

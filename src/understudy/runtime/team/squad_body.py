@@ -138,7 +138,7 @@ class SquadBody:
     def memory(self, key: ReadingKey) -> StatisticMemory | None:
         """What is remembered of a reading; None where nothing has to be."""
         statistic = self._statistics[key[0]]
-        if not statistic.timed:
+        if not statistic.is_timed:
             return None
         if key not in self._memories:
             self._memories[key] = self._memory(statistic)

@@ -19,7 +19,7 @@ PARAMETER = "A"
 
 def make_squad_kit(squad: Squad, below: Sequence[Reading], members: Mapping[str, Library]) -> Kit:
     """What a coordinator can be taught with, given what its members sense and the library of each sort of them."""
-    fresh = {each.name: each.fresh for each in squad.statistics}
+    fresh = {each.name: each.reset_value for each in squad.statistics}
     features = [
         Feature(
             reading.name, reading.kind, reading.name, of=PARAMETER if reading.of_targets else None,
@@ -29,7 +29,7 @@ def make_squad_kit(squad: Squad, below: Sequence[Reading], members: Mapping[str,
     ]  # fmt: skip
     targets = next(iter(members.values())).kit.targets.values()
     own = (FlagFeature("done"), FlagFeature("failed"), TimeInState())
-    return Kit.of(*features, *own, *_orders(squad, members), *targets)
+    return Kit.from_parts(*features, *own, *_orders(squad, members), *targets)
 
 
 def _orders(squad: Squad, members: Mapping[str, Library]) -> list[Behavior]:

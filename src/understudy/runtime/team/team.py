@@ -122,7 +122,7 @@ class Team:
             order = ground.behavior.order
             if order is None or squad is None:
                 continue
-            for duty in order.within(ground.binding).duties:
+            for duty in order.substitute(ground.binding).duties:
                 for role in squad.roles:
                     if duty.role in (None, role.name):
                         self._collect(

@@ -50,7 +50,7 @@ def open_each_automaton(folder: Path, kit: Kit | None, learn: Learn | None) -> L
 
     Without a kit features are as the documents say, so that any library can be looked at.
     """
-    library = Library(Kit.of() if kit is None else kit)
+    library = Library(Kit.from_parts() if kit is None else kit)
     opened: dict[str, LoadedDocument] = {}
     problems: dict[str, UnderstudyError] = {}
     for path in list_documents(folder):
@@ -86,10 +86,10 @@ def summarize_automaton(folder: Path, library: Library, opened: LoadedDocument) 
         "parameters": automaton.parameters,
         "states": len(automaton.states),
         "features": len(automaton.features),
-        "examples": 0 if lesson is None else sum(example.pressed for example in lesson.examples),
-        "watched": 0 if lesson is None else sum(not example.pressed for example in lesson.examples),
+        "examples": 0 if lesson is None else sum(example.is_from_press for example in lesson.examples),
+        "watched": 0 if lesson is None else sum(not example.is_from_press for example in lesson.examples),
         "uses": list_used_automata(automaton, library),
-        "used_by": library.users(automaton.name),
+        "used_by": library.find_users(automaton.name),
         "versions": len(list_versions(folder, automaton.name)),
         "saved": datetime.fromtimestamp(path.stat().st_mtime, UTC),
         "rebuilt": opened.rebuilt,
@@ -109,7 +109,7 @@ def describe_automaton(folder: Path, library: Library, opened: LoadedDocument) -
         **summarize_automaton(folder, library, opened),
         "states": automaton.states,
         "features": [
-            {"name": str(bound), "kind": str(bound.kind), "unit": bound.feature.unit, "own": bound.own}
+            {"name": str(bound), "kind": str(bound.kind), "unit": bound.feature.unit, "own": bound.is_own}
             for bound in automaton.features
         ],
         "stateless": automaton.stateless,
@@ -195,6 +195,6 @@ def _as_it_was(library: Library, place: Path, name: str, mark: str) -> tuple[Lib
         except UnderstudyError:
             continue  # of another kit, or damaged: it is none of what was run, as far as anybody can tell
         if fingerprint_automaton(taught) == mark:
-            return library.with_taught(taught), version.number
+            return library.with_automaton(taught), version.number
     problem = f"{name} in {place} {'is another by now' if now else 'is gone'}, and no former version is what was run"
     raise RunNotReproducible(problem=problem, remedy="run it again with --trace, and ask that")

@@ -182,7 +182,7 @@ def choose_behavior(library: Taught, named: str | None, folder: Path) -> str:
     """
     if named is not None:
         return named
-    tops = [name for name in library.taught if not library.users(name)]
+    tops = [name for name in library.taught if not library.find_users(name)]
     if len(tops) == 1:
         return tops[0]
     if MAIN in tops:

@@ -77,7 +77,7 @@ def find_interrupted_session(
             and undoable
             and not (saved is not None and is_same_lesson(saved, lesson))
         ):
-            examples = sum(example.pressed for example in lesson.examples)
+            examples = sum(example.is_from_press for example in lesson.examples)
             return InterruptedSession(path, _date(path), examples, undoable)
     return None
 

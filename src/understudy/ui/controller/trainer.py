@@ -154,7 +154,7 @@ class Trainer:
 
     def tick(self) -> None:
         """One tick, and what it showed."""
-        if (question := self.coach.asking.look()) is not None:
+        if (question := self.coach.asking.find_question()) is not None:
             pause_for_question(self, question)
             return
         before, session = self.screen, self.session
@@ -164,7 +164,7 @@ class Trainer:
         self.screen = after = session.view()
         robot = self.body.state.robots[session.agent]
         self.memory.append(float(robot["x"]), float(robot["y"]), after)
-        shown = [example for example in session.examples[known:] if example.pressed]
+        shown = [example for example in session.examples[known:] if example.is_from_press]
         if shown:
             tone: Tone = "correction" if shown[0].correction else "recorded"
             self.status = StatusMessage(formatting.format_recorded_press(shown, self.features), tone)
@@ -251,7 +251,7 @@ class Trainer:
         self._end_driving()
         self.corrected = False
         if self.session.mode is Mode.TRAINING:
-            if not any(example.pressed for example in self.session.examples):
+            if not any(example.is_from_press for example in self.session.examples):
                 raise SessionError(
                     "there is nothing to test yet: direct the robot with the keys of the states first"
                 )

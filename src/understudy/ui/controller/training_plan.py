@@ -91,7 +91,9 @@ def make_session_start(plan: TrainingPlan) -> SessionStart | None:
             )
     if plan.is_known:
         return _again(plan)
-    plan.library.with_taught(TrainedAutomaton(Automaton(plan.name)))  # refuses the name of a basic behavior
+    plan.library.with_automaton(
+        TrainedAutomaton(Automaton(plan.name))
+    )  # refuses the name of a basic behavior
     lesson = make_planned_lesson(plan, plan.choices)
     settled = plan.choices.states and plan.choices.features
     return SessionStart(lesson, choose_targets(plan, lesson, plan.choices)) if settled else None
@@ -108,7 +110,7 @@ def make_planned_lesson(plan: TrainingPlan, choices: LessonChoices) -> Lesson:
         parameters=choices.parameters or (),
         options=choices.options(LearnerOptions()),
     )
-    plan.library.with_taught(TrainedAutomaton(lesson.automaton))  # refuses one that contains itself
+    plan.library.with_automaton(TrainedAutomaton(lesson.automaton))  # refuses one that contains itself
     return lesson
 
 

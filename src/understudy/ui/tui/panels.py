@@ -112,7 +112,7 @@ def render_readings(desk: Trainer, width: int) -> Text:
 
 def render_examples(desk: Trainer, width: int, height: int) -> Text:
     """The last examples, newest first, a line for each press."""
-    shown = [example for example in desk.session.examples if example.pressed]
+    shown = [example for example in desk.session.examples if example.is_from_press]
     watched = len(desk.session.examples) - len(shown)
     note = f"{len(shown)} shown" + (f", {watched} watched" if watched else "")
     lines = [_title("Examples", note if desk.session.examples else "", width)]

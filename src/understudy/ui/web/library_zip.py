@@ -102,7 +102,7 @@ def _joined(library: Library, file: str, content: bytes) -> Library:
     if name in library.taught:
         raise _wrong(shown, "it is in the zip twice", "leave one of them out")
     try:
-        return library.with_taught(taught)
+        return library.with_automaton(taught)
     except UnderstudyError as error:
         raise _wrong(shown, str(error), "leave it out") from error
 
@@ -196,7 +196,7 @@ def import_automata(stage: SessionHost, given: Library, taken: str) -> str:
     wanted = [name for name in given.taught if taken == "replace" or name not in different]
     library = here.library
     for name in wanted:
-        library = library.with_taught(given.taught[name])  # refuses one that would contain itself
+        library = library.with_automaton(given.taught[name])  # refuses one that would contain itself
     new = [name for name in wanted if name not in here.library.taught]
     for name in wanted:
         save_automaton(here.folder, given.taught[name])

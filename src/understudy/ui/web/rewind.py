@@ -173,7 +173,7 @@ class UncertainMoments:
         examples, marks = asking.session.examples, self._marks
         if examples is not self._for[0] or marks is not self._for[1]:
             self._for = examples, marks
-            self._open = tuple(mark for mark in marks if asking.still(mark.question))
+            self._open = tuple(mark for mark in marks if asking.is_still_uncertain(mark.question))
         return self._open
 
     def find(self, number: int) -> UncertainMoment:

@@ -378,7 +378,7 @@ class SessionHost:
             for name, taught in self.shelf.library.taught.items():
                 if name not in session.library.taught and name != self.desk.name:
                     with suppress(UnderstudyError):  # it would contain itself, by what is older in the lesson
-                        session.library = session.library.with_taught(taught)
+                        session.library = session.library.with_automaton(taught)
         self.rebuilt += 1
 
     def refresh_interrupted(self) -> None:

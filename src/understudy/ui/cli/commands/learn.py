@@ -157,8 +157,12 @@ def _saved(folder: Path, taught: TrainedAutomaton) -> Path:
     from understudy.storage.library_folder import save_automaton
     from understudy.ui.cli.library_data import open_each_automaton
 
-    beside = open_each_automaton(folder, None, lambda _: {}).library if folder.is_dir() else Library(Kit.of())
-    beside.with_taught(taught)
+    beside = (
+        open_each_automaton(folder, None, lambda _: {}).library
+        if folder.is_dir()
+        else Library(Kit.from_parts())
+    )
+    beside.with_automaton(taught)
     return save_automaton(folder, taught)
 
 

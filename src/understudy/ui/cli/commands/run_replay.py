@@ -51,12 +51,12 @@ class DifferenceData:
     decision: DecisionData | None
 
     @classmethod
-    def of(cls, each: DecisionDiff) -> DifferenceData:
+    def from_difference(cls, each: DecisionDiff) -> DifferenceData:
         """The data of a difference."""
         from understudy.analysis.explanation_text import DIGITS, DecisionData
 
         from_s, until_s = round(each.from_s, DIGITS), round(each.until_s, DIGITS)
-        decision = DecisionData.of_any(each.reason)
+        decision = DecisionData.from_optional_reason(each.reason)
         return cls(each.agent, from_s, until_s, each.ticks, each.recorded, each.now, decision)
 
 
@@ -141,7 +141,7 @@ def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[Replay
         seconds=round(float(times[-1] - times[0]) + recording.head.tick_s, 6),
         decisions=again.decisions,
         same=again.same,
-        differences=[DifferenceData.of(each) for each in again.differences],
+        differences=[DifferenceData.from_difference(each) for each in again.differences],
         changed=_changed(ran, known),
         former=former,
     )

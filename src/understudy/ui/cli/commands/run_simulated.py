@@ -50,10 +50,10 @@ def run_simulated(options: SimulatedRunOptions) -> None:
 
     record = options.record
     _check_record(record)
-    running = RunSession.of(options)
+    running = RunSession.from_options(options)
     shown = record is None and not options.as_json and make_console().is_terminal
     with (
-        record_team_ticks(record, running.team, ran=running.ran) as running.tick_team,
+        record_team_ticks(record, running.team, ran=running.make_run_info) as running.tick_team,
         running.tracing(options.trace) as trace,
     ):
         frames = _watch(running, options.speed, trace) if shown else _record(running, trace)
@@ -122,7 +122,7 @@ class RunSession:
         self._flags = assigned.flags
 
     @classmethod
-    def of(cls, options: SimulatedRunOptions) -> RunSession:
+    def from_options(cls, options: SimulatedRunOptions) -> RunSession:
         """What the options ask for, about to begin."""
         from understudy.sim.team.libraries import make_team
         from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
@@ -135,7 +135,7 @@ class RunSession:
         team = make_team(where, [options.seed], assigned.libraries, assigned.roots)
         return cls(options, named, team, assigned)
 
-    def ran(self) -> RunInfo:
+    def make_run_info(self) -> RunInfo:
         """What it takes to run it again, for the header of its trace or recording."""
         from understudy.sim.scenario.files import list_builtin_scenarios
         from understudy.ui.cli.recordings import make_run_info
@@ -154,7 +154,7 @@ class RunSession:
         if path is None:
             return nullcontext()
         body, seed = self.body, self._options.seed
-        ran = trace_entry(self.ran(), body.scenario)
+        ran = trace_entry(self.make_run_info(), body.scenario)
         return write_trace(
             path, scenario=body.scenario.name, seed=seed, tick_s=body.tick_s, robots=body.robots, run=ran
         )
@@ -177,7 +177,7 @@ class RunSession:
         return bool(self.body.finished_s[0] >= 0)
 
     @property
-    def ended(self) -> bool:
+    def is_over(self) -> bool:
         """Whether all is done: the goal is reached, the time is over, or every robot rests with its flag up."""
         if self.finished or self.body.time_s >= self._limit_s - 1e-9:
             return True
@@ -238,10 +238,10 @@ def _record(running: RunSession, trace: TraceWriter | None) -> list[RunFrame]:
     from understudy.viz.run_gif import FrameBuffer
 
     recording = FrameBuffer()
-    recording.see(running.frame)
-    while not running.ended:
+    recording.append(running.frame)
+    while not running.is_over:
         running.tick(trace)
-        recording.see(running.frame)
+        recording.append(running.frame)
     return recording.frames
 
 
@@ -260,10 +260,10 @@ def _watch(running: RunSession, speed: float, trace: TraceWriter | None) -> list
             live.update(
                 render_run_screen(view, running.paths, wide=out.width, tall=out.height - 6), refresh=True
             )
-            if running.ended:
+            if running.is_over:
                 return []
             until = body.time_s + step
-            while body.time_s < until and not running.ended:
+            while body.time_s < until and not running.is_over:
                 running.tick(trace)
             due += 1.0 / FRAMES_PER_S
             sleep(max(0.0, due - monotonic()))

@@ -152,7 +152,7 @@ def _facts(label: str, seen: LessonTestResult, former: int | None) -> dict[str, 
     replay = seen.replayed
     return {
         "name": label,
-        "works": seen.works,
+        "works": seen.is_passing,
         "examples": replay.examples,
         "moments_before": replay.before,
         "former": former,
@@ -160,7 +160,7 @@ def _facts(label: str, seen: LessonTestResult, former: int | None) -> dict[str, 
         "affected": seen.affected,
         "no_longer": list(describe_lost_decisions(replay)),
         "different": replay.different,
-        "otherwise": [each.number for each in replay.otherwise],
+        "otherwise": [each.number for each in replay.mismatches],
         "changes_before": replay.changes,
         "outcomes": [
             {"outcome": str(each.outcome), "took_s": each.took_s, "problem": each.problem or None}

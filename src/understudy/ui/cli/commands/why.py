@@ -83,7 +83,7 @@ def _of_trace(
     compile_once(world=where, quiet=quiet)
     header, row = found.header, found.row
     said = reasons(found, where, known)
-    return said, WhyData.of(said, former, header.scenario, header.seed, row.robot, row.doing)
+    return said, WhyData.from_explanation(said, former, header.scenario, header.seed, row.robot, row.doing)
 
 
 def _of_recording(
@@ -119,7 +119,7 @@ def _of_recording(
     said = explain_recorded_tick(rerun, robot, tick)
     called = names[robot] if where is None else where.name
     doing = BETWEEN.join(recording.paths[robot][tick])
-    return said, WhyData.of(said, former, called, ran.seed, robot, doing)
+    return said, WhyData.from_explanation(said, former, called, ran.seed, robot, doing)
 
 
 def _show(said: RunExplanation, data: WhyData, out: Console) -> None:

@@ -217,7 +217,7 @@ def rename_behavior(stage: SessionHost, message: RenameBehavior) -> StatusMessag
     desk = stage.desk
     stage.refresh_library()
     taught = stage.shelf.find_automaton(name)
-    users = [*stage.shelf.library.users(name)]
+    users = [*stage.shelf.library.find_users(name)]
     if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
         users.append(desk.name)
     if users:

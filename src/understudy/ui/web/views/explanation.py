@@ -101,7 +101,7 @@ def _behind(desk: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
     """The fields of `BehindData` beside what is said."""
     if reason is None:
         return {"read": "", "by_hand": False, "here": False, "examples": [], "more": 0}
-    data = DecisionData.of(reason)
+    data = DecisionData.from_reason(reason)
     return {
         "read": data.read,
         "by_hand": data.by_hand,

@@ -69,7 +69,7 @@ def handle_test_lesson(stage: SessionHost, message: TestLesson) -> LessonTestRep
 def _present(stage: SessionHost) -> Library:
     """The library, with what is trained as it stands."""
     desk, library = stage.desk, stage.shelf.library
-    return library if desk is None else library.with_taught(desk.session.make_trained_automaton())
+    return library if desk is None else library.with_automaton(desk.session.make_trained_automaton())
 
 
 def _former(stage: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]:
@@ -90,7 +90,7 @@ def _former(stage: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None
 def _tested(seen: LessonTestResult, former: str) -> TestedData:
     return TestedData(
         name=seen.name,
-        works=seen.works,
+        works=seen.is_passing,
         examples=seen.replayed.examples,
         outcomes=[
             PromiseTestedData(said=str(each.outcome), took_s=each.took_s, problem=each.problem)

@@ -133,7 +133,7 @@ class LibraryView:
             parameters=list(taught.automaton.parameters),
             runs=list(runs),
             flags=list(taught.automaton.flags),
-            examples=0 if lesson is None else sum(example.pressed for example in lesson.examples),
+            examples=0 if lesson is None else sum(example.is_from_press for example in lesson.examples),
             versions=len(list_versions(self.folder, name)),
             complete=why_not is None,
             why_not=why_not,
@@ -185,7 +185,7 @@ def make_renamed_copy(shelf: LibraryView, taught: TrainedAutomaton, name: str) -
     if lesson is not None:
         lesson = replace(lesson, automaton=replace(lesson.automaton, name=name))
     copy = TrainedAutomaton(automaton, lesson)
-    shelf.library.with_taught(copy)
+    shelf.library.with_automaton(copy)
     return copy
 
 
@@ -195,7 +195,7 @@ def move_to_trash(shelf: LibraryView, name: str) -> None:
     if not path.is_file():
         known = [*shelf.library.taught, *shelf.problems]
         raise UnknownName(what="automaton", name=name, where="the library", known=known)
-    users = [user for user in shelf.library.users(name) if user != name]
+    users = [user for user in shelf.library.find_users(name) if user != name]
     if users:
         raise SessionError(f"{name} is run by {', '.join(users)}: remove that first")
     trash = shelf.folder / TRASH

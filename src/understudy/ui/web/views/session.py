@@ -331,7 +331,7 @@ def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[EdgeDa
     for state, function in learned.items():
         led: dict[str, list[int]] = {}
         for example in lesson.examples:
-            if example.state == state and example.next != state and example.pressed:
+            if example.state == state and example.next != state and example.is_from_press:
                 led.setdefault(example.next, []).append(example.number)
         for following, when in list_exits(
             lesson.automaton, function, list(led), list_shown_vectors(lesson, state)
