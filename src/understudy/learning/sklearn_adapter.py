@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, UnderstudyError, join_names
-from understudy.learning._tree_kernels import WATCHED
+from understudy.learning._split_kernels import WATCHED
 from understudy.learning.splits import vote
 from understudy.learning.training_set import TrainingSet
 from understudy.model.automaton import Transition

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
-from understudy.learning import _tree_kernels
+from understudy.learning import _split_kernels
 from understudy.learning.splits import Gap, compute_arc, compute_threshold, vote
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
@@ -19,7 +19,7 @@ MOST_WEIGHT = 1_500_000
 """The heaviest lesson of one state that the integers of scores hold: examples, or 10 for each press-made one
 where there are watched ones."""
 
-FORMS = {Categorical: _tree_kernels.LABELS, Toroidal: _tree_kernels.CIRCLE}
+FORMS = {Categorical: _split_kernels.LABELS, Toroidal: _split_kernels.CIRCLE}
 
 
 def grow_tree(
@@ -39,7 +39,7 @@ def grow_tree(
     example is watched, every cut is a midpoint.
     """
     count, width = values.shape
-    watched = bool((groups == _tree_kernels.WATCHED).any())
+    watched = bool((groups == _split_kernels.WATCHED).any())
     weight = 10 * count if watched else count
     if weight > MOST_WEIGHT:
         raise DefinitionError(
@@ -51,10 +51,10 @@ def grow_tree(
     columns[:width] += values.T
     form, extent = np.zeros(len(columns), np.int64), np.ones(len(columns))
     for index, kind in enumerate(kinds):
-        form[index] = FORMS.get(type(kind), _tree_kernels.LINE)
+        form[index] = FORMS.get(type(kind), _split_kernels.LINE)
         extent[index] = _extent(kind, columns[index])
     order = np.argsort(columns, axis=1)
-    nodes, cuts = _tree_kernels.grow_nodes(
+    nodes, cuts = _split_kernels.grow_nodes(
         columns, order, form, extent, outcomes, groups, states, watched, _table(weight)
     )
     ballots = outcomes, groups, order[0]
@@ -91,7 +91,7 @@ def _table_of_bits(bits: int) -> NDArray[np.int64]:
     """The table of c log2 c for c below 2**bits, in the kernel's fixed point."""
     c = np.arange(1, min(1 << bits, MOST_WEIGHT + 1), dtype=np.float64)
     table: NDArray[np.int64] = np.zeros(len(c) + 1, np.int64)
-    table[1:] = np.rint(c * np.log2(c) * _tree_kernels.UNIT)
+    table[1:] = np.rint(c * np.log2(c) * _split_kernels.UNIT)
     return table
 
 
@@ -108,7 +108,7 @@ def _nodes(
     rows = nodes.tolist()
     outcomes, groups, order = ballots
     children = {
-        (row[_tree_kernels.PARENT], row[_tree_kernels.WHICH]): index for index, row in enumerate(rows)
+        (row[_split_kernels.PARENT], row[_split_kernels.WHICH]): index for index, row in enumerate(rows)
     }
     built: list[Node] = []
     for index, ((test, feature, outcome, away, _, _, start, stop, sort, sort2), gaps) in enumerate(

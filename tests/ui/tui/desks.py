@@ -18,7 +18,7 @@ from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import open_library
 from understudy.training.session_view import SessionView
 from understudy.training.trainee import Mode
-from understudy.ui.controller import journal_store
+from understudy.ui.controller import interrupted_sessions
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan
 from understudy.ui.tui.app import SessionEnd, TrainerApp
@@ -145,7 +145,7 @@ async def trainer(
     """The trainer on a screen nobody sees."""
     wall = Wall()
     left = (
-        journal_store.find_interrupted_session(made.folder, made.name, made.world.name, made.library)
+        interrupted_sessions.find_interrupted_session(made.folder, made.name, made.world.name, made.library)
         if offer
         else None
     )

@@ -18,7 +18,7 @@ from understudy.model.features import BoundFeature
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.target_lookup import find_target_place
-from understudy.ui.controller import journal_store, key_bindings
+from understudy.ui.controller import interrupted_sessions, key_bindings
 from understudy.ui.controller.clock import BUSY_S, FASTEST, RealTimeClock
 from understudy.ui.controller.formatting import format_minutes, format_sparkline, parse_displayed_value
 from understudy.ui.controller.training_plan import LessonChoices, make_session_start
@@ -233,21 +233,23 @@ def test_a_plan_with_something_left_to_choose(tmp_path: Path) -> None:
 def test_only_the_last_ended_journals_are_kept_and_other_names_are_left_alone(tmp_path: Path) -> None:
     for name in ("goto", "goto-2"):
         for second in range(8):
-            path = journal_store.make_journal_path(tmp_path, name, now=datetime(2026, 1, 1, 12, 0, second))
+            path = interrupted_sessions.make_journal_path(
+                tmp_path, name, now=datetime(2026, 1, 1, 12, 0, second)
+            )
             path.touch()
-            journal_store.finish_journal(path, tmp_path, name)
-    left = sorted(path.name for path in (tmp_path / journal_store.FOLDER).iterdir())
-    assert len(left) == 2 * journal_store.KEPT
+            interrupted_sessions.finish_journal(path, tmp_path, name)
+    left = sorted(path.name for path in (tmp_path / interrupted_sessions.FOLDER).iterdir())
+    assert len(left) == 2 * interrupted_sessions.KEPT
     assert left[-1] == "goto-2026-01-01-12.00.07.ended"
 
 
 def test_a_journal_in_use_is_locked(tmp_path: Path) -> None:
     path = tmp_path / "a.journal"
     path.touch()
-    lock = journal_store.JournalLock.try_acquire(path)
+    lock = interrupted_sessions.JournalLock.try_acquire(path)
     assert lock is not None
-    assert journal_store.JournalLock.try_acquire(path) is None
+    assert interrupted_sessions.JournalLock.try_acquire(path) is None
     lock.release()
-    again = journal_store.JournalLock.try_acquire(path)
+    again = interrupted_sessions.JournalLock.try_acquire(path)
     assert again is not None
     again.release()

@@ -13,7 +13,7 @@ from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.ui.controller.clock import RealTimeClock, WallClock
-from understudy.ui.controller.journal_store import JournalLock, make_journal_path
+from understudy.ui.controller.interrupted_sessions import JournalLock, make_journal_path
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import SessionStart, TrainingPlan

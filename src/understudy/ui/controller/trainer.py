@@ -26,7 +26,7 @@ from understudy.ui.controller import formatting
 from understudy.ui.controller.clock import RealTimeClock, check_speed
 from understudy.ui.controller.coach import CoachController, pause_for_question
 from understudy.ui.controller.explainer import DecisionExplainer
-from understudy.ui.controller.journal_store import is_same_lesson
+from understudy.ui.controller.interrupted_sessions import is_same_lesson
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
 from understudy.ui.controller.save_report import find_regressions_since_saved, format_saved_message
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status

@@ -17,9 +17,9 @@ from textual.app import App
 
 from understudy.errors import UnderstudyError
 from understudy.robots.twin import DigitalTwin
-from understudy.ui.controller import journal_store
+from understudy.ui.controller import interrupted_sessions
 from understudy.ui.controller.clock import WallClock
-from understudy.ui.controller.journal_store import InterruptedSession
+from understudy.ui.controller.interrupted_sessions import InterruptedSession
 from understudy.ui.controller.open_session import OpenSession, begin_session, resume_session
 from understudy.ui.controller.training_plan import (
     LessonChoices,
@@ -95,7 +95,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         elif way == "enter":
             self._teach(partial(resume_session, self.plan, self.unfinished.path, self.wall, body=self.twin))
         else:
-            journal_store.finish_journal(self.unfinished.path, self.plan.folder, self.plan.name)
+            interrupted_sessions.finish_journal(self.unfinished.path, self.plan.folder, self.plan.name)
             self._begin()
 
     def _begin(self) -> None:
@@ -131,7 +131,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
             return
         self.opened.close()
         desk = self.opened.desk
-        kept = journal_store.finish_journal(self.opened.journal, self.plan.folder, self.plan.name)
+        kept = interrupted_sessions.finish_journal(self.opened.journal, self.plan.folder, self.plan.name)
         self.exit(
             SessionEnd(
                 desk.screen.examples, not desk.has_unsaved_changes and bool(desk.session.examples), kept

@@ -20,7 +20,7 @@ from understudy.sim.sensing.sensor_table import list_range_scans
 from understudy.sim.world import World
 from understudy.training.other_agents import SessionSnapshot
 from understudy.training.trainee import Mode
-from understudy.ui.controller import formatting, journal_store
+from understudy.ui.controller import formatting, interrupted_sessions
 from understudy.ui.controller.arming import RobotArming
 from understudy.ui.controller.clock import IdleWorld, WallClock, check_speed
 from understudy.ui.controller.open_session import OpenSession
@@ -356,7 +356,7 @@ class SessionHost:
         if self.opened is not None:
             left, self.opened, self._picture = self.opened, None, None
             left.close()
-            journal_store.finish_journal(left.journal, self.shelf.folder, left.desk.name)
+            interrupted_sessions.finish_journal(left.journal, self.shelf.folder, left.desk.name)
 
     def close(self) -> None:
         """Put everything on disk; what is not saved is offered next time."""
@@ -384,7 +384,7 @@ class SessionHost:
     def refresh_interrupted(self) -> None:
         """See which sessions were cut off; their journals are read, which may take a moment."""
         world = self.world.scenario.name
-        found = journal_store.list_interrupted_sessions(self.shelf.folder, world, self.shelf.library)
+        found = interrupted_sessions.list_interrupted_sessions(self.shelf.folder, world, self.shelf.library)
         here = None if self.opened is None else self.opened.journal  # where journals cannot be locked
         self.cut_off = {name: each for name, each in found.items() if each.path != here}
         self.rebuilt += 1

@@ -111,11 +111,13 @@ def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> No
     from understudy.errors import UnderstudyError
     from understudy.ui.cli.error_reporting import FAULT
     from understudy.ui.cli.output import compile_once, format_count, make_console, print_json
-    from understudy.ui.controller import journal_store
+    from understudy.ui.controller import interrupted_sessions
     from understudy.ui.tui.app import TrainerApp
 
     compile_once(learner=True, world=plan.world)
-    left = journal_store.find_interrupted_session(plan.folder, plan.name, plan.world.name, plan.library)
+    left = interrupted_sessions.find_interrupted_session(
+        plan.folder, plan.name, plan.world.name, plan.library
+    )
     trainer = TrainerApp(plan, unfinished=left, twin=twin)
     ended = trainer.run()
     if isinstance(ended, UnderstudyError):

@@ -12,7 +12,7 @@ from understudy.model.diff import diff_automata
 from understudy.model.library import TrainedAutomaton
 from understudy.storage import library_folder
 from understudy.storage.library_folder import list_versions, load_version, normalize_name, save_automaton
-from understudy.ui.controller import journal_store
+from understudy.ui.controller import interrupted_sessions
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.actions import session
 from understudy.ui.web.messages.base import Data
@@ -87,7 +87,9 @@ def discard_session(stage: SessionHost, message: DiscardSession) -> StatusMessag
     if name not in stage.cut_off:
         where, known = "the lessons that were cut off", list(stage.cut_off)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
-    stage.discarded[name] = journal_store.finish_journal(stage.cut_off[name].path, stage.shelf.folder, name)
+    stage.discarded[name] = interrupted_sessions.finish_journal(
+        stage.cut_off[name].path, stage.shelf.folder, name
+    )
     stage.refresh_interrupted()
     return StatusMessage(f"The lesson of {name} that was cut off is thrown away")
 
@@ -98,7 +100,7 @@ def recall_session(stage: SessionHost, message: RecallSession) -> StatusMessage:
     if name not in stage.discarded:
         where, known = "the lessons that were thrown away", list(stage.discarded)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
-    journal_store.reopen_journal(stage.discarded[name])
+    interrupted_sessions.reopen_journal(stage.discarded[name])
     del stage.discarded[name]
     stage.refresh_interrupted()
     return StatusMessage(f"The lesson of {name} that was cut off can go on again")

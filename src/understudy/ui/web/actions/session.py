@@ -10,7 +10,7 @@ from understudy.model.binding import Binding, format_bound_name
 from understudy.sim.world import World
 from understudy.training.journal import LessonChanged, PressReceived, SnapshotTaken, read_journal
 from understudy.training.other_agents import SessionSnapshot
-from understudy.ui.controller import formatting, journal_store, lesson_actions
+from understudy.ui.controller import formatting, interrupted_sessions, lesson_actions
 from understudy.ui.controller.clock import FASTEST
 from understudy.ui.controller.open_session import begin_session, resume_session
 from understudy.ui.controller.status import StatusMessage
@@ -45,7 +45,7 @@ def begin_automaton(stage: SessionHost, name: str, choices: LessonChoices, *, di
         raise SessionError(f"{name} needs at least one state and one feature: choose what it can do")
     opened = begin_session(plan, start, stage.wall, body=stage.body, agent=stage.agent)
     if left is not None:
-        journal_store.finish_journal(left.path, plan.folder, name)
+        interrupted_sessions.finish_journal(left.path, plan.folder, name)
     stage.replace_session(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
 
 
@@ -72,7 +72,7 @@ def open_automaton(stage: SessionHost, name: str, *, discard: bool) -> None:
     )
 
 
-def _go_on_with_cut_off(stage: SessionHost, name: str, left: journal_store.InterruptedSession) -> None:
+def _go_on_with_cut_off(stage: SessionHost, name: str, left: interrupted_sessions.InterruptedSession) -> None:
     before = stage.world.snapshot() if isinstance(stage.world, World) else None
     try:
         opened = resume_session(_plan(stage, name), left.path, stage.wall, body=stage.body)
