@@ -1,4 +1,4 @@
-"""The coach on the stage: advice as data, situations set up, questions answered, marks gone back to."""
+"""Handle messages about the coach: send advice, set up situations, go back to uncertain moments, correct slips."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages import coach as m
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.session import Confirm, PressState
 from understudy.ui.web.rewind import RewindPoint
 from understudy.ui.web.session_host import SessionHost
 
@@ -121,29 +120,6 @@ def handle_set_up_situation(stage: SessionHost, message: m.SetUpSituation) -> Si
 def handle_set_query_policy(stage: SessionHost, message: m.SetQueryPolicy) -> None:
     """Choose what it does in testing where it is unsure."""
     coach.change_query_policy(stage.active_trainer, QueryPolicy(message.when))
-
-
-def handle_press(stage: SessionHost, message: PressState) -> None:
-    """Direct to a state, or answer the question that waits."""
-    _press(stage, message.state)
-
-
-def handle_confirm(stage: SessionHost, _: Confirm) -> None:
-    """Keep doing this, or answer the question that waits so."""
-    _press(stage, None)
-
-
-def _press(stage: SessionHost, state: str | None) -> None:
-    """Direct to a state (None: keep doing this); where a question waits, that is the answer."""
-    desk = stage.active_trainer
-    stage.moved += 1
-    if desk.coach.question is not None:
-        coach.answer_question(desk, state)
-        stage.note_tick()
-    elif state is None:
-        desk.confirm()
-    else:
-        desk.press(state)
 
 
 def handle_go_to_uncertain(stage: SessionHost, message: m.GoToUncertain) -> None:

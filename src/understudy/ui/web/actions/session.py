@@ -1,4 +1,4 @@
-"""Handle messages about the session: open and resume lessons, change, pause, step and rewind them."""
+"""Handle messages about the session: presses; open and resume lessons, change, pause, step and rewind them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from understudy.model.binding import Binding, format_bound_name
 from understudy.sim.world import World
 from understudy.training.journal import LessonChanged, PressReceived, SnapshotTaken, read_journal
 from understudy.training.other_agents import SessionSnapshot
-from understudy.ui.controller import formatting, interrupted_sessions, lesson_actions
+from understudy.ui.controller import coach, formatting, interrupted_sessions, lesson_actions
 from understudy.ui.controller.clock import FASTEST
 from understudy.ui.controller.open_session import begin_session, resume_session
 from understudy.ui.controller.status import StatusMessage
@@ -238,6 +238,29 @@ def _before(journal: Path, number: int) -> SnapshotTaken | None:
             ):
                 found = before.get(entry.press)
     return found
+
+
+def handle_press(stage: SessionHost, message: m.PressState) -> None:
+    """Direct the robot to a state; while a question is open, the press answers it."""
+    _press(stage, message.state)
+
+
+def handle_confirm(stage: SessionHost, _: m.Confirm) -> None:
+    """Confirm the present state; while a question is open, that answers it."""
+    _press(stage, None)
+
+
+def _press(stage: SessionHost, state: str | None) -> None:
+    """Direct to a state, or confirm the present one (None)."""
+    desk = stage.active_trainer
+    stage.moved += 1
+    if desk.coach.question is not None:
+        coach.answer_question(desk, state)
+        stage.note_tick()
+    elif state is None:
+        desk.confirm()
+    else:
+        desk.press(state)
 
 
 def handle_pause(stage: SessionHost, message: m.Pause) -> None:
