@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Numbers: TypeAlias = Sequence[float] | NDArray[np.float64]
-Z95 = 1.959964
 
 
 def spread(values: Numbers) -> dict[str, float]:
@@ -25,16 +24,6 @@ def format_median(values: Numbers, digits: int = 0, *, percent: bool = False) ->
         return "none"
     low, middle, high = np.percentile(np.asarray(values, np.float64) * (100 if percent else 1), [0, 50, 100])
     return f"{middle:.{digits}f}{' %' if percent else ''} ({low:.{digits}f}–{high:.{digits}f})"
-
-
-def interval_of_share(count: int, of: int) -> tuple[float, float]:
-    """Wilson's 95 % interval of a share (Wilson 1927)."""
-    if of == 0:
-        return 0.0, 1.0
-    share, square = count / of, Z95 * Z95 / of
-    middle = (share + square / 2) / (1 + square)
-    half = Z95 * sqrt(share * (1 - share) / of + square / (4 * of)) / (1 + square)
-    return max(0.0, middle - half), min(1.0, middle + half)
 
 
 def interval_of_median(values: Numbers, *, draws: int = 4_000) -> tuple[float, float]:

@@ -7,6 +7,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
+from understudy.analysis.evaluation import interval_of_share
 from understudy_lab import statistics
 
 stats = import_module("scipy.stats")
@@ -39,7 +40,7 @@ def test_groups_all_alike_do_not_differ() -> None:
 @pytest.mark.parametrize(("count", "of"), [(0, 10), (10, 10), (7, 20), (99, 100)])
 def test_wilson_as_scipy(count: int, of: int) -> None:
     found = stats.binomtest(count, of).proportion_ci(method="wilson")
-    assert statistics.interval_of_share(count, of) == pytest.approx((found.low, found.high), abs=1e-6)
+    assert interval_of_share(count, of) == pytest.approx((found.low, found.high), abs=1e-6)
 
 
 def test_the_interval_of_a_median_holds_it() -> None:

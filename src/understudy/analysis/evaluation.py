@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from importlib.metadata import entry_points
+from math import sqrt
 from pathlib import Path
 from typing import Protocol, TypeAlias
 
@@ -42,6 +43,8 @@ TICKS_AT_ONCE = 200
 
 WORLDS_AT_ONCE = 5_000
 """So many worlds lie side by side in memory."""
+
+Z95 = 1.959964
 
 
 @dataclass(frozen=True)
@@ -275,3 +278,13 @@ def _batches(seeds: Sequence[int]) -> Iterator[tuple[int, list[int]]]:
     """So many seeds at a time as lie side by side, each with how many came before."""
     for first in range(0, len(seeds), WORLDS_AT_ONCE):
         yield first, list(seeds[first : first + WORLDS_AT_ONCE])
+
+
+def interval_of_share(count: int, of: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of a share (Wilson 1927)."""
+    if of == 0:
+        return 0.0, 1.0
+    share, square = count / of, Z95 * Z95 / of
+    middle = (share + square / 2) / (1 + square)
+    half = Z95 * sqrt(share * (1 - share) / of + square / (4 * of)) / (1 + square)
+    return max(0.0, middle - half), min(1.0, middle + half)

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from understudy.analysis.evaluation import interval_of_share
 from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, STEPS, teach
 from understudy_lab.coaching_benefit.tasks import EXERCISES
 from understudy_lab.figures import COLORS, panels
 from understudy_lab.novices.traits import SUCCESS, draw_traits
-from understudy_lab.statistics import format_median, interval_of_share
+from understudy_lab.statistics import format_median
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from understudy.analysis.evaluation import interval_of_share
 from understudy_lab.figures import COLORS, panels
 from understudy_lab.novices import failure_causes, sensitivity
 from understudy_lab.novices.failure_causes import FINDS, RESTS, SWINGS, WALKS_ON, classify_blind_behavior
@@ -22,7 +23,7 @@ from understudy_lab.novices.success import (
     times,
 )
 from understudy_lab.novices.traits import MISTAKES, SITUATIONS, SUCCESS, UNDERSTOOD
-from understudy_lab.statistics import format_median, interval_of_share
+from understudy_lab.statistics import format_median
 from understudy_lab.study import ResultTable, Row, StudyFindings, StudyGoal
 from understudy_lab.tasks.soccer import POSITIONS
 

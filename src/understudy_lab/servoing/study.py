@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from understudy.analysis.evaluation import interval_of_share
 from understudy_lab.figures import COLORS, dots, panels
 from understudy_lab.lesson_stats import describe_lesson
 from understudy_lab.servoing.trials import CASES, HAND, PUSHED, judge, opposite, search_side, teach
-from understudy_lab.statistics import compute_paired_p, format_median, interval_of_median, interval_of_share
+from understudy_lab.statistics import compute_paired_p, format_median, interval_of_median
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.tasks.soccer import LIMIT_S, POSITIONS

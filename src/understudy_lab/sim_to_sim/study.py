@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from understudy.analysis.evaluation import interval_of_share
 from understudy_lab.figures import dots, panels
 from understudy_lab.sim_to_sim.trials import FLAT, PATROL, PHYSICS, TRIED, measure_transfer
-from understudy_lab.statistics import format_median, interval_of_share
+from understudy_lab.statistics import format_median
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
