@@ -136,6 +136,45 @@ def test_a_scenario_without_a_goal_cannot_be_judged() -> None:
         evaluate(LIBRARY, "forage", replace(FORAGE, goal=None), [1])
 
 
+def test_a_behavior_that_says_when_it_is_done_is_judged_by_that() -> None:
+    """Whatever the scenario's goal is, tick by tick as an interpreter would; the yardstick is of the goal only."""
+    judged = evaluate(LIBRARY, "goto", FORAGE, range(6), binding={"A": "station"})
+    assert (judged.flag, judged.success, judged.expert) == ("done", 1.0, None)
+    program = link(LIBRARY, "goto", {"A": "station"})
+    for seed, seconds in zip(judged.seeds, judged.taught.seconds.tolist(), strict=True):
+        run = Run.from_program(World(FORAGE, [seed]), program)
+        while run.interpreters[0].root.flag is None:
+            run.tick()
+        assert run.body.time_s == seconds
+    assert evaluate(LIBRARY, "forage", FORAGE, range(2)).flag is None
+
+
+def test_who_says_done_too_late_has_failed() -> None:
+    """By one tick, in worlds with different times; and without a goal, too."""
+    seconds = evaluate(LIBRARY, "goto", FORAGE, range(6), binding={"A": "station"}).taught.seconds
+    limit_s = float(np.sort(seconds)[3])
+    short = replace(FORAGE, goal=None, limit_s=limit_s)
+    judged = evaluate(LIBRARY, "goto", short, range(6), binding={"A": "station"})
+    assert judged.taught.finished.tolist() == (seconds <= limit_s).tolist()
+    assert judged.success == pytest.approx(4 / 6)
+    shorter = evaluate(
+        LIBRARY, "goto", replace(short, limit_s=limit_s - 0.1), range(6), binding={"A": "station"}
+    )
+    assert shorter.success == pytest.approx(3 / 6)
+
+
+def test_all_robots_have_to_say_done() -> None:
+    library = Library.from_automata(make_scenario_kit(TEAM), *AUTOMATA)
+    program, limit_s = link(library, "goto", {"A": "station"}), 60.0
+    outcomes = measure_program_outcomes(World(TEAM, range(3)), program, limit_s=limit_s, flag="done")
+    for seed, seconds in enumerate(outcomes.seconds.tolist()):
+        run = Run.from_program(World(TEAM, [seed]), program)
+        while run.body.time_s < limit_s - 0.05 and any(agent.root.flag is None for agent in run.interpreters):
+            run.tick()
+        done = all(agent.root.flag == "done" for agent in run.interpreters)
+        assert (run.body.time_s if done else np.nan) == pytest.approx(seconds, nan_ok=True)
+
+
 def test_a_world_by_name_or_path(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(format_scenario(replace(FORAGE, limit_s=1.0, goal=Goal(target="station"))))

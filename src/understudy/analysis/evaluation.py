@@ -1,7 +1,9 @@
-"""Measure batches of runs: time to reach the scenario's goal, and food per second relative to a baseline.
+"""Measure batches of runs: time to finish, and food per second relative to a baseline.
+
+A behavior that can raise the flag `done` is finished when it does; any other when the scenario's goal is reached.
 
 A baseline is a controller written by hand for a scenario, found by entry points (`BASELINES`). Every world that has one
-gets three times the baseline's time, any other world the scenario's own limit.
+gets three times the baseline's time to reach its goal; everything else is given the scenario's own limit.
 """
 
 from __future__ import annotations
@@ -34,6 +36,9 @@ Progress: TypeAlias = Callable[[int, int], None]
 
 BASELINES = "understudy.baselines"
 """Entry points of this group are functions that take a scenario and return its `Baseline`, or None."""
+
+SUCCESS_FLAG = "done"
+"""With this flag a behavior says that it has done what it is for."""
 
 LENIENCE = 3.0
 """How many times the baseline's time a taught robot is given."""
@@ -128,7 +133,7 @@ def measure_outcomes(
         for _ in range(ticks):
             world.act(decide(world.sense(keys)))
 
-    return _measured(world, advance, limit_s, at_once=1)
+    return _measured(world, advance, lambda: world.finished_s, limit_s, at_once=1)
 
 
 def measure_program_outcomes(
@@ -136,29 +141,47 @@ def measure_program_outcomes(
     program: Program,
     *,
     limit_s: float | Column,
+    flag: str | None = None,
     progress: Progress = lambda through, worlds: None,
 ) -> Outcomes:
     """As `measure_outcomes`, for robots that all run one program: many ticks in one go where all of it is data.
 
-    Then a world ends with the tick in which it reaches its goal; reset them before anything goes on with them.
+    Given a `flag`, a world is finished once all its robots have raised it, whatever its goal. Otherwise a world ends
+    with the tick in which it reaches its goal; reset them before anything goes on with them.
     """
     engine = Engine.from_program(world, program)
     plan = engine.plan()
 
     def advance(ticks: int) -> None:
         if plan is not None:
-            world.advance(plan, ticks, until_finished=True)
+            world.advance(plan, ticks, until_finished=flag is None)
         else:
             for _ in range(ticks):
                 engine.tick()
 
+    def finished_s() -> Column:
+        return world.finished_s if flag is None else _raised_s(world, engine, flag)
+
     at_once = 1 if plan is None else TICKS_AT_ONCE
-    return _measured(world, advance, limit_s, at_once=at_once, progress=progress)
+    return _measured(world, advance, finished_s, limit_s, at_once=at_once, progress=progress)
+
+
+def _raised_s(world: World, engine: Engine, flag: str) -> Column:
+    """When the last robot of each world raised a flag [B], s; absent where one has not.
+
+    It stays in the state that raises it, so that when it entered this state can be read off many ticks later.
+    """
+    ticks = np.where(
+        engine.find_raised(flag), np.rint(engine.stacks.entered[:, 0] / world.tick_s) + 1, np.nan
+    )
+    last: Column = world.tick_s * ticks.reshape(world.worlds, -1).max(axis=1)
+    return last
 
 
 def _measured(
     world: World,
     advance: Callable[[int], None],
+    finished_s: Callable[[], Column],
     limit_s: float | Column,
     *,
     at_once: int,
@@ -172,9 +195,9 @@ def _measured(
     running = np.ones(world.worlds, np.bool_)
     tick = 0
     while True:
-        finished_s = world.finished_s
-        through = running & (~np.isnan(finished_s) | (tick >= last))
-        seconds[through], delivered[through] = finished_s[through], world.delivered[through]
+        finished = finished_s()
+        through = running & (~np.isnan(finished) | (tick >= last))
+        seconds[through], delivered[through] = finished[through], world.delivered[through]
         gathered[through] = world.gathered[through]
         running &= ~through
         progress(world.worlds - int(running.sum()), world.worlds)
@@ -194,6 +217,8 @@ class Evaluation:
     seeds: tuple[int, ...]
     taught: Outcomes
     expert: Outcomes | None
+    flag: str | None = None
+    """Raised, it was success; None: the scenario's goal was."""
 
     @property
     def success(self) -> float:
@@ -226,7 +251,10 @@ def evaluate(
     binding: Mapping[str, str] = NOTHING_BOUND,
     progress: Progress | None = None,
 ) -> Evaluation:
-    """Judge a behavior of a library on one world per seed; all robots run it. A world may be given by name or path."""
+    """Judge a behavior of a library on one world per seed; all robots run it. A world may be given by name or path.
+
+    One that can raise the flag `done` succeeds by raising it in time, any other by reaching the scenario's goal.
+    """
     scenario = world if isinstance(world, Scenario) else find_scenario(world)
     try:
         seeds = list(seeds)
@@ -240,7 +268,8 @@ def evaluate(
             where="evaluation", setting="seeds", problem="are none", remedy="give at least one"
         )
     program = link_for_evaluation(library, behavior, scenario, binding)
-    baseline = find_baseline(scenario)
+    flag = find_success_flag(library, behavior)
+    baseline = find_baseline(scenario) if flag is None else None
     taught, expert = list[Outcomes](), list[Outcomes]()
     for first, batch in _batches(seeds):
         limits: float | Column = scenario.limit_s
@@ -253,18 +282,23 @@ def evaluate(
             if progress is not None:
                 progress(first + through, len(seeds))
 
-        taught.append(
-            measure_program_outcomes(World(scenario, batch), program, limit_s=limits, progress=report)
-        )
+        worlds = World(scenario, batch)
+        taught.append(measure_program_outcomes(worlds, program, limit_s=limits, flag=flag, progress=report))
     joined = Outcomes.concatenate(expert) if expert else None
-    return Evaluation(behavior, scenario.name, tuple(seeds), Outcomes.concatenate(taught), joined)
+    return Evaluation(behavior, scenario.name, tuple(seeds), Outcomes.concatenate(taught), joined, flag)
+
+
+def find_success_flag(library: Library, behavior: str) -> str | None:
+    """The flag by which a behavior is judged; None where it can raise none, so that the scenario's goal counts."""
+    found = library.taught.get(behavior)
+    return SUCCESS_FLAG if found is not None and SUCCESS_FLAG in found.automaton.flags else None
 
 
 def link_for_evaluation(
     library: Library, behavior: str, scenario: Scenario, binding: Mapping[str, str] = NOTHING_BOUND
 ) -> Program:
-    """The program that `evaluate` judges; raises what it would of the behavior, or where there is no goal."""
-    if scenario.goal is None:
+    """The program that `evaluate` judges; raises what it would of the behavior, or where there is no goal for it."""
+    if scenario.goal is None and find_success_flag(library, behavior) is None:
         raise SettingError(
             where=f"scenario {scenario.name!r}",
             setting="goal",

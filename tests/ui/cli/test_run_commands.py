@@ -47,6 +47,9 @@ def test_eval(library: Path) -> None:
     alone = said("eval", "-l", library, "--seeds", "0:4", "--each")["results"]
     assert each[0] == alone[2]  # side by side or alone
     assert "finished in time    100%" in run("eval", "-l", library, "--seeds", "0:2").stdout
+    goto = run("eval", "-l", library, "--behavior", "goto", "--bind", "A=station", "--seeds", "0:2").stdout
+    assert "done in time        100%" in goto
+    assert "yardstick" not in goto
 
 
 def test_eval_elsewhere(library: Path, tmp_path: Path) -> None:

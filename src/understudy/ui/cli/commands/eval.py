@@ -1,4 +1,4 @@
-"""`understudy eval`: how often a behavior reaches a scenario's goal, and how fast beside the yardstick."""
+"""`understudy eval`: how often a behavior succeeds, and how fast beside the yardstick."""
 
 from __future__ import annotations
 
@@ -39,10 +39,11 @@ def evaluate_behavior(
     each: Annotated[bool, typer.Option("--each", help="A row for every world.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Judge a behavior on many worlds of a scenario that has a goal; all its robots run it.
+    """Judge a behavior on many worlds of a scenario; all its robots run it.
 
-    Success: the goal is reached within the scenario's limit. For foraging alone: within three times the time of a
-    forager written by hand, the yardstick, on the same worlds.
+    Success: a behavior that can raise the flag done does so within the scenario's limit; any other reaches the
+    scenario's goal by then. For foraging alone: within three times the time of a forager written by hand, the
+    yardstick, on the same worlds.
 
     [dim]understudy eval --library demo/library --behavior forage --seeds 1000:1100[/]
 
@@ -76,7 +77,7 @@ def evaluate_behavior(
     if as_json:
         print_json({**to_builtins(found), "results": make_world_rows(judged)} if each else found)
     else:
-        _show(found, make_world_rows(judged) if each else [], named)
+        _show(found, make_world_rows(judged) if each else [], named, flag=judged.flag)
     raise typer.Exit(0)
 
 
@@ -148,16 +149,17 @@ def make_world_rows(judged: Evaluation) -> list[dict[str, Any]]:
     ]
 
 
-def _show(found: EvaluationResult, each: list[dict[str, Any]], named: str) -> None:
+def _show(found: EvaluationResult, each: list[dict[str, Any]], named: str, *, flag: str | None) -> None:
     from rich.markup import escape
 
     from understudy.ui.cli.output import make_console
 
     out, seeds = make_console(), f"{found.seeds[0]}:{found.seeds[1]}"
+    ended = "finished in time" if flag is None else f"{flag} in time"
     if each:
         _show_each(each)
     out.print(f"[bold]{found.behavior}[/] on {found.worlds} {found.world} worlds, seeds {seeds}")
-    out.print(f"  finished in time    [bold]{found.success:.0%}[/]")
+    out.print(f"  {ended:<19} [bold]{found.success:.0%}[/]")
     taken = _number(found.median_s, 0)
     if found.expert_median_s is not None:
         relative, expert = _number(found.relative_to_expert, 3), found.expert_median_s
