@@ -99,6 +99,21 @@ def test_in_batches_as_all_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (calls[0], calls[-1]) == ((0, 5), (5, 5))
 
 
+@pytest.mark.parametrize("after", [0, 1, 700])
+def test_an_evaluation_is_ended_by_what_its_progress_raises(after: int) -> None:
+    """While the yardstick runs, too, of which no world counts as through."""
+    calls = list[int]()
+
+    def end(through: int, _: int) -> None:
+        calls.append(through)
+        if len(calls) > after:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        evaluate(LIBRARY, "forage", FORAGE, range(3), progress=end)
+    assert calls == [0] * (after + 1)
+
+
 def test_who_does_nothing_fails_at_three_times_the_yardstick() -> None:
     library = Library.from_automata(FORAGE_KIT, LAZY)
     judged = evaluate(library, "lazy", FORAGE, range(3))

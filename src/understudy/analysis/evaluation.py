@@ -32,7 +32,12 @@ from understudy.sim.world import World
 
 DecideCommands: TypeAlias = Callable[[Percept], Commands]
 Progress: TypeAlias = Callable[[int, int], None]
-"""Called now and then with how many worlds are through, and how many there are."""
+"""Called now and then with how many worlds are through, and how many there are; what it raises ends the evaluation."""
+
+
+def skip_progress(through: int, worlds: int) -> None:
+    """Tell nobody how many worlds are through."""
+
 
 BASELINES = "understudy.baselines"
 """Entry points of this group are functions that take a scenario and return its `Baseline`, or None."""
@@ -114,15 +119,23 @@ def find_baseline(scenario: Scenario) -> Baseline | None:
     return next((baseline for baseline in found if baseline is not None), None)
 
 
-def measure_baseline(baseline: Baseline, seeds: Sequence[int]) -> Outcomes:
+def measure_baseline(
+    baseline: Baseline, seeds: Sequence[int], *, progress: Progress = skip_progress
+) -> Outcomes:
     """Measure a baseline on one world per seed."""
     world = World(baseline.scenario, seeds)
     controller = baseline.make_controller(world)
-    return measure_outcomes(world, controller.decide, controller.keys, limit_s=baseline.limits_s(world))
+    limits = baseline.limits_s(world)
+    return measure_outcomes(world, controller.decide, controller.keys, limit_s=limits, progress=progress)
 
 
 def measure_outcomes(
-    world: World, decide: DecideCommands, keys: Sequence[ReadingKey], *, limit_s: float | Column
+    world: World,
+    decide: DecideCommands,
+    keys: Sequence[ReadingKey],
+    *,
+    limit_s: float | Column,
+    progress: Progress = skip_progress,
 ) -> Outcomes:
     """Run until each world has reached its goal or its limit (one for all, or a column [B]), tick by tick.
 
@@ -133,7 +146,7 @@ def measure_outcomes(
         for _ in range(ticks):
             world.act(decide(world.sense(keys)))
 
-    return _measured(world, advance, lambda: world.finished_s, limit_s, at_once=1)
+    return _measured(world, advance, lambda: world.finished_s, limit_s, at_once=1, progress=progress)
 
 
 def measure_program_outcomes(
@@ -142,7 +155,7 @@ def measure_program_outcomes(
     *,
     limit_s: float | Column,
     flag: str | None = None,
-    progress: Progress = lambda through, worlds: None,
+    progress: Progress = skip_progress,
 ) -> Outcomes:
     """As `measure_outcomes`, for robots that all run one program: many ticks in one go where all of it is data.
 
@@ -185,7 +198,7 @@ def _measured(
     limit_s: float | Column,
     *,
     at_once: int,
-    progress: Progress = lambda through, worlds: None,
+    progress: Progress,
 ) -> Outcomes:
     limits = np.broadcast_to(np.asarray(limit_s, np.float64), (world.worlds,)).copy()
     if not (np.isfinite(limits) & (limits >= 0)).all():
@@ -272,16 +285,16 @@ def evaluate(
     baseline = find_baseline(scenario) if flag is None else None
     taught, expert = list[Outcomes](), list[Outcomes]()
     for first, batch in _batches(seeds):
-        limits: float | Column = scenario.limit_s
-        if baseline is not None:
-            by_hand = measure_baseline(baseline, batch)
-            expert.append(by_hand)
-            limits = LENIENCE * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
 
         def report(through: int, _: int, first: int = first) -> None:
             if progress is not None:
                 progress(first + through, len(seeds))
 
+        limits: float | Column = scenario.limit_s
+        if baseline is not None:
+            by_hand = measure_baseline(baseline, batch, progress=lambda *_: report(0, 0))
+            expert.append(by_hand)
+            limits = LENIENCE * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
         worlds = World(scenario, batch)
         taught.append(measure_program_outcomes(worlds, program, limit_s=limits, flag=flag, progress=report))
     joined = Outcomes.concatenate(expert) if expert else None
