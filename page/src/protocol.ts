@@ -25,6 +25,10 @@ export type Request =
   | { do: "visit"; outcome: Index }
   /** Test an automaton on its lesson, with the unsaved state of what is in training. */
   | { do: "test"; name: NameField }
+  /** Try what is in training, as it stands, in worlds that it was not taught in: 1 to 1000 of them. */
+  | { do: "evaluate"; count?: Index }
+  /** Cancel the evaluation in unseen worlds, or put its result away. */
+  | { do: "cancel_evaluation" }
   /**
    * Save the automaton; a name saves a copy under it. What no longer works is said first, unless it is to be saved
    * `anyway`.
@@ -470,6 +474,8 @@ export interface Session extends Lesson {
   /** What robots do that a trained coordinator orders about, by the numbers in frames. */
   doing: readonly string[];
   asking: Asking;
+  /** Left out where nothing was tried in unseen worlds. */
+  evaluation?: Evaluation;
 }
 
 /** The last status message. */
@@ -697,6 +703,21 @@ export interface Asking {
   marks: readonly UnsureMark[];
 }
 
+/** What is in training, tried in unseen worlds as it was when that began. */
+export interface Evaluation {
+  /** What is tried: goto(station). */
+  called: string;
+  /** The edition of the lesson that it was learned from. */
+  edition: number;
+  worlds: number;
+  /** How many worlds are through. */
+  through: number;
+  /** Null while it runs, and where it could not be tried. */
+  result: EvaluationResult | null;
+  /** Why it could not be tried; empty where it could. */
+  problem: string;
+}
+
 export type Tone = "" | "correction" | "error" | "recorded";
 
 /** An example that is behind a decision. */
@@ -771,6 +792,21 @@ export interface UnsureMark {
   sentence: string;
 }
 
+/** In how many unseen worlds it succeeded, and where it did not. */
+export interface EvaluationResult {
+  /** What counts as success, in words. */
+  success: string;
+  succeeded: number;
+  /** The 95 % interval of the share of worlds in which it succeeds. */
+  interval: readonly [number, number];
+  /** The seed of the first world. */
+  first: number;
+  /** The seed of the last world. */
+  last: number;
+  /** Of the worlds in which it failed, the first hundred. */
+  failed: readonly FailedWorld[];
+}
+
 export type ExampleKindName = "confirmation" | "default" | "directive" | "watched";
 
 export type KindName = "categorical" | "continuous" | "toroidal";
@@ -792,4 +828,11 @@ export interface Way {
   to: string;
   /** In words, a line for each way that leads there. */
   when: readonly string[];
+}
+
+/** An unseen world in which what was tried did not succeed. */
+export interface FailedWorld {
+  seed: number;
+  /** What went wrong, and after how long. */
+  problem: string;
 }

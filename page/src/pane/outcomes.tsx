@@ -1,11 +1,28 @@
-/** What a lesson promises: from here, done within so many seconds; and whether all lessons still hold. */
+/**
+ * What a lesson promises: from here, done within so many seconds; whether all lessons still hold; and in how many
+ * unseen worlds what is trained succeeds.
+ */
 
 import { useState } from "preact/hooks";
-import type { Session, Tested } from "../protocol";
+import type { Evaluation, EvaluationResult, Session, Tested } from "../protocol";
 import type { Studio } from "../studio";
 import { className, counted } from "../words";
 
+/** In so many worlds what is trained is tried at a click. */
+const WORLDS = 100;
+/** So many worlds in which it failed are listed at first. */
+const FIRST = 6;
+
 export function Outcomes({ desk, studio }: { desk: Session; studio: Studio }) {
+  return (
+    <>
+      <Promised desk={desk} studio={studio} />
+      <UnseenWorlds desk={desk} studio={studio} />
+    </>
+  );
+}
+
+function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
   const [adding, add] = useState(false);
   const { trial, directs } = studio;
   const tested = trial.fresh ? trial.found?.find(({ name }) => name === desk.name) : undefined;
@@ -65,6 +82,157 @@ export function Outcomes({ desk, studio }: { desk: Session; studio: Studio }) {
       </ul>
       <Results studio={studio} />
     </section>
+  );
+}
+
+/** What is trained, tried in worlds that it was not taught in. */
+function UnseenWorlds({ desk, studio }: { desk: Session; studio: Studio }) {
+  const { evaluation } = desk;
+  const running = evaluation !== undefined && evaluation.result === null && evaluation.problem === "";
+  return (
+    <section class="outcomes" aria-label="Unseen worlds">
+      <div class="outcomes-head">
+        <h3>Unseen worlds</h3>
+        {running ? (
+          <button
+            type="button"
+            class="small"
+            disabled={!studio.directs}
+            onClick={() => void studio.ask({ do: "cancel_evaluation" })}
+          >
+            Cancel
+          </button>
+        ) : (
+          <button
+            type="button"
+            class="small"
+            disabled={!studio.directs || studio.live.real}
+            title="It decides by itself in worlds that it was not taught in, while the one here goes on"
+            onClick={() => void studio.ask({ do: "evaluate", count: WORLDS })}
+          >
+            Try in {WORLDS} worlds
+          </button>
+        )}
+      </div>
+      {studio.live.real && <p class="tiny">Not with real robots: there is only the world they are in.</p>}
+      {running && <Progress evaluation={evaluation} />}
+      {evaluation !== undefined && !running && (
+        <Evaluated evaluation={evaluation} desk={desk} studio={studio} />
+      )}
+    </section>
+  );
+}
+
+function Progress({ evaluation }: { evaluation: Evaluation }) {
+  const { called, worlds, through } = evaluation;
+  return (
+    <p class="trying">
+      <progress aria-label="Worlds tried" value={through} max={worlds} />
+      <span class="tiny">
+        {called}: {through} of {counted(worlds, "world")}
+      </span>
+    </p>
+  );
+}
+
+/** What came of it: the rate, and the worlds in which it failed. */
+function Evaluated({ evaluation, desk, studio }: { evaluation: Evaluation; desk: Session; studio: Studio }) {
+  const { called, worlds, result, problem, edition } = evaluation;
+  return (
+    <section class="tested" aria-label="How often it succeeded" aria-live="polite">
+      <div class="outcomes-head">
+        <b class={className(result === null && "warn")}>
+          {result === null
+            ? "It could not be tried"
+            : `Succeeded in ${result.succeeded} of ${counted(worlds, "world")}`}
+        </b>
+        <span class="space" />
+        <button
+          type="button"
+          class="link"
+          aria-label="Close what was tried"
+          disabled={!studio.directs}
+          onClick={() => void studio.ask({ do: "cancel_evaluation" })}
+        >
+          ×
+        </button>
+      </div>
+      {edition !== desk.edition && <p class="tiny">before the lesson changed; try it again</p>}
+      {result === null ? (
+        <p class="warn">{problem}</p>
+      ) : (
+        <>
+          <p>95% interval {percent(result.interval)} %</p>
+          <p class="tiny">
+            {called} in worlds {result.first} to {result.last}. Success: {result.success}
+            {(studio.scene?.robots ?? 1) > 1 && "; all robots run it"}.
+          </p>
+          <Failed result={result} failed={worlds - result.succeeded} desk={desk} studio={studio} />
+        </>
+      )}
+    </section>
+  );
+}
+
+/** 79 to 92. */
+function percent([low, high]: readonly [number, number]): string {
+  return `${Math.round(100 * low)} to ${Math.round(100 * high)}`;
+}
+
+function Failed({
+  result,
+  failed,
+  desk,
+  studio,
+}: {
+  result: EvaluationResult;
+  failed: number;
+  desk: Session;
+  studio: Studio;
+}) {
+  const [all, setAll] = useState(false);
+  const listed = all ? result.failed : result.failed.slice(0, FIRST);
+  /** The world from its beginning, and what is trained decides in it. */
+  const open = async (seed: number): Promise<void> => {
+    if (desk.mode === "training") {
+      const { error } = await studio.ask({ do: "turn" });
+      if (error !== undefined) return;
+    }
+    await studio.ask({ do: "reset", seed });
+  };
+  return (
+    <>
+      {failed > 0 && <p class="failed-in">Failed in {counted(failed, "world")}:</p>}
+      <ul class="failed" aria-label="Worlds in which it failed">
+        {listed.map(({ seed, problem }) => (
+          <li key={seed} class={className(studio.told?.seed === seed && "on")}>
+            <span class="promised">
+              World {seed} <span class="soft">{problem}</span>
+            </span>
+            <button
+              type="button"
+              class="small"
+              disabled={!studio.directs}
+              aria-label={`Open world ${seed}`}
+              title="Go to this world and let it try; press what is right where it does wrong"
+              onClick={() => void open(seed)}
+            >
+              Open
+            </button>
+          </li>
+        ))}
+      </ul>
+      {listed.length < result.failed.length && (
+        <p class="earlier">
+          <button type="button" class="link" onClick={() => setAll(true)}>
+            {result.failed.length - listed.length} more
+          </button>
+        </p>
+      )}
+      {all && result.failed.length < failed && (
+        <p class="tiny">and {failed - result.failed.length} more that are not listed</p>
+      )}
+    </>
   );
 }
 

@@ -133,6 +133,12 @@ def test_any_page_stops_it(lab: Lab, watching: bool) -> None:
     assert lab.studio.stage.paused
 
 
+def test_real_robots_are_not_tried_in_other_worlds(lab: Lab) -> None:
+    error = teaching(lab).say(do="evaluate")["error"]
+    assert error == "real robots cannot be tried in other worlds: there is only the one they are in"
+    assert lab.moves()
+
+
 def test_a_page_that_only_watches_arms_nothing(lab: Lab) -> None:
     answer = lab.say(lab.studio.connect(None), do="arm")
     assert "only watches" in answer["error"]

@@ -5,11 +5,15 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from time import monotonic
+from threading import Thread
+from time import monotonic, sleep
 
+from msgspec import UNSET, structs
+
+from understudy.analysis.evaluation import Evaluation, Progress
 from understudy.coaching.queries import QueryPolicy
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
@@ -30,11 +34,20 @@ from understudy.ui.web import frames
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
 from understudy.ui.web.views.library import CutOffData, LibraryData
 from understudy.ui.web.views.scene import SceneData, describe_scene
-from understudy.ui.web.views.session import BehaviorCallData, SessionData, SessionViewBuilder
+from understudy.ui.web.views.session import (
+    BehaviorCallData,
+    EvaluationData,
+    SessionData,
+    SessionViewBuilder,
+    describe_evaluation,
+)
 from understudy.ui.web.views.team import ActivityNames, TrainableGroups
 
 NOTHING = "Nothing is being trained: begin a new automaton, or open one of the library"
 CARRY = "drive the robot there, or carry it"
+YIELD_S = 0.0002
+"""How long an evaluation rests whenever it tells how far it is: else the world on the page would wait for the
+interpreter, 5 ms at a time."""
 _ROBOT = re.compile(r"\brobot (\d+)")
 _LONG = re.compile(r"-?\d+\.\d{3,}")
 _log = logging.getLogger(__name__)
@@ -52,6 +65,54 @@ def _as_on_the_page(text: str) -> str:
     """What a world says, with robots counted from 1, and in centimeters what a pointer meant."""
     text = _ROBOT.sub(lambda found: f"robot {int(found[1]) + 1}", text)
     return _LONG.sub(lambda found: f"{float(found[0]):.2f}", text)
+
+
+class UnseenWorldsEvaluation:
+    """What is in training, tried in unseen worlds in a thread of its own, while the world on the page goes on."""
+
+    def __init__(
+        self, called: str, edition: int, *, worlds: int, evaluate: Callable[[Progress], Evaluation]
+    ) -> None:
+        self.data = EvaluationData(
+            called=called, edition=edition, worlds=worlds, through=0, result=None, problem=""
+        )
+        self._cancelled, self._untold = False, True
+        Thread(target=self._run, args=(evaluate,), daemon=True).start()
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended yet."""
+        return self.data.result is None and not self.data.problem
+
+    def cancel(self) -> None:
+        """End it soon; nothing comes of it."""
+        self._cancelled = True
+
+    def take_status(self) -> StatusMessage | None:
+        """What came of it, once; None before, and afterwards."""
+        data = self.data
+        if self.running or not self._untold:
+            return None
+        self._untold = False
+        if data.result is None:
+            return StatusMessage(data.problem, "error")
+        worlds = f"{data.worlds} world{'s' * (data.worlds != 1)}"
+        return StatusMessage(f"{data.called} succeeded in {data.result.succeeded} of {worlds}")
+
+    def _run(self, evaluate: Callable[[Progress], Evaluation]) -> None:
+        try:
+            self.data = structs.replace(self.data, result=describe_evaluation(evaluate(self._report)))
+        except CancelledError:
+            pass
+        except Exception as error:
+            self.data = structs.replace(self.data, problem=describe_error(error))
+
+    def _report(self, through: int, _: int) -> None:
+        if self._cancelled:
+            raise CancelledError
+        if through != self.data.through:
+            self.data = structs.replace(self.data, through=through)
+        sleep(YIELD_S)
 
 
 class SessionHost:
@@ -85,6 +146,8 @@ class SessionHost:
         self._picture: SessionViewBuilder | None = None
         self.reel, self.unsure = RewindBuffer(), UncertainMoments()
         self.beside = ThreadPoolExecutor(1)  # for what takes longer than a tick may
+        self.evaluation: UnseenWorldsEvaluation | None = None
+        self.shown_seeds: set[int] = set()  # of the worlds that were on the page
         self.run = RunData(number=0, from_s=0.0)
         self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
         self.refresh_interrupted()
@@ -159,7 +222,10 @@ class SessionHost:
         if self._picture is None:
             return None
         asking = self.unsure.data(self.active_trainer.coach)
-        return self._picture.build(others=self.other_behavior, doing=list(self.doing.names), asking=asking)
+        evaluation = UNSET if self.evaluation is None else self.evaluation.data
+        return self._picture.build(
+            others=self.other_behavior, doing=list(self.doing.names), asking=asking, evaluation=evaluation
+        )
 
     def frame(self) -> bytes:
         """The moment, for drawing."""
@@ -208,6 +274,8 @@ class SessionHost:
             for _ in self._idling.ticks() if desk is None else desk.ticks():
                 self.moved += 1
                 self.note_tick()
+            if self.evaluation is not None and (result := self.evaluation.take_status()) is not None:
+                self.status = result
             if self.robots.idle():
                 self.moved += 1
                 if desk is not None:
@@ -271,6 +339,7 @@ class SessionHost:
     def _begin_reel(self) -> None:
         self.reel.clear(() if self.desk is None else self.desk.session.examples)
         self.run = RunData(number=self.run.number + 1, from_s=self.world.time_s)
+        self.shown_seeds.add(self.seed)
         self._keep_moment()
 
     def _keep_moment(self) -> None:
@@ -352,7 +421,14 @@ class SessionHost:
         """What is trained."""
         return self.ranks.body(self.world, self.sort)
 
+    def end_evaluation(self) -> None:
+        """Cancel the evaluation in unseen worlds, or put its result away."""
+        if self.evaluation is not None:
+            self.evaluation.cancel()
+            self.evaluation = None
+
     def _leave(self) -> None:
+        self.end_evaluation()
         if self.opened is not None:
             left, self.opened, self._picture = self.opened, None, None
             left.close()
@@ -361,6 +437,7 @@ class SessionHost:
     def close(self) -> None:
         """Put everything on disk; what is not saved is offered next time."""
         self.beside.shutdown(wait=False, cancel_futures=True)
+        self.end_evaluation()
         if self.opened is None:
             return
         if self.opened.desk.has_unsaved_changes:

@@ -1,4 +1,6 @@
-"""What a page may say to look back: why, what lessons promise and whether they keep it, versions, simplifying."""
+"""What a page may say to look back: why, what lessons promise and whether they keep it, unseen worlds, versions,
+simplifying.
+"""
 
 from __future__ import annotations
 
@@ -44,6 +46,16 @@ class TestLesson(Message, frozen=True, kw_only=True, tag="test"):
 
     by_anyone: ClassVar[bool] = True
     name: NameField
+
+
+class EvaluateSession(Message, frozen=True, kw_only=True, tag="evaluate"):
+    """Try what is in training, as it stands, in worlds that it was not taught in: 1 to 1000 of them."""
+
+    count: Index = 100
+
+
+class CancelEvaluation(Message, frozen=True, kw_only=True, tag="cancel_evaluation"):
+    """Cancel the evaluation in unseen worlds, or put its result away."""
 
 
 class SaveAutomaton(Message, frozen=True, kw_only=True, tag="save"):

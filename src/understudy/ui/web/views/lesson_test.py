@@ -1,17 +1,29 @@
-"""Show whether the lessons of a library still hold, what saving would break, and what pruning would change."""
+"""Show whether the lessons of a library still hold, in how many unseen worlds what is trained succeeds, what saving
+would break, and what pruning would change.
+"""
 
 from __future__ import annotations
+
+from itertools import count, islice
 
 from msgspec import field
 
 from understudy.analysis import lesson_tests
+from understudy.analysis.evaluation import (
+    SUCCESS_FLAG,
+    evaluate,
+    find_success_flag,
+    link_for_evaluation,
+)
 from understudy.analysis.lesson_tests import LessonTestResult, list_dependencies, run_lesson_test
-from understudy.errors import SessionError, UnderstudyError
+from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
 from understudy.model import describe
+from understudy.model.binding import format_bound_name
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.scenario.files import format_scenario
+from understudy.sim.world import World
 from understudy.storage.library_folder import list_versions, load_version
 from understudy.training.other_agents import SessionSnapshot
 from understudy.ui.controller import lesson_actions
@@ -19,9 +31,18 @@ from understudy.ui.controller.lesson_actions import preview_pruning
 from understudy.ui.controller.save_report import find_regressions_since_saved
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.review import GoToExpectation, PreviewSimplify, TestLesson
-from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.messages.review import (
+    CancelEvaluation,
+    EvaluateSession,
+    GoToExpectation,
+    PreviewSimplify,
+    TestLesson,
+)
+from understudy.ui.web.session_host import SessionHost, UnseenWorldsEvaluation
 
+FIRST_SEED = 1000
+"""Unseen worlds are counted from here: those that people go through one after the other begin at 0."""
+MOST_WORLDS = 1000
 SAVED = "it was saved"
 
 
@@ -106,6 +127,48 @@ def find_unsaved_regressions(stage: SessionHost) -> tuple[str, ...]:
     library, taught = stage.shelf.library, stage.active_trainer.session.make_trained_automaton()
     known = stage.ranks.collect_libraries(stage.sort, stage.agent, library)
     return find_regressions_since_saved(stage.shelf.folder, library, taught, known)
+
+
+def handle_evaluate_session(stage: SessionHost, message: EvaluateSession) -> StatusMessage:
+    """Try what is trained, as it stands, in worlds that were not on the page; the one that is goes on meanwhile."""
+    desk, scenario = stage.active_trainer, stage.world.scenario
+    if not 1 <= message.count <= MOST_WORLDS:
+        problem, remedy = f"is {message.count}", f"give one from 1 to {MOST_WORLDS}"
+        raise SettingError(where="the studio", setting="number of worlds", problem=problem, remedy=remedy)
+    if not isinstance(stage.world, World):
+        raise SessionError("real robots cannot be tried in other worlds: there is only the one they are in")
+    if stage.sort is not None:
+        raise SessionError("coordinators cannot be tried in other worlds yet: only what robots do can be")
+    if stage.evaluation is not None and stage.evaluation.running:
+        raise SessionError("this is being tried in other worlds already: wait for it, or cancel it")
+    if not any(example.is_from_press for example in desk.session.examples):
+        raise SessionError("there is nothing to try yet: direct the robot by pressing a state first")
+    name, library, targets = desk.name, _present(stage), dict(desk.screen.targets)
+    if scenario.goal is None and find_success_flag(library, name) is None:
+        raise SessionError(
+            f"nothing says when {name} has succeeded: {scenario.name} has no goal, and {name} no flag {SUCCESS_FLAG}"
+        )
+    link_for_evaluation(library, name, scenario, targets)  # mistakes are told at once
+    unseen = (seed for seed in count(FIRST_SEED) if seed not in stage.shown_seeds)
+    seeds = list(islice(unseen, message.count))
+    shown = stage.session_data()
+    stage.evaluation = UnseenWorldsEvaluation(
+        format_bound_name(name, targets),
+        0 if shown is None else shown.edition,
+        worlds=len(seeds),
+        evaluate=lambda progress: evaluate(
+            library, name, scenario, seeds, binding=targets, progress=progress
+        ),
+    )
+    plural = "s" * (len(seeds) != 1)
+    return StatusMessage(f"{name} is tried in {len(seeds)} world{plural} that it has not seen")
+
+
+def handle_cancel_evaluation(stage: SessionHost, _: CancelEvaluation) -> StatusMessage | None:
+    """Cancel the evaluation in unseen worlds, or put its result away."""
+    running = stage.evaluation is not None and stage.evaluation.running
+    stage.end_evaluation()
+    return StatusMessage("Cancelled: it is not tried any further") if running else None
 
 
 def go_to_expectation(stage: SessionHost, message: GoToExpectation) -> StatusMessage:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal, TypeAlias
 
-from msgspec import field, structs
+from msgspec import UNSET, UnsetType, field, structs
 
+from understudy.analysis.evaluation import LENIENCE, Evaluation, interval_of_share
 from understudy.learning.report import find_contradictions
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
@@ -21,6 +22,9 @@ from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import AskingData
 from understudy.ui.web.views.scene import FeatureData, describe_kind
+
+MOST_LISTED = 100
+"""So many worlds in which it failed are listed."""
 
 
 class NestedStateData(Data, frozen=True, kw_only=True):
@@ -191,6 +195,46 @@ class LessonData(Data, frozen=True, kw_only=True):
     """Grows whenever the lesson changes."""
 
 
+class FailedWorldData(Data, frozen=True, kw_only=True):
+    """An unseen world in which what was tried did not succeed."""
+
+    seed: int
+    problem: str
+    """What went wrong, and after how long."""
+
+
+class EvaluationResultData(Data, frozen=True, kw_only=True):
+    """In how many unseen worlds it succeeded, and where it did not."""
+
+    success: str
+    """What counts as success, in words."""
+    succeeded: int
+    interval: tuple[float, float]
+    """The 95 % interval of the share of worlds in which it succeeds."""
+    first: int
+    """The seed of the first world."""
+    last: int
+    """The seed of the last world."""
+    failed: list[FailedWorldData]
+    """Of the worlds in which it failed, the first hundred."""
+
+
+class EvaluationData(Data, frozen=True, kw_only=True):
+    """What is in training, tried in unseen worlds as it was when that began."""
+
+    called: str
+    """What is tried: goto(station)."""
+    edition: int
+    """The edition of the lesson that it was learned from."""
+    worlds: int
+    through: int
+    """How many worlds are through."""
+    result: EvaluationResultData | None
+    """Null while it runs, and where it could not be tried."""
+    problem: str
+    """Why it could not be tried; empty where it could."""
+
+
 class SessionData(LessonData, frozen=True, kw_only=True):
     """The automaton under training."""
 
@@ -214,6 +258,8 @@ class SessionData(LessonData, frozen=True, kw_only=True):
     doing: list[str]
     """What robots do that a trained coordinator orders about, by the numbers in frames."""
     asking: AskingData
+    evaluation: EvaluationData | UnsetType = UNSET
+    """Left out where nothing was tried in unseen worlds."""
 
 
 class SessionViewBuilder:
@@ -225,7 +271,14 @@ class SessionViewBuilder:
         self._lesson: LessonData | None = None
         self._nested = NestedAutomata()
 
-    def build(self, *, others: BehaviorCallData | None, doing: list[str], asking: AskingData) -> SessionData:
+    def build(
+        self,
+        *,
+        others: BehaviorCallData | None,
+        doing: list[str],
+        asking: AskingData,
+        evaluation: EvaluationData | UnsetType = UNSET,
+    ) -> SessionData:
         """The session as it is now."""
         desk, screen = self._desk, self._desk.screen
         return SessionData(
@@ -247,6 +300,7 @@ class SessionViewBuilder:
             others=others,
             doing=doing,
             asking=asking,
+            evaluation=evaluation,
         )
 
     def _taught(self) -> LessonData:
@@ -279,6 +333,33 @@ class SessionViewBuilder:
         keys = self._desk.keys
         key, arrow = keys.plain.get(state.name, ""), keys.arrows.get(state.name)
         return StateData(key=key, arrow=arrow, **state_fields(state, self._desk.session.library))
+
+
+def describe_evaluation(found: Evaluation) -> EvaluationResultData:
+    """What came of trying a behavior in unseen worlds."""
+    missed = "goal not reached" if found.flag is None else f"not {found.flag}"
+    rows = zip(found.seeds, found.taught.finished.tolist(), found.taught.limit_s.tolist(), strict=True)
+    failed = [
+        FailedWorldData(seed=seed, problem=f"{missed} after {limit_s:.0f} s")
+        for seed, finished, limit_s in rows
+        if not finished
+    ]
+    succeeded = len(found.seeds) - len(failed)
+    return EvaluationResultData(
+        success=_success(found),
+        succeeded=succeeded,
+        interval=interval_of_share(succeeded, len(found.seeds)),
+        first=min(found.seeds),
+        last=max(found.seeds),
+        failed=failed[:MOST_LISTED],
+    )
+
+
+def _success(found: Evaluation) -> str:
+    wanted = f"the goal of {found.world}" if found.flag is None else found.flag
+    if found.expert is not None:
+        return f"{wanted} within {LENIENCE:g} times as long as a controller written by hand takes"
+    return f"{wanted} within {found.taught.limit_s[0]:.0f} s"
 
 
 def _doubt(desk: Trainer) -> DoubtData | None:
