@@ -65,7 +65,8 @@ TAGS = {  # the field that says which sort of struct it is: the sorts, where the
     "do": MESSAGES,
     "is": ["desk", "hello", "scene"],
     "kind": [
-        "bumper", "camera", "cargo", "claimed", "holding", "locator", "pose", "random", "since", "sonar", "stuck",
+        "bumper", "camera", "cargo", "claimed", "holding", "lidar", "locator", "pose", "random", "since",
+        "sonar", "stuck",
     ],
     "learns": ["scikit-learn", "trees"],
     "node": ["absent", "arc", "below", "go", "label", "stay"],
