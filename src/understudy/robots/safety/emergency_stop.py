@@ -1,4 +1,10 @@
-"""Stop a robot from anywhere: whoever drives it hears that somebody else commands it, and is disarmed."""
+"""Stop a robot from any computer on its network, whichever program drives it (`understudy robots stop`).
+
+Stops are sent directly to the robot for `HALTING_S`. A program of Understudy that drives it detects another publisher
+of commands within 0.3 s, disarms the robot and repeats stops itself, so that it stands afterwards. Any other program
+(Nav2, a joystick's node) does not know of this: between two stops its commands get through, and once these end it
+drives on. This runs in the thread that calls it, and needs no guard or watchdog.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +20,13 @@ from understudy.robots.ros.transport import Transport
 from understudy.robots.safety.stop_log import append_stop, find_stop_log, make_stop_event
 
 HALTING_S = 2.0
+"""How long stops are sent, s: several times as long as a guard takes to detect another publisher."""
 PERIOD_S = 0.02
+"""Time between two stops, s."""
 
 
 def make_stop_sender(file: RobotFile, transport: Transport) -> Callable[[], None]:
-    """What sends one stop to a robot."""
+    """Make a function that sends one stop (zero speeds) to a robot, with the time of day as the stamp if it has one."""
     commands = file.commands
     publish = transport.publisher(file.topic(commands.topic), commands.type)
 
@@ -33,7 +41,11 @@ def make_stop_sender(file: RobotFile, transport: Transport) -> Callable[[], None
 
 
 def send_emergency_stop(file: RobotFile, *, path: Path | str, by: str, seconds: float = HALTING_S) -> bool:
-    """Send stop over and over for so long, and log it; whether anybody was there who publishes what the robot does."""
+    """Send stops for so long (s), and log that a person stopped the robot; return whether the robot was there.
+
+    The return value is whether a publisher on one of the robot's sensor topics was discovered: where it is False, the
+    stops may have reached nobody. A log that cannot be written is ignored.
+    """
     transport = open_transport(file)
     try:
         stop, until = make_stop_sender(file, transport), time.monotonic() + seconds
@@ -49,7 +61,7 @@ def send_emergency_stop(file: RobotFile, *, path: Path | str, by: str, seconds: 
 
 
 def list_robot_topics(file: RobotFile) -> set[str]:
-    """The topics that a robot speaks on."""
+    """List the topics of a robot's sensors, by which its presence is detected."""
     named = [reading.topic for reading in file.readings.values()]
     named += [target.topic for target in file.targets.values() if target.topic is not None]
     named += [] if file.camera is None else [file.camera.topic]

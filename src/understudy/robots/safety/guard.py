@@ -1,8 +1,24 @@
-"""The guard: every command to a robot passes here, and is stopped here when anything is wrong.
+"""Check 50 times a second whether a robot may move, and send it its last command or a stop.
 
-A thread repeats the last command between ticks, so that a robot which waits for commands is fed, and sends stop instead
-where a tick does not come, a reading is lost, the robot leaves its geofence, a key is let go, somebody else commands it
-or the watchdog is gone. One lock orders all that is sent: no older command overtakes a stop.
+Every command of this process to a robot passes through its `Guard`. The guard's thread repeats the last command every
+`PERIOD_S`, since many drivers stop a robot that hears none, and sends a stop (zero speeds) instead where no tick comes,
+a required reading is absent, the robot leaves its geofence, the hold-to-run key is released, another publisher commands
+it, or the watchdog is gone. One lock orders everything that is sent, so that no older command follows a stop.
+
+What happens when a part of this fails:
+
+- The deciding thread ends, hangs or is late: from `tick_s + deadline_s` after its last command on, the guard's thread
+  sends stops; `LOST_S` (1 s) later it disarms the robot.
+- A check raises in the guard's thread: the robot is disarmed and sent stops; the thread goes on.
+- The guard's thread ends or hangs, or the whole process is frozen or killed: the watchdog process hears nothing for
+  `deadline_s` and sends stops itself. `command` sends nothing but stops then, too, since the last check is too old.
+- The watchdog process ends: the next check disarms the robot, `PERIOD_S` later at most. It hangs: disarmed after
+  0.5 s without an answer (`watchdog_client.ANSWER_S`). Until that is noticed the guard's thread alone stops the robot.
+- A command cannot be sent: the pipe to the watchdog is closed, whereupon the watchdog sends stops over its own
+  connection; the robot is disarmed.
+- The date is set or NTP steps the clock: nothing, since all intervals are differences of `time.monotonic`. A computer
+  that was suspended disarms the robot when it wakes (`self_monitor`; detected on Linux only).
+- The link is cut, or the computer loses power: nothing here can stop the robot. Its own command timeout has to.
 """
 
 from __future__ import annotations
@@ -25,21 +41,21 @@ from understudy.robots.safety.watchdog_client import WatchdogClient
 NOT_ARMED = "not armed"
 NO_KEY = "nobody holds the key"
 PERIOD_S = 0.02
-"""From one look to the next, and from one repeated command to the next."""
+"""Time between two checks, and between two repetitions of a command, s."""
 FIRST_S = 10.0
-"""For so long after arming the first command may take."""
+"""How long the first command may take after arming, s; until it comes the robot is sent zero speeds."""
 STOPPING_S = 5.0
-"""For so long after disarming a robot is sent stop, over and over; then others may drive it."""
+"""How long stops are repeated after disarming, s; then nothing is sent, and others may drive the robot."""
 PARTING = 3
-"""So often stop is sent when the program ends."""
+"""How many more stops are sent when the program leaves a robot that it had told to stop less than STOPPING_S ago."""
 OTHERS_S = 0.2
-"""From one look for others who command to the next."""
+"""Time between two looks for other publishers of commands, s."""
 KEY_S = 1.0
-"""No key counts as held for longer without a new sign."""
+"""The longest that a hold-to-run key counts as held without a new report, s."""
 
 
 class ArmingRefused(UnderstudyError, json_type="ArmingRefused"):
-    """A robot that cannot be armed now."""
+    """Report why a robot cannot be armed now, and what to do about it. It stays disarmed."""
 
     def __init__(self, *, robot: str, problem: str, remedy: str) -> None:
         self.robot, self.problem, self.remedy = robot, problem, remedy
@@ -47,11 +63,32 @@ class ArmingRefused(UnderstudyError, json_type="ArmingRefused"):
 
 
 class Guard:
-    """What a robot may do now, and what it was told last.
+    """Hold one robot's armed state, limit its commands, and replace them by stops where it must not move.
 
-    `send` sends speeds, `danger` says what the readings have against moving at a moment, `peers` who else publishes,
-    and `heard` are the topics that the robot is heard on. Without a leash there is no watchdog, no log and no thread,
-    and `check` has to be called: that is for tests and replays, `connect` gives a robot a leash.
+    Armed, a robot either moves or is *stopped* (`stopped` names the cause): that ends with the next command that
+    nothing speaks against. *Disarmed*, it is sent stops for `STOPPING_S`, then nothing, until a person arms it again.
+
+    Methods may be called from any thread; those that send block while another thread sends.
+
+    Parameters
+    ----------
+    file : RobotFile
+        Limits, deadlines and topics of the robot.
+    send : callable
+        Send speeds (m/s, rad/s) at once. An exception makes the guard leave the robot to the watchdog.
+    danger : callable
+        Return why the robot's readings forbid it to move at a time (s, of `clock`), or None.
+    peers : callable
+        List the publishers of other processes on the robot's network.
+    heard : collection of str
+        Topics of the robot's sensors: the watchdog has to discover their publishers before it counts as ready.
+    clock : callable
+        Monotonic time, s, that messages are stamped with on arrival. It must not jump; do not pass the time of day.
+    log : StopLog, optional
+        Where stops are logged; in memory only if left out.
+    leash : WatchdogClient, optional
+        Connection to the robot's watchdog process. Without it there is no watchdog and no thread, and the caller has to
+        call `check`: for tests and replays only. `connect_robot_body` always passes one.
     """
 
     def __init__(
@@ -76,19 +113,25 @@ class Guard:
         self._thread: Thread | None = None
         self._by, self._orders = "", 0
         self.stopped = NOT_ARMED
-        """Why the last command was a stop; empty where it may move."""
+        """Why the last command was a stop; empty while the robot may move."""
         self.speeds = STILL
-        """What the robot was told last."""
+        """The speeds that were sent last, m/s and rad/s."""
+        # Times of `clock`, s: the last look for other publishers, the last command of the program, the last new cause
+        # of a stop; then until when the next command is due, the key counts as held, and stops go on after disarming.
         self._asked_s = self._told_s = self._stopped_s = -inf
         self._due_s = self._held_s = self._quiet_s = -inf
 
     @property
     def armed(self) -> bool:
-        """Whether it obeys."""
+        """Whether commands of the program are sent; otherwise stops or nothing are."""
         return bool(self._by)
 
     def prepare(self) -> None:
-        """Start the watchdog, so that arming takes no time; WatchdogFailed where it does not start."""
+        """Start the watchdog ahead of arming, which then takes no time; block until it is ready, about 0.5 s.
+
+        Raises WatchdogFailed where it does not start, ArmingRefused once closed. Sends nothing to the robot but the
+        watchdog's first stop.
+        """
         with self._arming:
             if not self.armed:
                 self._start()
@@ -96,14 +139,19 @@ class Guard:
     def _start(self) -> None:
         self._refuse_closed()
         self._vigil.start([peer for peer in self._peers() if peer.topic in self._heard])
-        if self._end.is_set():  # who closed it found no watchdog yet to send home
+        if self._end.is_set():  # `close` ran meanwhile, and found no watchdog yet to shut down
             self._vigil.shut_watchdog_down()
         self._refuse_closed()
 
     def arm(self, by: str) -> None:
-        """Obey from now on, since a person says so. ArmingRefused, WatchdogFailed or FileError where it must not.
+        """Send the program's commands from now on, because the person `by` says so; start the guard's thread.
 
-        The first time this takes about half a second: until the watchdog has found the robot.
+        Nothing happens where it is armed. The first call blocks for about 0.5 s, until the watchdog has discovered the
+        robot. A stop from another thread meanwhile wins: arming is refused then.
+
+        Raises ArmingRefused (a required reading is absent, the robot is outside its geofence, another publisher
+        commands it, it was stopped meanwhile, or closed), WatchdogFailed, or FileError (the stop log cannot be
+        written); the robot stays disarmed.
         """
         with self._arming:
             if self.armed:
@@ -130,9 +178,11 @@ class Guard:
             self._watch()
 
     def command(self, asked: Speeds, *, sensed_s: float | None = None) -> None:
-        """Tell the robot this, within the limits, until the next tick; stop where it must not move.
+        """Send these speeds (m/s, rad/s) within the limits, or a stop where the robot must not move.
 
-        `sensed_s` is when that was read on which this was decided.
+        The guard's thread repeats what was sent until the next command, for `tick_s + deadline_s` at most. `sensed_s`
+        is when the readings were taken that this was decided on (s, of `clock`): if longer ago than that, stop.
+        Disarmed, the speeds are ignored. Raises what `send` raises, after leaving the robot to the watchdog.
         """
         with self._lock:
             now = self._clock()
@@ -156,7 +206,10 @@ class Guard:
                 self._heed(danger, now)
 
     def check(self) -> None:
-        """Stop it where it must not move, else repeat what it was told; the thread does this all the time."""
+        """Send a stop where the robot must not move, else repeat the last speeds; then send the watchdog a heartbeat.
+
+        The guard's thread calls this every `PERIOD_S`.
+        """
         others, seen = 0, self._clock()
         if self.armed and seen - self._asked_s > OTHERS_S:
             others, self._asked_s = self._others(), seen
@@ -175,25 +228,31 @@ class Guard:
             self._vigil.confirm_check(now, armed=self.armed, moving=self.armed or now < self._quiet_s)
 
     def hold(self, for_s: float) -> None:
-        """A person's key is down, and counts as held for so long, at most KEY_S; 0: it was let go."""
+        """Take the hold-to-run key as held for `for_s` from now, at most KEY_S (s); 0: as released.
+
+        Released or not reported again in time, the next check sends a stop; the robot stays armed.
+        """
         with self._lock:
             self._held_s = self._clock() + min(for_s, KEY_S) if for_s > 0 else -inf
 
     def refuse(self, cause: str) -> None:
-        """Stop it until the next command; it stays armed."""
+        """Stop the robot until the next command, for a command that cannot be carried out; it stays armed."""
         with self._lock:
             if self.armed:
                 self._heed(StopReason(cause, lost=False), self._clock())
 
     def disarm(self, cause: str) -> None:
-        """Stop it, and let it obey no more."""
+        """Send a stop at once and disarm the robot. Do nothing where it is not armed, but end an arming in progress."""
         with self._lock:
             self._orders += 1
             if self.armed:
                 self._disarm(cause, "program")
 
     def emergency_stop(self, cause: str) -> None:
-        """Stop it, whether it was armed or not, and let it obey no more."""
+        """Send a stop at once and disarm the robot, also one that is not armed: another program may be driving it.
+
+        A failure to send is not raised: an armed robot is then stopped by its watchdog.
+        """
         with self._lock:
             self._orders += 1
             if not self._end.is_set():
@@ -201,7 +260,11 @@ class Guard:
         self._watch()
 
     def close(self, cause: str) -> None:
-        """Stop it if it may still be moving, and end the thread and the watchdog."""
+        """Disarm the robot if it is armed, and end the guard's thread and the watchdog; it cannot be armed again.
+
+        A robot that this program never moved is sent nothing: somebody else may be driving it. Blocks until the thread
+        and the watchdog have ended, 3 s at most for the latter.
+        """
         with self._lock:
             self._orders += 1
             if self.armed:
@@ -216,7 +279,7 @@ class Guard:
         self._vigil.shut_watchdog_down()
 
     def _others(self) -> int:
-        """How many publish commands besides us and our watchdog."""
+        """Count the publishers of commands besides this process and its watchdog."""
         count = sum(peer.topic == self._topic for peer in self._peers())
         return max(0, count - self._vigil.watchdogs)
 
@@ -236,7 +299,7 @@ class Guard:
         raise ArmingRefused(robot=self._file.name, problem=problem, remedy=remedy)
 
     def _against(self, now: float, others: int = 0) -> StopReason | None:
-        """What speaks against moving now, but for a tick that is a little late."""
+        """Find why the robot must not move now; that a tick is late by up to LOST_S is for `check` to find."""
         if danger := self._vigil.find_stop_reason(now):
             return danger
         if others:
@@ -252,6 +315,7 @@ class Guard:
         return None
 
     def _heed(self, danger: StopReason, now: float) -> None:
+        """Send a stop for a reason, and log it if the robot moved before; disarm where the reason says so."""
         if danger.lost:
             self._disarm(danger.cause, "guard")
             return
@@ -269,12 +333,12 @@ class Guard:
         self.log.add(cause, by)
 
     def _repeat(self, now: float) -> None:
-        """Disarmed, send stop for a while."""
+        """Disarmed, repeat the stop until `STOPPING_S` have passed."""
         if now < self._quiet_s:
             self._stop(now)
 
     def _stop(self, now: float) -> None:
-        with contextlib.suppress(Exception):  # it was left to the watchdog, and who stops several goes on
+        with contextlib.suppress(Exception):  # the watchdog stops it; others are still to be stopped
             self._issue(STILL, now)
 
     def _issue(self, speeds: Speeds, now: float) -> None:
@@ -285,18 +349,18 @@ class Guard:
             self._give_up("commands cannot be sent")
             raise
         if speeds != STILL and (danger := self._vigil.overrun(now, self._clock())):
-            # It was frozen just here: this command may have come after the watchdog's stop.
+            # The process was frozen while sending: this command may have arrived after the watchdog's stop.
             self._heed(danger, now)
 
     def _give_up(self, cause: str) -> None:
-        """Leave it to the watchdog, which stops it."""
+        """Disarm without sending, and close the watchdog's pipe, whereupon the watchdog sends the stops."""
         with self._lock:
             self._by, self.stopped, self.speeds, self._quiet_s = "", cause, STILL, -inf
             self._vigil.abandon_robot()
             self.log.add(cause, "guard")
 
     def _watch(self) -> None:
-        """Look all the time from now on."""
+        """Start the guard's thread, once; never without a watchdog, or after `close`."""
         with self._lock:
             if self._vigil.has_watchdog and self._thread is None and not self._end.is_set():
                 self._thread = Thread(target=self._run, name="guard", daemon=True)
@@ -307,7 +371,7 @@ class Guard:
         while not self._end.wait(PERIOD_S):
             try:
                 self.check()
-            except Exception as error:  # whatever it was, nobody would guard the robot
+            except Exception as error:  # or this thread would end, and only the watchdog be left
                 with self._lock:
                     if self.armed:
                         self._disarm(f"the guard failed ({error})", "guard")

@@ -1,4 +1,12 @@
-"""Whether the program that decides can be relied on itself: it looks often enough, and its watchdog is there."""
+"""Detect that this process stood still, that the computer was suspended, or that the watchdog is gone.
+
+The guard asks before each command and at each check, and reports each check; every report is a heartbeat to the
+watchdog. Nothing here has a thread or sends to the robot: `SelfMonitor` returns a reason, and the guard acts on it.
+
+Times are of `time.monotonic`, which no change of the date moves. On Linux it stands still while the computer is
+suspended, so that a suspension is no delay: it is measured as the growth of CLOCK_BOOTTIME over CLOCK_MONOTONIC. On
+other systems that is unknown and taken as 0; whether a suspension is noticed there depends on their monotonic clock.
+"""
 
 from __future__ import annotations
 
@@ -15,20 +23,25 @@ from understudy.robots.safety.watchdog import ANEW, MOVING, PRIORITY, RESTING
 from understudy.robots.safety.watchdog_client import WatchdogClient
 
 LOST_S = 1.0
-"""A robot that waits longer than this for a tick, a reading, or a program that stood still is disarmed."""
+"""How long a tick or a reading may be overdue, or the process stand still, s, before the robot is disarmed."""
 ASLEEP_S = 0.5
-"""A computer that slept longer than this has to be armed again: nobody expects a robot to go on with it."""
+"""A suspension longer than this since arming disarms, s: nobody expects a robot to start as a computer wakes."""
 
 
 class StopReason(NamedTuple):
-    """Why a robot must not move now. Where `lost`, a person has to look after it before it may again."""
+    """Why a robot must not move now: stopped until the cause is gone, or where `lost` disarmed, until a person arms."""
 
     cause: str
     lost: bool = True
 
 
 class SelfMonitor:
-    """How a program watches over itself, with a watchdog on a leash. Without one it has no doubts: for tests."""
+    """Detect what makes this process unfit to move a robot, and send heartbeats to the robot's watchdog.
+
+    `leash` is the connection to the watchdog; without one (tests, replays) nothing is detected. `deadline_s` is how
+    long the process may go without a check by the guard, s. The guard calls `begin`, `find_stop_reason`, `overrun`,
+    `confirm_check` and `abandon_robot` with its lock held.
+    """
 
     def __init__(self, leash: WatchdogClient | None, *, deadline_s: float) -> None:
         self._leash, self._deadline_s = leash, deadline_s
@@ -36,28 +49,32 @@ class SelfMonitor:
 
     @property
     def has_watchdog(self) -> bool:
-        """Whether there is a watchdog to be kept."""
+        """Whether there is a watchdog to be started and sent heartbeats."""
         return self._leash is not None
 
     @property
     def watchdogs(self) -> int:
-        """How many watchdogs of ours are connected to the robot."""
+        """How many watchdogs of this process may be connected to the robot, and so publish its commands."""
         return 0 if self._leash is None else self._leash.count
 
     def start(self, peers: Sequence[Publisher]) -> None:
-        """See that the watchdog is there, and has found these others; WatchdogFailed where it does not."""
+        """Start the watchdog unless it runs; wait until it has discovered these publishers, or raise WatchdogFailed."""
         if self._leash is not None:
             self._leash.start(peers)
 
     def begin(self, now: float) -> None:
-        """The robot may move from now on."""
+        """Begin to measure at arming: forget delays and interventions before, and tell the watchdog to stop no more."""
         self._looked_s, self._asleep_s = now, measure_time_asleep()
         if self._leash is not None:
             self._leash.begin()
             self._leash.send(ANEW)
 
     def find_stop_reason(self, now: float) -> StopReason | None:
-        """Why the program cannot be relied on now."""
+        """Find why this process must not move the robot now; None where all is well.
+
+        Disarms (`lost`): no check for more than LOST_S, a suspension, a watchdog that ended or does not answer. Stops
+        until the next command: no check for more than `deadline_s`, a watchdog that had to send stops since.
+        """
         if self._leash is None:
             return None
         if danger := self.overrun(self._looked_s, now):
@@ -72,7 +89,7 @@ class SelfMonitor:
         return None
 
     def overrun(self, since_s: float, now: float) -> StopReason | None:
-        """That the program stood still from then to now, longer than the watchdog allows."""
+        """Return a reason where `since_s` to `now` exceeds `deadline_s`: the watchdog has sent stops meanwhile."""
         still_s = now - since_s
         if self._leash is None or still_s <= self._deadline_s:
             return None
@@ -80,35 +97,39 @@ class SelfMonitor:
         return StopReason(f"this program stood still for {still_s:.2f} s", lost=still_s > LOST_S)
 
     def confirm_check(self, now: float, *, armed: bool, moving: bool) -> None:
-        """The guard has looked, and stopped what had to be stopped: the watchdog is told."""
+        """Send the watchdog a heartbeat after a check: whether the robot is armed, and whether it may be moving.
+
+        ANEW after this process stood still or the watchdog intervened: the watchdog, which would go on for 1 s, ends
+        its stops, since the guard's check has just sent what the robot is to do.
+        """
         self._looked_s = now
         if self._leash is not None:
             self._leash.send(ANEW if armed and self._anew else MOVING if moving else RESTING)
-            if not armed:  # its answers must not pile up
+            if not armed:  # nobody else reads its answers then, and a full pipe would block it
                 self._leash.problem()
                 self._leash.poll_intervention()
         self._anew = False
 
     def abandon_robot(self) -> None:
-        """Leave the robot to the watchdog, which stops it."""
+        """Close the watchdog's pipe without a goodbye: it sends a robot that may be moving stops for 1 s, and ends."""
         if self._leash is not None:
             self._leash.abandon()
 
     def shut_watchdog_down(self) -> None:
-        """Send the watchdog home."""
+        """Say goodbye to the watchdog process, which ends without sending stops, and wait for its end."""
         if self._leash is not None:
             self._leash.shut_down()
 
 
 def raise_thread_priority() -> None:
-    """Let this thread have the processor before others, where the system allows that."""
+    """Raise this thread's scheduling priority, on Linux with the right to (root, CAP_SYS_NICE); else do nothing."""
     if sys.platform == "linux":  # elsewhere threads have no numbers that this takes
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, get_native_id(), PRIORITY)
 
 
 def measure_time_asleep() -> float:
-    """For how long this computer slept since it was started, s: time that no clock of ours has seen; 0 if unknown."""
+    """Measure how long this computer was suspended since it was started, s; 0 where that is unknown (not Linux)."""
     if sys.platform != "linux":
         return 0.0
     return time.clock_gettime(time.CLOCK_BOOTTIME) - time.monotonic()

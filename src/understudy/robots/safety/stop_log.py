@@ -1,6 +1,11 @@
-"""The log of stops: when each robot stopped by itself or was told to, and why, a line of JSON each.
+"""Log when each robot was stopped, why and by whom, as lines of JSON (`understudy robots stops`).
 
-The program that decides and its watchdog write to one file, each line whole: the end may be written by who survives.
+The driving program, its watchdog and `robots stop` append to one file, each line in a single write, so that the log is
+complete though one of them is killed. Times are of day, in UTC: only here, and only for people; after the clock was
+set, lines need not be in order of time.
+
+Logging never prevents a stop: it comes after the first stop was sent, and errors are ignored then. A write that blocks
+does delay the stops after it, in the guard and in the watchdog: keep the log on a local disk.
 """
 
 from __future__ import annotations
@@ -20,7 +25,11 @@ ENDING = ".stops.jsonl"
 
 
 class StopEvent(msgspec.Struct, frozen=True, kw_only=True):
-    """A stop: when, of which robot, for what cause, and who stopped it: the guard, the watchdog or a person."""
+    """A stop: when (UTC), of which robot, for what cause, and by whom.
+
+    `by` is "guard", "watchdog", "program" (which called `disarm`, `emergency_stop` or `close`), or the command that a
+    person used, "robots stop".
+    """
 
     time: datetime
     robot: str
@@ -29,18 +38,18 @@ class StopEvent(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def make_stop_event(robot: str, cause: str, by: str) -> StopEvent:
-    """A stop of this moment."""
+    """Make the record of a stop that happens now."""
     return StopEvent(time=datetime.now(UTC), robot=robot, cause=cause, by=by)
 
 
 def find_stop_log(file: RobotFile, path: Path | str) -> Path:
-    """Where the stops of a robot are written: the `log` of its file, beside it, or the file's name with an ending."""
+    """Find the log of a robot: `safety.log` of its file, beside that, or else the file's name with ENDING."""
     path = Path(path)
     return path.with_suffix(ENDING) if file.safety.log is None else path.parent / file.safety.log
 
 
 def append_stop(path: Path, stop: StopEvent | None = None) -> None:
-    """Write a stop at the end of a log, in one piece; without one, only see that it can be. OSError where it cannot."""
+    """Append a stop to a log in one write; without one, only try whether the log can be opened. Raises OSError."""
     line = b"" if stop is None else msgspec.json.encode(stop) + b"\n"
     log = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
     try:
@@ -51,7 +60,7 @@ def append_stop(path: Path, stop: StopEvent | None = None) -> None:
 
 
 class StopLog:
-    """The stops of one robot since it was connected, in memory and in a file if there is one."""
+    """Keep the stops of one robot since it was connected in memory, and append them to a file if there is one."""
 
     def __init__(self, robot: str, path: Path | None = None) -> None:
         self._robot, self._path = robot, path
@@ -59,7 +68,7 @@ class StopLog:
         """Oldest first."""
 
     def begin(self) -> None:
-        """See that it can be written; FileError where it cannot."""
+        """Try whether the file can be written, before arming; raise FileError where it cannot."""
         if self._path is not None:
             try:
                 append_stop(self._path)
@@ -68,7 +77,7 @@ class StopLog:
                 raise FileError(path=self._path, place="", problem=problem, remedy="correct that") from None
 
     def add(self, cause: str, by: str) -> None:
-        """A stop of this moment; a full disk must not keep anything from stopping."""
+        """Record a stop that happens now, after it was sent. A file that cannot be written is ignored."""
         stop = make_stop_event(self._robot, cause, by)
         self.stops.append(stop)
         if self._path is not None:
@@ -77,7 +86,7 @@ class StopLog:
 
 
 def read_stops(path: Path) -> Sequence[StopEvent]:
-    """All stops of a log, oldest first; none where there is no log yet. FileError where a line is no stop."""
+    """Read the stops of a log as they were written; none where there is no log. FileError where a line is no stop."""
     try:
         lines = path.read_bytes().splitlines()
     except FileNotFoundError:

@@ -1,8 +1,23 @@
-"""The watchdog: a small process of its own, which stops a robot when the program that decides is killed or frozen.
+"""Run as a process of its own that stops a robot when the program that drives it is killed, crashes or freezes.
 
-It hears over a pipe, each few hundredths of a second, that the program is well, and whether the robot may move. When
-nothing comes for too long, or the pipe closes without a good-bye, it sends stop itself, again and again, since a
-message may get lost. Whatever it does for a frozen program it says when that goes on.
+There is one watchdog per robot. It has one thread and its own connection to the robot. On standard input it receives
+a heartbeat every 20 ms from the guard's thread of the program, which says whether the robot may be moving; it answers
+what it has read on standard output.
+
+- While the robot may be moving and no heartbeat came for `deadline_s` (0.12 s unless the robot's file says otherwise),
+  it sends a stop every `PERIOD_S`, until heartbeats come again and `LASTING_S` (1 s) more, or until the program says
+  with a heartbeat that it has taken over (`ANEW`). Its next answer says that it intervened (`STOPPED`).
+- When the pipe closes without a goodbye while the robot may be moving, it sends stops for `LASTING_S` and ends. A
+  child that the program forked keeps the pipe open: then the missing heartbeats count, as above.
+- While the robot is at rest (`RESTING`), it sends nothing, however long nothing comes.
+- When this process ends or hangs, the guard disarms the robot (`WatchdogClient.problem`). Should the program freeze or
+  be killed within the 0.5 s at most until then, only the robot's own command timeout stops it.
+- Where stops cannot be sent, it keeps trying, silently. Where the log of stops cannot be written, it goes on without;
+  a write that blocks (a network file system) delays the stops after the first.
+- Intervals are of `time.monotonic`, so that setting the date has no effect. A suspended computer sends nothing; on
+  waking, missing heartbeats count for the time awake only (Linux).
+
+A terminal's Ctrl-C does not reach it: it is started in a session of its own.
 """
 
 from __future__ import annotations
@@ -24,27 +39,30 @@ from understudy.robots.safety.emergency_stop import make_stop_sender
 from understudy.robots.safety.stop_log import append_stop, make_stop_event
 
 ANEW, MOVING, RESTING, BYE = b"*", b"+", b"-", b"."
-"""What it is told: the robot may move anew, since it was armed, or stopped by the program itself after that had been
-frozen; it may move; it is disarmed; the program ends as it should."""
+"""Heartbeats, a byte each. ANEW: the robot may be moving, and stops still being sent have to end, since it was armed
+just now, or the program is back and has sent its own command. MOVING: it may be moving. RESTING: it is disarmed, and
+its stops were repeated long enough. BYE: the program leaves in good order."""
 WELL, STOPPED = b"+", b"!"
-"""What it answers to each word: all was well, or that it has sent stop since the last one."""
+"""Answers to what was read, a byte each: nothing happened, or stops were sent since the last answer."""
 READY = b"ready"
+"""The line that says that it is connected, and has discovered the robot; any other line says why it failed."""
 PERIOD_S = 0.02
-"""From one stop to the next."""
+"""Time between two stops, s."""
 LASTING_S = 1.0
-"""For so long it sends stop after the program is gone, or goes on."""
+"""How long stops are repeated after the program has ended, or has come back, s: a message may get lost."""
 DISCOVERY_S = 5.0
-"""For so long it may look for the robot."""
+"""How long discovering the robot's publishers may take, s; then arming fails."""
 SETTLING_S = 0.1
-"""From seeing who publishes to be sure that who listens was seen, too."""
+"""Time from having discovered the robot's publishers until its subscriber to commands was, too, s."""
 PRIORITY = -10
+"""Nice value of this process and of the guard's thread, where the system allows it (root, CAP_SYS_NICE)."""
 
 Hear: TypeAlias = Callable[[float | None], bytes | None]
-"""Waits so long (s; None: for ever) for words; b"" when there will be none any more, None when nothing came."""
+"""Wait so long (s; None: forever) for heartbeats; b"" when the pipe was closed, None when nothing came."""
 
 
 class WatchdogConfig(msgspec.Struct, frozen=True, kw_only=True):
-    """What it has to know: the robot, where to log stops, and who it must have discovered before it is ready."""
+    """What the process is started with: the robot, where to log stops, and whom to discover before it is ready."""
 
     file: RobotFile
     log: str
@@ -64,7 +82,19 @@ def watch_heartbeats(
     clock: Callable[[], float] = time.monotonic,
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Wait for words, until good-bye or the end; `stop` where none comes in time while the robot may move."""
+    """Read heartbeats until the program says goodbye or the pipe closes; `stop` where none comes in time.
+
+    Parameters
+    ----------
+    hear : callable
+        Wait for heartbeats, at most so long (s). Several may come at once: the last one counts, and any ANEW.
+    answer, stop, log : callable
+        Answer a heartbeat, send one stop, log a stop with its cause. None may raise.
+    deadline_s : float
+        How long heartbeats may be missing while the robot may be moving, s.
+    clock, sleep : callable
+        Monotonic time, s, and waiting.
+    """
     moving, frozen, until = False, False, 0.0
     while True:
         stopping = frozen or clock() < until
@@ -87,7 +117,7 @@ def watch_heartbeats(
         if frozen and not stopping:
             log(f"no sign for {deadline_s:g} s of the program that decides")
     if moving:
-        stop()  # before anything else
+        stop()  # before the log is written, which may take a while
         log("the program that decides ended without a word")
         until = clock() + LASTING_S
     while clock() < until:
@@ -96,15 +126,16 @@ def watch_heartbeats(
 
 
 def run_watchdog_process() -> None:
-    """The process: orders come as a line of JSON, then words; both on standard input, answers on standard output."""
+    """Read a WatchdogConfig as a line of JSON, then heartbeats, from standard input; answer on standard output.
+
+    Whatever goes wrong before it is ready is answered as a sentence in place of READY, and ends the process.
+    """
     with contextlib.suppress(OSError, AttributeError):
-        os.setpriority(
-            os.PRIO_PROCESS, 0, PRIORITY
-        )  # where it may: it has next to nothing to do, but at once
+        os.setpriority(os.PRIO_PROCESS, 0, PRIORITY)  # it has little to do, but has to do it in time
     try:
         orders = msgspec.json.decode(_orders(), type=WatchdogConfig)
         transport = open_transport(orders.file)
-    except Exception as error:  # whatever it is, somebody waits for a word of it
+    except Exception as error:  # whatever it is: the program waits for an answer
         _answer(str(error).encode() + b"\n")
         return
     try:
@@ -132,7 +163,7 @@ def _watch(orders: WatchdogConfig, transport: Transport) -> None:
             return
         time.sleep(PERIOD_S)
     time.sleep(SETTLING_S)
-    stop()  # what it does first must not be its first time
+    stop()  # now, so that imports and connections that the first message needs delay no later one
     _answer(READY + b"\n")
     watch_heartbeats(_hear, _answer, stop, log, deadline_s=file.safety.deadline_s)
 
@@ -148,7 +179,7 @@ def _orders() -> bytes:
 
 
 def _hear(wait_s: float | None) -> bytes | None:
-    # Asked again after waiting in vain: who did not get the processor for a while must not blame others.
+    # Looked at again after waiting in vain: heartbeats may have come while this process itself got no processor.
     if select.select([0], [], [], wait_s)[0] or select.select([0], [], [], 0.0)[0]:
         return os.read(0, 4096)
     return None

@@ -1,4 +1,9 @@
-"""Our end of the watchdog: it is started here, told that all is well, and missed when it is gone."""
+"""Start a robot's watchdog process, send it heartbeats, and detect that it ended, hangs, or had to stop the robot.
+
+The pipes to the process do not block, once it is ready: heartbeats that a hanging watchdog does not read are dropped,
+and `problem` reports it after `ANSWER_S`. There is no thread here but one that waits for the end of a watchdog that was
+abandoned. Intervals are of `time.monotonic`.
+"""
 
 from __future__ import annotations
 
@@ -20,16 +25,17 @@ from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety.watchdog import BYE, READY, RESTING, STOPPED, WatchdogConfig
 
 STARTING_S = 15.0
-"""For so long it may take to start, on a machine that is very busy."""
+"""How long starting may take, s: long, for computers that are very busy. Then WatchdogFailed is raised."""
 ANSWER_S = 0.5
-"""A watchdog that does not answer for so long is none."""
+"""A watchdog that answers no heartbeat for so long counts as gone, s."""
 ASKING_S = 0.005
+"""Time between two heartbeats that ask whether a watchdog still answers, before it is used again, s."""
 LEAVING_S = 3.0
-"""For so long it may take to end, which it does after it sent stop for a while."""
+"""How long the process may take to end, s, up to 1 s of which it sends stops; then it is killed."""
 
 
 class WatchdogFailed(UnderstudyError, json_type="WatchdogFailed"):
-    """The watchdog cannot be started."""
+    """Report why the watchdog cannot be started; the robot stays disarmed."""
 
     def __init__(self, *, robot: str, problem: str) -> None:
         self.robot, self.problem = robot, problem
@@ -39,7 +45,11 @@ class WatchdogFailed(UnderstudyError, json_type="WatchdogFailed"):
 
 
 class WatchdogClient:
-    """The watchdog of one robot, started when it is first needed, and again where it is gone."""
+    """Run the watchdog process of one robot: started when first needed, and again where it has ended or hangs.
+
+    `start` and `shut_down` block, and are called without the guard's lock; everything else returns at once, and is
+    called with it while the robot is armed.
+    """
 
     def __init__(self, file: RobotFile, *, log: Path) -> None:
         self._file, self._log = file, log
@@ -49,27 +59,28 @@ class WatchdogClient:
         self._lock = Lock()
 
     _leaving: Thread | None = None
-    """Sees one off that was dropped."""
+    """Waits for the end of a process that was abandoned."""
 
     @property
     def alive(self) -> bool:
-        """Whether it is there."""
+        """Whether the process runs; it may hang nevertheless."""
         return self._process is not None and self._process.poll() is None
 
     @property
     def count(self) -> int:
-        """How many are connected to the robot: one that was dropped still is for a while."""
+        """How many processes may be connected to the robot: one that was abandoned still is until it ends."""
         leaving = self._leaving is not None and self._leaving.is_alive()
         return int(self.alive) + int(leaving)
 
     @property
     def pid(self) -> int:
-        """The number of its process; 0 where there is none."""
+        """The id of the process; 0 where there is none."""
         return 0 if self._process is None else self._process.pid
 
     def start(self, peers: Sequence[Publisher]) -> None:
-        """Start it unless it is there and answers, and wait until it has found these others; WatchdogFailed where it
-        does not.
+        """Start the process unless it runs and answers; block until it has discovered these publishers, about 0.5 s.
+
+        Raises WatchdogFailed where it does not start, or does not discover them within `watchdog.DISCOVERY_S` (5 s).
         """
         with self._lock:
             if self.alive and self._answers():
@@ -83,7 +94,7 @@ class WatchdogClient:
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=subprocess.DEVNULL,
-                    bufsize=0,  # what it says is read as it comes
+                    bufsize=0,  # answers are read as they come
                     start_new_session=True,  # the terminal's Ctrl-C is not meant for it
                 )
             except OSError as error:
@@ -106,7 +117,7 @@ class WatchdogClient:
             self._process, self._owner = process, os.getpid()
 
     def _answers(self) -> bool:
-        """Whether it says anything, asked while the robot is disarmed."""
+        """Whether it answers heartbeats, tried for up to ANSWER_S; the robot has to be disarmed."""
         asked_s = time.monotonic()
         while time.monotonic() - asked_s < ANSWER_S:
             self.send(RESTING)
@@ -117,19 +128,19 @@ class WatchdogClient:
         return False
 
     def send(self, words: bytes) -> None:
-        """All is well: ANEW, MOVING or RESTING."""
+        """Send a heartbeat: ANEW, MOVING or RESTING. Never block or raise; drop it where the pipe is full or closed."""
         if self._process is not None:
-            with contextlib.suppress(OSError):  # `problem` tells of it
+            with contextlib.suppress(OSError):  # `problem` reports it
                 _tell(self._process, words)
 
     def begin(self) -> None:
-        """Forget what it said until now, or did not say: nobody spoke to it."""
+        """Discard old answers, and expect new ones from now on: until now nobody sent heartbeats regularly."""
         self.problem()
         self.poll_intervention()
         self._answered_s = time.monotonic()
 
     def problem(self) -> str:
-        """Why it cannot be relied on; empty where all is well. Takes in what it answered."""
+        """Read the answers; return why the watchdog cannot be relied on, empty where all is well. Never block."""
         process = self._process
         if process is None or process.stdout is None:
             return "there is no watchdog"
@@ -149,29 +160,35 @@ class WatchdogClient:
         return ""
 
     def poll_intervention(self) -> bool:
-        """Whether it said that it had to stop the robot, since this was asked last."""
+        """Return whether, by the answers that `problem` has read since the last call, it had to send stops."""
         stopped, self._stopped = self._stopped, False
         return stopped
 
     def shut_down(self) -> None:
-        """Say good-bye, and wait until it is gone."""
+        """Say goodbye, and wait for the process to end without sending stops; kill it after LEAVING_S.
+
+        Does nothing in a process that was forked from the one that started it.
+        """
         process = self._process
-        if self._owner == os.getpid():  # not: a fork of the program that decides
+        if self._owner == os.getpid():
             if process is not None:
-                with contextlib.suppress(OSError, ValueError):  # ValueError: somebody else said it just now
+                with contextlib.suppress(OSError, ValueError):  # ValueError: a thread closed it just now
                     _tell(process, BYE)
             self._end()
             self._see_off()
 
     def abandon(self) -> None:
-        """Leave without a good-bye: it stops the robot. Does not wait for that: whoever drops it may hold up others."""
+        """Close the pipes without a goodbye, whereupon the watchdog stops a robot that may be moving, and ends.
+
+        Does not wait for that, since the caller holds the guard's lock: a thread does.
+        """
         process, self._process = self._process, None
         if process is not None:
             _let_go(process)
             leaving = Thread(target=_wait_for, args=(process,), name="leash", daemon=True)
             try:
                 leaving.start()
-            except RuntimeError:  # at its very end a program has no new threads
+            except RuntimeError:  # no thread can be started while the interpreter shuts down
                 _wait_for(process)
             else:
                 self._leaving = leaving
@@ -202,7 +219,7 @@ def _wait_for(process: subprocess.Popen[bytes]) -> None:
 
 
 def _path() -> str:
-    """Where this program finds modules, for another to find the same, whatever lies in its folder."""
+    """The module search path of this program, absolute, for the watchdog to import the same modules from any folder."""
     return os.pathsep.join(str(Path(each).absolute()) for each in sys.path)
 
 
@@ -212,7 +229,7 @@ def _tell(process: subprocess.Popen[bytes], words: bytes) -> None:
 
 
 def _line(process: subprocess.Popen[bytes], wait_s: float) -> bytes:
-    """The next line, without its end; what came of it where it ends or takes too long."""
+    """Read the next line without its newline; what came of it where the pipe closes or `wait_s` (s) has passed."""
     line, until = b"", time.monotonic() + wait_s
     if process.stdout is None:
         return line
