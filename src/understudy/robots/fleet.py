@@ -23,6 +23,9 @@ from understudy.sim.scenario.schema import Scenario
 class Fleet:
     """Robots of one world as a Body. What one of them does not sense is absent for it.
 
+    Each robot has its own guard and watchdog: where these stop or disarm one, the others go on. What a person or the
+    program stops (`disarm`, `emergency_stop`, `close`) is stopped for all, one after the other without waiting.
+
     SettingError where their files do not go together: other worlds, other ticks, one name for two sorts of readings.
     """
 
@@ -62,7 +65,7 @@ class Fleet:
         return {key: np.concatenate([row.get(key, absent) for row in rows]) for key in keys}
 
     def act(self, commands: Commands) -> None:
-        """Command each robot for one tick; whatever goes wrong with one, the others hear theirs."""
+        """Command each robot for one tick; where one fails, command the others, then raise the first exception."""
         problems: list[Exception] = []
         for agent, robot in enumerate(self.robots):
             try:
@@ -74,13 +77,13 @@ class Fleet:
 
     @property
     def armed(self) -> bool:
-        """Whether any of them may move."""
+        """Whether any of them is armed."""
         return any(robot.armed for robot in self.robots)
 
     def arm(self, by: str) -> None:
-        """Arm all of them, or none: what stands against one is raised, and the others stop again.
+        """Arm all of them, or none: what one raises is raised, and the others are disarmed.
 
-        Their watchdogs are started side by side, and before any robot is armed: that takes a while.
+        Their watchdogs are started first, in parallel, which blocks for about 0.5 s.
         """
         with ThreadPoolExecutor(len(self.robots)) as side_by_side:
             for each in [side_by_side.submit(robot.prepare) for robot in self.robots]:
@@ -93,19 +96,19 @@ class Fleet:
             raise
 
     def disarm(self, cause: str) -> None:
-        """Stop all of them, whatever goes wrong with one, and let them be armed anew before they move."""
+        """Send each that is armed a stop and disarm it, whatever another raises."""
         with ExitStack() as each:
             for robot in reversed(self.robots):
                 each.callback(robot.disarm, cause)
 
     def emergency_stop(self, cause: str) -> None:
-        """Stop all of them at once, whatever goes wrong with one."""
+        """Send each a stop at once and disarm it, armed or not, whatever another raises."""
         with ExitStack() as each:
             for robot in reversed(self.robots):
                 each.callback(robot.emergency_stop, cause)
 
     def hold(self, for_s: float) -> None:
-        """A person holds the key, for so long from now."""
+        """Take the hold-to-run key as held for so long from now (s), for all of them; 0: as released."""
         for robot in self.robots:
             robot.hold(for_s)
 
@@ -115,11 +118,11 @@ class Fleet:
         return any(robot.file.safety.hold_to_run for robot in self.robots)
 
     def close(self, cause: str = "its program left") -> None:
-        """Stop and leave, all of them, whatever goes wrong with one."""
+        """Stop and disconnect all of them, whatever one raises."""
         with ExitStack() as each:
             for robot in reversed(self.robots):
                 each.callback(robot.close, cause)
-            self.disarm(cause)  # first of all: to leave one takes a while
+            self.disarm(cause)  # all of them before any is closed, which takes up to seconds each
 
     def __iter__(self) -> Iterator[Robot]:
         return iter(self.robots)

@@ -1,4 +1,8 @@
-"""A real robot as a body: its last messages are its readings, its commands go out as limited speeds."""
+"""A real robot as a body: its last messages are its readings, its commands are sent as limited speeds.
+
+What may move it is decided in `robots.safety`; here are the rules about its readings (required ones, geofence), and the
+message that is sent.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +39,17 @@ from understudy.sim.scenario.schema import RobotType, Scenario
 class Robot:
     """One robot behind a transport: a Body with N = 1 that is sent nothing until a person arms it.
 
-    Message threads write the last values, the deciding thread reads them. A call to `act` sends one command and
-    returns; whoever runs the robot keeps its ticks, and a guard stops it when none comes (`robots.safety.guard`).
-    Without a leash nobody does: `connect_robot_body` gives one. FileError where the file asks for what no message has.
+    The transport's threads write the last values, the deciding thread reads them. If a transport's thread ends,
+    readings become absent after their `stale_s`; that stops the robot where one of them is `required`, or where the
+    geofence needs it.
+
+    A call to `act` sends one command and returns; the caller keeps the ticks. The guard's thread repeats the command
+    and sends a stop where the next one does not come (`robots.safety.guard`). Without a leash, the connection to a
+    watchdog, nothing does: `connect_robot_body` gives one. Raises FileError where the file asks for what no message
+    has.
+
+    `clock` (s) has to be monotonic, and the one that messages are stamped with on arrival. The time of day is only in
+    the stamp of a TwistStamped: a robot whose clock differs by more than its command timeout may refuse such commands.
     """
 
     agents = 1
@@ -81,12 +93,12 @@ class Robot:
 
     @property
     def armed(self) -> bool:
-        """Whether it obeys."""
+        """Whether it is sent commands; otherwise it is sent stops or nothing."""
         return self.guard.armed
 
     @property
     def stop_cause(self) -> str:
-        """The cause of the last stop; empty while it may move."""
+        """Why it must not move, or is disarmed; empty while it may move."""
         return self.guard.stopped
 
     @property
@@ -125,9 +137,10 @@ class Robot:
         return {key: np.array([values[key]]) for key in keys}
 
     def act(self, commands: Commands) -> None:
-        """Send one command, within the limits; stop where the robot must not move, nothing where it is not armed.
+        """Send one command within the limits: a stop where the robot must not move; nothing new where it is not armed.
 
-        A command that makes no sense stops the robot, too, and raises.
+        A command that cannot be carried out (an unknown channel, a wrong shape) sends a stop, too, and raises; so does
+        a transport that fails to send, after which the watchdog stops the robot.
         """
         try:
             known = [channel.name for channel in self.channels]
@@ -142,33 +155,34 @@ class Robot:
         self.guard.command((drive * of.drive_m_s, turn * of.turn_rad_s), sensed_s=sensed_s)
 
     def arm(self, by: str) -> None:
-        """From now on, obey: only a person, `by`, asks for this.
+        """Send commands from now on, because the person `by` says so; never call this without one.
 
-        ArmingRefused, WatchdogFailed or FileError (its log) where it must not. It is stopped when the program ends.
+        Raises ArmingRefused, WatchdogFailed or FileError (the stop log) where it must not be armed. The robot is
+        stopped when the program ends: by `close` at exit, or by the watchdog where the program has no time for that.
         """
         self.guard.arm(by)
         atexit.register(self.close)
 
     def prepare(self) -> None:
-        """Start what arming needs, which takes half a second; WatchdogFailed where that does not start."""
+        """Start the watchdog ahead of arming, blocking for about 0.5 s; raise WatchdogFailed where that fails."""
         self.guard.prepare()
 
     def disarm(self, cause: str = "disarmed") -> None:
-        """Stop at once, and stay so until armed again."""
+        """Send a stop at once and disarm; do nothing where it is not armed."""
         self.guard.disarm(cause)
 
     def emergency_stop(self, cause: str) -> None:
-        """Stop at once, whether it was armed or not, and stay so until armed again."""
+        """Send a stop at once and disarm, also where it is not armed: another program may be driving it."""
         self.guard.emergency_stop(cause)
 
     def hold(self, for_s: float) -> None:
-        """Where the file says `hold_to_run`: a person's key is down, and counts as held for so long; 0: let go."""
+        """Take the hold-to-run key as held for so long (s, at most 1); 0: as released. For files with `hold_to_run`."""
         self.guard.hold(for_s)
 
     def close(self, cause: str = "its program left") -> None:
-        """Stop if it may be moving, and leave: who only looked must not stop a robot that others drive.
+        """Stop the robot if this program may have it moving, and disconnect; one that others drive is left alone.
 
-        Does nothing in a fork of the program that connected it. Interrupted, it is done again at the end.
+        Does nothing in a fork of the process that connected it. Where it is interrupted, it runs again at exit.
         """
         if os.getpid() != self._owner:
             return
@@ -187,7 +201,11 @@ class Robot:
         return f"robot {self.file.name!r}"
 
     def _danger(self, now: float) -> StopReason | None:
-        """What its readings have against moving now."""
+        """Find why its readings forbid it to move now: a required one is absent, or it is outside its geofence.
+
+        Disarms at once where the sensor is silent for `stale_s`, or the place is outside or unknown; after `LOST_S`
+        where the sensor sends, but what it reads is absent. Other than that, it moves again when the reading is back.
+        """
         if (name := self.senses.missing(now)) is not None:
             return StopReason(f"{name} is absent", lost=not self.senses.read_fresh(name, now))
         if (fence := self.file.limits.geofence) is not None:
@@ -198,7 +216,7 @@ class Robot:
 
     def _send(self, speeds: Speeds) -> None:
         commands = self.file.commands
-        if self._publish is None:  # who only looks is nobody who commands
+        if self._publish is None:  # made late: a program that only reads must not be a publisher of commands
             self._publish = self.transport.publisher(self.file.topic(commands.topic), commands.type)
         speed, turning = speeds
         self._publish(
@@ -213,7 +231,7 @@ class Robot:
 
 
 def describe_exit_reason(error: type[BaseException] | None) -> str:
-    """Why a program leaves a robot."""
+    """Describe why a program leaves a robot, by the exception that ends it, for the log of stops."""
     if error is None or issubclass(error, SystemExit):
         return "its program left"
     if issubclass(error, KeyboardInterrupt):
