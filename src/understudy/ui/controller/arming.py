@@ -1,4 +1,9 @@
-"""The robots at a desk where they are real: armed by a person, at rest while time stands still, watched over."""
+"""Arm, stop and supervise real robots from a user interface: the studio's page or the terminal.
+
+`RobotArming` has no thread: the interface calls `refresh_heartbeat` whenever the person's side reports, and `idle` many
+times a second. A person's side that is silent for `SILENT_S` disarms the robots. Where the interface itself hangs,
+nothing here runs: then the guard stops the robots, since no command comes (`robots.safety.guard`). `wall` is monotonic.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +14,13 @@ from understudy.robots.twin import DigitalTwin, Ground
 from understudy.ui.controller.clock import WallClock
 
 SILENT_S = 0.6
-"""Who directs armed robots says that they are there, several times a second; after so long they count as gone."""
+"""How long the page in control may be silent, s, before robots are disarmed; it reports every 0.15 s."""
 HELD_S = 0.4
-"""How long a held key counts as held after that was said."""
+"""How long the hold-to-run key counts as held after a report that it is, s."""
 
 
 class RobotStatus(Struct, frozen=True, kw_only=True):
-    """A real robot: whether it may move, and why it does not."""
+    """A real robot's name, whether it is armed, and why it is stopped or disarmed (empty while it may move)."""
 
     name: str
     armed: bool
@@ -23,7 +28,10 @@ class RobotStatus(Struct, frozen=True, kw_only=True):
 
 
 class RobotArming:
-    """What a person does with real robots from a place such as "the studio"; with simulated ones nothing."""
+    """Arm and stop the real robots of a session; with simulated ones, do nothing, and refuse to arm.
+
+    `place` ("the studio") names the interface in the log of stops, and as who armed.
+    """
 
     def __init__(self, ground: Ground, wall: WallClock, *, place: str) -> None:
         self._place = place
@@ -33,16 +41,16 @@ class RobotArming:
 
     @property
     def has_robots(self) -> bool:
-        """Whether there are any."""
+        """Whether the session has real robots."""
         return self._twin is not None
 
     @property
     def armed(self) -> bool:
-        """Whether any of them may move."""
+        """Whether any of them is armed."""
         return self._twin is not None and self._twin.fleet.armed
 
     def statuses(self) -> list[RobotStatus]:
-        """Each, whether it may move, and why it does not."""
+        """List the state of each real robot; none where they are simulated."""
         if self._twin is None:
             return []
         return [
@@ -51,30 +59,36 @@ class RobotArming:
         ]
 
     def arm(self) -> None:
-        """A person lets them move from now on; what stands against it is raised."""
+        """Arm all robots, or none, because a person asks for it; blocks for about 0.5 s the first time.
+
+        Raises SessionError with simulated robots, and what `Fleet.arm` raises.
+        """
         if self._twin is None:
             raise SessionError("these robots are simulated: nothing has to be armed")
         self._twin.fleet.arm(self._place)
-        self._heard_s = self._wall()  # what was said meanwhile, which may take seconds, was not heard yet
+        self._heard_s = self._wall()  # arming took a while, and reports since are unread
 
     def stop(self, cause: str) -> None:
-        """Stop them at once; they have to be armed again."""
+        """Send all robots a stop at once and disarm them, armed or not."""
         if self._twin is not None:
             self._twin.fleet.emergency_stop(cause)
 
     def stop_supervising(self, cause: str) -> None:
-        """Nobody watches over them any more."""
+        """Stop and disarm the robots, since nobody supervises them any more."""
         if self._twin is not None and self.armed:
             self._twin.fleet.disarm(cause)
 
     def refresh_heartbeat(self, *, holding: bool) -> None:
-        """Who directs is there, and holds the key, or does not."""
+        """Note that the person in control is there, and whether they hold the hold-to-run key."""
         self._heard_s = self._wall()
         if self._twin is not None:
             self._twin.fleet.hold(HELD_S if holding else 0.0)
 
     def idle(self) -> bool:
-        """Let them rest where nobody commands them; whether there is something new to see."""
+        """Command rest where no tick came for its length, and disarm where nobody was heard for SILENT_S.
+
+        Returns whether there is something new to draw.
+        """
         if self._twin is None:
             return False
         if self.armed and self._wall() - self._heard_s > SILENT_S:
@@ -82,6 +96,6 @@ class RobotArming:
         return self._twin.idle()
 
     def close(self) -> None:
-        """Stop and leave them."""
+        """Stop and disconnect the robots."""
         if self._twin is not None:
             self._twin.close()

@@ -75,7 +75,7 @@ def handle_arm(stage: SessionHost, _: m.Arm) -> StatusMessage:
 
 
 def handle_emergency_stop(stage: SessionHost, _: m.EmergencyStop) -> StatusMessage:
-    """Stop real robots at once."""
+    """Send real robots a stop at once and disarm them; then pause. Any page may ask for it, also without control."""
     stage.robots.stop("stopped in the studio")
     stage.pause(True)
     stage.moved += 1
@@ -83,5 +83,5 @@ def handle_emergency_stop(stage: SessionHost, _: m.EmergencyStop) -> StatusMessa
 
 
 def handle_heartbeat(stage: SessionHost, message: m.Heartbeat) -> None:
-    """Hear that the page is there, and whether the key is held that real robots may move by."""
+    """Note that the page in control is there, and whether it reports the hold-to-run key as held."""
     stage.robots.refresh_heartbeat(holding=message.holding)
