@@ -23,6 +23,15 @@ def definitions(path: Path) -> Iterator[tuple[str, type[ast.AST]]]:
             yield statement.name, type(statement)
 
 
+def methods(path: Path) -> Iterator[tuple[str, str]]:
+    """The public methods and properties of a module's public classes, each with its class."""
+    for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(statement, ast.ClassDef) and not statement.name.startswith("_"):
+            for each in statement.body:
+                if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef) and not each.name.startswith("_"):
+                    yield statement.name, each.name
+
+
 def homonyms() -> dict[str, set[str]]:
     """Public names by the places that define them, where there are several."""
     places = defaultdict[str, set[str]](set)
@@ -71,7 +80,7 @@ ALLOWED = {
 }
 """Public names that may stand for several things, and why."""
 
-NO_PARTICIPLES = {"feed", "need", "read", "send", "string", "bring", "hold"}
+NO_PARTICIPLES = {"feed", "need", "read", "seed", "send", "speed", "string", "bring", "hold"}
 IRREGULAR = {
     "begun", "bound", "built", "cut", "drawn", "dealt", "found", "given", "gone", "held", "hidden", "kept", "known",
     "led", "left", "lost", "made", "meant", "paid", "put", "ran", "said", "seen", "sent", "shown", "sold", "sorted",
@@ -80,6 +89,17 @@ IRREGULAR = {
 FUNCTIONS = sorted(
     (name, name_of(path)) for path in MODULES for name, kind in definitions(path) if kind is ast.FunctionDef
 )
+METHODS = sorted({(name, f"{name_of(path)}.{owner}") for path in MODULES for owner, name in methods(path)})
+METHODS_ALLOWED = {
+    "armed": "the term for a robot that obeys",
+    "delivered": "a count that a scenario's goal has under this name",
+    "failed": "which agents are out of action, as opposed to finished",
+    "finished": "which worlds have reached their goal, in all results",
+    "finished_s": "when a world reached its goal",
+    "gathered": "a count that a scenario's goal has under this name",
+    "paused": "the state of a clock",
+}
+"""Participles that are a field's own term for a state or a result, and which."""
 
 
 def test_no_public_name_stands_for_two_things() -> None:
@@ -88,10 +108,23 @@ def test_no_public_name_stands_for_two_things() -> None:
     assert [name for name in ALLOWED if name not in found] == []  # allowed for nothing
 
 
+def is_participle(name: str) -> bool:
+    """Whether a name begins with a participle: `made`, `raised_flags`, `watching`."""
+    first = name.partition("_")[0]
+    return first in IRREGULAR or (first.endswith(("ed", "ing")) and first not in NO_PARTICIPLES)
+
+
 @pytest.mark.parametrize(("function", "module"), FUNCTIONS, ids=lambda each: str(each))
 def test_functions_are_no_participles(function: str, module: str) -> None:
     """A function says what it does: `make_kit`, not `made`."""
-    first = function.partition("_")[0]
-    regular = first.endswith(("ed", "ing")) and first not in NO_PARTICIPLES
-    assert not regular, module
-    assert first not in IRREGULAR, module
+    assert not is_participle(function), module
+
+
+@pytest.mark.parametrize(("method", "owner"), METHODS, ids=lambda each: str(each))
+def test_methods_are_no_participles(method: str, owner: str) -> None:
+    """A method says what it does and a property what it is: `find_raised`, `is_known`; not `raised`, `known`."""
+    assert method in METHODS_ALLOWED or not is_participle(method), owner
+
+
+def test_participles_are_allowed_for_something() -> None:
+    assert set(METHODS_ALLOWED) <= {method for method, _ in METHODS}

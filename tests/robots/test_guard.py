@@ -56,12 +56,12 @@ def outside(rig: Rig) -> None:
 
 
 def let_go(rig: Rig) -> None:
-    rig.robot.hold(0.0)
+    rig.robot.hold_key(0.0)
     rig.robot.guard.check()
 
 
 def hold_on(rig: Rig) -> None:
-    rig.robot.hold(0.1)
+    rig.robot.hold_key(0.1)
     rig.wait(0.12)
 
 
@@ -86,7 +86,7 @@ STOPS: list[tuple[str, Callable[[Rig], None], str, bool]] = [  # file, what happ
 @pytest.mark.parametrize(("text", "happens", "cause", "armed"), STOPS, ids=[row[2] for row in STOPS])
 def test_what_stops_it(text: str, happens: Callable[[Rig], None], cause: str, armed: bool) -> None:
     rig = Rig(text).ready()
-    rig.robot.hold(1.0)
+    rig.robot.hold_key(1.0)
     assert rig.move(1.0) == AHEAD
     happens(rig)
     assert rig.sent == STOP
@@ -98,7 +98,7 @@ def test_what_stops_it(text: str, happens: Callable[[Rig], None], cause: str, ar
     assert len(rig.wire.sent) == sent + 5  # over and over
     assert rig.sent == STOP
     rig.wire.others.clear()
-    rig.robot.hold(1.0)
+    rig.robot.hold_key(1.0)
     assert rig.move(1.0) == (AHEAD if armed else STOP)
 
 
@@ -134,7 +134,7 @@ def test_a_key_counts_as_held_for_a_second_at_most_and_none_at_first() -> None:
     rig = Rig(HELD).ready()
     assert rig.move(1.0) == STOP
     assert rig.robot.stops == ()
-    rig.robot.hold(60.0)
+    rig.robot.hold_key(60.0)
     for _ in range(5):
         assert rig.move(1.0) == AHEAD
         rig.wait(0.18)

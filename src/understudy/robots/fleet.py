@@ -107,10 +107,10 @@ class Fleet:
             for robot in reversed(self.robots):
                 each.callback(robot.emergency_stop, cause)
 
-    def hold(self, for_s: float) -> None:
+    def hold_key(self, for_s: float) -> None:
         """Take the hold-to-run key as held for so long from now (s), for all of them; 0: as released."""
         for robot in self.robots:
-            robot.hold(for_s)
+            robot.hold_key(for_s)
 
     @property
     def needs_hold_to_run(self) -> bool:

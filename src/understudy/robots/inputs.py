@@ -220,7 +220,7 @@ class SensorInputs:
         x, y = (fresh.get((axis, target), nan) for axis in PLACE)
         return None if isnan(x) or isnan(y) else (x, y)
 
-    def missing(self, now: float) -> str | None:
+    def find_missing(self, now: float) -> str | None:
         """The name of a required source that is absent now. A camera that sees none of its colors is not."""
         for name, source in self.sources.items():
             if source.required:

@@ -175,9 +175,9 @@ class Robot:
         """Send a stop at once and disarm, also where it is not armed: another program may be driving it."""
         self.guard.emergency_stop(cause)
 
-    def hold(self, for_s: float) -> None:
+    def hold_key(self, for_s: float) -> None:
         """Take the hold-to-run key as held for so long (s, at most 1); 0: as released. For files with `hold_to_run`."""
-        self.guard.hold(for_s)
+        self.guard.hold_key(for_s)
 
     def close(self, cause: str = "its program left") -> None:
         """Stop the robot if this program may have it moving, and disconnect; one that others drive is left alone.
@@ -206,7 +206,7 @@ class Robot:
         Disarms at once where the sensor is silent for `stale_s`, or the place is outside or unknown; after `LOST_S`
         where the sensor sends, but what it reads is absent. Other than that, it moves again when the reading is back.
         """
-        if (name := self.senses.missing(now)) is not None:
+        if (name := self.senses.find_missing(now)) is not None:
             return StopReason(f"{name} is absent", lost=not self.senses.read_fresh(name, now))
         if (fence := self.file.limits.geofence) is not None:
             x, y = (self.senses.value(name, now) for name in ("x", "y"))

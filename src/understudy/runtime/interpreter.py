@@ -267,7 +267,7 @@ class Interpreter:
         return tuple(machines)
 
     @property
-    def entered(self) -> float:
+    def behavior_start_s(self) -> float:
         """When the basic behavior that runs was started."""
         active = self.active
         return active[-1].entered if active else self._started

@@ -80,7 +80,7 @@ class Run:
         return dict(zip(channels, commands, strict=True))
 
     def _entered(self) -> Column:
-        return np.array([interpreter.entered for interpreter in self.interpreters])
+        return np.array([interpreter.behavior_start_s for interpreter in self.interpreters])
 
     def begin(self, agents: Sequence[int] | NDArray[np.intp], program: Program) -> None:
         """Let these agents run a program from its start."""

@@ -164,7 +164,7 @@ def _together(
             try:
                 _run(pool, threads, work)
             finally:  # if interrupted, too: objects and clock have gone on
-                there.put_back()
+                there.restore_order()
 
 
 def _led_together(
@@ -230,7 +230,7 @@ class _SpatialOrder:
         )
         self.stage = KernelWorlds(self.state, stage.rules, near, stage.has)
 
-    def put_back(self) -> None:
+    def restore_order(self) -> None:
         """The robots as they are now, in their own order."""
         back = np.empty_like(self._order)
         back[self._order] = np.arange(len(back))

@@ -211,7 +211,7 @@ class MujocoBody:
     def _shares(self) -> NDArray[np.float64]:
         """What comes of the speeds asked for [B*N, 2]: the noise of the scenario's types, beside that of physics."""
         types = self.world.rules.types[self.world.state.robots["type"]]
-        drawn = np.concatenate([self._senses.noise(index)[:, :2] for index in range(self.worlds)])
+        drawn = np.concatenate([self._senses.draw_noise(index)[:, :2] for index in range(self.worlds)])
         shares: NDArray[np.float64] = (
             1.0 + np.stack([types["noise_drive"], types["noise_turn"]], axis=1) * drawn
         )

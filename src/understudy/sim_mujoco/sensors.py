@@ -135,7 +135,7 @@ class MujocoSensors:
     def _name(self, agent: int) -> str:
         return self._names[int(self._world.state.robots["type"][agent])]
 
-    def noise(self, index: int) -> NDArray[np.float64]:
+    def draw_noise(self, index: int) -> NDArray[np.float64]:
         """Numbers from the normal distribution for each robot of a world, in this tick: driving, turning, distances."""
         if index not in self._drawn:
             tick, seed = int(self._world.state.tick[index]), self._world.seeds[index]
@@ -166,7 +166,7 @@ class MujocoSensors:
             for scan, rays in self._scans[self._name(agent)]:
                 far = rays.distances(arena.model, arena.data, int(arena.built.bodies[robot]))
                 if scan.noise:
-                    noise = self.noise(agent // self._world.robots)[robot, 2 : 2 + len(far)]
+                    noise = self.draw_noise(agent // self._world.robots)[robot, 2 : 2 + len(far)]
                     far = np.where(far < scan.range, (far + scan.noise * noise).clip(0.0, scan.range), far)
                 found.update({(name, None): each for name, each in scan.summarize(far.tolist()).items()})
         return self._ranges[agent]

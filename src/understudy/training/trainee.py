@@ -114,7 +114,9 @@ class Trainee(Interpreter):
         self.outcome = outcome
         return basic
 
-    def queries(self, percept: Percept, body: Body, agent: int) -> tuple[tuple[RunningAutomaton, Row], ...]:
+    def list_queries(
+        self, percept: Percept, body: Body, agent: int
+    ) -> tuple[tuple[RunningAutomaton, Row], ...]:
         """The running automata, from the one under training down, each with the feature vector that its state would be
         asked with now.
         """

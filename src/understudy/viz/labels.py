@@ -38,7 +38,7 @@ class Labels:
                 (thing.x - thing.size, thing.y - thing.size, thing.x + thing.size, thing.y + thing.size)
             )
 
-    def put(self, thing: ObjectMark, around: float) -> None:
+    def place_label(self, thing: ObjectMark, around: float) -> None:
         """Write a thing's label below, above or beside it, `around` m from its center at least."""
         from matplotlib.patheffects import withStroke
 

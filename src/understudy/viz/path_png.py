@@ -287,4 +287,4 @@ def _label(
             )
         if thing.label:
             around = max(thing.size, served or 0.0, thing.size + 0.02 * measure_mark_unit(view))
-            labels.put(thing, around)
+            labels.place_label(thing, around)

@@ -74,7 +74,7 @@ def main(path: str) -> None:
     with Robot(
         file, waking, path=path, leash=WatchdogClient(file, log=find_stop_log(file, Path(path)))
     ) as robot:
-        while robot.senses.missing(robot.now_s) is not None:
+        while robot.senses.find_missing(robot.now_s) is not None:
             waking.came.wait()
         robot.arm("a measurement")
         run = Run.from_program(robot, program())

@@ -72,7 +72,7 @@ def _joined(path: Path, tick_s: float) -> Fleet:
         each.write_text(each.read_text().replace("\ntick_s = 0.1\n", f"\ntick_s = {tick_s:g}\n"))
     fleet = connect_team(path)
     while time.monotonic() < until:
-        if all(robot.senses.missing(robot.now_s) is None for robot in fleet):
+        if all(robot.senses.find_missing(robot.now_s) is None for robot in fleet):
             time.sleep(1.0)  # for the watchdogs, too
             return fleet
         time.sleep(0.1)

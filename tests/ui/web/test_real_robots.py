@@ -61,7 +61,7 @@ class Lab:
 
     def shown(self) -> list[dict[str, Any]]:
         """What the page is told of the robots."""
-        robots: list[dict[str, Any]] = plain(self.studio.stage.robots.statuses())
+        robots: list[dict[str, Any]] = plain(self.studio.stage.robots.list_statuses())
         return robots
 
     def wait(self, seconds: float, *, here: bool = True) -> None:

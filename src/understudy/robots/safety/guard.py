@@ -227,7 +227,7 @@ class Guard:
                 self._repeat(now)
             self._vigil.confirm_check(now, armed=self.armed, moving=self.armed or now < self._quiet_s)
 
-    def hold(self, for_s: float) -> None:
+    def hold_key(self, for_s: float) -> None:
         """Take the hold-to-run key as held for `for_s` from now, at most KEY_S (s); 0: as released.
 
         Released or not reported again in time, the next check sends a stop; the robot stays armed.
@@ -348,7 +348,7 @@ class Guard:
         except Exception:
             self._give_up("commands cannot be sent")
             raise
-        if speeds != STILL and (danger := self._vigil.overrun(now, self._clock())):
+        if speeds != STILL and (danger := self._vigil.check_overrun(now, self._clock())):
             # The process was frozen while sending: this command may have arrived after the watchdog's stop.
             self._heed(danger, now)
 

@@ -77,7 +77,7 @@ class SelfMonitor:
         """
         if self._leash is None:
             return None
-        if danger := self.overrun(self._looked_s, now):
+        if danger := self.check_overrun(self._looked_s, now):
             return danger
         if measure_time_asleep() - self._asleep_s > ASLEEP_S:
             return StopReason("this computer slept")
@@ -88,7 +88,7 @@ class SelfMonitor:
             return StopReason("the watchdog had to stop it", lost=False)
         return None
 
-    def overrun(self, since_s: float, now: float) -> StopReason | None:
+    def check_overrun(self, since_s: float, now: float) -> StopReason | None:
         """Return a reason where `since_s` to `now` exceeds `deadline_s`: the watchdog has sent stops meanwhile."""
         still_s = now - since_s
         if self._leash is None or still_s <= self._deadline_s:

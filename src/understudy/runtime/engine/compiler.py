@@ -194,7 +194,7 @@ class _TableWriter:
         self.asked: dict[int, PythonTransition] = {}
         self.depth, self.slots, self.memories = _memories(self.grounds)
         for number in range(len(self.grounds)):
-            self.lay(number)
+            self.append_instance(number)
 
     def tables(self) -> Tables:
         return Tables(
@@ -204,7 +204,7 @@ class _TableWriter:
             np.array(self.changes, CHANGE),
         )
 
-    def lay(self, number: int) -> None:
+    def append_instance(self, number: int) -> None:
         """Append the records of one instance."""
         ground, automaton, memory = self.grounds[number], self.automata[number], self.memories[number]
         first = len(self.states)

@@ -128,7 +128,9 @@ class CoordinatorBody:
 def _kept(layer: AgentLayer, now: float) -> list[AgentRunState]:
     if not isinstance(layer.runner, Run):
         raise SessionError("an engine runs this troop: only interpreters can be kept with it")
-    return [AgentRunState(list(each.snapshot(now)), each.entered) for each in layer.runner.interpreters]
+    return [
+        AgentRunState(list(each.snapshot(now)), each.behavior_start_s) for each in layer.runner.interpreters
+    ]
 
 
 def _restore(layer: AgentLayer, agents: list[AgentRunState], now: float) -> None:

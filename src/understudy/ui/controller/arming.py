@@ -49,7 +49,7 @@ class RobotArming:
         """Whether any of them is armed."""
         return self._twin is not None and self._twin.fleet.armed
 
-    def statuses(self) -> list[RobotStatus]:
+    def list_statuses(self) -> list[RobotStatus]:
         """List the state of each real robot; none where they are simulated."""
         if self._twin is None:
             return []
@@ -82,7 +82,7 @@ class RobotArming:
         """Note that the person in control is there, and whether they hold the hold-to-run key."""
         self._heard_s = self._wall()
         if self._twin is not None:
-            self._twin.fleet.hold(HELD_S if holding else 0.0)
+            self._twin.fleet.hold_key(HELD_S if holding else 0.0)
 
     def idle(self) -> bool:
         """Command rest where no tick came for its length, and disarm where nobody was heard for SILENT_S.

@@ -115,7 +115,7 @@ class DecisionExplainer:
     def explain_levels(self) -> tuple[LevelExplanation, ...]:
         """What every level, from the automaton under training down, would decide now by what was learned, and why."""
         session = self._session
-        asked = session.trainee.queries(session.percept, session.body, session.agent)
+        asked = session.trainee.list_queries(session.percept, session.body, session.agent)
         return tuple(self._level(machine, tuple(values)) for machine, values in asked)
 
     def _level(self, machine: RunningAutomaton, values: tuple[float, ...]) -> LevelExplanation:

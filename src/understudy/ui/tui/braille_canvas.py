@@ -89,7 +89,7 @@ class BrailleCanvas:
 
         self.fill(inside, style)
 
-    def crowd(self, x: Floats, y: Floats, styles: Sequence[str]) -> None:
+    def scatter(self, x: Floats, y: Floats, styles: Sequence[str]) -> None:
         """A dot for each of many points [N]; styles from thin to dense, a character each."""
         column = np.clip(x / self._width * self.columns * 2, 0, self.columns * 2 - 1).astype(np.int64)
         line = np.clip((self._height - y) / self._height * self.lines * 4, 0, self.lines * 4 - 1).astype(

@@ -62,7 +62,7 @@ class TeachingScreen(Screen[str]):
     #keys { height: auto; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
-        *(Binding(key, f"desk('{action}')", show=False) for key, action in ACTIONS.items()),
+        *(Binding(key, f"trainer('{action}')", show=False) for key, action in ACTIONS.items()),
         Binding("question_mark", "why", show=False),
         Binding("l", "lesson", show=False),
         Binding("A", "ask", show=False),
@@ -152,7 +152,7 @@ class TeachingScreen(Screen[str]):
             self._guarded(lambda: self.desk.press(name))
             self.draw()
 
-    def action_desk(self, what: str) -> None:
+    def action_trainer(self, what: str) -> None:
         """Something the desk does."""
         self._guarded(getattr(self.desk, what))
         self.draw()
@@ -251,7 +251,7 @@ class TeachingScreen(Screen[str]):
 
     def _standing(self) -> str:
         """What real robots are up to, and the key that changes it."""
-        robot = self.robots.statuses()[self.desk.robot]
+        robot = self.robots.list_statuses()[self.desk.robot]
         if not robot.armed:
             return f"{robot.name}: not armed (y)"
         return f"{robot.name}: {'stands' if robot.stopped else 'armed'} (Esc)"

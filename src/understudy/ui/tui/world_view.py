@@ -66,7 +66,7 @@ def render_world(
     if few:
         _noses(canvas, view, robot)
     else:
-        canvas.crowd(view.robots.x, view.robots.y, CROWD)
+        canvas.scatter(view.robots.x, view.robots.y, CROWD)
     for thing in shown:
         canvas.text(*_beside_robots(view, thing, near or 0.0), *_sign(view, thing))
     if few:

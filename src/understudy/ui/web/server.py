@@ -261,7 +261,7 @@ class StudioServer:
             speed="fastest" if stage.speed == FASTEST else stage.speed,
             seed=stage.seed,
             sort=stage.sort,
-            robots=stage.robots.statuses(),
+            robots=stage.robots.list_statuses(),
             run=stage.run,
             directed=director is not None,
             directs=False,

@@ -54,7 +54,7 @@ def run_simulated(options: SimulatedRunOptions) -> None:
     shown = record is None and not options.as_json and make_console().is_terminal
     with (
         record_team_ticks(record, running.team, ran=running.make_run_info) as running.tick_team,
-        running.tracing(options.trace) as trace,
+        running.open_trace(options.trace) as trace,
     ):
         frames = _watch(running, options.speed, trace) if shown else _record(running, trace)
     if record is not None and not is_recording(record):
@@ -146,7 +146,7 @@ class RunSession:
             self.team, self._assigned, options.library, scenario=scenario, seed=options.seed, kit=options.kit
         )
 
-    def tracing(self, path: Path | None) -> AbstractContextManager[TraceWriter | None]:
+    def open_trace(self, path: Path | None) -> AbstractContextManager[TraceWriter | None]:
         """Write its trace, where one is wanted."""
         from understudy.analysis.run_header import trace_entry
         from understudy.analysis.run_trace import write_trace
