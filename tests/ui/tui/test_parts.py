@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from datetime import datetime
+from importlib import import_module
 from math import nan, radians
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.sim.made import crossing
 from tests.ui.tui.desks import GOTO, Wall, plan
+from textual.screen import Screen
 
 from understudy.errors import KindError, UnderstudyError
 from understudy.model.automaton import START, State
@@ -23,6 +27,10 @@ from understudy.ui.controller.clock import BUSY_S, FASTEST, RealTimeClock
 from understudy.ui.controller.formatting import format_minutes, format_sparkline, parse_displayed_value
 from understudy.ui.controller.training_plan import LessonChoices, make_session_start
 from understudy.ui.tui import main_screen
+from understudy.ui.tui.dialogs import HelpScreen, QuestionDialog
+from understudy.ui.tui.lesson_form import LessonForm
+from understudy.ui.tui.lesson_screen import LessonScreen
+from understudy.ui.tui.main_screen import TeachingScreen
 from understudy.ui.tui.world_view import ARROWS, describe_followed_robot, fit_arena, render_world
 
 ANGLE = BoundFeature(FORAGE_KIT.features["angle_to"], Binding(A="A"))
@@ -253,3 +261,11 @@ def test_a_journal_in_use_is_locked(tmp_path: Path) -> None:
     again = interrupted_sessions.JournalLock.try_acquire(path)
     assert again is not None
     again.release()
+
+
+@pytest.mark.parametrize("screen", [QuestionDialog, HelpScreen, LessonForm, LessonScreen, TeachingScreen])
+def test_style_sheets_name_widgets_that_there_are(screen: type[Screen[Any]]) -> None:
+    """A selector of a class that is called otherwise now would select nothing, and say so nowhere."""
+    named = re.findall(r"(?<![\w.#-])[A-Z]\w+", re.sub(r"\{.*?\}", "", screen.CSS))
+    assert set(named) <= set(vars(import_module(screen.__module__)))
+    assert screen.__name__ in named

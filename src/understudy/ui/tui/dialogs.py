@@ -20,8 +20,8 @@ class QuestionDialog(ModalScreen[str]):
     """A question with a key for each answer; it ends with the key."""
 
     CSS = """
-    Ask { align: center middle; background: transparent; }
-    Ask > Static { width: 62; max-width: 100%; height: auto; border: round ansi_default; padding: 1 2; }
+    QuestionDialog { align: center middle; background: transparent; }
+    QuestionDialog > Static { width: 62; max-width: 100%; height: auto; border: round ansi_default; padding: 1 2; }
     """
 
     def __init__(self, question: str, ways: Mapping[str, str]) -> None:
@@ -102,8 +102,8 @@ class HelpScreen(ModalScreen[None]):
     """All keys, and how teaching goes."""
 
     CSS = """
-    Help > VerticalScroll { border: round ansi_default; padding: 0 2; }
-    Help Static { width: 1fr; height: auto; }
+    HelpScreen > VerticalScroll { border: round ansi_default; padding: 0 2; }
+    HelpScreen Static { width: 1fr; height: auto; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,h,f1,q,enter", "close", show=False),

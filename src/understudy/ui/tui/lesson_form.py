@@ -77,16 +77,16 @@ class LessonForm(Screen[LessonChoices | None]):
     """The page of choices; it ends with them, or with None where the person gave up."""
 
     CSS = """
-    Choose { layout: vertical; padding: 0 1; }
-    Choose #lists { height: 1fr; min-height: 6; }
-    Choose .list { width: 1fr; }
-    Choose .list Picks { height: 1fr; }
-    Choose .row Picks { height: 1; width: 1fr; scrollbar-size: 0 0; }
-    Choose .row { height: 1; }
-    Choose .row Label { width: 15; }
-    Choose .row Input { width: 1fr; }
-    Choose #hint, Choose #told { height: auto; }
-    Choose #hint { margin-bottom: 1; }
+    LessonForm { layout: vertical; padding: 0 1; }
+    LessonForm #lists { height: 1fr; min-height: 6; }
+    LessonForm .list { width: 1fr; }
+    LessonForm .list MultiSelect { height: 1fr; }
+    LessonForm .row MultiSelect { height: 1; width: 1fr; scrollbar-size: 0 0; }
+    LessonForm .row { height: 1; }
+    LessonForm .row Label { width: 15; }
+    LessonForm .row Input { width: 1fr; }
+    LessonForm #hint, LessonForm #told { height: auto; }
+    LessonForm #hint { margin-bottom: 1; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+g", "take", show=False, priority=True),

@@ -48,7 +48,7 @@ class TeachingScreen(Screen[str]):
     """The screen a robot is taught on. It ends with "quit"."""
 
     CSS = """
-    Teaching { layout: vertical; }
+    TeachingScreen { layout: vertical; }
     #header { height: 1; }
     #middle { height: 1fr; }
     #world { width: 40; height: 100%; border: round ansi_default; border-title-align: left; }
@@ -58,7 +58,7 @@ class TeachingScreen(Screen[str]):
     #lower { height: 1fr; margin-top: 1; }
     .tight #readings, .tight #lower { margin-top: 0; }
     #said { height: auto; min-height: 2; max-height: 4; }
-    Teaching.wide #said { min-height: 1; }
+    TeachingScreen.wide #said { min-height: 1; }
     #keys { height: auto; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
