@@ -88,7 +88,7 @@ def transcript(made: StudioServer, folder: Path, messages: Sequence[str]) -> str
         made.handle_text(viewer, text)
         steps.append({"say": text, "hear": heard()})
     made.disconnect(viewer)
-    made.stage.close()
+    made.host.close()
     return "".join(json.dumps(step, ensure_ascii=False) + "\n" for step in steps)
 
 

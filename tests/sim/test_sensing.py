@@ -303,7 +303,7 @@ def test_one_reading_behind_two_keys_of_a_plan() -> None:
                               ("random", None), ("unseen", "flag")]  # fmt: skip
     plan = world._planner.plan((*keys, *keys[::-1]))
     out = np.zeros((world.agents, 2 * len(keys)))
-    sense_worlds(KernelContext(world._stage, plan, world._room), 1, out)
+    sense_worlds(KernelContext(world._kernel_worlds, plan, world._room), 1, out)
     assert np.array_equal(out[:, : len(keys)], out[:, : len(keys) - 1 : -1], equal_nan=True)
     assert np.array_equal(out[0, : len(keys)], [world.sense(keys)[key][0] for key in keys])
     assert world.sense(keys * 2).keys() == world.sense(keys).keys()

@@ -64,5 +64,5 @@ def do(session: Session, step: Step) -> None:
 
 def told(session: Session) -> str:
     """What must outlast a kill: everything acknowledged, absent equal to absent."""
-    lesson = session._notebook.lesson
+    lesson = session._log.lesson
     return repr((lesson.automaton, lesson.options, lesson.examples))

@@ -161,7 +161,7 @@ def told(examples: Sequence[Example]) -> list[str]:
 def known(taught: Session) -> Any:
     """What must outlast a kill: everything acknowledged. What was only seen in silence may be lost."""
     screen = taught.view()
-    notebook = taught._notebook
+    notebook = taught._log
     return (
         taught.automaton,
         told(taught.examples),
@@ -182,7 +182,7 @@ def test_resuming_gives_the_identical_lesson(tmp_path: Path, before: Before) -> 
     assert known(again) == known(taught)
     assert again.view().waiting == taught.view().waiting
     taught.is_watching = False  # compared without what was seen in silence since
-    taught._notebook._watched.clear()
+    taught._log._watched.clear()
     assert told(again.lesson.examples) == told(taught.lesson.examples)
     assert again.lesson.record == taught.lesson.record
     play(again, "confirm", 1, "left", 3, "undo", "undo", "redo")

@@ -75,7 +75,7 @@ def set_up_situation(
     if best is None:
         best = (inf, before, np.full(len(automaton.features), np.nan), None)
     _, snapshot, values, seed = best
-    session.rewind(SessionSnapshot(snapshot, levels, session.mode, session.company.snapshot()))
+    session.rewind(SessionSnapshot(snapshot, levels, session.mode, session.other_agents.snapshot()))
     off_each = _misses(automaton.features, region, values)
     missed = (
         *(str(bound) for bound, off in zip(automaton.features, off_each, strict=False) if off > 0),

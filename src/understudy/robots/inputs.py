@@ -172,8 +172,8 @@ class SensorInputs:
         targets: Sequence[str] = (),
     ) -> None:
         """`targets` may get a color while it runs."""
-        self.eye = _right(make_live_camera(file), path)
-        found = _right(make_topic_inputs(file, self.eye, targets), path)
+        self.camera = _right(make_live_camera(file), path)
+        found = _right(make_topic_inputs(file, self.camera, targets), path)
         self._places = file.targets
         self.sources: Mapping[str, TopicInput] = {source.name: source for source in found}
         self.latest: Mapping[str, LatestSample] = {name: LatestSample() for name in self.sources}

@@ -147,8 +147,8 @@ def _together(
             if rules.robots >= SORTED and chunk > 1:
                 order = sort_by_cell(stage.state, rules, grid, world)
             there = _SpatialOrder(stage, fused, order, world)
-            room = make_thread_scratch(there.stage, grid)
-            contexts = [KernelContext(there.stage, sensing, room) for _ in range(threads)]
+            room = make_thread_scratch(there.worlds, grid)
+            contexts = [KernelContext(there.worlds, sensing, room) for _ in range(threads)]
 
             def work(
                 part: int,
@@ -228,7 +228,7 @@ class _SpatialOrder:
         near: StaticNeighbors = stage.near._replace(
             start=stage.near.start[world * cells : (world + 1) * cells + 1]
         )
-        self.stage = KernelWorlds(self.state, stage.rules, near, stage.has)
+        self.worlds = KernelWorlds(self.state, stage.rules, near, stage.has)
 
     def restore_order(self) -> None:
         """The robots as they are now, in their own order."""

@@ -142,9 +142,11 @@ class World:
     def _begin(self, state: WorldState) -> None:
         self.state = state
         near = make_static_neighbors(state, self.rules, reach=max(self._planner.reach, self._touch()))
-        self._stage = KernelWorlds(state, self.rules, near, self._has)
-        self._room = make_thread_scratch(self._stage, make_robot_grid(self.rules))
-        self._context = lru_cache(8)(lambda keys: KernelContext(self._stage, self._plan(keys), self._room))
+        self._kernel_worlds = KernelWorlds(state, self.rules, near, self._has)
+        self._room = make_thread_scratch(self._kernel_worlds, make_robot_grid(self.rules))
+        self._context = lru_cache(8)(
+            lambda keys: KernelContext(self._kernel_worlds, self._plan(keys), self._room)
+        )
 
     def _touch(self) -> float:
         types = self.rules.types
@@ -182,7 +184,7 @@ class World:
         commands = np.zeros((len(plan.commands), len(COLUMNS)))
         commands[:, self.columns] = plan.commands
         plan = replace(plan, commands=commands)
-        advance_worlds(self._stage, sensing, plan, ticks, threads, until_finished=until_finished)
+        advance_worlds(self._kernel_worlds, sensing, plan, ticks, threads, until_finished=until_finished)
 
     def snapshot(self) -> bytes:
         """The whole state, for `restore`."""

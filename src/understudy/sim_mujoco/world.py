@@ -48,20 +48,20 @@ class Renderer:
             raise RenderingUnavailable(problem=str(error).partition(",")[0]) from error
         for flag in (lib.mjtRndFlag.mjRND_SHADOW, lib.mjtRndFlag.mjRND_REFLECTION):
             self._scene.flags[flag] = fine
-        self._option, self._eye = lib.MjvOption(), lib.MjvCamera()
+        self._option, self._camera = lib.MjvOption(), lib.MjvCamera()
         self._option.geomgroup[:] = 1
         self._option.geomgroup[[UNSEEN, ROLLING]] = 0
 
     def image(self, data: Any, camera: int, width_px: int, height_px: int) -> Image:
         """What a camera of the model sees [H, W, 3]."""
-        self._eye.type, self._eye.fixedcamid = import_mujoco().mjtCamera.mjCAMERA_FIXED, camera
+        self._camera.type, self._camera.fixedcamid = import_mujoco().mjtCamera.mjCAMERA_FIXED, camera
         return self._drawn(data, width_px, height_px)
 
     def overview(self, data: Any, *, at: tuple[float, float, float], away_m: float, down_deg: float,
                  around_deg: float, width_px: int, height_px: int) -> Image:  # fmt: skip
         """The scene from outside: looking at a point from so far, so steeply down, and from which side."""
-        self._eye.type, self._eye.lookat[:] = import_mujoco().mjtCamera.mjCAMERA_FREE, at
-        self._eye.distance, self._eye.elevation, self._eye.azimuth = away_m, -down_deg, around_deg
+        self._camera.type, self._camera.lookat[:] = import_mujoco().mjtCamera.mjCAMERA_FREE, at
+        self._camera.distance, self._camera.elevation, self._camera.azimuth = away_m, -down_deg, around_deg
         return self._drawn(data, width_px, height_px)
 
     def _drawn(self, data: Any, width_px: int, height_px: int) -> Image:
@@ -70,7 +70,7 @@ class Renderer:
         lib.mjr_setBuffer(lib.mjtFramebuffer.mjFB_OFFSCREEN, self._context)  # others draw, too
         frame, image = lib.MjrRect(0, 0, width_px, height_px), np.empty((height_px, width_px, 3), np.uint8)
         every = lib.mjtCatBit.mjCAT_ALL
-        lib.mjv_updateScene(self._model, data, self._option, None, self._eye, every, self._scene)
+        lib.mjv_updateScene(self._model, data, self._option, None, self._camera, every, self._scene)
         lib.mjr_render(frame, self._scene, self._context)
         lib.mjr_readPixels(image, None, frame, self._context)
         return np.ascontiguousarray(image[::-1])

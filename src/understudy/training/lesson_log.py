@@ -44,8 +44,8 @@ class LessonLog:
         self._steady = steady
         self._watched = WatchedBuffer()
         self._counted: tuple[tuple[Example, ...], int] = ((), 0)
-        self._unlearning = past.unlearning
-        self._switched = LastSwitch(past.recorder.keys, steady)
+        self._last_correction = past.unlearning
+        self._last_switch = LastSwitch(past.recorder.keys, steady)
 
     @property
     def is_watching(self) -> bool:
@@ -91,7 +91,7 @@ class LessonLog:
     @property
     def correction_diagnosis(self) -> CorrectionDiagnosis | None:
         """What the last correction came to; None where there is none, or where the robot had been right."""
-        last = self._unlearning
+        last = self._last_correction
         return last.diagnosis if last is not None and last.is_still_in_lesson(self.lesson) else None
 
     @property
@@ -119,7 +119,7 @@ class LessonLog:
 
     def log_silence(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
         """A tick passed without a press: watched, if the lesson wants it and somebody watches."""
-        self._switched.note_tick(outcome, moment, binding)
+        self._last_switch.note_tick(outcome, moment, binding)
         automaton = self.lesson.automaton
         resting = outcome.state == outcome.next == automaton.states[0].name
         if not (self.lesson.options.watched and self.is_watching) or resting:
@@ -169,10 +169,10 @@ class LessonLog:
         lesson = replace(self.lesson, examples=(*others, *made))
         what, stay = f"{made[0].state} → {made[0].next}", None
         if press.correction:
-            stay = self._switched.find_undone_stay(made[0], self.lesson, self._recorder.now)
-            self._unlearning = CorrectionStep(self.lesson, lesson, made[0], stay)
-            lesson, what = self._unlearning.step(what)
-        self._switched.clear()
+            stay = self._last_switch.find_undone_stay(made[0], self.lesson, self._recorder.now)
+            self._last_correction = CorrectionStep(self.lesson, lesson, made[0], stay)
+            lesson, what = self._last_correction.step(what)
+        self._last_switch.clear()
         self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
 
     # Between ticks
@@ -181,7 +181,7 @@ class LessonLog:
         """The robot did not get by itself to where it is now."""
         self.accept_watched()
         self._watched.begin_episode()
-        self._switched.clear()
+        self._last_switch.clear()
         self._recorder.begin_episode()
         self.journal.log_moved()
 

@@ -63,7 +63,7 @@ class OtherAgents:
         """Let all idle (None), or run a behavior of the library, or of another, from its start."""
         known = library or self._library
         program = IDLE_PROGRAM if behavior is None else link(known, behavior, binding or {})
-        self.occupied = OthersChanged(behavior, dict(binding or {}))
+        self.behavior_call = OthersChanged(behavior, dict(binding or {}))
         self._members = [Interpreter(program, now=self._body.time_s) for _ in range(self._body.agents)]
 
     def start(self) -> None:

@@ -77,7 +77,7 @@ class Session:
         began = SessionStarted(
             encode_journal_lesson(lesson), agent, list(keys), body.tick_s, self._targets, dict(about or {})
         )
-        self._notebook.journal = Journal.create(journal, began, rows=len(lesson.record))
+        self._log.journal = Journal.create(journal, began, rows=len(lesson.record))
 
     @classmethod
     def resume(
@@ -94,9 +94,9 @@ class Session:
             goes_on = past.body_tick == past.ticks
         session = cls.__new__(cls)
         session._begin(body, library, past, clock)
-        session._notebook.journal = Journal.resume(journal, ticks=past.ticks, rows=len(past.recorder.record))
+        session._log.journal = Journal.resume(journal, ticks=past.ticks, rows=len(past.recorder.record))
         if not goes_on:
-            session._notebook.begin_episode()
+            session._log.begin_episode()
         return session
 
     def _begin(
@@ -106,12 +106,12 @@ class Session:
         self.paused, self._targets = False, past.targets
         self._clock = clock or (lambda: body.time_s)
         self._keys = list_reading_keys(body)
-        self._notebook = LessonLog(past, Journal(), steady=list_steady_readings(body))
-        self.company = OtherAgents(body, library, past.others)
+        self._log = LessonLog(past, Journal(), steady=list_steady_readings(body))
+        self.other_agents = OtherAgents(body, library, past.others)
         self._driving: Interpreter | None = None
         self._percept: Percept | None = None
         check_binding_names(library, self.automaton)
-        self.trainee = self._new_trainee(self._notebook.lesson, past.mode)  # another one after each change
+        self.trainee = self._new_trainee(self._log.lesson, past.mode)  # another one after each change
         self.trainee.restore(past.run, now=body.time_s)
         self.trainee.keep(past.waiting, past.raised.entry if past.raised else None)
         self._run = self._new_run()
@@ -121,17 +121,17 @@ class Session:
     @property
     def lesson(self) -> Lesson:
         """The lesson as it stands, with its record."""
-        return self._notebook.complete
+        return self._log.complete
 
     @property
     def automaton(self) -> Automaton:
         """What was chosen for the automaton under training, without transition functions."""
-        return self._notebook.lesson.automaton
+        return self._log.lesson.automaton
 
     @property
     def examples(self) -> tuple[Example, ...]:
         """The lesson's examples, oldest first."""
-        return self._notebook.lesson.examples
+        return self._log.lesson.examples
 
     @property
     def mode(self) -> Mode:
@@ -153,16 +153,16 @@ class Session:
     @property
     def correction_diagnosis(self) -> CorrectionDiagnosis | None:
         """What the last correction of a wrong decision came to: who is to blame for it; None if there is none."""
-        return self._notebook.correction_diagnosis
+        return self._log.correction_diagnosis
 
     @property
     def is_watching(self) -> bool:
         """Whether silence counts as consent, in a lesson with watched examples; False: I am not watching."""
-        return self._notebook.is_watching
+        return self._log.is_watching
 
     @is_watching.setter
     def is_watching(self, watching: bool) -> None:
-        self._notebook.is_watching = watching
+        self._log.is_watching = watching
 
     def view(self) -> SessionView:
         """What a person sees now."""
@@ -180,9 +180,9 @@ class Session:
             states=self.automaton.state_names,
             targets=dict(self._targets),
             waiting=None if press is None else press.state or machine.state_name,
-            examples=self._notebook.press_count,
-            undoable=self._notebook.undoable,
-            redoable=self._notebook.redoable,
+            examples=self._log.press_count,
+            undoable=self._log.undoable,
+            redoable=self._log.redoable,
         )
 
     # Pressing
@@ -201,15 +201,15 @@ class Session:
             self.drive(None)
         waiting = self.trainee.press
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
-        press = Press(self._notebook.presses + 1, state, correction, self.paused)
+        press = Press(self._log.presses + 1, state, correction, self.paused)
         self._keep_snapshot()
-        self._notebook.presses = self._notebook.journal.press(press)
+        self._log.presses = self._log.journal.press(press)
         self.trainee.press, self.trainee.mode = press, Mode.TRAINING
         return press.number
 
     def tick(self) -> None:
         """One tick: sense, decide, act, and write down what a press showed."""
-        percept, trainee, notebook = self.percept, self.trainee, self._notebook
+        percept, trainee, notebook = self.percept, self.trainee, self._log
         if notebook.journal.wants_snapshot(self.body.tick_s):
             self._keep_snapshot()
         readings = tuple(float(percept[key][self.agent]) for key in self._keys)
@@ -225,11 +225,11 @@ class Session:
     def _write_down(self, outcome: TickResult, moment: Sample, before: tuple[StackFrame, ...]) -> None:
         binding = Binding(self._targets)
         if outcome.press is not None:
-            self._notebook.record(outcome, outcome.press, binding, before=before, after=self.run_state)
+            self._log.record(outcome, outcome.press, binding, before=before, after=self.run_state)
             return
         if outcome.raised:
-            self.trainee.entry = self._notebook.log_flag(outcome)
-        self._notebook.log_silence(outcome, moment, binding)
+            self.trainee.entry = self._log.log_flag(outcome)
+        self._log.log_silence(outcome, moment, binding)
 
     def run_for(self, seconds: float) -> None:
         """Tick for so long of the body's time."""
@@ -241,8 +241,8 @@ class Session:
 
     def test(self, *, afresh: bool = True) -> None:
         """Switch to testing: learn from the lesson and restart the automaton, or let it go on where it is."""
-        self._notebook.accept_watched()
-        self._relink(self._new_trainee(self._notebook.lesson, Mode.TESTING))
+        self._log.accept_watched()
+        self._relink(self._new_trainee(self._log.lesson, Mode.TESTING))
         (self.restart if afresh else self._turned)()
 
     def train(self) -> None:
@@ -252,7 +252,7 @@ class Session:
 
     def restart(self) -> None:
         """Start the automaton under training afresh; records nothing."""
-        self._notebook.begin_episode()
+        self._log.begin_episode()
         self.trainee.press = None
         self.trainee.start(self.body.time_s)
         self._turned()
@@ -263,19 +263,19 @@ class Session:
             raise SessionError(f"this body cannot be reset: {NO_SIMULATION}")
         self.body.reset([seed])
         self._percept = None
-        self.company.start()
+        self.other_agents.start()
         self.restart()
 
     def capture(self) -> SessionSnapshot:
         """This moment of the run, to come back to with `rewind`; SessionError where the body cannot be rewound."""
         return SessionSnapshot(
-            require_rewindable(self.body).snapshot(), self.run_state, self.mode, self.company.snapshot()
+            require_rewindable(self.body).snapshot(), self.run_state, self.mode, self.other_agents.snapshot()
         )
 
     def rewind(self, instant: SessionSnapshot) -> None:
         """Go back to a moment of this session, world and automata both; the lesson stays, and nothing is recorded."""
         require_rewindable(self.body).restore(instant.body)
-        self.company.restore(instant.others)
+        self.other_agents.restore(instant.others)
         self.note_moved()
         self.trainee.press, self.trainee.mode = None, instant.mode
         self.trainee.restore(instant.run, now=self.body.time_s)
@@ -289,7 +289,7 @@ class Session:
         self._driving = None
         if behavior is not None:
             self._driving = Interpreter(link(self.library, behavior, binding or {}), now=self.body.time_s)
-        self._notebook.begin_episode()
+        self._log.begin_episode()
         self.trainee.press = None
         self._turned()
         self._run = self._new_run()
@@ -297,7 +297,7 @@ class Session:
     def note_moved(self) -> None:
         """The robot or the world was put elsewhere by hand: what came before says nothing about now."""
         self._percept = None
-        self._notebook.begin_episode()
+        self._log.begin_episode()
 
     def refresh_percept(self) -> None:
         """Sense anew: what is on display may have changed between two ticks."""
@@ -306,9 +306,9 @@ class Session:
     def bind_targets(self, **targets: str) -> None:
         """Let parameters stand for other targets from now on."""
         check_parameter_targets(self.automaton, targets, self.body.targets)
-        self._notebook.begin_episode()
+        self._log.begin_episode()
         self._targets |= targets
-        self._relink(self._new_trainee(self._notebook.lesson, self.mode))
+        self._relink(self._new_trainee(self._log.lesson, self.mode))
         self._turned()
 
     def set_other_agents(
@@ -319,46 +319,46 @@ class Session:
         library: Library | None = None,
     ) -> None:
         """What the other agents do meanwhile: idle (None), or a behavior of the library, or of a newer one."""
-        self.company.set_behavior(behavior, binding, library=library)
+        self.other_agents.set_behavior(behavior, binding, library=library)
         self._run = self._new_run()
-        self._notebook.journal.write(self.company.occupied)
+        self._log.journal.write(self.other_agents.behavior_call)
 
     # Changing the lesson
 
     def undo(self) -> str:
         """Take back the last step that changed the lesson; the world stays. What the step was."""
-        return self._went(*self._notebook.undo())
+        return self._went(*self._log.undo())
 
     def redo(self) -> str:
         """Do the last undone step again. What it was."""
-        return self._went(*self._notebook.redo())
+        return self._went(*self._log.redo())
 
     def _went(self, what: str, run: tuple[StackFrame, ...]) -> str:
         self.trainee.press = None
         try:
-            trainee = self._new_trainee(self._notebook.lesson, self.mode)
+            trainee = self._new_trainee(self._log.lesson, self.mode)
         except DefinitionError:  # what is left is too little for its classifier: nothing to test
-            trainee = self._new_trainee(self._notebook.lesson, Mode.TRAINING)
+            trainee = self._new_trainee(self._log.lesson, Mode.TRAINING)
         self._relink(trainee)
         self.trainee.restore(run, now=self.body.time_s)
         return what
 
     def delete(self, *numbers: int) -> None:
         """Delete examples by number."""
-        self._change(describe_edit("delete", len(numbers)), delete_examples(self._notebook.lesson, numbers))
+        self._change(describe_edit("delete", len(numbers)), delete_examples(self._log.lesson, numbers))
 
     def quarantine(self, reasons: Mapping[int, str]) -> None:
         """Let examples teach nothing for now, by number, each for a reason; "" lets one teach again."""
         what = describe_edit("quarantine" if any(reasons.values()) else "release", len(reasons))
-        self._change(what, set_quarantine(self._notebook.lesson, reasons))
+        self._change(what, set_quarantine(self._log.lesson, reasons))
 
     def edit(self, number: int, **change: Unpack[ExampleChange]) -> None:
         """Edit an example: its state, its next state, or its values by feature label."""
-        self._change(f"edit example {number}", edit_example(self._notebook.lesson, number, **change))
+        self._change(f"edit example {number}", edit_example(self._log.lesson, number, **change))
 
     def correct_slip(self, number: int, next: str) -> None:
         """Say what a press was meant for, by its example's number: it slipped."""
-        self._change(f"mend example {number}", correct_press(self._notebook.lesson, number, next))
+        self._change(f"mend example {number}", correct_press(self._log.lesson, number, next))
 
     def change_design(
         self, *, targets: Mapping[str, str] | None = None, **choice: Unpack[DesignChange]
@@ -367,11 +367,11 @@ class Session:
 
         Examples stay, valued from the record; those of states that are gone are dropped. `targets`: for parameters.
         """
-        self._notebook.accept_watched()
+        self._log.accept_watched()
         stand_for = {**self._targets, **(targets or {})}
-        lesson = change_design(self._notebook.lesson, self.library, choice, stand_for)
+        lesson = change_design(self._log.lesson, self.library, choice, stand_for)
         check_parameter_targets(lesson.automaton, targets or {}, self.body.targets)
-        self._change(f"choose {' and '.join(choice)}", self._notebook.recompute_values(lesson), targets)
+        self._change(f"choose {' and '.join(choice)}", self._log.recompute_values(lesson), targets)
 
     def _change(self, what: str, lesson: Lesson, targets: Mapping[str, str] | None = None) -> None:
         former, self._targets = self._targets, {**self._targets, **(targets or {})}
@@ -383,24 +383,24 @@ class Session:
         run = self.run_state
         if targets:
             self._turned()
-        self._notebook.step(what, lesson, before=run, after=run)
+        self._log.step(what, lesson, before=run, after=run)
         self._relink(trainee)
 
     def make_trained_automaton(self) -> TrainedAutomaton:
         """The automaton as learned from the lesson now, with the lesson: what a library keeps."""
-        lesson = self._notebook.complete
+        lesson = self._log.complete
         return TrainedAutomaton(learn_automaton(lesson), lesson)
 
     def close(self) -> None:
         """Put everything on disk."""
-        self._notebook.journal.close()
+        self._log.journal.close()
 
     def _turned(self) -> None:
-        self._notebook.log_mode(self.mode, self.run_state, self._targets, self.trainee.press)
+        self._log.log_mode(self.mode, self.run_state, self._targets, self.trainee.press)
 
     def _keep_snapshot(self) -> None:
-        if self._notebook.journal.path is not None and is_rewindable(self.body):
-            self._notebook.journal.snapshot(self.body.snapshot(), self.run_state, self.mode)
+        if self._log.journal.path is not None and is_rewindable(self.body):
+            self._log.journal.snapshot(self.body.snapshot(), self.run_state, self.mode)
 
     def _relink(self, trainee: Trainee) -> None:
         """Another trainee goes on where the one before is."""
@@ -418,4 +418,4 @@ class Session:
         return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)
 
     def _new_run(self) -> Run:
-        return self.company.run(self.agent, self._driving or self.trainee)
+        return self.other_agents.run(self.agent, self._driving or self.trainee)

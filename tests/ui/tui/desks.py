@@ -56,8 +56,8 @@ class Hand:
 
     @property
     def desk(self) -> Trainer:
-        assert self.trainer.opened is not None
-        return self.trainer.opened.desk
+        assert self.trainer.open_session is not None
+        return self.trainer.open_session.trainer
 
     @property
     def teaching(self) -> TeachingScreen:
@@ -92,7 +92,7 @@ class Hand:
         """Press what is right wherever it does wrong, until it is done; how many presses that took."""
         presses = 0
         for _ in range(round(limit_s / 0.1)):
-            screen = self.desk.screen
+            screen = self.desk.session_view
             wanted = right(screen) if screen.mode is Mode.TRAINING else tolerable(screen)
             if wanted is None:
                 return presses
@@ -100,7 +100,7 @@ class Hand:
                 await self.press(self.desk.keys.plain[wanted])
                 presses += 1
             await self.wait()
-        raise AssertionError(f"not done after {limit_s} s: {self.desk.screen}")
+        raise AssertionError(f"not done after {limit_s} s: {self.desk.session_view}")
 
 
 def right(screen: SessionView) -> str | None:
@@ -155,5 +155,5 @@ async def trainer(
             await pilot.pause()
             yield Hand(app, pilot, wall)
     finally:
-        if app.opened is not None:
-            app.opened.close()
+        if app.open_session is not None:
+            app.open_session.close()

@@ -42,7 +42,7 @@ async def test_it_asks_where_it_is_unsure_and_waits(tmp_path: Path) -> None:
         await hand.press("space")
         await hand.wait(0.2)
         assert hand.desk.body.time_s > before
-        assert hand.desk.screen.mode is Mode.TESTING
+        assert hand.desk.session_view.mode is Mode.TESTING
 
 
 @run

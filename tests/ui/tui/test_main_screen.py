@@ -57,14 +57,14 @@ async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_
     async with trainer(plan(tmp_path / "library", seed=6)) as hand:
         await hand.show(worlds=3)
         await hand.press("n", "t")
-        assert hand.desk.screen.mode is Mode.TESTING
+        assert hand.desk.session_view.mode is Mode.TESTING
         assert "TESTING" in hand.shown("header")
         for _ in range(2):
             await hand.guide()
             station = find_target_place(find_drawn_world(hand.desk.body), "station")
             assert station is not None
             assert dist(where(hand), station) < 0.5
-            assert hand.desk.screen.mode is Mode.TESTING, "it had to be corrected"
+            assert hand.desk.session_view.mode is Mode.TESTING, "it had to be corrected"
             await hand.press("n")
         await hand.press("s", "q")
     ended = hand.trainer.return_value
@@ -79,7 +79,7 @@ async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_
 async def test_a_press_is_recorded_with_its_default_and_said(tmp_path: Path) -> None:
     async with trainer(plan(tmp_path)) as hand:
         await hand.press("left")
-        assert hand.desk.screen.waiting == "rotate_left"
+        assert hand.desk.session_view.waiting == "rotate_left"
         await hand.wait(0.1)
         assert hand.said.startswith("start → rotate_left, distance_to(A) = ")
         assert hand.said.endswith("°, with its default")
@@ -103,12 +103,12 @@ async def test_directing_in_testing_visibly_becomes_a_correction(tmp_path: Path)
         await hand.wait(0.5)
         await hand.press("t")
         await hand.wait(0.3)
-        assert hand.desk.screen.state == "forward"
+        assert hand.desk.session_view.state == "forward"
         assert "press to correct" in hand.shown("states")
         await hand.press("right")
         assert "CORRECTED" in hand.shown("header")
         await hand.wait(0.1)
-        assert hand.desk.screen.mode is Mode.TRAINING
+        assert hand.desk.session_view.mode is Mode.TRAINING
         assert hand.said.startswith("correction: forward → rotate_right")
         assert kinds(hand)[-2:] == ["directive ◆", "default ◆"]
         assert "◆ forward → rotate_right" in hand.shown("lower")
@@ -123,7 +123,7 @@ async def test_a_flag_raised_too_early_is_corrected_where_it_was_raised(tmp_path
         await hand.wait(0.2)
         await hand.press("t")
         await hand.wait(1)
-        assert hand.desk.screen.flag == "done"
+        assert hand.desk.session_view.flag == "done"
         assert hand.said.startswith("goto raised done")
         await hand.press("up")
         await hand.wait(0.1)
@@ -146,7 +146,7 @@ async def test_undo_and_redo(tmp_path: Path) -> None:
         await hand.press("ctrl+z")
         assert hand.said == "Undone: rotate_left → forward"
         assert kinds(hand) == ["directive", "default"]
-        assert hand.desk.screen.state == "rotate_left"
+        assert hand.desk.session_view.state == "rotate_left"
         await hand.press("U")
         assert hand.said == "Done again: rotate_left → forward"
         assert len(hand.desk.session.examples) == 4
@@ -158,19 +158,19 @@ async def test_time_stands_still_while_paused_and_a_press_then_is_marked(tmp_pat
         await hand.press("up")
         await hand.wait(1)
         await hand.press("space")
-        before, clock = hand.desk.screen.time_s, hand.desk.pace.time_s
+        before, clock = hand.desk.session_view.time_s, hand.desk.pace.time_s
         await hand.wait(5)
-        assert (hand.desk.screen.time_s, hand.desk.pace.time_s) == (before, clock)
+        assert (hand.desk.session_view.time_s, hand.desk.pace.time_s) == (before, clock)
         assert "PAUSED" in hand.shown("header")
         await hand.press("left")
-        assert hand.desk.screen.waiting == "rotate_left"
+        assert hand.desk.session_view.waiting == "rotate_left"
         await hand.press("full_stop")
-        assert hand.desk.screen.time_s == pytest.approx(before + 0.1)
-        assert hand.desk.screen.state == "rotate_left"
+        assert hand.desk.session_view.time_s == pytest.approx(before + 0.1)
+        assert hand.desk.session_view.state == "rotate_left"
         assert hand.desk.session.examples[-2].window == 0  # paused: never from before
         await hand.press("space", "plus")
         await hand.wait(1)
-        assert hand.desk.screen.time_s == pytest.approx(before + 0.1 + 2.0)
+        assert hand.desk.session_view.time_s == pytest.approx(before + 0.1 + 2.0)
 
 
 @run
@@ -186,7 +186,7 @@ async def test_driving_into_position_records_nothing(tmp_path: Path) -> None:
         await hand.press("enter", "d")
         assert where(hand) != start
         assert not hand.desk.session.examples
-        assert hand.desk.screen.state == "start"
+        assert hand.desk.session_view.state == "start"
 
 
 @run
@@ -197,7 +197,7 @@ async def test_what_is_saved_is_opened_again_and_goes_on(tmp_path: Path) -> None
         await hand.press("s", "q")
     async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:
         assert "open again" in hand.said
-        assert hand.desk.screen.targets == {"A": "station"}
+        assert hand.desk.session_view.targets == {"A": "station"}
         assert not hand.desk.has_unsaved_changes
         await hand.press("p", "right")
         await hand.wait(0.3)
@@ -217,9 +217,9 @@ async def test_quitting_asks_about_what_is_not_saved(tmp_path: Path) -> None:
         assert not isinstance(hand.trainer.screen, TeachingScreen)
         await hand.press("escape")
         assert isinstance(hand.trainer.screen, TeachingScreen)
-        before = hand.desk.screen.time_s
+        before = hand.desk.session_view.time_s
         await hand.wait(0.5)
-        assert hand.desk.screen.time_s > before
+        assert hand.desk.session_view.time_s > before
         await hand.press("ctrl+q", "x")
     ended = hand.trainer.return_value
     assert isinstance(ended, SessionEnd)
@@ -244,7 +244,7 @@ async def test_a_killed_session_is_offered_and_nothing_shown_is_lost(tmp_path: P
         assert hand.trainer.unfinished.examples == 4
         await hand.press("enter")
         assert hand.desk.session.examples == shown
-        assert hand.desk.screen.waiting == "rotate_right"
+        assert hand.desk.session_view.waiting == "rotate_right"
         assert hand.desk.paused
         assert dist(where(hand), there) < 0.2
         await hand.press("space")
@@ -273,7 +273,7 @@ async def test_everything_is_chosen_on_the_first_page(tmp_path: Path) -> None:
         assert len(automaton.state_names) == 5
         assert automaton.state_names[-1] == "done"
         assert [str(bound) for bound in automaton.features] == ["distance_to(A)", "angle_to(A)"]
-        assert hand.desk.screen.targets == {"A": "station"}
+        assert hand.desk.session_view.targets == {"A": "station"}
 
 
 @run

@@ -26,7 +26,7 @@ def desk(folder: Path) -> Iterator[Trainer]:
     assert start is not None
     opened = begin_session(made, start, Wall())
     try:
-        yield opened.desk
+        yield opened.trainer
     finally:
         opened.close()
 

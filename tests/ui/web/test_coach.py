@@ -72,14 +72,14 @@ def test_advice_with_a_place_is_set_up(person: Page, made: StudioServer) -> None
     chosen = next(each for each in given if each["place"] and "behind you" in each["sentence"])
     state = chosen["sentence"].split("do in ")[1].split(" ")[0]
     person.done("pause", paused=False)
-    taught = made.stage.active_trainer.screen.examples
-    run = made.stage.run.number
+    taught = made.host.active_trainer.session_view.examples
+    run = made.host.run.number
     answer = person.done("set_up", sentence=chosen["sentence"])
     assert answer["sentence"] == f"There it is, in {state}, as I meant it: show me what to do."
-    desk = made.stage.active_trainer
-    assert (desk.screen.state, desk.screen.examples, made.stage.paused) == (state, taught, True)
-    assert 2.3 < desk.screen.features["angle_to(A)"] < 4.0
-    assert made.stage.run.number == answer["run"] == run + 1  # one cannot go back beyond
+    desk = made.host.active_trainer
+    assert (desk.session_view.state, desk.session_view.examples, made.host.paused) == (state, taught, True)
+    assert 2.3 < desk.session_view.features["angle_to(A)"] < 4.0
+    assert made.host.run.number == answer["run"] == run + 1  # one cannot go back beyond
     person.done("press", state="rotate_right")
     step(person)
     assert chosen["sentence"] not in sentences(person)
@@ -120,7 +120,7 @@ def test_advice_is_asked_for_again_only_when_the_lesson_changed(person: Page, ma
     person.done("undo")
     while person.desk["desk"]["edition"] == edition:
         person.hear()
-    coach = made.stage.active_trainer.coach
+    coach = made.host.active_trainer.coach
     assert coach.advice() is coach.advice()
 
 
@@ -163,15 +163,15 @@ def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: St
     person.done("turn")
     question = asked(person)
     assert question["sentence"].startswith("I am not sure: I would ")
-    desk = made.stage.active_trainer
-    known, state, now = len(desk.session.examples), desk.screen.state, desk.body.time_s
+    desk = made.host.active_trainer
+    known, state, now = len(desk.session.examples), desk.session_view.state, desk.body.time_s
     there = desk.session.capture()
-    assert made.stage.paused
+    assert made.host.paused
     person.done("press", state="rotate_right")
-    screen = desk.screen
+    screen = desk.session_view
     new = desk.session.examples[known:]
     assert (new[0].state, new[0].next, new[0].correction) == (state, "rotate_right", True)
-    assert (screen.mode.value, screen.state, made.stage.paused) == ("testing", "rotate_right", False)
+    assert (screen.mode.value, screen.state, made.host.paused) == ("testing", "rotate_right", False)
     assert desk.body.time_s == pytest.approx(now + 0.1)
     assert desk.coach.question is None
     desk.session.rewind(there)
@@ -187,10 +187,10 @@ def test_a_question_is_of_one_situation(person: Page, made: StudioServer) -> Non
     person.done("turn")
     asked(person)
     person.done("place", agent=0, x=5.0, y=5.0)
-    desk = made.stage.active_trainer
+    desk = made.host.active_trainer
     assert desk.coach.question is None
     person.done("press", state="rotate_right")
-    assert (desk.screen.waiting, desk.screen.mode.value, made.stage.paused) == (
+    assert (desk.session_view.waiting, desk.session_view.mode.value, made.host.paused) == (
         "rotate_right",
         "training",
         True,
@@ -202,8 +202,8 @@ def test_carrying_on_records_nothing_and_keeping_confirms(person: Page, made: St
     person.done("ask_when", when="pause")
     person.done("turn")
     asked(person)
-    desk = made.stage.active_trainer
-    known, state = len(desk.session.examples), desk.screen.state
+    desk = made.host.active_trainer
+    known, state = len(desk.session.examples), desk.session_view.state
     if way == "keep":
         person.done("confirm")
         (new,) = desk.session.examples[known:]
@@ -211,7 +211,7 @@ def test_carrying_on_records_nothing_and_keeping_confirms(person: Page, made: St
     else:
         person.done("pause", paused=False)
         assert len(desk.session.examples) == known
-    assert (desk.coach.question, desk.screen.mode.value, made.stage.paused) == (None, "testing", False)
+    assert (desk.coach.question, desk.session_view.mode.value, made.host.paused) == (None, "testing", False)
 
 
 def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: StudioServer) -> None:
@@ -219,12 +219,12 @@ def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: Studio
     person.done("ask_when", when="pause")
     person.done("speed", speed=16)
     person.done("turn")
-    desk, wall = made.stage.active_trainer, made.stage.wall
+    desk, wall = made.host.active_trainer, made.host.wall
     person.done("pause", paused=False)
     for _ in range(100):
         wall.now += 0.2  # type: ignore[attr-defined]  # the tests' clock
         made.run_due_ticks()
-        if made.stage.paused:
+        if made.host.paused:
             break
     assert desk.coach.question is not None
     assert desk.body.time_s == desk.coach.question.time_s
@@ -233,20 +233,20 @@ def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: Studio
 def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: StudioServer) -> None:
     person.done("ask_when", when="mark")
     person.done("turn")
-    began = made.stage.world.time_s
+    began = made.host.world.time_s
     for _ in range(60):
         step(person)
-    marks = plain(made.stage.session_data())["asking"]["marks"]
-    assert [mark["run"] for mark in marks] == [made.stage.run.number] * len(marks)
+    marks = plain(made.host.session_data())["asking"]["marks"]
+    assert [mark["run"] for mark in marks] == [made.host.run.number] * len(marks)
     first = marks[0]
     assert first["time_s"] == pytest.approx(began)
     person.done("go_to_mark", number=first["number"])
-    desk = made.stage.active_trainer
-    assert (made.stage.world.time_s, made.stage.paused) == (first["time_s"], True)
+    desk = made.host.active_trainer
+    assert (made.host.world.time_s, made.host.paused) == (first["time_s"], True)
     assert desk.coach.question is not None
     assert desk.coach.question.sentence == first["sentence"]
     person.done("press", state="rotate_right")
-    left = plain(made.stage.session_data())["asking"]["marks"]
+    left = plain(made.host.session_data())["asking"]["marks"]
     assert first["number"] not in [mark["number"] for mark in left]
     assert "no moment 99" in person.say("go_to_mark", number=99)["error"]
 
@@ -256,24 +256,24 @@ def test_marks_of_another_run_are_gone_back_to(person: Page, made: StudioServer)
     person.done("turn")
     for _ in range(60):
         step(person)
-    number, run = plain(made.stage.session_data())["asking"]["marks"][0]["number"], made.stage.run.number
+    number, run = plain(made.host.session_data())["asking"]["marks"][0]["number"], made.host.run.number
     person.done("reset", seed=9)
     person.done("go_to_mark", number=number)
-    assert (made.stage.seed, made.stage.run.number) == (4, run + 2)
-    assert made.stage.active_trainer.coach.question is not None
+    assert (made.host.seed, made.host.run.number) == (4, run + 2)
+    assert made.host.active_trainer.coach.question is not None
 
 
 def test_what_was_left_by_going_back_is_in_no_run(person: Page, made: StudioServer) -> None:
     person.done("ask_when", when="mark")
     person.done("turn")
-    began = made.stage.world.time_s
+    began = made.host.world.time_s
     for _ in range(60):
         step(person)
-    before = plain(made.stage.session_data())["asking"]["marks"]
+    before = plain(made.host.session_data())["asking"]["marks"]
     assert len(before) > 1
     person.done("rewind", time_s=began + 0.5)
     step(person)
-    after = {mark["number"]: mark["run"] for mark in plain(made.stage.session_data())["asking"]["marks"]}
+    after = {mark["number"]: mark["run"] for mark in plain(made.host.session_data())["asking"]["marks"]}
     assert after[before[0]["number"]] == before[0]["run"]
     assert after[before[-1]["number"]] is None
 
@@ -294,10 +294,10 @@ def test_a_reaction_time_is_offered_taken_and_undone(
     said = "You seem to press 0.55 s late. Taken 0.55 s earlier, they agree."
     assert late == {"reaction_s": 0.55, "sentence": said}
     person.done("use_reaction", reaction_s=0.55)
-    assert made.stage.active_trainer.session.lesson.options.reaction_s == 0.55
+    assert made.host.active_trainer.session.lesson.options.reaction_s == 0.55
     assert ready(person)["late"] is None
     person.done("undo")
-    assert made.stage.active_trainer.session.lesson.options.reaction_s == 0.0
+    assert made.host.active_trainer.session.lesson.options.reaction_s == 0.0
     assert ready(person)["late"] is not None
     assert "reaction_s is 7" in person.say("use_reaction", reaction_s=7)["error"]
 
@@ -308,14 +308,14 @@ def test_unlearning_is_chosen_among_the_options(made: StudioServer) -> None:
         assert person.until_desk()["desk"]["unlearning"] is True
         chosen = {key: GOTO[key] for key in ("states", "features", "flags")}
         person.done("choose", **chosen)
-        assert made.stage.active_trainer.session.lesson.options.unlearning
+        assert made.host.active_trainer.session.lesson.options.unlearning
         person.done("choose", **chosen, unlearning=False)
-        assert not made.stage.active_trainer.session.lesson.options.unlearning
+        assert not made.host.active_trainer.session.lesson.options.unlearning
 
 
 def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: StudioServer) -> None:
     """Eight times it turned where A was to the left and went on where it was ahead; once the wrong button was hit."""
-    desk = made.stage.active_trainer
+    desk = made.host.active_trainer
     desk.session.quarantine(dict.fromkeys((each.number for each in desk.session.examples), "in the way"))
     for far, angle, says in [*((far, 1.5, "rotate_left") for far in (3, 3.3, 3.6, 3.9)), (3.4, 1.6, "done")]:
         shown(desk, "forward", (far, angle), says)

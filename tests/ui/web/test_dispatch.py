@@ -53,7 +53,7 @@ def module(*functions: Callable[..., Any]) -> ModuleType:
 class Trained:
     """As much of a stage as a handler on the desk needs."""
 
-    moved = 0
+    frame_version = 0
 
     class active_trainer:
         """As much of a desk."""
@@ -70,7 +70,7 @@ def test_they_are_found_by_the_message_they_take() -> None:
 def test_one_that_acts_on_the_desk_is_given_what_is_trained_and_shows_it_anew() -> None:
     stage: Any = Trained()
     assert find_handlers(module(redo))[Redo](stage, Redo(id=3)) == StatusMessage("goto 3")
-    assert stage.moved == 1
+    assert stage.frame_version == 1
 
 
 def test_two_for_one_message() -> None:

@@ -42,7 +42,7 @@ def test_ticks_fill_the_beat_and_all_of_them_are_kept(tmp_path: Path) -> None:
         pass
     say("press", state="forward")
     say("speed", speed="fastest")
-    world, opened = made.stage.world, made.stage.opened
+    world, opened = made.host.world, made.host.open_session
     assert opened is not None
     ticks = [0]
     for _ in range(BEATS):
@@ -52,7 +52,7 @@ def test_ticks_fill_the_beat_and_all_of_them_are_kept(tmp_path: Path) -> None:
     now = world.time_s
     say("rewind", time_s=now - 4.2)
     assert now - 4.2 - EVERY_S <= world.time_s <= now - 4.2 + 1e-6
-    made.stage.opened = None
+    made.host.open_session = None
     opened.close()
     written = [entry.rows.count for entry in read_journal(opened.journal) if isinstance(entry, TicksLogged)]
     assert sum(written) == ticks[-1]
@@ -75,7 +75,7 @@ def test_other_speeds_are_refused(tmp_path: Path, speed: object) -> None:
 def test_a_press_is_heard_between_beats(tmp_path: Path, world: str) -> None:
     scenario = find_scenario(world)
     made = StudioServer(SessionHost(scenario, tmp_path, make_scenario_kit(scenario)))
-    behavior = next(iter(made.stage.kit.behaviors))
+    behavior = next(iter(made.host.kit.behaviors))
     beats, beat = count(), made.run_due_ticks
     begun = [0]
 

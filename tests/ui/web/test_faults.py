@@ -68,8 +68,8 @@ def test_a_picture_that_cannot_be_drawn(tmp_path: Path, monkeypatch: pytest.Monk
     with served(made) as client, page(client) as person:
         person.done(**GOTO)
         with monkeypatch.context() as patched:
-            patched.setattr(made.stage, "frame", lambda: 1 / 0)
+            patched.setattr(made.host, "frame", lambda: 1 / 0)
             person.done("press", state="forward")
             person.done("step")
         person.done("step")
-        assert made.stage.paused
+        assert made.host.paused

@@ -46,7 +46,7 @@ def same(read: Frame, stage: SessionHost) -> None:
 
 @pytest.mark.parametrize("world", list_builtin_scenarios())
 def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
-    stage = studio(tmp_path, world=world, seed=3).stage
+    stage = studio(tmp_path, world=world, seed=3).host
     read = Frame.read(stage.frame())
     same(read, stage)
     assert (read.kind, read.bits, read.state, read.agent, read.features) == (1, 1, NONE, 0, [])  # paused
@@ -60,7 +60,7 @@ def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
 
 
 def test_a_frame_of_a_desk(tmp_path: Path) -> None:
-    stage = studio(tmp_path, world="forage-team").stage
+    stage = studio(tmp_path, world="forage-team").host
     session.select_agent(stage, 1)
     fields = {key: value for key, value in GOTO.items() if key not in ("do", "name")}
     session.begin_automaton(stage, "goto", LessonChoices(**fields), discard=False)
@@ -72,14 +72,14 @@ def test_a_frame_of_a_desk(tmp_path: Path) -> None:
     same(read, stage)
     assert (read.bits, read.state, read.agent) == (1 | 4, 2, 1)
     assert [row[4] for row in read.robots] == [NONE, 2, *[NONE] * (len(read.robots) - 2)]
-    assert_allclose(read.features, list(desk.screen.features.values()), rtol=1e-6)
+    assert_allclose(read.features, list(desk.session_view.features.values()), rtol=1e-6)
     desk.toggle_mode()
     assert Frame.read(stage.frame()).bits == 1 | 2 | 4
     stage.close()
 
 
 def test_absent_values_and_numbers_that_are_too_large(tmp_path: Path) -> None:
-    stage = studio(tmp_path).stage
+    stage = studio(tmp_path).host
     stage.world.state.objects["amount"][0] = 2_000_000
     data = encode_frame(stage.world.view(), tick=2**40, agent=0, features=(nan, 1.5), sonar=(nan,))
     read = Frame.read(data)
@@ -106,6 +106,6 @@ def test_a_robot_type_with_300_sonar_sectors(tmp_path: Path) -> None:
 
 
 def test_food_that_is_home(tmp_path: Path) -> None:
-    stage = studio(tmp_path, world="forage-team").stage
+    stage = studio(tmp_path, world="forage-team").host
     stage.world.state.robots["delivered"][:2] = 40_000, 30_000
     assert Frame.read(stage.frame()).delivered == 70_000

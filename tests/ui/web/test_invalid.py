@@ -51,9 +51,9 @@ class Room:
 
     def state(self) -> tuple[object, ...]:
         """Everything that a message could change."""
-        stage = self.studio.stage
+        stage = self.studio.host
         session = stage.active_trainer.session
-        files = {path: path.stat().st_size for path in sorted(stage.shelf.folder.rglob("*"))}
+        files = {path: path.stat().st_size for path in sorted(stage.library_view.folder.rglob("*"))}
         return (
             find_drawn_world(stage.world).snapshot(),
             session.lesson.record,
@@ -75,7 +75,7 @@ class Room:
 def room(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Room]:
     made = Room(tmp_path_factory.mktemp("library"))
     yield made
-    made.studio.stage.close()
+    made.studio.host.close()
 
 
 LONG = "x" * 151
@@ -323,13 +323,13 @@ def test_ten_thousand_mutated_messages(room: Room, text: str) -> None:
 def obeyed_or_refused(room: Room, text: str) -> None:
     """Obeyed, or refused without a trace; never a fault of the program."""
     before = room.state()
-    outside = sorted(room.studio.stage.shelf.folder.parent.iterdir())
+    outside = sorted(room.studio.host.library_view.folder.parent.iterdir())
     answer = room.hear(text)
     if "ok" not in answer:
         assert room.state() == before
         assert "Understudy:" not in answer["error"]
-    assert sorted(room.studio.stage.shelf.folder.parent.iterdir()) == outside
-    if room.studio.stage.desk is None:
+    assert sorted(room.studio.host.library_view.folder.parent.iterdir()) == outside
+    if room.studio.host.trainer is None:
         room.say({**GOTO, "discard": True})
 
 

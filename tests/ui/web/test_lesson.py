@@ -150,9 +150,9 @@ def test_back_to_an_example_of_another_run(tmp_path: Path) -> None:
         person.done("open", name="goto")
         person.done("reset", seed=2)
         person.done("rewind", example=3)
-        assert made.stage.seed == 1
-        assert made.stage.world.time_s == pytest.approx(0.6)
-        assert made.stage.active_trainer.screen.state == "forward"
+        assert made.host.seed == 1
+        assert made.host.world.time_s == pytest.approx(0.6)
+        assert made.host.active_trainer.session_view.state == "forward"
         person.done("press", state="rotate_left")
         while person.frame is None or person.frame.tick != 6:
             person.hear()

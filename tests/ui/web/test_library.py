@@ -43,7 +43,7 @@ def names(stage: SessionHost) -> list[str]:
 
 
 def files(stage: SessionHost) -> list[str]:
-    folder = stage.shelf.folder
+    folder = stage.library_view.folder
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*.json"))
 
 
@@ -51,28 +51,28 @@ def test_unsaved_work_is_not_left_by_accident(made: StudioServer, person: Page) 
     person.done(**GOTO)
     teach(person, "forward")
     assert "not saved" in person.send({**GOTO, "name": "other"})["error"]
-    assert made.stage.active_trainer.name == "goto"
+    assert made.host.active_trainer.name == "goto"
     person.done("save")
     person.done(**{**GOTO, "name": "other"})
     teach(person, "rotate_left")
     assert "not saved" in person.say("open", name="goto")["error"]
     person.done("open", name="goto", discard=True)
-    assert made.stage.active_trainer.screen.examples == 2
-    assert "goto is open again" in made.stage.status.text
+    assert made.host.active_trainer.session_view.examples == 2
+    assert "goto is open again" in made.host.status.text
 
 
 def test_a_copy_under_another_name(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     teach(person, "forward")
     person.done("save", name="goto 2")
-    assert names(made.stage) == ["goto 2"]
-    assert made.stage.active_trainer.name == "goto"
-    assert made.stage.active_trainer.has_unsaved_changes
+    assert names(made.host) == ["goto 2"]
+    assert made.host.active_trainer.name == "goto"
+    assert made.host.active_trainer.has_unsaved_changes
     assert "already" in person.say("save", name="Goto 2")["error"]
     person.done("save")
     person.done("open", name="goto 2")
-    assert made.stage.active_trainer.name == "goto 2"
-    assert made.stage.active_trainer.screen.examples == 2
+    assert made.host.active_trainer.name == "goto 2"
+    assert made.host.active_trainer.session_view.examples == 2
 
 
 def test_nothing_leaves_the_folder(made: StudioServer, person: Page) -> None:
@@ -80,11 +80,11 @@ def test_nothing_leaves_the_folder(made: StudioServer, person: Page) -> None:
     teach(person, "forward")
     person.done("save", name="../../escaped")
     person.done("save", name="/etc/understudy")
-    assert files(made.stage) == ["%2E%2E%2F%2E%2E%2Fescaped.json", "%2Fetc%2Funderstudy.json"]
+    assert files(made.host) == ["%2E%2E%2F%2E%2E%2Fescaped.json", "%2Fetc%2Funderstudy.json"]
     person.done("remove", name="../../escaped")
-    assert files(made.stage) == ["%2Fetc%2Funderstudy.json", ".trash/%2E%2E%2F%2E%2E%2Fescaped.json"]
-    assert plain(made.stage.library())["trash"] == ["../../escaped"]
-    assert sorted(path.name for path in made.stage.shelf.folder.parent.iterdir()) == ["library"]
+    assert files(made.host) == ["%2Fetc%2Funderstudy.json", ".trash/%2E%2E%2F%2E%2E%2Fescaped.json"]
+    assert plain(made.host.library())["trash"] == ["../../escaped"]
+    assert sorted(path.name for path in made.host.library_view.folder.parent.iterdir()) == ["library"]
 
 
 def test_the_trash_gives_back_what_was_removed_last(made: StudioServer, person: Page) -> None:
@@ -94,12 +94,12 @@ def test_the_trash_gives_back_what_was_removed_last(made: StudioServer, person: 
         teach(person, *states)
         person.done("save", name="copy")
         person.done("remove", name="copy")
-    assert files(made.stage) == [".trash/copy.json", ".trash/copy~2.json"]
+    assert files(made.host) == [".trash/copy.json", ".trash/copy~2.json"]
     person.done("restore", name="copy")
     assert "already" in person.say("restore", name="copy")["error"]
-    assert files(made.stage) == [".trash/copy.json", "copy.json"]
-    (row,) = plain(made.stage.library())["trained"]
-    assert row["examples"] == made.stage.active_trainer.screen.examples
+    assert files(made.host) == [".trash/copy.json", "copy.json"]
+    (row,) = plain(made.host.library())["trained"]
+    assert row["examples"] == made.host.active_trainer.session_view.examples
 
 
 def test_what_is_run_by_others_is_not_removed(made: StudioServer, person: Page) -> None:
@@ -110,7 +110,7 @@ def test_what_is_run_by_others_is_not_removed(made: StudioServer, person: Page) 
     assert "which is being trained, runs goto" in person.say("remove", name="goto")["error"]
     teach(person, "goto")
     person.done("save")
-    assert [row["runs"] for row in plain(made.stage.library())["trained"]] == [
+    assert [row["runs"] for row in plain(made.host.library())["trained"]] == [
         ["goto(station)", "unload_food"],
         ["forward", "rotate_left", "rotate_right"],
     ]
@@ -119,7 +119,7 @@ def test_what_is_run_by_others_is_not_removed(made: StudioServer, person: Page) 
     person.done("remove", name="carry")
     person.done("remove", name="goto")
     person.done("restore", name="carry")
-    (row,) = plain(made.stage.library())["trained"]
+    (row,) = plain(made.host.library())["trained"]
     assert not row["complete"]
     assert "goto" in row["why_not"]
 
@@ -128,9 +128,9 @@ def test_a_broken_document_hides_nothing(made: StudioServer, person: Page) -> No
     person.done(**GOTO)
     teach(person, "forward")
     person.done("save")
-    (made.stage.shelf.folder / "broken.json").write_text("{")
+    (made.host.library_view.folder / "broken.json").write_text("{")
     person.done("save")
-    rows = {row["name"]: row for row in plain(made.stage.library())["trained"]}
+    rows = {row["name"]: row for row in plain(made.host.library())["trained"]}
     assert rows["goto"]["complete"]
     assert not rows["broken"]["complete"]
     assert rows["broken"]["why_not"] in person.say("open", name="broken")["error"]
@@ -141,17 +141,17 @@ def test_a_broken_document_hides_nothing(made: StudioServer, person: Page) -> No
 def test_which_robot_is_trained(made: StudioServer, person: Page) -> None:
     person.done("agent", agent=1)
     person.done(**GOTO)
-    assert made.stage.active_trainer.robot == 1
+    assert made.host.active_trainer.robot == 1
     person.done("agent", agent=2)
-    assert made.stage.active_trainer.robot == 2
-    assert made.stage.active_trainer.name == "goto"
+    assert made.host.active_trainer.robot == 2
+    assert made.host.active_trainer.name == "goto"
     teach(person, "forward")
     assert "robot 3" in person.say("agent", agent=0)["error"]
     person.done("save")
     person.done("open", name="goto")
     person.done("agent", agent=0)
-    assert made.stage.active_trainer.robot == 0
-    assert made.stage.active_trainer.screen.examples == 2
+    assert made.host.active_trainer.robot == 0
+    assert made.host.active_trainer.session_view.examples == 2
 
 
 def test_the_world_by_hand(made: StudioServer, person: Page) -> None:
@@ -186,7 +186,7 @@ def test_choosing_anew_keeps_the_examples(made: StudioServer, person: Page) -> N
     person.done(
         "choose", states=["forward", "rotate_left"], features=["angle_to(A)"], flags=[], reaction_s=0.2
     )
-    desk = plain(made.stage.session_data())
+    desk = plain(made.host.session_data())
     assert desk is not None
     assert [state["name"] for state in desk["states"]] == ["start", "forward", "rotate_left"]
     assert [feature["label"] for feature in desk["features"]] == ["angle_to(A)"]
@@ -196,7 +196,7 @@ def test_choosing_anew_keeps_the_examples(made: StudioServer, person: Page) -> N
     person.done("delete", number=2)
     person.done("undo")
     person.done("redo")
-    assert [each["number"] for each in plain(made.stage.session_data())["examples"]] == [1, 3, 4]
+    assert [each["number"] for each in plain(made.host.session_data())["examples"]] == [1, 3, 4]
 
 
 def test_the_automata_it_runs_are_told_with_their_states_and_transitions(
@@ -206,7 +206,7 @@ def test_the_automata_it_runs_are_told_with_their_states_and_transitions(
     teach(person, "forward", "done")
     person.done("save")
     person.done(**CARRY)
-    desk = plain(made.stage.session_data())
+    desk = plain(made.host.session_data())
     assert [state["automaton"] for state in desk["states"]] == [None, "goto", None]
     goto = desk["nested"]["goto"]
     assert [state["name"] for state in goto["states"]][-1] == "done"
@@ -220,7 +220,7 @@ def test_contradictions_are_marked(made: StudioServer, person: Page) -> None:
     teach(person, "forward")
     person.done("restart")
     teach(person, "rotate_left")
-    desk = plain(made.stage.session_data())
+    desk = plain(made.host.session_data())
     assert [(each["number"], each["contradicts"]) for each in desk["examples"]] == [
         (1, True),
         (2, False),
@@ -234,9 +234,9 @@ def test_contradictions_are_marked(made: StudioServer, person: Page) -> None:
 def test_speed_and_time(made: StudioServer, person: Page) -> None:
     person.done("speed", speed=4)
     person.done(**GOTO)
-    assert made.stage.active_trainer.pace.speed == 4
-    assert not made.stage.paused
-    made.stage.wall.now += 0.2  # type: ignore[attr-defined]
+    assert made.host.active_trainer.pace.speed == 4
+    assert not made.host.paused
+    made.host.wall.now += 0.2  # type: ignore[attr-defined]
     while person.frame is None or person.frame.tick < 8:
         person.hear()
     assert person.frame.tick == 8
@@ -248,24 +248,24 @@ def test_a_session_that_was_cut_off_is_offered(tmp_path: Path) -> None:
         person.done(**GOTO)
         person.done("place", agent=0, x=6.0, y=6.5, heading=1.0)
         teach(person, "forward", "rotate_left")
-    assert files(studio(folder).stage) == []  # not saved
+    assert files(studio(folder).host) == []  # not saved
     again = studio(folder)
     with served(again) as client, page(client) as person:
         (left,) = person.desk["library"]["cut_off"]
         assert (left["name"], left["examples"]) == ("goto", 4)
         assert "cut off with 4 examples" in person.send(GOTO)["error"]
         person.done("open", name="goto")
-        assert again.stage.seed == 3
-        assert plain(again.stage.library())["cut_off"] == []
-        robots = again.stage.world.view().robots
+        assert again.host.seed == 3
+        assert plain(again.host.library())["cut_off"] == []
+        robots = again.host.world.view().robots
         assert (robots.x[0], robots.y[0]) == pytest.approx((6.0, 6.5), abs=0.1)
-        assert again.stage.paused
+        assert again.host.paused
         person.done("reset", seed=None)
-        assert again.stage.seed == 3
+        assert again.host.seed == 3
     last = studio(folder)
     with served(last) as client, page(client) as person:
         person.done(**{**GOTO, "discard": True})
-        assert plain(last.stage.library())["cut_off"] == []
+        assert plain(last.host.library())["cut_off"] == []
         assert sorted(path.suffix for path in (folder / ".journals").iterdir()) == [".ended", ".journal"]
 
 
@@ -274,7 +274,7 @@ def test_a_session_that_was_saved_is_not_offered(tmp_path: Path) -> None:
         person.done(**GOTO)
         teach(person, "forward")
         person.done("save")
-    assert studio(tmp_path).stage.cut_off == {}
+    assert studio(tmp_path).host.cut_off == {}
     assert [path.suffix for path in (tmp_path / ".journals").iterdir()] == [".ended"]
 
 
@@ -288,13 +288,13 @@ def test_a_session_that_was_cut_off_is_thrown_away(tmp_path: Path) -> None:
         teach(person, "rotate_left")
     again = studio(folder)
     with served(again) as client, page(client) as person:
-        assert list(again.stage.cut_off) == ["goto"]
+        assert list(again.host.cut_off) == ["goto"]
         assert "no automaton 'reach'" in person.say("discard", name="reach")["error"]
         person.done("discard", name="goto")
-        assert plain(again.stage.library())["cut_off"] == []
+        assert plain(again.host.library())["cut_off"] == []
         person.done("recall", name="goto")
-        assert list(again.stage.cut_off) == ["goto"]
+        assert list(again.host.cut_off) == ["goto"]
         assert "goto" in person.say("recall", name="goto")["error"]
         person.done("discard", name="goto")
         person.done("open", name="goto")
-        assert again.stage.active_trainer.screen.examples == 2
+        assert again.host.active_trainer.session_view.examples == 2

@@ -25,7 +25,7 @@ class Desk:
     """A studio with goto saved, the page that directs it, and its post."""
 
     def __init__(self, made: StudioServer, client: TestClient, person: Page) -> None:
-        self.stage, self.client, self.person = made.stage, client, person
+        self.stage, self.client, self.person = made.host, client, person
         self.key = person.hello["key"]
 
     def out(self) -> bytes:
@@ -39,7 +39,7 @@ class Desk:
         return answer.status_code, answer.json()
 
     def contents(self) -> dict[str, bytes]:
-        folder = self.stage.shelf.folder
+        folder = self.stage.library_view.folder
         return {str(path): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
@@ -78,9 +78,9 @@ def test_documents_go_out_and_come_in_elsewhere(desk: Desk, tmp_path: Path) -> N
             person.hear()
         assert person.desk["said"]["text"] == "Imported a/b, goto"
         assert there.give(parcel) == (200, {"said": "Nothing new was in it"})
-    assert files(other.stage) == ["a%2Fb.json", "goto.json"]
-    for name in files(other.stage):
-        here, there_ = (each.shelf.folder / name for each in (desk.stage, other.stage))
+    assert files(other.host) == ["a%2Fb.json", "goto.json"]
+    for name in files(other.host):
+        here, there_ = (each.library_view.folder / name for each in (desk.stage, other.host))
         assert here.read_bytes() == there_.read_bytes()
 
 
@@ -101,12 +101,12 @@ def test_what_is_there_is_replaced_only_when_asked(desk: Desk) -> None:
     desk.person.done("open", name="extra")
     said = "Nothing new was in it; replaced goto, former versions are kept"
     assert desk.give(parcel, taken="replace") == (200, {"said": said})
-    assert desk.stage.shelf.library.taught["goto"].lesson is not None
-    assert [each.number for each in list_versions(desk.stage.shelf.folder, "goto")] == [1, 2]
+    assert desk.stage.library_view.library.taught["goto"].lesson is not None
+    assert [each.number for each in list_versions(desk.stage.library_view.folder, "goto")] == [1, 2]
 
 
 def document(desk: Desk, **automaton: str) -> str:
-    found = json.loads((desk.stage.shelf.folder / "goto.json").read_text())
+    found = json.loads((desk.stage.library_view.folder / "goto.json").read_text())
     found["automaton"].update(automaton)
     return json.dumps(found)
 

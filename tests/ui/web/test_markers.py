@@ -38,9 +38,9 @@ def test_placed_moved_and_removed_in_any_world(tmp_path: Path, world: str) -> No
         while not (there := slots(somebody)):
             somebody.hear()
         somebody.done("move_object", slot=there[0], x=2.0, y=1.5)
-        assert find_target_place(find_drawn_world(made.stage.world), TARGET) == (2.0, 1.5)
+        assert find_target_place(find_drawn_world(made.host.world), TARGET) == (2.0, 1.5)
         somebody.done("remove_object", slot=there[0])
-        assert find_target_place(find_drawn_world(made.stage.world), TARGET) is None
+        assert find_target_place(find_drawn_world(made.host.world), TARGET) is None
 
 
 def shown(somebody: Page, *states: str) -> list[dict[str, Any]]:
@@ -63,14 +63,14 @@ def test_a_lesson_about_markers_outlasts_its_studio(tmp_path: Path) -> None:
     made = studio(tmp_path)
     with served(made) as client, page(client) as somebody:
         somebody.done("open", name="goto")
-        assert find_target_place(find_drawn_world(made.stage.world), TARGET) == pytest.approx((3.0, 4.0))
-        assert made.stage.active_trainer.screen.targets == {"A": TARGET}
+        assert find_target_place(find_drawn_world(made.host.world), TARGET) == pytest.approx((3.0, 4.0))
+        assert made.host.active_trainer.session_view.targets == {"A": TARGET}
         assert "–" not in shown(somebody, "done")[-1]["values"]
         somebody.done("save")
         somebody.done("new", name="trip", states=["goto(nearest_marker)"], features=["done"], flags=["there"])
         shown(somebody, "goto", "there")
         somebody.done("save")
-    first = open_document(tmp_path / "goto.json", made.stage.kit).taught.lesson
+    first = open_document(tmp_path / "goto.json", made.host.kit).taught.lesson
     assert first is not None
     assert first.examples[0].values == pytest.approx((nan, nan), nan_ok=True)
     told = said("run", "forage", "--library", tmp_path, "--behavior", "trip", "--seconds", "2")

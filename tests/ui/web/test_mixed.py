@@ -19,7 +19,7 @@ ROAM: dict[str, Any] = {
 def test_choosing_a_robot_opens_the_library_of_its_type(tmp_path: Path) -> None:
     made = studio(tmp_path / "library", world="salvage")
     with served(made) as client, page(client) as person:
-        assert "load" not in made.stage.kit.behaviors
+        assert "load" not in made.host.kit.behaviors
         person.done(**ROAM)
         person.done("pause", paused=True)
         person.done("press", state="forward")
@@ -28,9 +28,9 @@ def test_choosing_a_robot_opens_the_library_of_its_type(tmp_path: Path) -> None:
         person.done("save")
         assert (tmp_path / "library" / "scout" / "roam.json").is_file()
         person.done("agent", agent=5)
-        assert (made.stage.agent, list(made.stage.shelf.library.taught)) == (5, [])
-        assert {"load", "unload"} <= {each["name"] for each in plain(made.stage.scene())["behaviors"]}
+        assert (made.host.agent, list(made.host.library_view.library.taught)) == (5, [])
+        assert {"load", "unload"} <= {each["name"] for each in plain(made.host.scene())["behaviors"]}
         person.done("agent", agent=2)
-        assert list(made.stage.shelf.library.taught) == ["roam"]
+        assert list(made.host.library_view.library.taught) == ["roam"]
         person.done("agent", agent=0, sort="crew")
-        assert {"roam", "load", "forward"} <= set(made.stage.kit.behaviors)
+        assert {"roam", "load", "forward"} <= set(made.host.kit.behaviors)

@@ -33,12 +33,16 @@ def test_what_is_trained_has_another_name(made: StudioServer, person: Page) -> N
     assert "save it first" in person.say("rename", name="goto", to="reach")["error"]
     person.done("save")
     person.done("stand_for", targets={"A": "nearest_food"})
-    examples = made.stage.active_trainer.screen.examples
+    examples = made.host.active_trainer.session_view.examples
     person.done("rename", name="goto", to="reach")
-    assert names(made.stage) == ["reach"]
-    assert [path[:19] for path in files(made.stage)] == ["reach.json", "versions/reach/0001"]
-    desk = made.stage.active_trainer
-    assert (desk.name, desk.screen.examples, desk.screen.targets["A"]) == ("reach", examples, "nearest_food")
+    assert names(made.host) == ["reach"]
+    assert [path[:19] for path in files(made.host)] == ["reach.json", "versions/reach/0001"]
+    desk = made.host.active_trainer
+    assert (desk.name, desk.session_view.examples, desk.session_view.targets["A"]) == (
+        "reach",
+        examples,
+        "nearest_food",
+    )
     assert (desk.has_unsaved_changes, desk.paused, desk.status.text) == (
         False,
         True,
@@ -46,8 +50,8 @@ def test_what_is_trained_has_another_name(made: StudioServer, person: Page) -> N
     )
     teach(person, "forward")
     person.done("save")
-    assert names(made.stage) == ["reach"]
-    assert [each.number for each in list_versions(made.stage.shelf.folder, "reach")] == [1, 2]
+    assert names(made.host) == ["reach"]
+    assert [each.number for each in list_versions(made.host.library_view.folder, "reach")] == [1, 2]
 
 
 def test_versions_go_behind_those_of_a_former_one(made: StudioServer, person: Page) -> None:
@@ -73,29 +77,29 @@ def test_what_others_run_keeps_its_name(made: StudioServer, person: Page) -> Non
     person.done("save")
     assert "goto is run by carry" in person.say("rename", name="goto", to="reach")["error"]
     person.done("rename", name="carry", to="bring")
-    assert names(made.stage) == ["bring", "goto"]
+    assert names(made.host) == ["bring", "goto"]
 
 
 @pytest.mark.parametrize("do", ["rename", "duplicate"])
 def test_names_that_cannot_be(made: StudioServer, person: Page, do: str) -> None:
     person.done("duplicate", name="goto", to="twin")
-    before = files(made.stage)
+    before = files(made.host)
     assert "twin already" in person.say(do, name="goto", to="Twin")["error"]
     assert "basic behavior" in person.say(do, name="goto", to="forward")["error"]
     assert "no automaton" in person.say(do, name="nobody", to="body")["error"]
-    (made.stage.shelf.folder / "broken.json").write_text("{")
+    (made.host.library_view.folder / "broken.json").write_text("{")
     assert "broken.json" in person.say(do, name="broken", to="whole")["error"]
-    (made.stage.shelf.folder / "broken.json").unlink()
-    assert files(made.stage) == before
+    (made.host.library_view.folder / "broken.json").unlink()
+    assert files(made.host) == before
 
 
 def test_a_copy_is_as_the_library_has_it(made: StudioServer, person: Page) -> None:
     teach(person, "rotate_left")
     person.done("duplicate", name="goto", to="../twin")
-    assert files(made.stage) == ["%2E%2E%2Ftwin.json", "goto.json"]
-    rows = {row["name"]: row["examples"] for row in plain(made.stage.library())["trained"]}
+    assert files(made.host) == ["%2E%2E%2Ftwin.json", "goto.json"]
+    rows = {row["name"]: row["examples"] for row in plain(made.host.library())["trained"]}
     assert rows["../twin"] == rows["goto"] == 2
-    assert made.stage.active_trainer.has_unsaved_changes
+    assert made.host.active_trainer.has_unsaved_changes
 
 
 def test_versions_and_what_changed(made: StudioServer, person: Page) -> None:
@@ -127,16 +131,16 @@ def test_back_to_a_version_and_forth(made: StudioServer, person: Page) -> None:
     assert "save it first" in person.say("go_back", name="goto", version=1)["error"]
     person.done("save")
     person.done("go_back", name="goto", version=1)
-    assert made.stage.active_trainer.screen.examples == 2
-    assert not made.stage.active_trainer.has_unsaved_changes
-    assert "version 1" in made.stage.status.text
+    assert made.host.active_trainer.session_view.examples == 2
+    assert not made.host.active_trainer.has_unsaved_changes
+    assert "version 1" in made.host.status.text
     person.done("go_back", name="goto", version=2)
-    assert made.stage.active_trainer.screen.examples == 4
-    assert [each.number for each in list_versions(made.stage.shelf.folder, "goto")] == [1, 2, 3]
+    assert made.host.active_trainer.session_view.examples == 4
+    assert [each.number for each in list_versions(made.host.library_view.folder, "goto")] == [1, 2, 3]
     person.done("rename", name="goto", to="reach")
     person.done("go_back", name="reach", version=1)
-    assert (made.stage.active_trainer.name, made.stage.active_trainer.screen.examples) == ("reach", 2)
-    assert names(made.stage) == ["reach"]
+    assert (made.host.active_trainer.name, made.host.active_trainer.session_view.examples) == ("reach", 2)
+    assert names(made.host) == ["reach"]
 
 
 def test_who_looks_on_may_read_versions(made: StudioServer, person: Page) -> None:
@@ -152,7 +156,7 @@ def test_a_copy_can_be_used_at_once(made: StudioServer, person: Page) -> None:
     person.done("choose", states=["twin(station)", "goto(station)"], features=["done"])
     teach(person, "twin", "goto")
     person.done("save")
-    assert plain(made.stage.library())["trained"][0]["runs"] == ["twin(station)", "goto(station)"]
+    assert plain(made.host.library())["trained"][0]["runs"] == ["twin(station)", "goto(station)"]
 
 
 @pytest.mark.parametrize("name", ["goto 2", "go to it", "x" * 150])
@@ -160,7 +164,7 @@ def test_any_name_can_be_chosen_as_a_state(made: StudioServer, person: Page, nam
     person.done("duplicate", name="goto", to=name)
     person.done(**{**CARRY, "states": [f"{name}(nearest_food)"]})
     teach(person, name)
-    assert made.stage.active_trainer.screen.state == name
+    assert made.host.active_trainer.session_view.state == name
 
 
 @pytest.mark.parametrize("name", ["goto(A)", "a,b", "a=b"])
@@ -168,4 +172,4 @@ def test_a_name_that_could_not_is_refused(made: StudioServer, person: Page, name
     for way in ({"do": "duplicate", "name": "goto", "to": name}, {"do": "save", "name": name}):
         assert "could not be chosen as a state" in person.send(way)["error"]
     assert "could not be chosen as a state" in person.send({**GOTO, "name": name})["error"]
-    assert names(made.stage) == ["goto"]
+    assert names(made.host) == ["goto"]

@@ -26,7 +26,7 @@ def person(made: StudioServer) -> Iterator[Page]:
 
 
 def places(made: StudioServer) -> list[tuple[float, float]]:
-    robots = made.stage.world.view().robots
+    robots = made.host.world.view().robots
     return list(zip(robots.x.tolist(), robots.y.tolist(), strict=True))
 
 
@@ -39,12 +39,12 @@ def test_the_others_idle_or_run_a_behavior(made: StudioServer, person: Page) -> 
         person.done("step")
     moved = [now != then for now, then in zip(places(made), before, strict=True)]
     assert moved == [False, *[True] * (len(before) - 1)]
-    assert plain(made.stage.session_data())["others"] == {"behavior": "forward", "targets": {}}
+    assert plain(made.host.session_data())["others"] == {"behavior": "forward", "targets": {}}
     there = places(made)
     person.done("others", behavior=None)
     person.done("step")
     assert places(made) == there
-    assert plain(made.stage.session_data())["others"] is None
+    assert plain(made.host.session_data())["others"] is None
 
 
 def test_the_others_run_what_was_just_saved(made: StudioServer, person: Page) -> None:
@@ -52,12 +52,12 @@ def test_the_others_run_what_was_just_saved(made: StudioServer, person: Page) ->
     assert "goto" in person.say("others", behavior="goto", targets={"A": "station"})["error"]
     person.done("save")
     person.done("others", behavior="goto", targets={"A": "station"})
-    assert made.stage.status.text == "The others run goto(station) meanwhile"
+    assert made.host.status.text == "The others run goto(station) meanwhile"
     before = places(made)
     person.done("step")
     assert places(made)[1:] != before[1:]
     person.done("open", name="goto")
-    assert plain(made.stage.session_data())["others"] is None
+    assert plain(made.host.session_data())["others"] is None
 
 
 WRONG = [
@@ -76,7 +76,7 @@ def test_what_the_others_cannot_do(
     person.done("save")
     person.done("others", behavior="forward")
     assert said in person.say("others", behavior=behavior, targets=targets)["error"]
-    assert plain(made.stage.other_behavior) == {"behavior": "forward", "targets": {}}
+    assert plain(made.host.other_behavior) == {"behavior": "forward", "targets": {}}
     before = places(made)
     person.done("step")
     assert places(made)[1:] != before[1:]
@@ -98,7 +98,7 @@ def test_nobody_watches(made: StudioServer, person: Page) -> None:
         for _ in range(60):
             person.done("step")
         teach(person, state)
-        desk = plain(made.stage.session_data())
+        desk = plain(made.host.session_data())
         kinds = [each["kind"] for each in desk["examples"]]
         assert (desk["watching"], "watched" in kinds) == (watching, watching)
 
@@ -116,7 +116,7 @@ def test_after_a_kill_the_others_go_on_and_who_did_not_watch_still_does_not(tmp_
     made = studio(folder, world="forage-team")
     with served(made) as client, page(client) as person:
         person.done("open", name="goto")
-        desk = plain(made.stage.session_data())
+        desk = plain(made.host.session_data())
         assert desk["others"] == {"behavior": "forward", "targets": {}}
         assert not desk["watching"]
         before = places(made)
@@ -139,14 +139,14 @@ def test_others_that_the_library_has_no_more_idle_after_a_kill(tmp_path: Path) -
     made = studio(folder, world="forage-team")
     with served(made) as client, page(client) as person:
         person.done("open", name="goto")
-        assert plain(made.stage.session_data())["others"] is None
+        assert plain(made.host.session_data())["others"] is None
         person.done("step")
 
 
 def test_robots_are_counted_as_they_are_drawn(made: StudioServer, person: Page) -> None:
     """The page writes 1 beside the first of them."""
     person.done("agent", agent=1)
-    assert made.stage.status.text == "goto is trained with robot 2 now"
+    assert made.host.status.text == "goto is trained with robot 2 now"
     teach(person, "forward")
     assert "by robot 2" in person.say("agent", agent=0)["error"]
     x, y = places(made)[3]
@@ -163,16 +163,16 @@ def test_the_robot_is_chosen_before_the_lesson(tmp_path: Path) -> None:
     made = studio(tmp_path / "library", world="forage-team")
     with served(made) as client, page(client) as here:
         here.done("agent", agent=2)
-        assert made.stage.status.text == "Robot 3 is the one that will be trained"
+        assert made.host.status.text == "Robot 3 is the one that will be trained"
         here.done(**GOTO)
-        assert made.stage.active_trainer.robot == 2
+        assert made.host.active_trainer.robot == 2
 
 
 def test_time_before_a_lesson(tmp_path: Path) -> None:
     """It stands still until somebody lets it go; robots idle, and a lesson begins in the world as it is then."""
     wall = Wall()
     made = studio(tmp_path, world="patrol", wall=wall)
-    stage = made.stage
+    stage = made.host
     with served(made) as client, page(client) as person:
         assert person.desk["paused"]
         person.done("step")

@@ -61,7 +61,7 @@ class Lab:
 
     def shown(self) -> list[dict[str, Any]]:
         """What the page is told of the robots."""
-        robots: list[dict[str, Any]] = plain(self.studio.stage.robots.list_statuses())
+        robots: list[dict[str, Any]] = plain(self.studio.host.robots.list_statuses())
         return robots
 
     def wait(self, seconds: float, *, here: bool = True) -> None:
@@ -71,7 +71,7 @@ class Lab:
             self.rig.now += 0.01
             self.rig.seen(self.rig.last)
             if here:
-                self.studio.stage.robots.refresh_heartbeat(holding=False)
+                self.studio.host.robots.refresh_heartbeat(holding=False)
             self.studio.run_due_ticks()
 
     def moves(self) -> bool:
@@ -82,7 +82,7 @@ class Lab:
 def lab(tmp_path: Path) -> Iterator[Lab]:
     made = Lab(tmp_path)
     yield made
-    made.studio.stage.close()
+    made.studio.host.close()
 
 
 def teaching(lab: Lab) -> Lab:
@@ -103,7 +103,7 @@ def test_nothing_moves_before_a_person_arms_it(lab: Lab) -> None:
     lab.wait(0.5)
     assert not lab.moves()
     assert lab.shown() == [{"name": "one", "armed": False, "stopped": "not armed"}]
-    assert [each["kind"] for each in plain(lab.studio.stage.session_data())["examples"]] == [
+    assert [each["kind"] for each in plain(lab.studio.host.session_data())["examples"]] == [
         "directive",
         "default",
     ]
@@ -112,7 +112,7 @@ def test_nothing_moves_before_a_person_arms_it(lab: Lab) -> None:
 def test_armed_it_is_taught_as_a_simulated_one(lab: Lab) -> None:
     teaching(lab)
     assert lab.shown() == [{"name": "one", "armed": True, "stopped": ""}]
-    features = lab.studio.stage.active_trainer.screen.features
+    features = lab.studio.host.active_trainer.session_view.features
     assert features["distance_to(A)"] == pytest.approx(2.0)
 
 
@@ -130,7 +130,7 @@ def test_any_page_stops_it(lab: Lab, watching: bool) -> None:
     assert "error" not in lab.say(viewer, do="stop")
     assert not lab.moves()
     assert lab.shown()[0] == {"name": "one", "armed": False, "stopped": "emergency: stopped in the studio"}
-    assert lab.studio.stage.paused
+    assert lab.studio.host.paused
 
 
 def test_real_robots_are_not_tried_in_other_worlds(lab: Lab) -> None:
@@ -245,8 +245,8 @@ def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None
         lab.wait(0.3)
         lab.say(do="press", state="done")  # a correction
         lab.wait(0.3)
-        session = lab.studio.stage.active_trainer.session
-        lab.studio.stage.close()
+        session = lab.studio.host.active_trainer.session
+        lab.studio.host.close()
     recording = read_recording(path)
     assert recording.head.ran.binding == {"A": "red_flag"}
     assert set(recording.head.files) == {"scenario"}
@@ -276,13 +276,13 @@ def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
         lab.wait(0.3)
         lab.say(do="ask_when", when="pause")
         lab.say(do="turn")
-        session = lab.studio.stage.active_trainer.session
+        session = lab.studio.host.active_trainer.session
         for tenths in range(1, 20):  # ever nearer to the flag
             lab.rig.hear(0, lab.rig.odometry(tenths / 10))
             lab.wait(0.2)
             if session.paused:
                 break
-        assert "What is right?" in lab.studio.stage.status.text
+        assert "What is right?" in lab.studio.host.status.text
         assert not lab.moves()
         known, state = len(session.examples), session.view().state
         lab.rig.hear(0, lab.rig.odometry(1.95))
@@ -292,7 +292,7 @@ def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
         assert (session.examples[-2].state, session.examples[-2].correction) == (state, True)
         assert (session.mode, session.paused, session.view().state) == (Mode.TESTING, False, "rotate_right")
         assert lab.shown()[0]["armed"]
-        lab.studio.stage.close()
+        lab.studio.host.close()
     assert [each.does for each in list_recorded_presses(read_recording(path))][-2:] == ["press", "resume"]
 
 
@@ -310,7 +310,7 @@ def test_of_several_sessions_the_last_is_recorded_as_one(tmp_path: Path) -> None
         lab.say(do="press", state="rotate_left")
         lab.wait(0.3)
         assert lab.moves()
-        lab.studio.stage.close()
+        lab.studio.host.close()
     recording = read_recording(path)
     assert recording.head.ran.binding == {}
     assert [each.state for each in list_recorded_presses(recording)] == ["rotate_left"]
@@ -322,13 +322,13 @@ def test_where_one_of_two_robots_falls_silent_the_other_goes_on(tmp_path: Path) 
         lab.wall.now += 0.01
         lab.rig.now += 0.01
         lab.rig.hear(0, lab.rig.last)
-        lab.studio.stage.robots.refresh_heartbeat(holding=False)
+        lab.studio.host.robots.refresh_heartbeat(holding=False)
         lab.studio.run_due_ticks()
     assert [each["armed"] for each in lab.shown()] == [True, False]
     assert lab.moves()
     assert "stays disarmed" in lab.say(do="arm")["error"]  # all, or none
     assert [each["armed"] for each in lab.shown()] == [False, False]
-    lab.studio.stage.close()
+    lab.studio.host.close()
 
 
 def test_a_place_beyond_all_places_breaks_nothing(lab: Lab) -> None:
@@ -336,7 +336,7 @@ def test_a_place_beyond_all_places_breaks_nothing(lab: Lab) -> None:
     lab.rig.hear(0, lab.rig.odometry(1e308))
     lab.wait(0.2)
     assert lab.shown() == [{"name": "one", "armed": False, "stopped": "outside its geofence"}]
-    assert "broke" not in lab.studio.stage.status.text
+    assert "broke" not in lab.studio.host.status.text
 
 
 def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
@@ -346,8 +346,8 @@ def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
         lab.wait(0.2)
         assert not lab.moves()
         assert not lab.shown()[0]["armed"]
-        assert "recording ended: no space left; make room" in lab.studio.stage.status.text
-        lab.studio.stage.close()
+        assert "recording ended: no space left; make room" in lab.studio.host.status.text
+        lab.studio.host.close()
         recorder._writer.problem = ""
 
 
@@ -369,7 +369,7 @@ def test_a_coordinator_of_real_robots_is_taught(tmp_path: Path) -> None:
     lab.say(do="pause", paused=False)
     lab.wait(0.2)
     assert [lab.rig.sent(agent) for agent in range(4)] == [(0.0, 0.0)] * 4
-    lab.say(do="press", state=lab.studio.stage.active_trainer.session.automaton.state_names[1])
+    lab.say(do="press", state=lab.studio.host.active_trainer.session.automaton.state_names[1])
     lab.wait(0.3)
     assert [lab.rig.sent(agent) for agent in range(4)] == [(0.4, 0.0)] * 4
-    lab.studio.stage.close()
+    lab.studio.host.close()

@@ -47,7 +47,7 @@ def begin(person: Page) -> None:
 
 
 def desk(made: StudioServer) -> dict[str, Any]:
-    shown: dict[str, Any] = plain(made.stage.session_data())
+    shown: dict[str, Any] = plain(made.host.session_data())
     return shown
 
 
@@ -63,7 +63,7 @@ def test_why_names_every_level_and_who_showed_it(made: StudioServer, person: Pag
     assert (level["automaton"], level["state"], level["since_s"]) == (
         "fetch",
         "start",
-        made.stage.world.time_s,
+        made.host.world.time_s,
     )
     assert level["says"] == "It goes from start to goto, always."
     assert [each["number"] for each in level["examples"]] == [1]
@@ -93,10 +93,10 @@ def test_why_goes_back_with_time(made: StudioServer, person: Page) -> None:
         person.done("step")
     assert person.done("why")["levels"][0]["says"] == "done is raised, and never left by itself"
     assert person.done("why")["last"]["says"].startswith("It went from forward to done")
-    person.done("rewind", time_s=made.stage.world.time_s - 0.1)
-    now = made.stage.world.time_s
+    person.done("rewind", time_s=made.host.world.time_s - 0.1)
+    now = made.host.world.time_s
     assert person.done("why")["last"]["time_s"] < now, "what happened before then has happened"
-    began = made.stage.reel.find_before_time(0.0).time_s
+    began = made.host.rewind_buffer.find_before_time(0.0).time_s
     person.done("rewind", time_s=began)
     back = person.done("why")
     assert back["levels"][0]["says"] == "It goes from start to forward, always."
@@ -131,15 +131,15 @@ def test_one_can_go_to_where_it_was_promised(made: StudioServer, person: Page) -
     begin(person)
     person.done("reset", seed=3)
     person.done("promise", flag="done", within_s=5)
-    promised = find_drawn_world(made.stage.world).snapshot()
+    promised = find_drawn_world(made.host.world).snapshot()
     person.done("reset", seed=4)
     person.done("stand_for", targets={"A": "nearest_food"})
     teach(person, "forward")
     person.done("visit", outcome=0)
-    assert find_drawn_world(made.stage.world).snapshot() == promised
-    screen = made.stage.active_trainer.screen
+    assert find_drawn_world(made.host.world).snapshot() == promised
+    screen = made.host.active_trainer.session_view
     assert (screen.state, dict(screen.targets)) == ("start", {"A": "station"})
-    assert made.stage.paused
+    assert made.host.paused
 
 
 def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
@@ -169,7 +169,7 @@ def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
     answer = person.done("save")
     assert answer["worse"] == ["fetch no longer comes to done within 3 s in forage"]
     assert desk(made)["unsaved"]
-    assert "not saved yet" in made.stage.status.text
+    assert "not saved yet" in made.host.status.text
     assert "worse" not in person.done("save", anyway=True)
     assert not desk(made)["unsaved"]
     assert person.done("test", name="goto")["tested"]["else"] == ["changed since version 1; fetch runs it"]

@@ -28,9 +28,9 @@ def test_handing_over_pauses_and_lets_another_take(tmp_path: Path) -> None:
     made = studio(tmp_path)
     with served(made) as client, page(client) as first, page(client) as second:
         first.done(**GOTO)
-        assert not made.stage.paused
+        assert not made.host.paused
         first.done("hand_over")
-        assert made.stage.paused
+        assert made.host.paused
         assert "take over first" in first.say("press", state="forward")["error"]
         second.done("take")
         second.done("press", state="forward")
@@ -48,7 +48,7 @@ def test_the_director_leaving_pauses_and_its_key_brings_it_back(tmp_path: Path) 
             key = person.hello["key"]
         while not watcher.desk["paused"] or watcher.desk["viewers"] != 1:
             watcher.hear()
-        assert made.stage.paused
+        assert made.host.paused
         with page(client, f"?key={key}") as again:
             assert again.hello["directs"]
             assert again.hello["key"] == key

@@ -45,8 +45,8 @@ def test_hours_of_fast_time(tmp_path: Path) -> None:
                 say({"do": "press", "state": ("forward", "rotate_left")[beat // 1000 % 2]})
                 say({"do": "undo"})
         sizes.append(resident())
-    made.stage.close()
-    assert made.stage.world.time_s == pytest.approx(HOURS * 3600, rel=0.01)
+    made.host.close()
+    assert made.host.world.time_s == pytest.approx(HOURS * 3600, rel=0.01)
     assert shown > 10_000
     stderr.write(f"the server held, bytes after each hour: {sizes}\n")
     assert (sizes[-1] - sizes[HOURS // 2 - 1]) / (HOURS / 2) < MOST_GROWTH, sizes

@@ -44,20 +44,20 @@ def refused(person: Page, do: str, **fields: Any) -> str:
 
 
 def test_the_team_is_told(made: StudioServer) -> None:
-    (patrol,) = plain(made.stage.scene())["squads"]
+    (patrol,) = plain(made.host.scene())["squads"]
     assert (patrol["name"], patrol["squads"]) == ("patrol", [[0, 1, 2, 3]])
 
 
 def test_directing_a_coordinator_moves_its_squad(made: StudioServer, person: Page) -> None:
     person.done("agent", agent=0, sort="patrol")
-    behaviors = {behavior["name"] for behavior in plain(made.stage.scene())["behaviors"]}
+    behaviors = {behavior["name"] for behavior in plain(made.host.scene())["behaviors"]}
     assert {"wander", "servo", "forwards"} <= behaviors
     person.done(**LEAD)
     person.done("pause", paused=True)
     person.done("press", state="out")
     person.done("step")
-    frame = Frame.read(made.stage.frame())
-    desk = plain(made.stage.session_data())
+    frame = Frame.read(made.host.frame())
+    desk = plain(made.host.session_data())
     assert frame.agent == NONE
     assert {desk["doing"][robot[4]] for robot in frame.robots} <= {"forwards", "left", "right"}
     assert desk["state"] == "out"
@@ -76,9 +76,9 @@ def test_what_a_squad_was_taught_is_kept_in_its_folder(
     person.done("save")
     assert (tmp_path / "library" / "patrol" / "lead.json").is_file()
     person.done("agent", agent=2)
-    assert (made.stage.sort, made.stage.agent) == (None, 2)
-    assert "lead" not in made.stage.shelf.library.taught
-    assert "wander" in made.stage.shelf.library.taught
+    assert (made.host.sort, made.host.agent) == (None, 2)
+    assert "lead" not in made.host.library_view.library.taught
+    assert "wander" in made.host.library_view.library.taught
 
 
 def test_there_are_only_so_many(made: StudioServer, person: Page) -> None:
@@ -86,11 +86,11 @@ def test_there_are_only_so_many(made: StudioServer, person: Page) -> None:
     assert "from 1 to 1" in refused(person, "agent", agent=1, sort="patrol")
     assert "patrol" in refused(person, "agent", agent=0, sort="scouts")
     assert "from 1 to 4" in refused(person, "agent", agent=4)
-    assert (made.stage.sort, made.stage.agent) == (None, 0)
+    assert (made.host.sort, made.host.agent) == (None, 0)
 
 
 def test_what_everybody_knows_has_what_is_trained_as_it_stands(made: StudioServer) -> None:
-    ranks, mine = made.stage.ranks, made.stage.shelf.library
+    ranks, mine = made.host.groups, made.host.library_view.library
     robots = ranks.collect_libraries(None, 0, mine)
     assert [sort for sort, library in robots.items() if library is mine] == ["pioneer"]
     assert set(ranks.collect_libraries("patrol", 0, mine)) == set(robots)
@@ -113,7 +113,7 @@ def test_a_coordinator_promises_and_says_why(made: StudioServer, person: Page) -
     assert (tested["works"], len(tested["outcomes"])) == (True, 1)
     (level,) = person.done("why")["levels"]
     assert (level["automaton"], level["says"]) == ("out", "It goes from start to wander, always.")
-    last = plain(made.stage.session_data())["examples"][-1]["number"]
+    last = plain(made.host.session_data())["examples"][-1]["number"]
     person.done("delete", number=last)
     (said,) = person.done("save")["worse"]
     assert said.startswith("out no longer comes to done within 1 s in patrol")

@@ -41,10 +41,10 @@ def teach(person: Page, made: StudioServer) -> None:
         ("forward", ("5 m", "0°"), ("1 m", "0°")),
         ("done", ("0.3 m", "0°")),
     ):
-        known = len(made.stage.active_trainer.session.examples)
+        known = len(made.host.active_trainer.session.examples)
         person.done("press", state=state)
         person.done("step")
-        new = made.stage.active_trainer.session.examples[known:]  # the press, and that it stays so for now
+        new = made.host.active_trainer.session.examples[known:]  # the press, and that it stays so for now
         for example, values in zip(new, readings, strict=True):
             person.done(
                 "edit", number=example.number, values=dict(zip(GOTO["features"], values, strict=True))
@@ -92,7 +92,7 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Event, Event]]:
 
 def test_the_rate_is_that_of_eval_on_the_same_worlds(person: Page, made: StudioServer) -> None:
     result = tried(person)
-    library = lesson_test._present(made.stage)
+    library = lesson_test._present(made.host)
     judged = evaluate(library, "goto", "forage", range(1000, 1100), binding={"A": "station"})
     failed = [seed for seed, done in zip(judged.seeds, judged.taught.finished, strict=True) if not done]
     assert 0 < len(failed) < 100
@@ -107,21 +107,21 @@ def test_the_rate_is_that_of_eval_on_the_same_worlds(person: Page, made: StudioS
     assert tried(person) == result
     person.done("save")
     of_goto = ("--behavior", "goto", "--bind", "A=station", "--seeds", "1000:1100")
-    told = said("eval", "-l", made.stage.shelf.folder, *of_goto)
+    told = said("eval", "-l", made.host.library_view.folder, *of_goto)
     assert (told["success"], told["failed_seeds"]) == ((100 - len(failed)) / 100, failed)
 
 
 def test_in_testing_it_does_in_a_world_what_it_did_when_it_was_tried_there(
     person: Page, made: StudioServer
 ) -> None:
-    library = lesson_test._present(made.stage)
+    library = lesson_test._present(made.host)
     seconds = evaluate(library, "goto", "forage", range(1000, 1040), binding={"A": "station"}).taught.seconds
     quickest = int(np.nanargmin(seconds))
     person.done("turn")
     person.done("reset", seed=1000 + quickest)
-    while made.stage.active_trainer.screen.flag is None:
+    while made.host.active_trainer.session_view.flag is None:
         person.done("step")
-    assert made.stage.world.time_s == pytest.approx(seconds[quickest])
+    assert made.host.world.time_s == pytest.approx(seconds[quickest])
 
 
 def test_worlds_that_were_on_the_page_are_left_out(person: Page) -> None:
@@ -133,7 +133,7 @@ def test_worlds_that_were_on_the_page_are_left_out(person: Page) -> None:
 
 
 def test_the_first_hundred_failures_are_listed(person: Page, made: StudioServer) -> None:
-    last = made.stage.active_trainer.session.examples[-1]
+    last = made.host.active_trainer.session.examples[-1]
     assert last.next == "done"
     person.done("delete", number=last.number)
     result = tried(person, count=120)
@@ -208,14 +208,14 @@ def test_the_world_goes_on_and_what_is_tried_stays_as_it_was(
     person: Page, made: StudioServer, held: tuple[Event, Event]
 ) -> None:
     let_go, _ = held
-    before = lesson_test._present(made.stage)
+    before = lesson_test._present(made.host)
     person.done("evaluate", count=5)
     while (found := shown(person)) is None or found["through"] != 3:
         person.until_desk()
     assert (found["called"], found["worlds"], found["result"]) == ("goto(station)", 5, None)
     assert "already" in person.say("evaluate")["error"]
     person.done("reset", seed=1002)  # another world on the page
-    tick = made.stage.frame
+    tick = made.host.frame
     first = tick()
     person.done("step")
     assert tick() != first
@@ -242,11 +242,11 @@ def test_it_ends_when_it_is_cancelled_and_with_its_session(
     actions: dict[str, Callable[[], object]] = {
         "cancel_evaluation": lambda: person.done("cancel_evaluation"),
         "another session": lambda: person.done(**OTHER),
-        "the studio": made.stage.close,
+        "the studio": made.host.close,
     }
     actions[end]()
     assert held[1].wait(10)
-    assert made.stage.evaluation is None
+    assert made.host.evaluation is None
     if end != "the studio":
         while shown(person) is not None:
             person.until_desk()

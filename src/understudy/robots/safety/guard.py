@@ -105,7 +105,7 @@ class Guard:
     ) -> None:
         self._file, self._send, self._danger, self._peers = file, send, danger, peers
         self._heard, self._clock = heard, clock
-        self._vigil = SelfMonitor(leash, deadline_s=file.safety.deadline_s)
+        self._monitor = SelfMonitor(leash, deadline_s=file.safety.deadline_s)
         self.log = log or StopLog(file.name)
         self._topic = file.topic(file.commands.topic)
         self._hold_s = file.tick_s + file.safety.deadline_s
@@ -138,9 +138,9 @@ class Guard:
 
     def _start(self) -> None:
         self._refuse_closed()
-        self._vigil.start([peer for peer in self._peers() if peer.topic in self._heard])
+        self._monitor.start([peer for peer in self._peers() if peer.topic in self._heard])
         if self._end.is_set():  # `close` ran meanwhile, and found no watchdog yet to shut down
-            self._vigil.shut_watchdog_down()
+            self._monitor.shut_watchdog_down()
         self._refuse_closed()
 
     def arm(self, by: str) -> None:
@@ -162,7 +162,7 @@ class Guard:
                 self._refuse("nobody says who arms it", "give a person's name")
             self._refuse_danger()
             self.log.begin()
-            if self._vigil.has_watchdog:
+            if self._monitor.has_watchdog:
                 self._start()
                 self._refuse_danger()  # it took a while
             with self._lock:
@@ -173,7 +173,7 @@ class Guard:
                 if self._file.safety.hold_to_run:
                     self.stopped = NO_KEY
                 self._told_s = now
-                self._vigil.begin(now)
+                self._monitor.begin(now)
                 self._due_s, self._held_s = now + FIRST_S, -inf
             self._watch()
 
@@ -225,7 +225,7 @@ class Guard:
                     self._heed(danger, now)
             else:
                 self._repeat(now)
-            self._vigil.confirm_check(now, armed=self.armed, moving=self.armed or now < self._quiet_s)
+            self._monitor.confirm_check(now, armed=self.armed, moving=self.armed or now < self._quiet_s)
 
     def hold_key(self, for_s: float) -> None:
         """Take the hold-to-run key as held for `for_s` from now, at most KEY_S (s); 0: as released.
@@ -276,12 +276,12 @@ class Guard:
                 self._repeat(self._clock())
                 time.sleep(PERIOD_S)
         self._quiet_s = -inf
-        self._vigil.shut_watchdog_down()
+        self._monitor.shut_watchdog_down()
 
     def _others(self) -> int:
         """Count the publishers of commands besides this process and its watchdog."""
         count = sum(peer.topic == self._topic for peer in self._peers())
-        return max(0, count - self._vigil.watchdogs)
+        return max(0, count - self._monitor.watchdogs)
 
     def _refuse_closed(self) -> None:
         if self._end.is_set():
@@ -300,7 +300,7 @@ class Guard:
 
     def _against(self, now: float, others: int = 0) -> StopReason | None:
         """Find why the robot must not move now; that a tick is late by up to LOST_S is for `check` to find."""
-        if danger := self._vigil.find_stop_reason(now):
+        if danger := self._monitor.find_stop_reason(now):
             return danger
         if others:
             return StopReason(f"somebody else publishes on {self._topic}")
@@ -348,7 +348,7 @@ class Guard:
         except Exception:
             self._give_up("commands cannot be sent")
             raise
-        if speeds != STILL and (danger := self._vigil.check_overrun(now, self._clock())):
+        if speeds != STILL and (danger := self._monitor.check_overrun(now, self._clock())):
             # The process was frozen while sending: this command may have arrived after the watchdog's stop.
             self._heed(danger, now)
 
@@ -356,13 +356,13 @@ class Guard:
         """Disarm without sending, and close the watchdog's pipe, whereupon the watchdog sends the stops."""
         with self._lock:
             self._by, self.stopped, self.speeds, self._quiet_s = "", cause, STILL, -inf
-            self._vigil.abandon_robot()
+            self._monitor.abandon_robot()
             self.log.add(cause, "guard")
 
     def _watch(self) -> None:
         """Start the guard's thread, once; never without a watchdog, or after `close`."""
         with self._lock:
-            if self._vigil.has_watchdog and self._thread is None and not self._end.is_set():
+            if self._monitor.has_watchdog and self._thread is None and not self._end.is_set():
                 self._thread = Thread(target=self._run, name="guard", daemon=True)
                 self._thread.start()
 

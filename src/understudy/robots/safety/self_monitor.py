@@ -44,30 +44,30 @@ class SelfMonitor:
     """
 
     def __init__(self, leash: WatchdogClient | None, *, deadline_s: float) -> None:
-        self._leash, self._deadline_s = leash, deadline_s
+        self._watchdog, self._deadline_s = leash, deadline_s
         self._looked_s, self._asleep_s, self._anew = 0.0, 0.0, False
 
     @property
     def has_watchdog(self) -> bool:
         """Whether there is a watchdog to be started and sent heartbeats."""
-        return self._leash is not None
+        return self._watchdog is not None
 
     @property
     def watchdogs(self) -> int:
         """How many watchdogs of this process may be connected to the robot, and so publish its commands."""
-        return 0 if self._leash is None else self._leash.count
+        return 0 if self._watchdog is None else self._watchdog.count
 
     def start(self, peers: Sequence[Publisher]) -> None:
         """Start the watchdog unless it runs; wait until it has discovered these publishers, or raise WatchdogFailed."""
-        if self._leash is not None:
-            self._leash.start(peers)
+        if self._watchdog is not None:
+            self._watchdog.start(peers)
 
     def begin(self, now: float) -> None:
         """Begin to measure at arming: forget delays and interventions before, and tell the watchdog to stop no more."""
         self._looked_s, self._asleep_s = now, measure_time_asleep()
-        if self._leash is not None:
-            self._leash.begin()
-            self._leash.send(ANEW)
+        if self._watchdog is not None:
+            self._watchdog.begin()
+            self._watchdog.send(ANEW)
 
     def find_stop_reason(self, now: float) -> StopReason | None:
         """Find why this process must not move the robot now; None where all is well.
@@ -75,15 +75,15 @@ class SelfMonitor:
         Disarms (`lost`): no check for more than LOST_S, a suspension, a watchdog that ended or does not answer. Stops
         until the next command: no check for more than `deadline_s`, a watchdog that had to send stops since.
         """
-        if self._leash is None:
+        if self._watchdog is None:
             return None
         if danger := self.check_overrun(self._looked_s, now):
             return danger
         if measure_time_asleep() - self._asleep_s > ASLEEP_S:
             return StopReason("this computer slept")
-        if problem := self._leash.problem():
+        if problem := self._watchdog.problem():
             return StopReason(problem)
-        if self._leash.poll_intervention():
+        if self._watchdog.poll_intervention():
             self._anew = True
             return StopReason("the watchdog had to stop it", lost=False)
         return None
@@ -91,7 +91,7 @@ class SelfMonitor:
     def check_overrun(self, since_s: float, now: float) -> StopReason | None:
         """Return a reason where `since_s` to `now` exceeds `deadline_s`: the watchdog has sent stops meanwhile."""
         still_s = now - since_s
-        if self._leash is None or still_s <= self._deadline_s:
+        if self._watchdog is None or still_s <= self._deadline_s:
             return None
         self._anew = True
         return StopReason(f"this program stood still for {still_s:.2f} s", lost=still_s > LOST_S)
@@ -103,22 +103,22 @@ class SelfMonitor:
         its stops, since the guard's check has just sent what the robot is to do.
         """
         self._looked_s = now
-        if self._leash is not None:
-            self._leash.send(ANEW if armed and self._anew else MOVING if moving else RESTING)
+        if self._watchdog is not None:
+            self._watchdog.send(ANEW if armed and self._anew else MOVING if moving else RESTING)
             if not armed:  # nobody else reads its answers then, and a full pipe would block it
-                self._leash.problem()
-                self._leash.poll_intervention()
+                self._watchdog.problem()
+                self._watchdog.poll_intervention()
         self._anew = False
 
     def abandon_robot(self) -> None:
         """Close the watchdog's pipe without a goodbye: it sends a robot that may be moving stops for 1 s, and ends."""
-        if self._leash is not None:
-            self._leash.abandon()
+        if self._watchdog is not None:
+            self._watchdog.abandon()
 
     def shut_watchdog_down(self) -> None:
         """Say goodbye to the watchdog process, which ends without sending stops, and wait for its end."""
-        if self._leash is not None:
-            self._leash.shut_down()
+        if self._watchdog is not None:
+            self._watchdog.shut_down()
 
 
 def raise_thread_priority() -> None:

@@ -185,7 +185,7 @@ class WatchdogClient:
         process, self._process = self._process, None
         if process is not None:
             _let_go(process)
-            leaving = Thread(target=_wait_for, args=(process,), name="leash", daemon=True)
+            leaving = Thread(target=_wait_for, args=(process,), name="watchdog", daemon=True)
             try:
                 leaving.start()
             except RuntimeError:  # no thread can be started while the interpreter shuts down

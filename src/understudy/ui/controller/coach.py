@@ -67,8 +67,8 @@ class CoachController:
 
     def __init__(self, session: Session, why: DecisionExplainer) -> None:
         self.asking = UncertaintyQueries(session, QueryPolicy.NEVER)
-        self._session, self._why = session, why
-        self.said: AdviceReport | None = None  # last
+        self._session, self._explainer = session, why
+        self.last_report: AdviceReport | None = None  # last
         self._making: tuple[Lesson, Future[AdviceReport]] | None = None
         self._meant: dict[int, float] = {}
         self._next = 0
@@ -84,9 +84,9 @@ class CoachController:
         A large lesson takes a while. Given where to make it `beside` the world, it is waited for `patience_s` at most,
         and None until it is made.
         """
-        lesson, transitions = self._why.learn_lesson()
-        if self.said is not None and self.said.lesson is lesson:
-            return self.said
+        lesson, transitions = self._explainer.learn_lesson()
+        if self.last_report is not None and self.last_report.lesson is lesson:
+            return self.last_report
         session = self._session
         given = (
             lesson,
@@ -96,7 +96,7 @@ class CoachController:
             dict(self._meant),
         )
         if beside is None:
-            self.said = _advised(*given)
+            self.last_report = _advised(*given)
         else:
             making = self._making
             if making is None or making[0] is not lesson:
@@ -104,11 +104,11 @@ class CoachController:
             else:
                 patience_s = 0.0  # that was waited for already
             try:
-                self.said = making[1].result(patience_s)
+                self.last_report = making[1].result(patience_s)
             except TimeoutError:
                 return None
         self._next = 0
-        return self.said
+        return self.last_report
 
     def advice(self) -> tuple[Advice, ...]:
         """What the lesson lacks as it stands, most useful first."""
@@ -126,12 +126,12 @@ class CoachController:
 
     def confirm_press(self, number: int) -> None:
         """A press that looks like a slip was meant: it is asked about again only once more speaks against it."""
-        said = () if self.said is None else self.said.advice
+        said = () if self.last_report is None else self.last_report.advice
         doubts = {each.examples[0]: each.doubt for each in said if each.kind is AdviceKind.SLIP}
         if number not in doubts:
             raise SessionError(f"nobody asked whether example {number} was meant")
         self._meant[number] = doubts[number]
-        self.said = self._making = None
+        self.last_report = self._making = None
 
     # Asking
 

@@ -23,14 +23,14 @@ class OpenSession:
     """A desk, the journal behind it, and the lock that tells others it is in use."""
 
     def __init__(self, desk: Trainer, journal: Path, lock: JournalLock) -> None:
-        self.desk, self.journal, self._lock = desk, journal, lock
+        self.trainer, self.journal, self._lock = desk, journal, lock
         self._closed = False
 
     def close(self) -> None:
         """Put everything on disk and let go of the journal; once is enough."""
         if not self._closed:
             self._closed = True
-            self.desk.session.close()
+            self.trainer.session.close()
             self._lock.release()
 
 

@@ -76,18 +76,18 @@ class Trainer:
         self.session, self.body, self.pace = session, body, pace
         self.note = body.record_action if isinstance(body, DigitalTwin) else skip_note
         self.folder, self.seed = folder, seed
-        self.memory, self.why = RecentHistory(), DecisionExplainer(session)
-        self.coach = CoachController(session, self.why)
+        self.memory, self.explainer = RecentHistory(), DecisionExplainer(session)
+        self.coach = CoachController(session, self.explainer)
         self.status = StatusMessage("")
         self.corrected = False
         self.driving = False
         self.steering: str | None = None
-        self.held = False
+        self.suspended = False
         self.drivers = [each for each in session.library.kit.behaviors.values() if not each.parameters]
         self.drive_keys = bind_drive_keys(self.drivers)
         self._saved = saved
         self._compared: tuple[tuple[object, ...], bool] | None = None
-        self.screen = session.view()
+        self.session_view = session.view()
         self._options = session.lesson.options
         self._redraw_keys()
 
@@ -157,11 +157,11 @@ class Trainer:
         if (question := self.coach.asking.find_question()) is not None:
             pause_for_question(self, question)
             return
-        before, session = self.screen, self.session
+        before, session = self.session_view, self.session
         known = len(session.examples)
-        self.why.observe_next_tick()
+        self.explainer.observe_next_tick()
         session.tick()
-        self.screen = after = session.view()
+        self.session_view = after = session.view()
         robot = self.body.state.robots[session.agent]
         self.memory.append(float(robot["x"]), float(robot["y"]), after)
         shown = [example for example in session.examples[known:] if example.is_from_press]
@@ -189,7 +189,7 @@ class Trainer:
 
     def suspend(self, held: bool) -> None:
         """Time stands still while the person reads something else."""
-        self.held = held
+        self.suspended = held
         self._set_pace()
 
     @keep_status
@@ -199,7 +199,7 @@ class Trainer:
         return StatusMessage(formatting.format_speed(speed))
 
     def _set_pace(self) -> None:
-        stands = self.paused or self.held or (self.driving and self.steering is None)
+        stands = self.paused or self.suspended or (self.driving and self.steering is None)
         (self.pace.stop if stands else self.pace.resume)()
 
     @keep_status
@@ -221,23 +221,23 @@ class Trainer:
         """Direct the robot to a state; while driving, drive with a basic behavior."""
         if self.driving:
             return self._steer(name)
-        correction = self.screen.mode is Mode.TESTING
+        correction = self.session_view.mode is Mode.TESTING
         self.session.direct(name)
-        return self._pressed(correction, f"{self.screen.state} → {name}", name)
+        return self._pressed(correction, f"{self.session_view.state} → {name}", name)
 
     @keep_status
     def confirm(self) -> StatusMessage:
         """Keep doing this."""
         if self.driving:
             raise SessionError("nothing is recorded while driving: press d to end it first")
-        correction = self.screen.mode is Mode.TESTING
+        correction = self.session_view.mode is Mode.TESTING
         self.session.confirm()
-        return self._pressed(correction, f"keep {self.screen.state}", None)
+        return self._pressed(correction, f"keep {self.session_view.state}", None)
 
     def _pressed(self, correction: bool, what: str, state: str | None) -> StatusMessage:
         self.note(self.robot, state)
-        self.corrected = correction or (self.corrected and self.screen.waiting is not None)
-        self.screen = self.session.view()
+        self.corrected = correction or (self.corrected and self.session_view.waiting is not None)
+        self.session_view = self.session.view()
         then = " when time goes on" if self.paused else ""
         return StatusMessage(
             f"{'correction: ' if correction else ''}{what}{then}", "correction" if correction else ""
@@ -300,7 +300,7 @@ class Trainer:
         self.session.reset(seed)
         self.seed = seed
         self.memory.clear()
-        self.why.clear()
+        self.explainer.clear()
         self._look()
         return StatusMessage(f"{what}; nothing recorded")
 
@@ -321,7 +321,7 @@ class Trainer:
         if not parameters:
             raise SessionError(f"{self.name} has no parameters that could stand for something else")
         ways = list(product(known, repeat=len(parameters)))
-        now = tuple(self.screen.targets[parameter] for parameter in parameters)
+        now = tuple(self.session_view.targets[parameter] for parameter in parameters)
         way = ways[(ways.index(now) + 1) % len(ways)]
         return self.bind_targets(dict(zip(parameters, way, strict=True)))
 
@@ -331,14 +331,14 @@ class Trainer:
         self.session.bind_targets(**targets)
         self.memory.clear()
         self._look()
-        return StatusMessage(f"Now {formatting.format_targets(self.screen)[1:-1]}")
+        return StatusMessage(f"Now {formatting.format_targets(self.session_view)[1:-1]}")
 
     @keep_status
     def note_moved(self, what: str) -> StatusMessage:
         """Something in the world was put elsewhere by hand, which is said."""
         self.session.note_moved()
         self.memory.clear()
-        self.why.clear()
+        self.explainer.clear()
         self._look()
         return StatusMessage(f"{what}; nothing recorded")
 
@@ -349,7 +349,7 @@ class Trainer:
         """Begin to drive the robot into position, or end it; nothing is recorded."""
         if self.driving:
             self._end_driving()
-            return StatusMessage(f"Driving ended; {self.name} goes on in {self.screen.state}")
+            return StatusMessage(f"Driving ended; {self.name} goes on in {self.session_view.state}")
         self.driving, self.steering = True, None
         self._set_pace()
         return StatusMessage("Drive it into position with the same keys; d ends it. Nothing is recorded")
@@ -358,7 +358,7 @@ class Trainer:
         self.steering = None if name == self.steering else name
         if self.steering is not None:
             self.session.drive(name)
-            self.why.clear()
+            self.explainer.clear()
         self._set_pace()
         return StatusMessage(
             f"Driving: {name} (the same key stops it)" if self.steering else "Driving: it stands still"
@@ -428,4 +428,4 @@ class Trainer:
         self.corrected = False
 
     def _look(self) -> None:
-        self.screen = self.session.view()
+        self.session_view = self.session.view()

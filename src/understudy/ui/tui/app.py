@@ -64,7 +64,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         super().__init__(ansi_color=True)
         self.twin = twin
         self.plan, self.unfinished, self.wall = plan, unfinished, wall
-        self.opened: OpenSession | None = None
+        self.open_session: OpenSession | None = None
         self.theme = "ansi-dark"  # the terminal's own colors, so that it looks right on light and dark ones
 
     def on_mount(self) -> None:
@@ -85,8 +85,8 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
 
     def _cut_off(self, name: str) -> None:
         """The system ends the program: the journal is complete, and the session is offered next time."""
-        if self.opened is not None:
-            self.opened.close()
+        if self.open_session is not None:
+            self.open_session.close()
         self.exit(None, return_code=SIGNALED + getattr(signal, name))
 
     def _answered(self, way: str | None) -> None:
@@ -119,22 +119,24 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
 
     def _teach(self, opening: Callable[[], OpenSession]) -> None:
         try:
-            self.opened = opening()
+            self.open_session = opening()
         except UnderstudyError as error:
             self.exit(error)
             return
-        self.push_screen(TeachingScreen(self.opened.desk), self._ended)
+        self.push_screen(TeachingScreen(self.open_session.trainer), self._ended)
 
     def _ended(self, _: str | None) -> None:
         """The person left: the journal is complete, and not needed to go on."""
-        if self.opened is None:
+        if self.open_session is None:
             return
-        self.opened.close()
-        desk = self.opened.desk
-        kept = interrupted_sessions.finish_journal(self.opened.journal, self.plan.folder, self.plan.name)
+        self.open_session.close()
+        desk = self.open_session.trainer
+        kept = interrupted_sessions.finish_journal(
+            self.open_session.journal, self.plan.folder, self.plan.name
+        )
         self.exit(
             SessionEnd(
-                desk.screen.examples, not desk.has_unsaved_changes and bool(desk.session.examples), kept
+                desk.session_view.examples, not desk.has_unsaved_changes and bool(desk.session.examples), kept
             )
         )
 
@@ -150,5 +152,5 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         """Ctrl-Q: the same as q, so that nothing is lost unasked."""
         if isinstance(self.screen, TeachingScreen):
             self.screen.action_leave()
-        elif self.opened is None:
+        elif self.open_session is None:
             self.exit(None)

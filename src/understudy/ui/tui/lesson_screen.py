@@ -36,7 +36,7 @@ class LessonScreen(Screen[None]):
 
     def __init__(self, desk: Trainer) -> None:
         super().__init__()
-        self.desk = desk
+        self.trainer = desk
 
     def compose(self) -> ComposeResult:
         """The rules, the table, and the keys."""
@@ -61,20 +61,20 @@ class LessonScreen(Screen[None]):
         self.query_one("#told", Static).update(Text.assemble((told, "bold"), "\n" if told else "", keys))
 
     def _rules(self) -> Text:
-        rules = Text.assemble((f"What {self.desk.name} learned", TITLE))
-        for state, rule in self.desk.why.describe_rules():
+        rules = Text.assemble((f"What {self.trainer.name} learned", TITLE))
+        for state, rule in self.trainer.explainer.describe_rules():
             rules.append("\n").append(f"{state}: ", "bold").append(rule)
-        if not self.desk.session.examples:
+        if not self.trainer.session.examples:
             rules.append("\nnothing yet: go back and direct the robot with the keys of the states", DIM)
         return rules
 
     def _fill_table(self) -> None:
-        features, table = self.desk.features, self.query_one(DataTable)
+        features, table = self.trainer.features, self.query_one(DataTable)
         at = table.cursor_row
         table.clear(columns=True)
         table.add_columns("#", "state", "next", *map(str, features), "kind")
         torn = self._contradicting()
-        for example in reversed(self.desk.session.examples):
+        for example in reversed(self.trainer.session.examples):
             mark = "! " if example.number in torn else "◆ " if example.correction else ""
             number = str(example.number)
             shown = [describe.format_value(*pair) for pair in zip(features, example.values, strict=True)]
@@ -83,7 +83,7 @@ class LessonScreen(Screen[None]):
         table.move_cursor(row=max(0, min(at, table.row_count - 1)))
 
     def _contradicting(self) -> set[int]:
-        lesson = self.desk.session.lesson
+        lesson = self.trainer.session.lesson
         groups = (
             group for name in lesson.automaton.state_names for group in find_contradictions(lesson, name)
         )
@@ -94,21 +94,21 @@ class LessonScreen(Screen[None]):
         table = self.query_one(DataTable)
         if table.row_count:
             number = table.coordinate_to_cell_key(table.cursor_coordinate).row_key.value
-            self._do(lambda: self.desk.delete(int(number or 0)))
+            self._do(lambda: self.trainer.delete(int(number or 0)))
 
     def action_undo(self) -> None:
         """Take back the last step."""
-        self._do(self.desk.undo)
+        self._do(self.trainer.undo)
 
     def action_redo(self) -> None:
         """Do it again."""
-        self._do(self.desk.redo)
+        self._do(self.trainer.redo)
 
     def _do(self, action: object) -> None:
         try:
             if callable(action):
                 action()
-            self._fill(self.desk.status.text)
+            self._fill(self.trainer.status.text)
         except UnderstudyError as error:
             self._fill(str(error))
 

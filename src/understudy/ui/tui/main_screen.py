@@ -76,7 +76,7 @@ class TeachingScreen(Screen[str]):
 
     def __init__(self, desk: Trainer) -> None:
         super().__init__()
-        self.desk = desk
+        self.trainer = desk
         self.robots = RobotArming(desk.body, monotonic, place="the terminal")
         self.explaining = False
         self._drawn: dict[str, Text] = {}
@@ -94,17 +94,17 @@ class TeachingScreen(Screen[str]):
 
     def on_mount(self) -> None:
         """The world begins to move."""
-        self.desk.suspend(False)
+        self.trainer.suspend(False)
         self.set_interval(BEAT_S, self.run_due_ticks)
         self.call_after_refresh(self.draw)
 
     def on_screen_suspend(self) -> None:
         """Another screen lies on top: time stands still."""
-        self.desk.suspend(True)
+        self.trainer.suspend(True)
 
     def on_screen_resume(self) -> None:
         """Time goes on."""
-        self.desk.suspend(False)
+        self.trainer.suspend(False)
         self.draw()
 
     def on_resize(self) -> None:
@@ -118,15 +118,15 @@ class TeachingScreen(Screen[str]):
         def go() -> None:
             nonlocal moved
             self.robots.refresh_heartbeat(holding=False)
-            moved = self.desk.run_due_ticks()
+            moved = self.trainer.run_due_ticks()
             if self.robots.idle():
-                self.desk.session.refresh_percept()
+                self.trainer.session.refresh_percept()
                 moved = True
 
         if not self._guarded(go):
-            self.robots.stop_supervising(self.desk.status.text)
-            self.desk.session.paused = True
-            self.desk.suspend(self.desk.held)
+            self.robots.stop_supervising(self.trainer.status.text)
+            self.trainer.session.paused = True
+            self.trainer.suspend(self.trainer.suspended)
         if moved:
             self.draw()
 
@@ -135,7 +135,7 @@ class TeachingScreen(Screen[str]):
         try:
             action()
         except UnderstudyError as error:
-            self.desk.status = StatusMessage(str(error), "error")
+            self.trainer.status = StatusMessage(str(error), "error")
             self.draw()
             return False
         return True
@@ -144,17 +144,17 @@ class TeachingScreen(Screen[str]):
 
     def on_key(self, event: events.Key) -> None:
         """The keys of states, or of basic behaviors while driving."""
-        keys = self.desk.drive_keys if self.desk.driving else self.desk.keys
+        keys = self.trainer.drive_keys if self.trainer.driving else self.trainer.keys
         name = keys.leads.get(event.character or "") or keys.leads.get(event.key)
         if name is not None:
             event.stop()
             event.prevent_default()
-            self._guarded(lambda: self.desk.press(name))
+            self._guarded(lambda: self.trainer.press(name))
             self.draw()
 
     def action_trainer(self, what: str) -> None:
         """Something the desk does."""
-        self._guarded(getattr(self.desk, what))
+        self._guarded(getattr(self.trainer, what))
         self.draw()
 
     def action_why(self) -> None:
@@ -164,7 +164,7 @@ class TeachingScreen(Screen[str]):
 
     def action_ask(self) -> None:
         """Ask where it is unsure, and wait, or go on and mark; or do not ask."""
-        self.desk.status = StatusMessage(self.desk.coach.cycle_query_policy())
+        self.trainer.status = StatusMessage(self.trainer.coach.cycle_query_policy())
         self.draw()
 
     def action_arm(self) -> None:
@@ -172,8 +172,8 @@ class TeachingScreen(Screen[str]):
 
         def arm() -> None:
             self.robots.arm()
-            self.desk.session.refresh_percept()  # what it read before is old by now
-            self.desk.status = StatusMessage("Armed: it moves while time goes on. Esc stops it")
+            self.trainer.session.refresh_percept()  # what it read before is old by now
+            self.trainer.status = StatusMessage("Armed: it moves while time goes on. Esc stops it")
 
         self._guarded(arm)
         self.draw()
@@ -182,12 +182,12 @@ class TeachingScreen(Screen[str]):
         """Stop real robots at once."""
         if self.robots.has_robots:
             self.robots.stop("stopped in the terminal")
-            self.desk.status = StatusMessage("Stopped. y arms it again", "error")
+            self.trainer.status = StatusMessage("Stopped. y arms it again", "error")
             self.draw()
 
     def action_coach(self) -> None:
         """Set up the next situation that the coach wants to be shown."""
-        self._guarded(lambda: set_up_advised_situation(self.desk))
+        self._guarded(lambda: set_up_advised_situation(self.trainer))
         self.draw()
 
     def action_help(self) -> None:
@@ -196,29 +196,29 @@ class TeachingScreen(Screen[str]):
 
     def action_lesson(self) -> None:
         """All examples, and what was learned from them."""
-        self.app.push_screen(LessonScreen(self.desk))
+        self.app.push_screen(LessonScreen(self.trainer))
 
     def action_choose(self) -> None:
         """Choose states, features and options anew."""
-        session = self.desk.session
+        session = self.trainer.session
         self.app.push_screen(LessonForm.for_lesson(session.library, session.lesson), self._chosen)
 
     def _chosen(self, choices: LessonChoices | None) -> None:
         if choices is not None:
-            self._guarded(lambda: self.desk.change_design(choices))
+            self._guarded(lambda: self.trainer.change_design(choices))
             self.draw()
 
     def action_leave(self) -> None:
         """End the session; ask first where something is not saved."""
-        if not self.desk.has_unsaved_changes:
+        if not self.trainer.has_unsaved_changes:
             self.dismiss("quit")
             return
-        question = f"{self.desk.name} is not saved as it is now."
+        question = f"{self.trainer.name} is not saved as it is now."
         ways = {"s": "save and quit", "x": "quit without saving", "escape": "go on teaching"}
         self.app.push_screen(QuestionDialog(question, ways), self._left)
 
     def _left(self, way: str | None) -> None:
-        if way == "x" or (way == "s" and self._guarded(self.desk.save)):
+        if way == "x" or (way == "s" and self._guarded(self.trainer.save)):
             self.dismiss("quit")
 
     # Drawing
@@ -227,7 +227,7 @@ class TeachingScreen(Screen[str]):
         """Show everything as it is now; what did not change is left alone."""
         if not self.is_mounted or not self.query_one("#middle").size.height:
             return
-        desk, width = self.desk, self.size.width
+        desk, width = self.trainer, self.size.width
         self.set_class(width >= WIDE, "wide")
         self._show("header", panels.render_header(desk, width))
         self._show("said", panels.render_status(desk))
@@ -251,13 +251,13 @@ class TeachingScreen(Screen[str]):
 
     def _standing(self) -> str:
         """What real robots are up to, and the key that changes it."""
-        robot = self.robots.list_statuses()[self.desk.robot]
+        robot = self.robots.list_statuses()[self.trainer.robot]
         if not robot.armed:
             return f"{robot.name}: not armed (y)"
         return f"{robot.name}: {'stands' if robot.stopped else 'armed'} (Esc)"
 
     def _draw_side(self, width: int, lines: int) -> None:
-        desk = self.desk
+        desk = self.trainer
         states, readings = panels.render_states(desk, width), panels.render_readings(desk, width)
         used = states.plain.count("\n") + readings.plain.count("\n") + 2
         tight = lines - used < 12
@@ -285,6 +285,6 @@ def _aims(desk: Trainer) -> list[tuple[float, float]]:
         return []  # a squad is in no one place
     places = (
         find_target_place(find_drawn_world(body), target, session.agent)
-        for target in desk.screen.targets.values()
+        for target in desk.session_view.targets.values()
     )
     return [place for place in places if place is not None]

@@ -32,7 +32,7 @@ SPARE = "cwU"
 
 def render_header(desk: Trainer, width: int) -> Text:
     """What is taught, who decides, and how the session stands."""
-    screen = desk.screen
+    screen = desk.session_view
     left = Text.assemble((f" {desk.name}", "bold"), formatting.format_targets(screen), " ")
     if desk.driving:
         left.append(" DRIVING ", DRIVING)
@@ -59,7 +59,7 @@ def render_states(desk: Trainer, width: int) -> Text:
     """The states with their keys, the active one lit; while driving, the basic behaviors."""
     if desk.driving:
         return _drivers(desk, width)
-    screen = desk.screen
+    screen = desk.session_view
     what = "press to correct" if screen.mode is Mode.TESTING else "press to direct"
     lines = [_title("States", what, width)]
     for state in desk.session.automaton.states:
@@ -100,7 +100,7 @@ def render_readings(desk: Trainer, width: int) -> Text:
     labels = [str(bound) for bound in desk.features]
     wide = max((len(label) for label in labels), default=0)
     for label, bound in zip(labels, desk.features, strict=True):
-        now = describe.format_value(bound, desk.screen.features[label])
+        now = describe.format_value(bound, desk.session_view.features[label])
         room = width - wide - 13
         bars = formatting.format_sparkline(bound, desk.memory.readings(label), room) if room >= 4 else ""
         lines.append(Text.assemble(f"{label:<{wide}} ", (f"{now:>10}", "bold"), (f"  {bars}", "cyan")))
@@ -167,7 +167,7 @@ def _presses(shown: Sequence[Example]) -> list[list[Example]]:
 def render_explanation(desk: Trainer, width: int) -> Text:
     """Why it does what it does, in place of the examples."""
     lines = [_title("Why?", "? shows the examples again", width)]
-    lines += [Text(line) for line in desk.why.format_lines(desk.screen)]
+    lines += [Text(line) for line in desk.explainer.format_lines(desk.session_view)]
     return Text("\n").join(lines)
 
 
@@ -180,7 +180,7 @@ def render_status(desk: Trainer) -> Text:
 def render_commands(desk: Trainer, width: int) -> Text:
     """The keys of the commands, in two lines where that is possible."""
     useless = {"p" if not desk.session.automaton.parameters else "", "" if desk.can_watch else "w"}
-    named = {"t": "train"} if desk.screen.mode is Mode.TESTING else {}
+    named = {"t": "train"} if desk.session_view.mode is Mode.TESTING else {}
     shown = [(key, named.get(key, what)) for key, what in COMMANDS if key not in useless]
     for spare in SPARE:
         if len(lines := _lines(shown, width)) <= 2:

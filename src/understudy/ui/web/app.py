@@ -76,7 +76,7 @@ def make_app(
 
     files = StaticFiles(directory=static, check_dir=False)
     library = make_library_route(studio, lambda request: _refusal(request, token, hosts))
-    camera = make_camera_route(studio.stage, lambda request: _refusal(request, token, hosts))
+    camera = make_camera_route(studio.host, lambda request: _refusal(request, token, hosts))
     routes = [Route("/", page), WebSocketRoute("/ws", socket), library, camera, Mount("/", files)]
     return Starlette(routes=routes, lifespan=life)
 

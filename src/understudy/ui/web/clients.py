@@ -36,7 +36,7 @@ class Client:
         self._allowance, self._refused = float(PER_SECOND), 0
         self._texts: deque[bytes] = deque()
         self._scene: bytes | None = None
-        self._desk: bytes | None = None
+        self._news: bytes | None = None
         self._frame: bytes | None = None
 
     def count_message(self) -> bool:
@@ -64,7 +64,7 @@ class Client:
         self, *, scene: bytes | None = None, desk: bytes | None = None, frame: bytes | None = None
     ) -> None:
         """Something new to see, in place of what it has not taken yet."""
-        self._scene, self._desk = scene or self._scene, desk or self._desk
+        self._scene, self._news = scene or self._scene, desk or self._news
         self._frame = frame or self._frame
         self.waits.set()
 
@@ -80,8 +80,8 @@ class Client:
         if self._scene is not None:
             sent, self._scene = self._scene, None
             return sent, False
-        if self._desk is not None:
-            sent, self._desk = self._desk, None
+        if self._news is not None:
+            sent, self._news = self._news, None
             return sent, False
         if self._frame is not None:
             sent, self._frame = self._frame, None

@@ -147,7 +147,7 @@ def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection],
         try:
             if request.method == "POST":
                 return await take(request)
-            content = await run_in_threadpool(zip_library, studio.stage.shelf.folder)
+            content = await run_in_threadpool(zip_library, studio.host.library_view.folder)
             return Response(content, media_type="application/zip", headers=HEADERS)
         except NameTaken as error:
             return JSONResponse({"error": str(error), "taken": error.names}, status_code=409)
@@ -168,11 +168,11 @@ def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection],
                 return _error(
                     413, f"the zip is larger than {MOST_PACKED // 2**20} MB: give several smaller ones"
                 )
-        library = await run_in_threadpool(unzip_library, bytes(content), studio.stage.kit)
+        library = await run_in_threadpool(unzip_library, bytes(content), studio.host.kit)
         problem = not_directing(request)  # it took a while
         if problem is not None:
             return _error(403, problem)
-        said = import_automata(studio.stage, library, taken)
+        said = import_automata(studio.host, library, taken)
         studio.show()
         return JSONResponse({"said": said})
 
@@ -186,11 +186,11 @@ def _error(status: int, problem: str) -> Response:
 def import_automata(stage: SessionHost, given: Library, taken: str) -> str:
     """Save automata into the library, all or none; what came of it in a sentence."""
     stage.refresh_library()
-    here = stage.shelf
+    here = stage.library_view
     different = [name for name, taught in given.taught.items() if _taken(here, taught)]
     if different and taken == "refuse":
         raise NameTaken(different)
-    desk = stage.desk
+    desk = stage.trainer
     if desk is not None and desk.name in different and taken == "replace":
         raise SessionError(f"{desk.name} is being trained: open another before it is replaced")
     wanted = [name for name in given.taught if taken == "replace" or name not in different]

@@ -94,7 +94,7 @@ class StudioServer:
     """One stage and the pages that look at it. `wall` is the pages' time, for how fast and when they speak."""
 
     def __init__(self, stage: SessionHost, *, wall: WallClock = monotonic) -> None:
-        self.stage, self.viewers, self._wall = stage, Clients(wall), wall
+        self.host, self.viewers, self._wall = stage, Clients(wall), wall
         self._frame = b""
         self._moved = self._rebuilt = -1
         self._seen: tuple[SceneData, LibraryData] | None = None
@@ -135,21 +135,21 @@ class StudioServer:
         former = self.viewers.director
         viewer = self.viewers.connect(key)
         if former is not None and viewer is self.viewers.director:
-            self.stage.robots.stop_supervising(LEFT_ROBOTS)  # it comes again since its connection was lost
+            self.host.robots.stop_supervising(LEFT_ROBOTS)  # it comes again since its connection was lost
         scene, library = self._see_rebuilt()
         directs = viewer is self.viewers.director
         hello = HelloData(version=_version(), key=viewer.key, directs=directs, scene=scene)
         viewer.send_reply(_encode(hello))
-        shown = self._show_desk(library)
-        viewer.show(desk=_encode(_to(shown, directs=directs)), frame=self.stage.frame())
+        shown = self._show_session(library)
+        viewer.show(desk=_encode(_to(shown, directs=directs)), frame=self.host.frame())
         return viewer
 
     def disconnect(self, viewer: Client) -> None:
         """A page is gone; without a director the robot stands still."""
         viewer.close()
         if self.viewers.disconnect(viewer):
-            self.stage.robots.stop_supervising(LEFT_ROBOTS)
-            self.stage.pause(True, LEFT)
+            self.host.robots.stop_supervising(LEFT_ROBOTS)
+            self.host.pause(True, LEFT)
         self.show()
 
     def handle_text(self, viewer: Client, text: str | bytes) -> None:
@@ -187,14 +187,14 @@ class StudioServer:
             return None
         if isinstance(message, m.ReleaseControl):
             self.viewers.hand_over_control(viewer)
-            self.stage.robots.stop_supervising(LEFT_ROBOTS)
-            self.stage.pause(True, LEFT)
+            self.host.robots.stop_supervising(LEFT_ROBOTS)
+            self.host.pause(True, LEFT)
             return None
         if not message.by_anyone:
             self.viewers.refuse_others(viewer)
-        came = dispatch.ACTIONS[type(message)](self.stage, message)
+        came = dispatch.ACTIONS[type(message)](self.host, message)
         if isinstance(came, StatusMessage):
-            self.stage.status = came
+            self.host.status = came
             return None
         return came
 
@@ -208,11 +208,11 @@ class StudioServer:
                 self.run_due_ticks()
                 await asyncio.sleep(max(REST_S, FRAME_S - (perf_counter() - began)))
         finally:
-            self.stage.close()
+            self.host.close()
 
     def run_due_ticks(self) -> None:
         """Take the ticks that are due, and show what came of them."""
-        self.stage.run_due_ticks()
+        self.host.run_due_ticks()
         if len(self.viewers):
             self.show(desk=self._wall() >= self._due_s)
 
@@ -222,16 +222,16 @@ class StudioServer:
             self._show(desk=desk)
         except Exception as error:
             problem = describe_error(error)
-            if self.stage.status.text != problem:
-                self.stage.halt(problem)
+            if self.host.status.text != problem:
+                self.host.halt(problem)
 
     def _show(self, *, desk: bool) -> None:
         _, library = self._see_rebuilt()
         if desk:
-            self._show_desk(library)
-        if self.stage.moved != self._moved:
-            self._moved = self.stage.moved
-            frame = self.stage.frame()
+            self._show_session(library)
+        if self.host.frame_version != self._moved:
+            self._moved = self.host.frame_version
+            frame = self.host.frame()
             if frame != self._frame:
                 self._frame = frame
                 for viewer in self.viewers:
@@ -239,19 +239,19 @@ class StudioServer:
 
     def _see_rebuilt(self) -> tuple[SceneData, LibraryData]:
         """The scene and the library as they are; pages are shown a scene that changed."""
-        if self._seen is None or self.stage.rebuilt != self._rebuilt:
-            self._rebuilt = self.stage.rebuilt
-            before, self._seen = self._seen, (self.stage.scene(), self.stage.library())
+        if self._seen is None or self.host.scene_version != self._rebuilt:
+            self._rebuilt = self.host.scene_version
+            before, self._seen = self._seen, (self.host.scene(), self.host.library())
             scene, _ = self._seen
             if before is None or scene != before[0]:
                 for viewer in self.viewers:
                     viewer.show(scene=_encode(SceneNewsData(scene=scene)))
         return self._seen
 
-    def _show_desk(self, library: LibraryData) -> SessionNewsData:
+    def _show_session(self, library: LibraryData) -> SessionNewsData:
         """Show what is trained to every page, where that changed."""
         self._due_s = self._wall() + DESK_S
-        stage, director = self.stage, self.viewers.director
+        stage, director = self.host, self.viewers.director
         shown = SessionNewsData(
             library=library,
             desk=stage.session_data(),

@@ -118,7 +118,7 @@ class UnseenWorldsEvaluation:
 class SessionHost:
     """The world, the library and the desk of one studio.
 
-    `moved` grows whenever a frame would look different, `rebuilt` whenever the scene or the library does.
+    `frame_version` grows whenever a frame would look different, `scene_version` whenever the scene or the library does.
     """
 
     def __init__(
@@ -133,59 +133,59 @@ class SessionHost:
     ) -> None:
         self.world: Ground = twin or World(scenario, [seed])
         self.wall, self.robots = wall, RobotArming(self.world, wall, place="the studio")
-        self.ranks = TrainableGroups(self.world.scenario, folder, kit)
-        self.shelf = self.ranks.read_library(None)
-        self.kit = self.shelf.library.kit
+        self.groups = TrainableGroups(self.world.scenario, folder, kit)
+        self.library_view = self.groups.read_library(None)
+        self.kit = self.library_view.library.kit
         self.sort: str | None = None  # the sort of squads that is trained; None: the robots
         self.doing = ActivityNames()
-        self.opened: OpenSession | None = None
-        self.moved = self.rebuilt = 0
+        self.open_session: OpenSession | None = None
+        self.frame_version = self.scene_version = 0
         self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
         self._speed, self._idling = 1.0, IdleWorld(self.world, wall)
-        self._said = StatusMessage(NOTHING)
+        self._status = StatusMessage(NOTHING)
         self._picture: SessionViewBuilder | None = None
-        self.reel, self.unsure = RewindBuffer(), UncertainMoments()
-        self.beside = ThreadPoolExecutor(1)  # for what takes longer than a tick may
+        self.rewind_buffer, self.unsure = RewindBuffer(), UncertainMoments()
+        self.executor = ThreadPoolExecutor(1)  # for what takes longer than a tick may
         self.evaluation: UnseenWorldsEvaluation | None = None
         self.shown_seeds: set[int] = set()  # of the worlds that were on the page
         self.run = RunData(number=0, from_s=0.0)
         self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
         self.refresh_interrupted()
         if self.cut_off:
-            self._said = StatusMessage(
+            self._status = StatusMessage(
                 f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on"
             )
 
     # What there is to see
 
     @property
-    def desk(self) -> Trainer | None:
+    def trainer(self) -> Trainer | None:
         """The desk, where something is trained."""
-        return None if self.opened is None else self.opened.desk
+        return None if self.open_session is None else self.open_session.trainer
 
     @property
     def active_trainer(self) -> Trainer:
         """The desk; SessionError where nothing is trained."""
-        if self.opened is None:
+        if self.open_session is None:
             raise SessionError(NOTHING[0].lower() + NOTHING[1:])
-        return self.opened.desk
+        return self.open_session.trainer
 
     @property
     def status(self) -> StatusMessage:
         """The last status message."""
-        return self._said if self.desk is None else self.desk.status
+        return self._status if self.trainer is None else self.trainer.status
 
     @status.setter
     def status(self, said: StatusMessage) -> None:
-        if self.desk is None:
-            self._said = said
+        if self.trainer is None:
+            self._status = said
         else:
-            self.desk.status = said
+            self.trainer.status = said
 
     @property
     def other_behavior(self) -> BehaviorCallData | None:
         """What the robots run that are not trained; None: they idle."""
-        doing = None if self.desk is None else self.desk.session.company.occupied
+        doing = None if self.trainer is None else self.trainer.session.other_agents.behavior_call
         if doing is None or doing.behavior is None:
             return None
         return BehaviorCallData(behavior=doing.behavior, targets=dict(doing.targets))
@@ -193,7 +193,7 @@ class SessionHost:
     @property
     def paused(self) -> bool:
         """Whether somebody let time stand still."""
-        return self._idling.paused if self.desk is None else self.desk.paused
+        return self._idling.paused if self.trainer is None else self.trainer.paused
 
     @property
     def speed(self) -> float:
@@ -207,7 +207,7 @@ class SessionHost:
 
     def scene(self) -> SceneData:
         """What does not change from tick to tick."""
-        return describe_scene(self.world, self.kit, self.ranks.data())
+        return describe_scene(self.world, self.kit, self.groups.data())
 
     def library(self) -> LibraryData:
         """The library's folder, as it was looked at last."""
@@ -215,7 +215,7 @@ class SessionHost:
             CutOffData(name=name, examples=each.examples, began=each.began.isoformat())
             for name, each in self.cut_off.items()
         ]
-        return self.shelf.data(left)
+        return self.library_view.data(left)
 
     def session_data(self) -> SessionData | None:
         """What is trained, as a page shows it."""
@@ -229,14 +229,14 @@ class SessionHost:
 
     def frame(self) -> bytes:
         """The moment, for drawing."""
-        desk = self.desk
+        desk = self.trainer
         tick = int(self.world.state.tick[0])
         bits = frames.PAUSED * self.paused
         if desk is None:
             return frames.encode_frame(
                 self.world.view(), tick=tick, agent=self.agent, bits=bits, sonar=self._sonar()
             )
-        screen = desk.screen
+        screen = desk.session_view
         bits |= frames.OPEN | frames.TESTING * (screen.mode is Mode.TESTING)
         return frames.encode_frame(
             self.world.view(),
@@ -262,22 +262,22 @@ class SessionHost:
         keys = [(arc.reading, None) for scan in scans for arc in scan.arcs]
         if not keys:
             return ()
-        percept = self.world.sense(keys) if self.desk is None else self.desk.session.percept
+        percept = self.world.sense(keys) if self.trainer is None else self.trainer.session.percept
         return tuple(float(percept[key][self.agent]) for key in keys)
 
     # Time
 
     def run_due_ticks(self) -> None:
         """Take the ticks that are due; what goes wrong is said, and time stands still."""
-        desk = self.desk
+        desk = self.trainer
         try:
             for _ in self._idling.ticks() if desk is None else desk.ticks():
-                self.moved += 1
+                self.frame_version += 1
                 self.note_tick()
             if self.evaluation is not None and (result := self.evaluation.take_status()) is not None:
                 self.status = result
             if self.robots.idle():
-                self.moved += 1
+                self.frame_version += 1
                 if desk is not None:
                     desk.session.refresh_percept()
         except Exception as error:
@@ -285,19 +285,19 @@ class SessionHost:
 
     def step(self) -> None:
         """One tick, then time stands still."""
-        self.moved += 1
-        if self.desk is None:
+        self.frame_version += 1
+        if self.trainer is None:
             self._idling.step()
-            self._said = StatusMessage("Paused")
+            self._status = StatusMessage("Paused")
         else:
-            self.desk.step()
+            self.trainer.step()
             self.note_tick()
 
     def note_tick(self) -> None:
         """A tick passed."""
-        if self.desk is not None:
+        if self.trainer is not None:
             self._keep_moment()
-            self.unsure.update(self.desk.coach.asking.marked, self.run.number, self.world.time_s)
+            self.unsure.update(self.trainer.coach.asking.marked, self.run.number, self.world.time_s)
 
     @keep_status
     def halt(self, problem: str) -> StatusMessage:
@@ -308,58 +308,58 @@ class SessionHost:
 
     def pause(self, paused: bool, why: str | None = None) -> None:
         """Pause or resume."""
-        self.moved += 1
+        self.frame_version += 1
         if self.paused != paused:
-            if self.desk is None:
+            if self.trainer is None:
                 self._idling.pause(paused)
             else:
-                self.desk.pause()
+                self.trainer.pause()
             self.status = StatusMessage(why or ("Paused" if paused else "Going on"))
 
     def set_speed(self, speed: float) -> None:
         """How many times as fast as in life the world goes."""
         self._speed = self._idling.pace.speed = check_speed(speed, "the studio", live=self._idling.pace.live)
-        if self.desk is not None:
-            self.desk.set_speed(speed)
+        if self.trainer is not None:
+            self.trainer.set_speed(speed)
 
     @keep_status
     def reset(self, seed: int | None) -> StatusMessage:
         """The world of a seed from its beginning."""
         seed = self.seed if seed is None else seed
-        if self.desk is None:
+        if self.trainer is None:
             if isinstance(self.world, DigitalTwin):
                 raise SessionError(f"the world of real robots cannot be reset: {CARRY}")
             self.world.reset([seed])
             said = StatusMessage(f"World {seed} from its beginning")
         else:
-            said = self.desk.load_world(seed)
+            said = self.trainer.load_world(seed)
         self.clear_rewind()
         return said
 
-    def _begin_reel(self) -> None:
-        self.reel.clear(() if self.desk is None else self.desk.session.examples)
+    def _begin_rewind(self) -> None:
+        self.rewind_buffer.clear(() if self.trainer is None else self.trainer.session.examples)
         self.run = RunData(number=self.run.number + 1, from_s=self.world.time_s)
         self.shown_seeds.add(self.seed)
         self._keep_moment()
 
     def _keep_moment(self) -> None:
-        if self.desk is not None and isinstance(self.world, World):  # others cannot be gone back to
-            self.reel.append(self.desk.session)
+        if self.trainer is not None and isinstance(self.world, World):  # others cannot be gone back to
+            self.rewind_buffer.append(self.trainer.session)
 
     def rewind(self, frame: RewindPoint) -> None:
         """Go back to a moment of the run, and stand still there; the lesson stays."""
-        switches = self.active_trainer.why.list_switches_before(frame.time_s)
+        switches = self.active_trainer.explainer.list_switches_before(frame.time_s)
         self._back(frame.instant)
-        self.active_trainer.why.restore_switches(switches)
+        self.active_trainer.explainer.restore_switches(switches)
 
     def go_back(self, instant: SessionSnapshot) -> None:
         """Go back to a moment of this session that may be of another run."""
         self._back(instant)
-        self._begin_reel()
+        self._begin_rewind()
 
     def clear_rewind(self) -> None:
         """The robot and its world were put elsewhere: one can go back to here, and not beyond."""
-        self._begin_reel()
+        self._begin_rewind()
         self.note_world_change()
 
     @keep_status
@@ -374,8 +374,8 @@ class SessionHost:
 
     def note_world_change(self) -> None:
         """The world was changed otherwise than by a tick."""
-        self.moved += 1
-        self.rebuilt += 1
+        self.frame_version += 1
+        self.scene_version += 1
 
     @keep_status
     def edit_world(self, change: Callable[[World], object], what: str) -> StatusMessage:
@@ -386,24 +386,24 @@ class SessionHost:
             change(self.world)
         except SettingError as error:
             raise SessionError(_as_on_the_page(str(error))) from error
-        self.moved += 1
-        return StatusMessage(what) if self.desk is None else self.desk.note_moved(what)
+        self.frame_version += 1
+        return StatusMessage(what) if self.trainer is None else self.trainer.note_moved(what)
 
     # Opening and closing
 
     def replace_session(self, opened: OpenSession, said: str) -> None:
         """Another desk takes the place of the present one, whose journal is not needed any more."""
-        asked = QueryPolicy.NEVER if self.desk is None else self.desk.coach.asking.when
+        asked = QueryPolicy.NEVER if self.trainer is None else self.trainer.coach.asking.when
         self._leave()
         self._idling.pause(True)
-        self.opened, desk = opened, opened.desk
+        self.open_session, desk = opened, opened.trainer
         self._picture, self.agent = SessionViewBuilder(desk), desk.robot
         self.unsure, desk.coach.asking.when = UncertainMoments(), asked
         self.began_with = len(desk.session.examples)
         desk.set_speed(self._speed)
         desk.suspend(False)
         desk.status = StatusMessage(said)
-        self._begin_reel()
+        self._begin_rewind()
         self.refresh_interrupted()
         self.note_world_change()
 
@@ -419,7 +419,7 @@ class SessionHost:
     @property
     def body(self) -> Ground | CoordinatorBody:
         """What is trained."""
-        return self.ranks.body(self.world, self.sort)
+        return self.groups.body(self.world, self.sort)
 
     def end_evaluation(self) -> None:
         """Cancel the evaluation in unseen worlds, or put its result away."""
@@ -429,39 +429,43 @@ class SessionHost:
 
     def _leave(self) -> None:
         self.end_evaluation()
-        if self.opened is not None:
-            left, self.opened, self._picture = self.opened, None, None
+        if self.open_session is not None:
+            left, self.open_session, self._picture = self.open_session, None, None
             left.close()
-            interrupted_sessions.finish_journal(left.journal, self.shelf.folder, left.desk.name)
+            interrupted_sessions.finish_journal(left.journal, self.library_view.folder, left.trainer.name)
 
     def close(self) -> None:
         """Put everything on disk; what is not saved is offered next time."""
-        self.beside.shutdown(wait=False, cancel_futures=True)
+        self.executor.shutdown(wait=False, cancel_futures=True)
         self.end_evaluation()
-        if self.opened is None:
+        if self.open_session is None:
             return
-        if self.opened.desk.has_unsaved_changes:
-            self.opened.close()
-            self.opened, self._picture = None, None
+        if self.open_session.trainer.has_unsaved_changes:
+            self.open_session.close()
+            self.open_session, self._picture = None, None
         else:
             self._leave()
 
     def refresh_library(self) -> None:
         """See what the library's folder holds now; what is new there can be used in the lesson at once."""
-        self.shelf = self.ranks.read_library(self.sort, self.agent)
-        self.kit = self.shelf.library.kit
-        if self.desk is not None:
-            session = self.desk.session
-            for name, taught in self.shelf.library.taught.items():
-                if name not in session.library.taught and name != self.desk.name:
+        self.library_view = self.groups.read_library(self.sort, self.agent)
+        self.kit = self.library_view.library.kit
+        if self.trainer is not None:
+            session = self.trainer.session
+            for name, taught in self.library_view.library.taught.items():
+                if name not in session.library.taught and name != self.trainer.name:
                     with suppress(UnderstudyError):  # it would contain itself, by what is older in the lesson
                         session.library = session.library.with_automaton(taught)
-        self.rebuilt += 1
+        self.scene_version += 1
 
     def refresh_interrupted(self) -> None:
         """See which sessions were cut off; their journals are read, which may take a moment."""
         world = self.world.scenario.name
-        found = interrupted_sessions.list_interrupted_sessions(self.shelf.folder, world, self.shelf.library)
-        here = None if self.opened is None else self.opened.journal  # where journals cannot be locked
+        found = interrupted_sessions.list_interrupted_sessions(
+            self.library_view.folder, world, self.library_view.library
+        )
+        here = (
+            None if self.open_session is None else self.open_session.journal
+        )  # where journals cannot be locked
         self.cut_off = {name: each for name, each in found.items() if each.path != here}
-        self.rebuilt += 1
+        self.scene_version += 1

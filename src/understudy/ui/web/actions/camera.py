@@ -81,7 +81,7 @@ def _eye(stage: SessionHost, number: int) -> tuple[Robot, LiveCamera]:
     if not 0 <= number < len(robots):
         remedy = f"give one from 1 to {len(robots)}"
         raise SettingError(where="the studio", setting="robot", problem=f"is {number + 1}", remedy=remedy)
-    eye = robots[number].senses.eye
+    eye = robots[number].senses.camera
     if eye is None:
         raise SessionError(f"{robots[number].file.name} has no camera: add [camera] to its file")
     return robots[number], eye

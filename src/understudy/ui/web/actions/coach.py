@@ -67,7 +67,7 @@ class SituationReply(Data, frozen=True, kw_only=True):
 def handle_advise(stage: SessionHost, _: m.RequestAdvice) -> AdviceReply:
     """Say what the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
     desk = stage.active_trainer
-    said = desk.coach.compute_report(stage.beside, patience_s=PATIENCE_S)
+    said = desk.coach.compute_report(stage.executor, patience_s=PATIENCE_S)
     if said is None:
         return AdviceReply(later=True)
     return AdviceReply(advice=[_advice(desk, each) for each in said.advice], late=_late(said))
@@ -105,7 +105,7 @@ def _late(said: AdviceReport) -> LateData | None:
 def handle_set_up_situation(stage: SessionHost, message: m.SetUpSituation) -> SituationReply:
     """Put the robot where the advice of a sentence is about, and let time stand still there."""
     desk = stage.active_trainer
-    said = desk.coach.said
+    said = desk.coach.last_report
     given = () if said is None or said.lesson.automaton is not desk.session.automaton else said.advice
     wanted = next((each for each in given if each.sentence == message.sentence), None)
     if wanted is None:

@@ -51,7 +51,7 @@ def _annotated(modules: Iterable[ModuleType]) -> Iterator[tuple[Callable[..., An
 def _on_desk(function: Callable[[Trainer, Any], Data | StatusMessage | None]) -> Handler:
     def act(stage: SessionHost, message: Message) -> Data | StatusMessage | None:
         came = function(stage.active_trainer, message)
-        stage.moved += 1
+        stage.frame_version += 1
         return came
 
     return act

@@ -51,8 +51,8 @@ def save_current_automaton(stage: SessionHost, message: SaveAutomaton) -> NotSav
         said = StatusMessage(f"{desk.name} is saved", "recorded")
     else:
         stage.refresh_library()
-        stage.shelf.refuse_new(name, remedy="give another name")
-        library.save_copy(stage.shelf, desk.session.make_trained_automaton(), name)
+        stage.library_view.refuse_new(name, remedy="give another name")
+        library.save_copy(stage.library_view, desk.session.make_trained_automaton(), name)
         said = StatusMessage(f"A copy of {desk.name} is saved as {name}", "recorded")
     stage.refresh_library()
     return said
@@ -60,13 +60,13 @@ def save_current_automaton(stage: SessionHost, message: SaveAutomaton) -> NotSav
 
 def trash_behavior(stage: SessionHost, message: TrashBehavior) -> StatusMessage:
     """Move a trained behavior to the trash."""
-    desk, name = stage.desk, message.name
+    desk, name = stage.trainer, message.name
     if desk is not None and normalize_name(name) == normalize_name(desk.name):
         raise SessionError(f"{name} is being trained: open another before it is removed")
     if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
         raise SessionError(f"{desk.name}, which is being trained, runs {name}: choose its states first")
     stage.refresh_library()
-    library.move_to_trash(stage.shelf, name)
+    library.move_to_trash(stage.library_view, name)
     stage.refresh_library()
     return StatusMessage(f"{name} is in the trash, from where it can be restored")
 
@@ -75,7 +75,7 @@ def restore_behavior(stage: SessionHost, message: RestoreBehavior) -> StatusMess
     """Bring a trained behavior back from the trash."""
     name = message.name
     stage.refresh_library()
-    library.restore_from_trash(stage.shelf, name)
+    library.restore_from_trash(stage.library_view, name)
     stage.refresh_library()
     return StatusMessage(f"{name} is back in the library")
 
@@ -88,7 +88,7 @@ def discard_session(stage: SessionHost, message: DiscardSession) -> StatusMessag
         where, known = "the lessons that were cut off", list(stage.cut_off)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
     stage.discarded[name] = interrupted_sessions.finish_journal(
-        stage.cut_off[name].path, stage.shelf.folder, name
+        stage.cut_off[name].path, stage.library_view.folder, name
     )
     stage.refresh_interrupted()
     return StatusMessage(f"The lesson of {name} that was cut off is thrown away")
@@ -155,8 +155,8 @@ class ChangesReply(Data, frozen=True, kw_only=True):
 
 def handle_list_versions(stage: SessionHost, message: ListVersions) -> VersionsReply:
     """List the former versions, the latest first, and when each was saved."""
-    stage.shelf.find_automaton(message.name)
-    found = reversed(list_versions(stage.shelf.folder, message.name))
+    stage.library_view.find_automaton(message.name)
+    found = reversed(list_versions(stage.library_view.folder, message.name))
     return VersionsReply(
         versions=[
             VersionData(number=each.number, saved=each.saved.isoformat() if each.saved else None)
@@ -171,7 +171,7 @@ def handle_diff_versions(stage: SessionHost, message: DiffVersions) -> ChangesRe
     """
     name, to = message.name, message.to
     before = _version(stage, name, message.version)
-    after = stage.shelf.find_automaton(name) if to is None else _version(stage, name, to)
+    after = stage.library_view.find_automaton(name) if to is None else _version(stage, name, to)
     found, switches = diff_automata(before, after), attribute_condition_changes(before, after)
     if switches:
         found.pop("conditions", None)  # they say which, and why
@@ -199,27 +199,27 @@ def revert_version(stage: SessionHost, message: RevertVersion) -> StatusMessage 
     name, number = message.name, message.version
     here = session.is_saved_in_training(stage, name)
     stage.refresh_library()
-    stage.shelf.find_automaton(name)
+    stage.library_view.find_automaton(name)
     taught = library.make_renamed_copy(
-        stage.shelf, _version(stage, name, number), name
+        stage.library_view, _version(stage, name, number), name
     )  # it may have had another name
-    save_automaton(stage.shelf.folder, taught)
+    save_automaton(stage.library_view.folder, taught)
     said = f"{name} is as it was in version {number}; what it was until now is kept as a version, too"
     return session.reload_automaton(stage, name, said, here=here)
 
 
 def _version(stage: SessionHost, name: str, number: int) -> TrainedAutomaton:
-    return load_version(stage.shelf.folder, name, number, stage.kit, learn).taught
+    return load_version(stage.library_view.folder, name, number, stage.kit, learn).taught
 
 
 def rename_behavior(stage: SessionHost, message: RenameBehavior) -> StatusMessage | None:
     """Give a trained behavior another name, with its former versions; not where others run it by the former one."""
     name, to = message.name, message.to
     here = session.is_saved_in_training(stage, name)
-    desk = stage.desk
+    desk = stage.trainer
     stage.refresh_library()
-    taught = stage.shelf.find_automaton(name)
-    users = [*stage.shelf.library.find_users(name)]
+    taught = stage.library_view.find_automaton(name)
+    users = [*stage.library_view.library.find_users(name)]
     if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
         users.append(desk.name)
     if users:
@@ -227,9 +227,9 @@ def rename_behavior(stage: SessionHost, message: RenameBehavior) -> StatusMessag
         raise SessionError(
             f"{name} is run by {runs}: duplicate it instead, or choose the states of {runs} first"
         )
-    stage.shelf.refuse_new(to, remedy="give another name")
+    stage.library_view.refuse_new(to, remedy="give another name")
     library_folder.rename_automaton(
-        stage.shelf.folder, name, library.make_renamed_copy(stage.shelf, taught, to)
+        stage.library_view.folder, name, library.make_renamed_copy(stage.library_view, taught, to)
     )
     return session.reload_automaton(stage, to, f"{name} is called {to} now", here=here)
 
@@ -238,8 +238,8 @@ def duplicate_behavior(stage: SessionHost, message: DuplicateBehavior) -> Status
     """Copy a trained behavior as the library has it."""
     name, to = message.name, message.to
     stage.refresh_library()
-    taught = stage.shelf.find_automaton(name)
-    stage.shelf.refuse_new(to, remedy="give another name")
-    library.save_copy(stage.shelf, taught, to)
+    taught = stage.library_view.find_automaton(name)
+    stage.library_view.refuse_new(to, remedy="give another name")
+    library.save_copy(stage.library_view, taught, to)
     stage.refresh_library()
     return StatusMessage(f"{to} is a copy of {name}", "recorded")

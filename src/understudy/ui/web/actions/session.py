@@ -32,7 +32,7 @@ def begin_automaton(stage: SessionHost, name: str, choices: LessonChoices, *, di
     _refuse_unsaved(stage, discard=discard)
     stage.refresh_library()
     stage.refresh_interrupted()
-    stage.shelf.refuse_new(name, remedy="open it to go on, or give another name")
+    stage.library_view.refuse_new(name, remedy="open it to go on, or give another name")
     left = stage.cut_off.get(name)
     if left is not None and not discard:
         raise SessionError(
@@ -58,10 +58,10 @@ def open_automaton(stage: SessionHost, name: str, *, discard: bool) -> None:
     if left is not None:
         _go_on_with_cut_off(stage, name, left)
         return
-    if name in stage.shelf.problems:
-        raise SessionError(stage.shelf.problems[name])
-    if name not in stage.shelf.library.taught:
-        known = [*stage.shelf.library.taught, *stage.cut_off]
+    if name in stage.library_view.problems:
+        raise SessionError(stage.library_view.problems[name])
+    if name not in stage.library_view.library.taught:
+        known = [*stage.library_view.library.taught, *stage.cut_off]
         raise UnknownName(what="automaton", name=name, where="the library", known=known)
     start = make_session_start(plan := _plan(stage, name))
     if start is None:  # pragma: no cover - what the library has is settled
@@ -97,12 +97,12 @@ def select_squad_sort(stage: SessionHost, sort: str | None, agent: int, *, disca
 
 def has_other_library(stage: SessionHost, agent: int) -> bool:
     """Whether this robot has another library than the one that is trained: it is of a type that differs."""
-    there = stage.sort is None and agent < stage.ranks.agents(None)
-    return there and not stage.ranks.have_same_library(stage.agent, agent)
+    there = stage.sort is None and agent < stage.groups.agents(None)
+    return there and not stage.groups.have_same_library(stage.agent, agent)
 
 
 def _refuse_beyond(stage: SessionHost, sort: str | None, agent: int) -> None:
-    most = stage.ranks.agents(sort)
+    most = stage.groups.agents(sort)
     if agent >= most:
         problem, remedy = f"is {agent + 1}", f"give one from 1 to {most}"
         raise SettingError(where="the studio", setting=sort or "robot", problem=problem, remedy=remedy)
@@ -111,7 +111,7 @@ def _refuse_beyond(stage: SessionHost, sort: str | None, agent: int) -> None:
 def select_agent(stage: SessionHost, agent: int) -> None:
     """Which robot is trained; not once something was shown in this session."""
     _refuse_beyond(stage, stage.sort, agent)
-    desk = stage.desk
+    desk = stage.trainer
     if desk is None or desk.robot == agent:
         stage.agent = agent
         if desk is None:
@@ -119,7 +119,7 @@ def select_agent(stage: SessionHost, agent: int) -> None:
                 f"Robot {agent + 1}" if stage.sort is None else f"The coordinator of {stage.sort} {agent + 1}"
             )
             stage.status = StatusMessage(f"{who} is the one that will be trained")
-            stage.moved += 1
+            stage.frame_version += 1
         return
     session = desk.session
     if session.view().undoable is not None or len(session.examples) != stage.began_with:
@@ -127,14 +127,14 @@ def select_agent(stage: SessionHost, agent: int) -> None:
             f"{desk.name} has been shown something by robot {desk.robot + 1}: save it and open it again to train "
             "it with another robot"
         )
-    start = SessionStart(session.lesson, dict(desk.screen.targets))
+    start = SessionStart(session.lesson, dict(desk.session_view.targets))
     opened = begin_session(_plan(stage, desk.name), start, stage.wall, body=stage.body, agent=agent)
     stage.replace_session(opened, f"{desk.name} is trained with robot {agent + 1} now")
 
 
 def is_saved_in_training(stage: SessionHost, name: str) -> bool:
     """Whether an automaton of the library is the one in training; SessionError where it has unsaved changes."""
-    desk = stage.desk
+    desk = stage.trainer
     if desk is None or desk.name != name:
         return False
     if desk.has_unsaved_changes:
@@ -154,8 +154,8 @@ def reload_automaton(stage: SessionHost, name: str, said: str, *, here: bool) ->
 def _reopen(stage: SessionHost, name: str, said: str) -> None:
     """Go on with what is trained as the library has it, perhaps under another name."""
     desk, paused = stage.active_trainer, stage.paused
-    lesson = stage.shelf.find_automaton(name).lesson
-    targets = dict(desk.screen.targets)
+    lesson = stage.library_view.find_automaton(name).lesson
+    targets = dict(desk.session_view.targets)
     choices = LessonChoices(
         targets=targets if lesson and set(lesson.automaton.parameters) == set(targets) else {}
     )
@@ -167,21 +167,21 @@ def _reopen(stage: SessionHost, name: str, said: str) -> None:
 
 
 def _plan(stage: SessionHost, name: str, choices: LessonChoices | None = None) -> TrainingPlan:
-    shelf = stage.shelf
+    shelf = stage.library_view
     return TrainingPlan(
         name, shelf.folder, stage.world.scenario, shelf.library, choices or LessonChoices(), stage.seed
     )
 
 
 def _refuse_unsaved(stage: SessionHost, *, discard: bool) -> None:
-    desk = stage.desk
+    desk = stage.trainer
     if desk is not None and desk.has_unsaved_changes and not discard:
         raise SessionError(f"{desk.name} is not saved as it is now: save it first, or discard it")
 
 
 def set_other_agents(stage: SessionHost, message: SetOtherAgents) -> StatusMessage:
     """Let the others idle (None), or run a behavior of the library, its parameters standing for targets."""
-    desk, library = stage.active_trainer, stage.shelf.library
+    desk, library = stage.active_trainer, stage.library_view.library
     behavior, targets = message.behavior, message.targets
     if stage.world.robots < 2:
         problem, remedy = "cannot be told: there is one robot", "open a world with more"
@@ -202,7 +202,7 @@ def set_other_agents(stage: SessionHost, message: SetOtherAgents) -> StatusMessa
         desk.session.set_other_agents(*former, library=library)
         raise
     doing = "idle" if behavior is None else f"run {format_bound_name(behavior, Binding(targets))}"
-    stage.moved += 1
+    stage.frame_version += 1
     return StatusMessage(f"The others {doing} meanwhile")
 
 
@@ -211,15 +211,15 @@ def go_to_example(stage: SessionHost, number: int) -> None:
     desk = stage.active_trainer
     if all(example.number != number for example in desk.session.examples):
         raise SessionError(f"{desk.name} has no example {number}")
-    frame = stage.reel.find_before_example(number)
+    frame = stage.rewind_buffer.find_before_example(number)
     if frame is not None:
         stage.rewind(frame)
         return
-    journal = stage.opened.journal if stage.opened else Path()
+    journal = stage.open_session.journal if stage.open_session else Path()
     snapshot = _before(journal, number)
     if snapshot is None:
         raise SessionError(f"example {number} was not shown in this session: its moment is not kept")
-    others = desk.session.company.snapshot()  # what they did then is not kept: they go on
+    others = desk.session.other_agents.snapshot()  # what they did then is not kept: they go on
     stage.go_back(SessionSnapshot(zlib.decompress(snapshot.body), tuple(snapshot.run), snapshot.mode, others))
 
 
@@ -253,7 +253,7 @@ def handle_confirm(stage: SessionHost, _: m.Confirm) -> None:
 def _press(stage: SessionHost, state: str | None) -> None:
     """Direct to a state, or confirm the present one (None)."""
     desk = stage.active_trainer
-    stage.moved += 1
+    stage.frame_version += 1
     if desk.coach.question is not None:
         coach.answer_question(desk, state)
         stage.note_tick()
@@ -291,7 +291,7 @@ def handle_rewind(stage: SessionHost, message: m.Rewind) -> None:
     if message.example is not None:
         go_to_example(stage, message.example)
     elif message.time_s is not None:
-        stage.rewind(stage.reel.find_before_time(message.time_s))
+        stage.rewind(stage.rewind_buffer.find_before_time(message.time_s))
 
 
 def handle_open(stage: SessionHost, message: m.OpenAutomaton) -> None:
@@ -319,7 +319,7 @@ def handle_select_agent(stage: SessionHost, message: m.SelectAgent) -> None:
     if message.sort != stage.sort or has_other_library(stage, message.agent):
         select_squad_sort(stage, message.sort, message.agent, discard=message.discard)
     select_agent(stage, message.agent)
-    stage.moved += 1
+    stage.frame_version += 1
 
 
 def handle_toggle_mode(desk: Trainer, _: m.ToggleMode) -> None:

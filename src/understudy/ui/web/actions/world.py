@@ -68,9 +68,9 @@ def handle_remove_obstacle(stage: SessionHost, message: m.RemoveObstacle) -> Non
 def handle_arm(stage: SessionHost, _: m.Arm) -> StatusMessage:
     """Arm the real robots."""
     stage.robots.arm()
-    if stage.desk is not None:
-        stage.desk.session.refresh_percept()  # what it read before is old by now
-    stage.moved += 1
+    if stage.trainer is not None:
+        stage.trainer.session.refresh_percept()  # what it read before is old by now
+    stage.frame_version += 1
     return StatusMessage("Armed: it moves when time goes on. Esc stops it")
 
 
@@ -78,7 +78,7 @@ def handle_emergency_stop(stage: SessionHost, _: m.EmergencyStop) -> StatusMessa
     """Send real robots a stop at once and disarm them; then pause. Any page may ask for it, also without control."""
     stage.robots.stop("stopped in the studio")
     stage.pause(True)
-    stage.moved += 1
+    stage.frame_version += 1
     return StatusMessage("Stopped. Arm it again before it moves", "error")
 
 

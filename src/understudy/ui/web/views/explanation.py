@@ -70,7 +70,7 @@ class ReasonsReply(Data, frozen=True, kw_only=True):
 def handle_explain(stage: SessionHost, _: RequestExplanation) -> ReasonsReply:
     """Explain what every level decides now, what held and who showed it; and the last switch of any of them."""
     desk = stage.active_trainer
-    levels = desk.why.explain_levels()
+    levels = desk.explainer.explain_levels()
     return ReasonsReply(
         levels=[_level(desk, level, first=level is levels[0]) for level in levels], last=_last(desk)
     )
@@ -83,13 +83,13 @@ def _level(desk: Trainer, level: LevelExplanation, *, first: bool) -> LevelData:
         state=level.state,
         since_s=level.since_s,
         says=describe_rest(level) if decision is None else f"It {describe_decision(decision.explanation)}.",
-        yours=first and desk.screen.mode is Mode.TRAINING,
+        yours=first and desk.session_view.mode is Mode.TRAINING,
         **_behind(desk, decision),
     )
 
 
 def _last(desk: Trainer) -> SwitchedData | None:
-    last = desk.why.explain_last_switch()
+    last = desk.explainer.explain_last_switch()
     if last is None:
         return None
     switch, reason = last

@@ -80,7 +80,7 @@ def handle_test_lesson(stage: SessionHost, message: TestLesson) -> LessonTestRep
     name, library = message.name, _present(stage)
     library.automaton(name)
     formers = {each: _former(stage, each) for each in list_dependencies(library, name)}
-    known = stage.ranks.collect_libraries(stage.sort, stage.agent, library)
+    known = stage.groups.collect_libraries(stage.sort, stage.agent, library)
     seen = run_lesson_test(
         library, name, {each: taught for each, (_, taught) in formers.items() if taught}, known
     )
@@ -89,20 +89,20 @@ def handle_test_lesson(stage: SessionHost, message: TestLesson) -> LessonTestRep
 
 def _present(stage: SessionHost) -> Library:
     """The library, with what is trained as it stands."""
-    desk, library = stage.desk, stage.shelf.library
+    desk, library = stage.trainer, stage.library_view.library
     return library if desk is None else library.with_automaton(desk.session.make_trained_automaton())
 
 
 def _former(stage: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]:
     """What an automaton was before, and what that is called: the last former version, or what is saved."""
-    desk, saved = stage.desk, stage.shelf.library.taught.get(name)
+    desk, saved = stage.trainer, stage.library_view.library.taught.get(name)
     if desk is not None and name == desk.name and desk.has_unsaved_changes:
         return SAVED, saved
-    kept = list_versions(stage.shelf.folder, name)
+    kept = list_versions(stage.library_view.folder, name)
     if not kept:
         return "", None
     try:
-        last = load_version(stage.shelf.folder, name, kept[-1].number, stage.kit, learn).taught
+        last = load_version(stage.library_view.folder, name, kept[-1].number, stage.kit, learn).taught
     except UnderstudyError:
         return "", None  # it cannot be compared with
     return f"version {kept[-1].number}", last
@@ -124,9 +124,9 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
 
 def find_unsaved_regressions(stage: SessionHost) -> tuple[str, ...]:
     """What worked with what is saved and no longer does with what is trained, also in what is above it."""
-    library, taught = stage.shelf.library, stage.active_trainer.session.make_trained_automaton()
-    known = stage.ranks.collect_libraries(stage.sort, stage.agent, library)
-    return find_regressions_since_saved(stage.shelf.folder, library, taught, known)
+    library, taught = stage.library_view.library, stage.active_trainer.session.make_trained_automaton()
+    known = stage.groups.collect_libraries(stage.sort, stage.agent, library)
+    return find_regressions_since_saved(stage.library_view.folder, library, taught, known)
 
 
 def handle_evaluate_session(stage: SessionHost, message: EvaluateSession) -> StatusMessage:
@@ -143,7 +143,7 @@ def handle_evaluate_session(stage: SessionHost, message: EvaluateSession) -> Sta
         raise SessionError("this is being tried in other worlds already: wait for it, or cancel it")
     if not any(example.is_from_press for example in desk.session.examples):
         raise SessionError("there is nothing to try yet: direct the robot by pressing a state first")
-    name, library, targets = desk.name, _present(stage), dict(desk.screen.targets)
+    name, library, targets = desk.name, _present(stage), dict(desk.session_view.targets)
     if scenario.goal is None and find_success_flag(library, name) is None:
         raise SessionError(
             f"nothing says when {name} has succeeded: {scenario.name} has no goal, and {name} no flag {SUCCESS_FLAG}"
@@ -179,9 +179,9 @@ def go_to_expectation(stage: SessionHost, message: GoToExpectation) -> StatusMes
         raise SessionError(f"that was promised in another world, as {outcome.world} was then")
     if outcome.agent != desk.session.agent:
         raise SessionError(f"that was promised with robot {outcome.agent + 1}: train that one to see it")
-    others = desk.session.company.snapshot()
+    others = desk.session.other_agents.snapshot()
     stage.go_back(SessionSnapshot(outcome.snapshot, (), desk.session.mode, others))
-    if dict(outcome.targets) != dict(desk.screen.targets):
+    if dict(outcome.targets) != dict(desk.session_view.targets):
         desk.bind_targets(outcome.targets)
     return StatusMessage(f"Here it was promised: {outcome}")
 

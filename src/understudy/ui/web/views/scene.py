@@ -187,7 +187,7 @@ def _eyes(world: Ground) -> list[int]:
     """The real robots that have a camera."""
     if not isinstance(world, DigitalTwin):
         return []
-    return [number for number, robot in enumerate(world.fleet) if robot.senses.eye is not None]
+    return [number for number, robot in enumerate(world.fleet) if robot.senses.camera is not None]
 
 
 def describe_kind(kind: Kind) -> dict[str, Any]:

@@ -266,7 +266,7 @@ class SessionViewBuilder:
     """Pictures of one desk."""
 
     def __init__(self, desk: Trainer) -> None:
-        self._desk = desk
+        self._trainer = desk
         self._of: Lesson | None = None
         self._lesson: LessonData | None = None
         self._nested = NestedAutomata()
@@ -280,7 +280,7 @@ class SessionViewBuilder:
         evaluation: EvaluationData | UnsetType = UNSET,
     ) -> SessionData:
         """The session as it is now."""
-        desk, screen = self._desk, self._desk.screen
+        desk, screen = self._trainer, self._trainer.session_view
         return SessionData(
             **structs.asdict(self._taught()),
             name=desk.name,
@@ -305,7 +305,7 @@ class SessionViewBuilder:
 
     def _taught(self) -> LessonData:
         """What changes only with the lesson."""
-        lesson, learned = self._desk.why.learn_lesson()
+        lesson, learned = self._trainer.explainer.learn_lesson()
         if lesson is not self._of or self._lesson is None:
             self._of = lesson
             automaton, options = lesson.automaton, lesson.options
@@ -318,7 +318,7 @@ class SessionViewBuilder:
                 ],
                 examples=_examples(lesson),
                 edges=list(_edges(lesson, learned)),
-                nested=self._nested.describe_nested(automaton, self._desk.session.library),
+                nested=self._nested.describe_nested(automaton, self._trainer.session.library),
                 watched=options.watched,
                 reaction_s=options.reaction_s,
                 unlearning=options.unlearning,
@@ -330,9 +330,9 @@ class SessionViewBuilder:
         return self._lesson
 
     def _state(self, state: State) -> StateData:
-        keys = self._desk.keys
+        keys = self._trainer.keys
         key, arrow = keys.plain.get(state.name, ""), keys.arrows.get(state.name)
-        return StateData(key=key, arrow=arrow, **state_fields(state, self._desk.session.library))
+        return StateData(key=key, arrow=arrow, **state_fields(state, self._trainer.session.library))
 
 
 def describe_evaluation(found: Evaluation) -> EvaluationResultData:
