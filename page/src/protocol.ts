@@ -484,7 +484,7 @@ export interface Status {
   tone: Tone;
 }
 
-/** A real robot: whether it may move, and why it does not. */
+/** A real robot's name, whether it is armed, and why it is stopped or disarmed (empty while it may move). */
 export interface RobotStatus {
   name: string;
   armed: boolean;

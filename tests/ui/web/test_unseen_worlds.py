@@ -297,5 +297,5 @@ def test_an_evaluation_that_is_cancelled_tells_nothing() -> None:
     assert began.wait(10)
     running.cancel()
     assert over.wait(10)
-    assert running.running
+    assert running.is_running
     assert running.take_status() is None

@@ -80,7 +80,7 @@ class UnseenWorldsEvaluation:
         Thread(target=self._run, args=(evaluate,), daemon=True).start()
 
     @property
-    def running(self) -> bool:
+    def is_running(self) -> bool:
         """Whether it has not ended yet."""
         return self.data.result is None and not self.data.problem
 
@@ -91,7 +91,7 @@ class UnseenWorldsEvaluation:
     def take_status(self) -> StatusMessage | None:
         """What came of it, once; None before, and afterwards."""
         data = self.data
-        if self.running or not self._untold:
+        if self.is_running or not self._untold:
             return None
         self._untold = False
         if data.result is None:

@@ -139,7 +139,7 @@ def handle_evaluate_session(stage: SessionHost, message: EvaluateSession) -> Sta
         raise SessionError("real robots cannot be tried in other worlds: there is only the one they are in")
     if stage.sort is not None:
         raise SessionError("coordinators cannot be tried in other worlds yet: only what robots do can be")
-    if stage.evaluation is not None and stage.evaluation.running:
+    if stage.evaluation is not None and stage.evaluation.is_running:
         raise SessionError("this is being tried in other worlds already: wait for it, or cancel it")
     if not any(example.is_from_press for example in desk.session.examples):
         raise SessionError("there is nothing to try yet: direct the robot by pressing a state first")
@@ -166,7 +166,7 @@ def handle_evaluate_session(stage: SessionHost, message: EvaluateSession) -> Sta
 
 def handle_cancel_evaluation(stage: SessionHost, _: CancelEvaluation) -> StatusMessage | None:
     """Cancel the evaluation in unseen worlds, or put its result away."""
-    running = stage.evaluation is not None and stage.evaluation.running
+    running = stage.evaluation is not None and stage.evaluation.is_running
     stage.end_evaluation()
     return StatusMessage("Cancelled: it is not tried any further") if running else None
 
