@@ -63,6 +63,15 @@ def test_openings_around_a_robot() -> None:
     assert measure_widest_opening(narrow, 0, 4, 4, four, 0.2, 1.0) == pytest.approx(2.0)
 
 
+def test_what_a_view_leaves_out_is_no_opening() -> None:
+    """36 beams in 355 degrees: those at its ends are 5 degrees apart, and no row; in 350 degrees they are neighbors."""
+    far = [2.0, *[0.8] * 34, 2.0]
+    assert measure_widest_opening(far, 0, 36, 36, radians(355 / 35), 0.0, 1.0) < 0.3
+    assert measure_widest_opening(far, 0, 36, 36, radians(350 / 35), 0.0, 1.0) == pytest.approx(
+        2 * 0.8 * sin(1.5 * STEP)
+    )
+
+
 @given(
     far=st.lists(st.sampled_from([nan, 0.3, 0.7, 1.5, 3.0]), min_size=3, max_size=12),
     turned=st.integers(0, 11),
@@ -279,6 +288,35 @@ def test_a_laser_scan_reads_as_the_simulated_lidar(
             assert any(abs(value - radians(each * 10.0 - 180.0) % (2 * pi)) < 1e-5 for each in near)
         else:
             assert value == pytest.approx(expected[name], abs=1e-5, nan_ok=True)
+
+
+def _read_width(
+    sector: tuple[float, float], beams: int, *, first_deg: float, far: float = 2.0, step_deg: float = 1.0
+) -> float:
+    """The widest opening of 1 m in a scan that measures the same everywhere."""
+    message = make_message(
+        SCAN, angle_min=radians(first_deg), angle_increment=radians(step_deg), range_max=5.0,
+        ranges=np.full(beams, far, np.float32),
+    )  # fmt: skip
+    made = make_extractor(ReadingSpec(topic="scan", type=SCAN, field="width", sector_deg=sector))
+    assert not isinstance(made, DecodeProblem)
+    return made[2](message)
+
+
+def test_an_opening_ends_where_a_scan_does() -> None:
+    """A scan of 270 degrees does not see what is behind, whatever sector it is asked for."""
+    chord = 2 * sin(radians(45.0) / 2)
+    assert _read_width((90.0, 270.0), 271, first_deg=-135.0) == pytest.approx(chord, abs=1e-6)
+    seen = [_read_width(sector, 91, first_deg=-45.0) for sector in ((-180.0, 180.0), (0.0, 360.0))]
+    assert seen == pytest.approx([2 * sin(radians(45.0))] * 2, abs=1e-6)
+
+
+def test_the_first_turn_of_a_scan_counts_for_openings() -> None:
+    """Beams that are there twice are no wider than once, as are the first and the last of many lidars."""
+    once = _read_width((0.0, 60.0), 360, first_deg=0.0)
+    assert once == pytest.approx(1.0, abs=1e-6)
+    assert _read_width((0.0, 60.0), 420, first_deg=0.0) == pytest.approx(once)
+    assert _read_width((-180.0, 180.0), 361, first_deg=-180.0) == pytest.approx(2.0)
 
 
 def test_modes_of_kernels_agree() -> None:

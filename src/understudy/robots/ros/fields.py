@@ -7,6 +7,7 @@ from math import atan2, inf, isfinite, isinf, nan, radians, tau
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from understudy.model.kinds import BOOLEAN, Column, Continuous, Kind, Toroidal
 from understudy.robots.robot_file import ReadingSpec, TargetPlaceSpec
@@ -164,30 +165,38 @@ class ScanSector:
 
     def find_nearest(self, scan: Any, offset_m: float) -> float:
         """Return the nearest distance, `offset_m` taken off; NaN where no beam in the sector answered."""
-        ranges = self._select(scan)[1]
+        _, _, ranges = self._select(scan)
         ranges = ranges[~np.isnan(ranges)]
         return _finite(max(float(ranges.min()) - offset_m, 0.0)) if len(ranges) else nan
 
     def find_bearing(self, scan: Any) -> float:
         """Return the direction (rad, [0, tau)) of the nearest return; NaN where nothing is in range."""
-        after, ranges = self._select(scan)
+        _, after, ranges = self._select(scan)
         nearest = find_nearest_beam(ranges, 0, len(ranges), len(ranges))
         if nearest < 0 or ranges[nearest] >= scan.range_max:
             return nan
         return float(_turned(self._start + after[nearest]))
 
     def measure_opening(self, scan: Any, offset_m: float, clear_m: float) -> float:
-        """Return how wide (m) the widest opening is; NaN where no beam in the sector answered."""
-        ranges = self._select(scan)[1]
+        """Return how wide (m) the widest opening is; NaN where no beam in the sector answered.
+
+        An opening ends where the scan does. Of a scan that goes around more than once the first turn counts.
+        """
+        numbers, after, ranges = self._select(scan)
+        spacing = abs(scan.angle_increment)
+        first_turn = numbers * spacing < tau - _SAME
+        numbers, after, ranges = numbers[first_turn], after[first_turn], ranges[first_turn]
         if np.isnan(ranges).all():
             return nan
+        if self._full:
+            ranges = ranges[np.argsort(numbers)]
+        else:
+            ranges = np.insert(ranges, np.flatnonzero(np.diff(after) > 1.5 * spacing) + 1, nan)
         far, count = np.maximum(ranges - offset_m, 0.0).tolist(), len(ranges)
-        around = abs(scan.angle_increment) * count > tau - _SAME
-        beams, spacing = (count, tau / count) if around else (count + 1, abs(scan.angle_increment))
-        return measure_widest_opening(far, 0, count, beams, spacing, offset_m, clear_m)
+        return measure_widest_opening(far, 0, count, count, spacing, offset_m, clear_m)
 
-    def _select(self, scan: Any) -> tuple[Column, Column]:
-        """Return how far (rad) beams in the sector are after its start, in this order, and what they measured.
+    def _select(self, scan: Any) -> tuple[NDArray[np.intp], Column, Column]:
+        """Return beams in the sector, how far (rad) they are after its start, in this order, and what they measured.
 
         Where nothing is in range that is the scan's largest distance, what is too near its least; NaN if invalid.
         """
@@ -195,7 +204,7 @@ class ScanSector:
             ranges = np.asarray(scan.ranges, np.float64)
         low, high, step = scan.range_min, scan.range_max, scan.angle_increment
         if not (len(ranges) and all(map(isfinite, (scan.angle_min, step, low, high)))):
-            return np.zeros(0), np.zeros(0)
+            return np.zeros(0, np.intp), np.zeros(0), np.zeros(0)
         after = (scan.angle_min + step * np.arange(len(ranges)) - self._start) % tau
         if self._beam:
             away = np.minimum(after, tau - after)
@@ -207,4 +216,4 @@ class ScanSector:
             chosen = chosen[after[chosen] <= self._width + _SAME]
         after, ranges = after[chosen], ranges[chosen]
         ranges = np.where(ranges == inf, high, np.where(ranges == -inf, low, ranges))
-        return after, np.where((ranges >= low) & (ranges <= high), ranges, nan)
+        return chosen, after, np.where((ranges >= low) & (ranges <= high), ranges, nan)

@@ -70,7 +70,8 @@ def measure_widest_opening(
     `spacing` (rad) apart; `far` and `clear` (m) are from the rim, which is `rim` from the sensor. 0 where no beam
     reaches that far. An opening of half a circle or more is as wide as both distances together.
     """
-    ring = count == beams and spacing * beams > tau - _SAME
+    # Between the last beam and the first there may be a gap, or they may be beside each other.
+    ring = count == beams and abs(spacing * beams - tau) < spacing / 2.0
     start = 0
     while ring and start < count and far[(first + start) % beams] >= clear:
         start += 1
