@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from math import inf
+from math import inf, isnan
 from pathlib import Path
 from typing import Any
 
@@ -178,6 +178,24 @@ def test_a_lidar_is_a_laser_scan_and_reads_as_the_body_senses_it() -> None:
     heard = senses.values(0.0)
     for key in keys:
         assert heard[key] == pytest.approx(float(sensed[key][0]), abs=1e-5, nan_ok=True), key
+
+
+def test_a_robot_whose_lidar_hits_nothing_goes_on() -> None:
+    """There is no nearest return then, whose bearing could be told; where no scan comes, it stops."""
+    lidar = Lidar(beams=24, range=0.1, sectors={"front": (-50.0, 50.0)}, clear=0.1)
+    scenario = load_scenario("rooms")
+    kinds = {name: replace(kind, sensors=(lidar,)) for name, kind in scenario.types.items()}
+    scenario = replace(scenario, types=kinds, features={}, targets={}, goal=None)
+    wire, there = Wire(), Wire()
+    senses = SensorInputs(
+        parse_robot(format_robot_file(scenario, 0, world="rooms", domain=0, rate_hz=20.0)), there
+    )
+    Simulation(MujocoBody(scenario, [3]), wire).tick(0.0)
+    for topic, data in wire.sent:
+        there.deliver(topic, data, 0.0)
+    assert isnan(senses.values(0.0)["front_bearing", None])
+    assert senses.missing(0.0) is None
+    assert senses.missing(9.0) is not None
 
 
 def checked(file: Path) -> Iterator[dict[str, Any]]:

@@ -13,7 +13,7 @@ from understudy.model.features import ReadingKey
 from understudy.robots.camera.config import CAMERA, CameraSpec
 from understudy.robots.camera.live_camera import LiveCamera
 from understudy.robots.robot_file import RobotFile, TargetPlaceSpec
-from understudy.robots.ros.fields import Extract, make_extractor, make_position_extractor
+from understudy.robots.ros.fields import BEARING, SCAN, Extract, make_extractor, make_position_extractor
 from understudy.robots.ros.messages import MessageRefused, decode_message
 from understudy.robots.ros.transport import ExtraMissing, Transport
 from understudy.runtime.body import Reading
@@ -75,7 +75,8 @@ def _numbers(file: RobotFile) -> Iterator[TopicInput | DecodeProblem]:
             return
         kind, unit, extract = taken
         yield TopicInput(
-            name, reading.topic, reading.type, reading.stale_s, reading.rate_hz, reading.required, True,
+            name, reading.topic, reading.type, reading.stale_s, reading.rate_hz, reading.required,
+            (reading.type, reading.field) != (SCAN, BEARING),
             ((name, None),), (Reading(name, kind, unit, doc=reading.doc),), _of_number(name, extract),
         )  # fmt: skip
 
@@ -221,7 +222,10 @@ class SensorInputs:
         return None if isnan(x) or isnan(y) else (x, y)
 
     def find_missing(self, now: float) -> str | None:
-        """The name of a required source that is absent now. A camera that sees none of its colors is not."""
+        """The name of a required source that is absent now. A camera that sees none of its colors is not.
+
+        Nor is the bearing of the nearest return of a scan that has none.
+        """
         for name, source in self.sources.items():
             if source.required:
                 fresh = self.read_fresh(name, now)

@@ -18,6 +18,8 @@ from understudy.sim.sensing.sectors import find_nearest_beam, measure_widest_ope
 Extract: TypeAlias = Callable[[Any], float]
 
 RANGE, SCAN = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan"
+BEARING, WIDTH = "bearing", "width"
+"""What a reading may be of a scan, beside the nearest distance."""
 CLEAR_M = 1.0
 """What lies farther from the rim than this leaves room to pass, where a robot's file says nothing else."""
 QUATERNION = "geometry_msgs/msg/Quaternion"
@@ -36,7 +38,7 @@ def make_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodePr
         return DecodeProblem(
             "type", problem, "give a type of ROS 2's common interfaces, as sensor_msgs/msg/Range"
         )
-    if reading.clear_m is not None and (reading.type, reading.field) != (SCAN, "width"):
+    if reading.clear_m is not None and (reading.type, reading.field) != (SCAN, WIDTH):
         return DecodeProblem("clear_m", f'means nothing without field = "width" of a {SCAN}', "leave it out")
     if reading.type == SCAN:
         return _make_scan_extractor(reading)
@@ -145,9 +147,9 @@ def _make_scan_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | De
     sector, offset_m = ScanSector(*map(radians, reading.sector_deg)), reading.offset_m
     if reading.field is None:
         return Continuous(), reading.unit or "m", lambda scan: sector.find_nearest(scan, offset_m)
-    if reading.field == "bearing":
+    if reading.field == BEARING:
         return Toroidal(), reading.unit or "rad", sector.find_bearing
-    if reading.field == "width":
+    if reading.field == WIDTH:
         clear_m = CLEAR_M if reading.clear_m is None else reading.clear_m
         return Continuous(), reading.unit or "m", lambda scan: sector.measure_opening(scan, offset_m, clear_m)
     remedy = 'give sector_deg = [from, to] and no field, or field = "bearing" or "width"'
