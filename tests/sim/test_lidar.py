@@ -17,7 +17,7 @@ from tests.sim.test_sensing import rays, read, repeated, world_of
 from understudy.errors import FileError, SettingError
 from understudy.robots.robot_file import ReadingSpec
 from understudy.robots.ros.fields import make_extractor
-from understudy.robots.ros.messages import make_message
+from understudy.robots.ros.messages import decode_message, encode_message, make_message
 from understudy.sim.kit import list_readings
 from understudy.sim.scenario.files import format_scenario, parse_scenario
 from understudy.sim.scenario.schema import ElapsedSensor, Lidar, Obstacle, RobotType, Wall
@@ -288,6 +288,22 @@ def test_a_laser_scan_reads_as_the_simulated_lidar(
             assert any(abs(value - radians(each * 10.0 - 180.0) % (2 * pi)) < 1e-5 for each in near)
         else:
             assert value == pytest.approx(expected[name], abs=1e-5, nan_ok=True)
+
+
+@pytest.mark.parametrize("reach", [0.7, 0.9, 1.1, 3.9, 4.0, 5.0])
+@pytest.mark.parametrize("radius", [0.1, 0.2, 0.35])
+def test_as_far_as_it_sees_is_clear(reach: float, radius: float) -> None:
+    """Where `clear` is the lidar's range, an opening is where it hits nothing: also in a message of 32-bit floats."""
+    lidar = Lidar(beams=36, range=reach, clear=reach, sectors={"front": (-50.0, 50.0)})
+    scan = find_sensor_row(lidar).scan
+    kind = RobotType(radius=radius)
+    assert scan is not None
+    (topic,) = find_sensor_row(lidar).topics(lidar, kind)
+    message = make_message(SCAN, **topic.make_fields({f"beam_{number}": reach for number in range(36)}))
+    made = make_extractor(ReadingSpec(topic="scan", type=SCAN, **topic.readings["front_width"]))
+    assert not isinstance(made, DecodeProblem)
+    expected = scan(lidar, kind).summarize([reach] * 36)["front_width"]
+    assert made[2](decode_message(SCAN, encode_message(SCAN, message))) == pytest.approx(expected, rel=1e-5)
 
 
 def _read_width(

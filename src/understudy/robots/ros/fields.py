@@ -29,6 +29,8 @@ LARGEST = 1e30
 """Numbers beyond it measure nothing: their squares would be no numbers any more."""
 _SAME = 1e-4
 """Angles (rad) nearer to each other than this are one: those of scans are sums of 32-bit floats."""
+_SAME_M = 1e-6
+"""Distances nearer to each other than this share of them are one: those in scans are 32-bit floats."""
 
 
 def make_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodeProblem:
@@ -194,8 +196,9 @@ class ScanSector:
             ranges = ranges[np.argsort(numbers)]
         else:
             ranges = np.insert(ranges, np.flatnonzero(np.diff(after) > 1.5 * spacing) + 1, nan)
-        far, count = np.maximum(ranges - offset_m, 0.0).tolist(), len(ranges)
-        return measure_widest_opening(far, 0, count, count, spacing, offset_m, clear_m)
+        far, count = np.maximum(ranges - offset_m, 0.0), len(ranges)
+        far[np.abs(far - clear_m) < _SAME_M * (clear_m + offset_m)] = clear_m
+        return measure_widest_opening(far.tolist(), 0, count, count, spacing, offset_m, clear_m)
 
     def _select(self, scan: Any) -> tuple[NDArray[np.intp], Column, Column]:
         """Return beams in the sector, how far (rad) they are after its start, in this order, and what they measured.
