@@ -126,6 +126,15 @@ def test_beams_sectors_and_what_is_not_there() -> None:
     assert read(world, "left_bearing") == pytest.approx(pi / 2)
 
 
+@pytest.mark.parametrize("view_deg", [90.0, 359.0, 360.0])
+def test_a_single_beam_looks_ahead(view_deg: float) -> None:
+    lidar = Lidar(view_deg=view_deg, beams=1, range=8.0, sectors={"front": (-30.0, 30.0)})
+    world = world_of(lidar, obstacles=(Obstacle(radius=0.5, at=((7.0, 4.0),)),))
+    check_scenario(world.scenario)
+    assert read(world, "beam_0") == read(world, "front") == pytest.approx(1.3)
+    assert read(world, "front_bearing") == 0.0
+
+
 REFLECTING: list[tuple[Literal["walls", "obstacles", "robots"], float]] = [
     ("obstacles", 1.3),
     ("walls", 4.8),

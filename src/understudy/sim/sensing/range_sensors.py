@@ -99,10 +99,12 @@ def _make_range_fields(name: str, limit: float, values: Mapping[str, float]) -> 
 
 
 def _aim_beams(sensor: Lidar) -> tuple[float, float]:
-    """The direction of a lidar's first beam, and from one beam to the next, degrees."""
+    """The direction of a lidar's first beam, and from one beam to the next, degrees; a single beam looks ahead."""
+    if sensor.beams == 1:
+        return 0.0, sensor.view_deg
     if sensor.view_deg >= 360.0:
         return -180.0, 360.0 / sensor.beams
-    return (-sensor.view_deg / 2 if sensor.beams > 1 else 0.0), sensor.view_deg / max(1, sensor.beams - 1)
+    return -sensor.view_deg / 2, sensor.view_deg / (sensor.beams - 1)
 
 
 def _select_beams(sensor: Lidar, low: float, high: float) -> tuple[int, int] | None:
