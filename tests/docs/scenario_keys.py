@@ -316,7 +316,7 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
         '`kind = "lidar"` reads distances along beams, and sums them up in sectors (m, bearings in rad)',
         {
             "view_deg": ("°", "width of its view, symmetric about ahead; 360 is all around"),
-            "beams": ("", "how many, evenly spread: readings `beam_0` and on, counter-clockwise"),
+            "beams": ("", "how many, 1 to 2048, evenly spread: readings `beam_0` and on, counter-clockwise"),
             "range": ("m", "how far it sees, and what it reads where it hits nothing"),
             "noise": ("m", "standard deviation"),
             "sectors": (
@@ -324,7 +324,7 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
                 "name = [from, to]; readings by that name (the nearest), `…_bearing` (where that is) and `…_width` "
                 "(how wide the widest opening is)",
             ),
-            "clear": ("m", "beams that reach this far make an opening"),
+            "clear": ("m", "beams that reach this far make an opening; the range at most"),
             "name": ("", "of the beams' readings"),
             "sees": ("", "what reflects"),
         },

@@ -231,6 +231,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"range": inf}, "sensors[0].range is inf"),
     ({"noise": -1.0}, "sensors[0].noise is -1.0; give 0 or more"),
     ({"clear": 0.0}, "sensors[0].clear is 0.0; give a number above 0"),
+    ({"range": 0.5, "sectors": {"a": (0.0, 90.0)}}, "sensors[0].clear is 1, and no beam reaches that far"),
     ({"sees": ()}, "sensors[0].sees is empty"),
     ({"dropout": 2.0}, "sensors[0].dropout is 2.0"),
     ({"sectors": {"a": (10.0, 0.0)}}, "sensors[0].sectors.a is [10.0, 0.0]"),

@@ -127,6 +127,9 @@ def _select_beams(sensor: Lidar, low: float, high: float) -> tuple[int, int] | N
 def _check_lidar(sensor: Lidar) -> Iterator[tuple[str, str, str]]:
     yield from _check_sectors(sensor.sectors)
     yield from _check_sees(sensor.sees)
+    if sensor.sectors and sensor.clear > sensor.range:
+        problem = f"is {sensor.clear:g}, and no beam reaches that far, since range is {sensor.range:g}"
+        yield "clear", problem, "give the range at most"
     for name, (low, high) in sensor.sectors.items():
         if _select_beams(sensor, low, high) is None:
             problem = (
