@@ -79,6 +79,17 @@ def test_lidar_measures_what_the_2d_lidar_measures() -> None:
     assert np.median(openings) < 0.05
 
 
+def test_noise_of_one_sensor_is_not_that_of_another() -> None:
+    """Two lidars that look the same way measure the same; what noise adds is drawn for each."""
+    scenario = plain("arena")
+    lidars = tuple(Lidar(beams=36, range=20.0, noise=0.1, name=name) for name in ("lower", "upper"))
+    kinds = {name: replace(kind, sensors=lidars) for name, kind in scenario.types.items()}
+    body = MujocoBody(replace(scenario, types=kinds, features={}, targets={}), [0])
+    found = body.sense([(each.name, None) for each in body.readings])
+    apart = [found[f"lower_{k}", None][0] - found[f"upper_{k}", None][0] for k in range(36)]
+    assert np.std(apart) == pytest.approx(0.1 * np.sqrt(2), rel=0.4)
+
+
 @draws
 def test_cameras_see_what_the_2d_camera_sees() -> None:
     """Of what is large and not hidden: its middle to a pixel, its size to a tenth, in the median to 3 %."""

@@ -99,7 +99,7 @@ class MujocoSensors:
             for each in kind.sensors
             if isinstance(each, ElapsedSensor) and each.of in (BLOB_X, BLOB_SIZE)
         ]
-        self._noisy = max((len(scan.arcs) for of in self._scans.values() for scan, _ in of), default=0)
+        self._noisy = max(sum(len(scan.arcs) for scan, _ in of) for of in self._scans.values())
         self.keys = self._own_keys()
         """The readings that it gives."""
 
@@ -162,12 +162,13 @@ class MujocoSensors:
         """The distances that a robot measures in this tick, and what is read from them."""
         if agent not in self._ranges:
             self._ranges[agent] = found = {}
-            arena, robot = self._at(agent)
+            (arena, robot), drawn = self._at(agent), 2
             for scan, rays in self._scans[self._name(agent)]:
                 far = rays.distances(arena.model, arena.data, int(arena.built.bodies[robot]))
                 if scan.noise:
-                    noise = self.draw_noise(agent // self._world.robots)[robot, 2 : 2 + len(far)]
+                    noise = self.draw_noise(agent // self._world.robots)[robot, drawn : drawn + len(far)]
                     far = np.where(far < scan.range, (far + scan.noise * noise).clip(0.0, scan.range), far)
+                drawn += len(far)
                 found.update({(name, None): each for name, each in scan.summarize(far.tolist()).items()})
         return self._ranges[agent]
 
