@@ -53,7 +53,8 @@ def simulate_robots(
 ) -> None:
     """Simulate the robots of a world in physics (MuJoCo), each as a ROS 2 robot in a namespace of its own.
 
-    They publish Range, Odometry, Image and places of targets, and obey Twist; without a command for 0.15 s they stop.
+    They publish Range, LaserScan, Odometry, Image and places of targets, and obey Twist; without a command for 0.15 s
+    they stop.
 
     [dim]understudy robots simulate soccer --write-files .[/]
     """
