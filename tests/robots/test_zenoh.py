@@ -164,7 +164,7 @@ from understudy.robots.robot import connect_robot_body
 from understudy.robots.robot_file import load_robot
 
 robot = connect_robot_body(load_robot(sys.argv[1]), path=sys.argv[1])
-while robot.senses.missing(robot.now_s) is not None:
+while robot.senses.find_missing(robot.now_s) is not None:
     time.sleep(0.01)
 robot.arm("a test")
 for _ in range(10):
