@@ -42,7 +42,7 @@ def teach_deposit(person: Forager) -> None:
     person.begin(DEPOSIT)
     person.page.wait_for_timeout(250)
     assert person.screen().features["food_stored"] > 2, person.screen()
-    person.show(DEPOSIT, until=lambda screen: 0 < screen.features["food_stored"] < CAPACITY - 1)
+    person.show(DEPOSIT, until=lambda view: 0 < view.features["food_stored"] < CAPACITY - 1)
     person.put_aside()
     person.show(DEPOSIT)
     person.save()

@@ -206,9 +206,9 @@ class Forager(Teacher):
         """Direct the robot to whatever they wish."""
         topic = about.topic
 
-        def wish(screen: SessionView) -> str | None:
-            self.speed(about.drives if screen.state == "goto" else about.shows)
-            return topic.show(screen)
+        def wish(view: SessionView) -> str | None:
+            self.speed(about.drives if view.state == "goto" else about.shows)
+            return topic.show(view)
 
         until = until or topic.finished
         while self.watch(wish, until=until, limit_s=topic.limit_s, patience_s=PATIENCE_S) is TryResult.LOST:
@@ -230,9 +230,9 @@ class Forager(Teacher):
         """
         with self.standing_still():
             self.page.wait_for_timeout(200)
-            screen = self.screen()
-            wished = wish(screen)
-            wrong = wished is not None and wished != screen.state
+            view = self.screen()
+            wished = wish(view)
+            wrong = wished is not None and wished != view.state
             if wished is not None and wrong:
                 self.directing(wished).click()
                 self.press(".")
@@ -248,11 +248,11 @@ class Forager(Teacher):
         path: tuple[str, ...] = ()
         began = changed = self.screen().time_s
         hand: tuple[str, float] | None = None
-        while (screen := self.screen()).time_s - began < limit_s:
-            wished = wish(screen)
-            if wished is None or wished == screen.state:
+        while (view := self.screen()).time_s - began < limit_s:
+            wished = wish(view)
+            if wished is None or wished == view.state:
                 hand = None
-                if screen.waiting is None and until(screen):
+                if view.waiting is None and until(view):
                     return TryResult.ENOUGH
             elif hand is None or hand[0] != wished:
                 hand = wished, monotonic() + REACTION_S
@@ -262,9 +262,9 @@ class Forager(Teacher):
                     self.direct(wished)
                 elif self.correct(wish):
                     return TryResult.CORRECTED
-            if screen.path != path:
-                path, changed = screen.path, screen.time_s
-            if screen.time_s - changed > patience_s:
+            if view.path != path:
+                path, changed = view.path, view.time_s
+            if view.time_s - changed > patience_s:
                 return TryResult.LOST
             self.page.wait_for_timeout(20)
         return TryResult.LOST
@@ -377,9 +377,9 @@ def innermost(path: Sequence[str], about: About) -> About:
     return next((known[name] for name in reversed(path) if name in known), about)
 
 
-def on_its_way(screen: SessionView) -> bool:
+def on_its_way(view: SessionView) -> bool:
     """It has turned to A and drives there."""
-    return screen.state == "forward" and screen.waiting is None
+    return view.state == "forward" and view.waiting is None
 
 
 WAYS = ((1, "station", 0), (13, "nearest_food", 0), (47, "station", -1), (32, "nearest_food", 1))

@@ -16,13 +16,13 @@ from understudy.ui.web.session_host import SessionHost
 def main(library: Path, times: float) -> None:
     """Serve the forage world."""
     scenario = find_scenario("forage")
-    stage = SessionHost(scenario, library, make_scenario_kit(scenario), wall=lambda: monotonic() * times)
+    host = SessionHost(scenario, library, make_scenario_kit(scenario), wall=lambda: monotonic() * times)
     address = listen("127.0.0.1", 0, None)
 
     def ready() -> None:
         sys.stdout.write(f"The studio is at {address.link}\n")
 
-    serve(StudioServer(stage), address, ready=ready)
+    serve(StudioServer(host), address, ready=ready)
 
 
 if __name__ == "__main__":

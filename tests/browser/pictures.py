@@ -60,14 +60,14 @@ def goto(person: Forager, take: Take) -> None:
     person.world(seed, target)
     person.show(GOTO, until=on_its_way)
     person.turn_away(away)
-    person.show(GOTO, until=lambda screen: screen.state == "forward" and _way(screen) < 3.0)
+    person.show(GOTO, until=lambda view: view.state == "forward" and _way(view) < 3.0)
     take("studio-goto")
     person.show(GOTO)
     person.teach(GOTO, passes=5)
     person.world(ANYWHERE, "station")
     person.speed(1)
     person.test()
-    person.watch(_content, until=lambda screen: screen.state == "forward" and _way(screen) < 2.0, limit_s=60)
+    person.watch(_content, until=lambda view: view.state == "forward" and _way(view) < 2.0, limit_s=60)
     take("studio")
     person.save()
 
@@ -104,11 +104,11 @@ def harvest(person: Forager, take: Take) -> None:
     person.world(ANYWHERE)
     person.speed(2)
     person.test()
-    person.watch(_content, until=lambda screen: screen.path[-1] == "forward", limit_s=60)
+    person.watch(_content, until=lambda view: view.path[-1] == "forward", limit_s=60)
     person.page.wait_for_timeout(600)
     take("studio-harvest")
     person.speed(8)
-    person.watch(_content, until=lambda screen: screen.flag is not None, limit_s=120)
+    person.watch(_content, until=lambda view: view.flag is not None, limit_s=120)
     person.save()
 
 
@@ -118,11 +118,11 @@ def forage(person: Forager, take: Take) -> None:
     person.speed(8)
     person.page.get_by_role("button", name="What harvest runs").click()
     person.test()
-    person.watch(_content, until=lambda screen: person.food[0] > 0 and screen.state == "harvest", limit_s=400)
-    person.watch(_content, until=lambda screen: screen.state == "deposit", limit_s=400)
+    person.watch(_content, until=lambda view: person.food[0] > 0 and view.state == "harvest", limit_s=400)
+    person.watch(_content, until=lambda view: view.state == "deposit", limit_s=400)
     person.page.get_by_role("button", name="What deposit runs").click()
     person.speed(1)
-    person.watch(_content, until=lambda screen: screen.path[-1] == "forward", limit_s=100)
+    person.watch(_content, until=lambda view: view.path[-1] == "forward", limit_s=100)
     person.page.wait_for_timeout(1_500)
     take("studio-forage")
 
@@ -158,13 +158,13 @@ def outcomes(person: Forager, take: Take) -> None:
     person.save()
 
 
-def _content(screen: SessionView) -> str | None:
+def _content(view: SessionView) -> str | None:
     """Nothing to press."""
     return None
 
 
-def _way(screen: SessionView) -> float:
-    return screen.features["distance_to(A)"]
+def _way(view: SessionView) -> float:
+    return view.features["distance_to(A)"]
 
 
 @contextmanager

@@ -186,15 +186,15 @@ def serve_crowd(robots: int, folder: Path) -> None:
     from understudy.ui.web.session_host import SessionHost
 
     scenario = parse_scenario(SCENARIO.format(robots=robots, size=ceil(sqrt(robots) * 1.2)))
-    stage = SessionHost(scenario, folder / "library", make_scenario_kit(scenario))
+    host = SessionHost(scenario, folder / "library", make_scenario_kit(scenario))
     choices = LessonChoices(states=["forward", "veer"], features=["distance_to(flag)", "angle_to(flag)"])
-    session.begin_automaton(stage, "crowd", choices, discard=False)
-    desk = stage.active_trainer
-    desk.session.set_other_agents("veer")
-    desk.press("veer")
-    stage.pause(True)
+    session.begin_automaton(host, "crowd", choices, discard=False)
+    trainer = host.active_trainer
+    trainer.session.set_other_agents("veer")
+    trainer.press("veer")
+    host.pause(True)
     address = listen("127.0.0.1", 0, None)
-    serve(StudioServer(stage), address, ready=lambda: _say(f"The studio is at {address.link}"))
+    serve(StudioServer(host), address, ready=lambda: _say(f"The studio is at {address.link}"))
 
 
 if __name__ == "__main__":

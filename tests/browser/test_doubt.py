@@ -23,11 +23,11 @@ STEPS = 200
 
 def right(session: Session) -> str:
     """What is right at a distance and an angle to A, while it does something."""
-    screen = session.view()
-    off = degrees((screen.features["angle_to(A)"] + pi) % tau - pi)
-    if screen.features["distance_to(A)"] < 0.35:
+    view = session.view()
+    off = degrees((view.features["angle_to(A)"] + pi) % tau - pi)
+    if view.features["distance_to(A)"] < 0.35:
         return "done"
-    if abs(off) > (9.0 if screen.state == "forward" else 3.0):
+    if abs(off) > (9.0 if view.state == "forward" else 3.0):
         return "rotate_left" if off > 0 else "rotate_right"
     return "forward"
 

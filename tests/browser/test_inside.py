@@ -1,4 +1,4 @@
-"""Automata in automata at the page, and the way from the shelf to a behavior."""
+"""Automata in automata at the page, and the way from the library to a behavior."""
 
 from __future__ import annotations
 

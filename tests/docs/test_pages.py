@@ -134,8 +134,8 @@ def test_five_presses_teach_what_the_readme_says() -> None:
     for world in range(200, 240):
         session.reset(world)
         session.run_for(60.0)
-        screen = session.view()
-        arrived += screen.state == "done" and screen.features["distance_to(A)"] < 0.5
+        view = session.view()
+        arrived += view.state == "done" and view.features["distance_to(A)"] < 0.5
     assert arrived == 40
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert "In all of the 40 worlds 200 to 239" in readme

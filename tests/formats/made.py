@@ -13,7 +13,7 @@ from typing import Any
 from tests.bodies import Scripted
 from tests.training.lessons import WITH_GO, session
 from tests.training.steps import do, drawn
-from tests.training.test_squad_session import SQUAD, troop
+from tests.training.test_squad_session import SQUAD, coordinator_body
 from tests.ui.web.pages import Frame
 
 from understudy.learning.fit import learn
@@ -33,7 +33,7 @@ TAUGHT: Mapping[str, Callable[[], Body]] = {
     "random-1": lambda: Scripted(2),
     "random-2": lambda: Scripted(2),
     "random-3": lambda: Scripted(2),
-    "squad": troop,
+    "squad": coordinator_body,
     "steps": lambda: Scripted(3),
 }
 """The body of each journal's session."""

@@ -53,9 +53,9 @@ def test_a_killed_session_goes_on_where_it_was(tmp_path: Path) -> None:
     """Its last press waits, unless that was cut off."""
     for name, waiting in (("steps", "right"), ("killed", None)):
         again = resumed(JOURNALS / f"{name}.journal", tmp_path, library=FOLDER / "library")
-        screen = again.view()
-        assert (screen.waiting, screen.state, str(screen.mode)) == (waiting, "left", "training")
-        assert (round(screen.time_s, 6), dict(screen.targets)) == (1.7, {"A": "goal"})
+        view = again.view()
+        assert (view.waiting, view.state, str(view.mode)) == (waiting, "left", "training")
+        assert (round(view.time_s, 6), dict(view.targets)) == (1.7, {"A": "goal"})
         again.close()
 
 

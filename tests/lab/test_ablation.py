@@ -102,8 +102,8 @@ def test_who_confirms_makes_an_example_of_staying() -> None:
     person, taught = Confirming(np.random.default_rng(1), PROMPT), session()
     person.show(
         taught,
-        lambda screen: "forward" if screen.state == "start" else None,
-        until=lambda screen: screen.time_s > 1.5,
+        lambda view: "forward" if view.state == "start" else None,
+        until=lambda view: view.time_s > 1.5,
         limit_s=3.0,
     )
     kinds = [example.kind for example in taught.examples]
@@ -121,7 +121,7 @@ def test_who_looks_away_does_so_a_third_of_the_time(person: type[Inattentive]) -
         assert taught.is_watching is (watcher._looking or person is Inattentive)
         return False
 
-    watcher.show(taught, lambda screen: None, until=until, limit_s=300.0)
+    watcher.show(taught, lambda view: None, until=until, limit_s=300.0)
     assert np.mean(looking) == pytest.approx(ATTENTIVE_S / (ATTENTIVE_S + AWAY_S), abs=0.15)
 
 

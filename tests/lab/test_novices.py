@@ -101,8 +101,8 @@ def test_what_a_novice_wants(mistake: str, screens: list[tuple[str, float]], wis
 
 def test_who_misjudges_thinks_it_is_there_too_early() -> None:
     good, bad = Novice(PLAIN, 0), Novice(replace(PLAIN, misjudged=0.5), 0)
-    screen = seen("forwardL", 80.0, 2500.0)
-    assert (good.there(screen), bad.there(screen)) == (False, True)
+    view = seen("forwardL", 80.0, 2500.0)
+    assert (good.there(view), bad.there(view)) == (False, True)
 
 
 def test_five_minutes_and_no_more() -> None:

@@ -209,7 +209,7 @@ def test_arming_is_refused(before: Callable[[Rig], None], by: str, said: str) ->
 
 
 class Tame(WatchdogClient):
-    """A leash with nobody at its end."""
+    """A watchdog's client without a watchdog."""
 
     said = ""
     stepped_in = False
@@ -242,158 +242,158 @@ class Tame(WatchdogClient):
 
 
 @dataclass
-class Leashed(Rig):
+class Guarded(Rig):
     """A robot with a watchdog, but no thread: tests look themselves."""
 
     folder: Path = field(default=Path())
 
     def __post_init__(self) -> None:
-        self.leash = Tame()
+        self.watchdog = Tame()
         self.robot = Robot(
             parse_robot(self.text),
             self.wire,
             path=self.folder / "rover.toml",
             clock=lambda: self.now,
-            leash=self.leash,
+            watchdog=self.watchdog,
         )
 
 
 @pytest.fixture
-def leashed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Leashed:
+def guarded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Guarded:
     monkeypatch.setattr(Guard, "_watch", lambda self: None)
-    return Leashed(folder=tmp_path)
+    return Guarded(folder=tmp_path)
 
 
-def test_the_watchdog_hears_of_it(leashed: Leashed) -> None:
+def test_the_watchdog_hears_of_it(guarded: Guarded) -> None:
     """And has to find who publishes what the robot reads, but not others."""
     sensor = Publisher(SONAR, "sensor_msgs/msg/Range")
-    leashed.wire.others.extend([sensor, Publisher("/elsewhere", TWIST)])
-    leashed.ready()
-    assert leashed.leash.found == {sensor}
-    leashed.move(1.0)
-    leashed.wait(0.04)
-    leashed.robot.disarm()
-    leashed.wait(0.04)
-    leashed.wait(5.0)
-    assert leashed.leash.told[:5] == [ANEW, MOVING, MOVING, MOVING, MOVING]
-    assert leashed.leash.told[-1] == RESTING
+    guarded.wire.others.extend([sensor, Publisher("/elsewhere", TWIST)])
+    guarded.ready()
+    assert guarded.watchdog.found == {sensor}
+    guarded.move(1.0)
+    guarded.wait(0.04)
+    guarded.robot.disarm()
+    guarded.wait(0.04)
+    guarded.wait(5.0)
+    assert guarded.watchdog.told[:5] == [ANEW, MOVING, MOVING, MOVING, MOVING]
+    assert guarded.watchdog.told[-1] == RESTING
 
 
 @pytest.mark.parametrize("still_s", [0.13, 1.1])
 @pytest.mark.parametrize("finds", ["check", "act"])
 def test_a_program_that_stood_still_stops_it_and_long_disarms_it(
-    leashed: Leashed, still_s: float, finds: str
+    guarded: Guarded, still_s: float, finds: str
 ) -> None:
-    leashed.ready()
-    leashed.move(1.0)
-    leashed.wait(0.1)
-    leashed.now += still_s
-    leashed.hear(SONAR, sonar(2.0))
-    leashed.hear(ODOM, odometry(0.0))
+    guarded.ready()
+    guarded.move(1.0)
+    guarded.wait(0.1)
+    guarded.now += still_s
+    guarded.hear(SONAR, sonar(2.0))
+    guarded.hear(ODOM, odometry(0.0))
     if finds == "act":
-        assert leashed.move(1.0) == STOP
-    leashed.robot.guard.check()
-    assert leashed.sent == STOP
-    assert leashed.robot.stop_cause == f"this program stood still for {still_s:.2f} s"
-    assert leashed.leash.told[-1] == (ANEW if still_s < 1 else MOVING)
-    leashed.wait(0.02)
-    assert leashed.sent == STOP
-    assert leashed.leash.told[-1] == MOVING
-    assert leashed.move(1.0) == (AHEAD if still_s < 1 else STOP)
+        assert guarded.move(1.0) == STOP
+    guarded.robot.guard.check()
+    assert guarded.sent == STOP
+    assert guarded.robot.stop_cause == f"this program stood still for {still_s:.2f} s"
+    assert guarded.watchdog.told[-1] == (ANEW if still_s < 1 else MOVING)
+    guarded.wait(0.02)
+    assert guarded.sent == STOP
+    assert guarded.watchdog.told[-1] == MOVING
+    assert guarded.move(1.0) == (AHEAD if still_s < 1 else STOP)
 
 
 @pytest.mark.parametrize("still_s", [0.2, 1.1])
-def test_a_program_that_is_frozen_while_it_sends_stops_afterwards(leashed: Leashed, still_s: float) -> None:
-    leashed.ready()
-    leashed.move(0.0)
+def test_a_program_that_is_frozen_while_it_sends_stops_afterwards(guarded: Guarded, still_s: float) -> None:
+    guarded.ready()
+    guarded.move(0.0)
 
     class Slow(list[tuple[str, bytes]]):
         def append(self, sent: tuple[str, bytes]) -> None:
-            leashed.now += still_s
+            guarded.now += still_s
             super().append(sent)
 
-    leashed.wire.sent = Slow(leashed.wire.sent)
-    leashed.robot.act({"drive": np.ones(1)})
-    assert leashed.sent == STOP
-    assert leashed.robot.armed == (still_s < 1)
+    guarded.wire.sent = Slow(guarded.wire.sent)
+    guarded.robot.act({"drive": np.ones(1)})
+    assert guarded.sent == STOP
+    assert guarded.robot.armed == (still_s < 1)
 
 
-def test_without_a_watchdog_it_does_not_move(leashed: Leashed) -> None:
-    leashed.ready().move(1.0)
-    leashed.leash.said = "the watchdog died"
-    leashed.wait(0.02)
-    assert (leashed.sent, leashed.robot.stop_cause) == (STOP, "the watchdog died")
-    assert not leashed.robot.armed
+def test_without_a_watchdog_it_does_not_move(guarded: Guarded) -> None:
+    guarded.ready().move(1.0)
+    guarded.watchdog.said = "the watchdog died"
+    guarded.wait(0.02)
+    assert (guarded.sent, guarded.robot.stop_cause) == (STOP, "the watchdog died")
+    assert not guarded.robot.armed
 
 
-def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(leashed: Leashed) -> None:
-    leashed.ready().move(1.0)
-    leashed.leash.stepped_in = True
-    leashed.wait(0.02)
-    assert leashed.leash.told[-1] == ANEW
-    leashed.wait(0.02)
-    assert (leashed.sent, leashed.robot.stop_cause) == (STOP, "the watchdog had to stop it")
-    assert leashed.move(1.0) == AHEAD
+def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(guarded: Guarded) -> None:
+    guarded.ready().move(1.0)
+    guarded.watchdog.stepped_in = True
+    guarded.wait(0.02)
+    assert guarded.watchdog.told[-1] == ANEW
+    guarded.wait(0.02)
+    assert (guarded.sent, guarded.robot.stop_cause) == (STOP, "the watchdog had to stop it")
+    assert guarded.move(1.0) == AHEAD
 
 
-def test_a_computer_that_slept_is_armed_again(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
-    leashed.ready().move(1.0)
+def test_a_computer_that_slept_is_armed_again(guarded: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
+    guarded.ready().move(1.0)
     slept = measure_time_asleep() + 60.0
     monkeypatch.setattr("understudy.robots.safety.self_monitor.measure_time_asleep", lambda: slept)
-    leashed.wait(0.02)
-    assert (leashed.sent, leashed.robot.stop_cause) == (STOP, "this computer slept")
-    leashed.ready().wait(0.1)
-    assert leashed.robot.armed
+    guarded.wait(0.02)
+    assert (guarded.sent, guarded.robot.stop_cause) == (STOP, "this computer slept")
+    guarded.ready().wait(0.1)
+    assert guarded.robot.armed
 
 
-def test_what_cannot_be_sent_is_left_to_the_watchdog(leashed: Leashed) -> None:
-    leashed.ready()
-    leashed.move(0.0)
+def test_what_cannot_be_sent_is_left_to_the_watchdog(guarded: Guarded) -> None:
+    guarded.ready()
+    guarded.move(0.0)
 
     def fail(speeds: Speeds) -> None:
         raise OSError("no buffer")
 
-    leashed.robot.guard._send = fail
+    guarded.robot.guard._send = fail
     with pytest.raises(OSError, match="no buffer"):
-        leashed.move(1.0)
-    assert leashed.leash.dropped
-    assert (leashed.robot.armed, leashed.robot.stop_cause) == (False, "commands cannot be sent")
-    leashed.robot.emergency_stop("a key")  # raises nothing: other robots are waiting for theirs
-    assert leashed.robot.stops[0].cause == "commands cannot be sent"
+        guarded.move(1.0)
+    assert guarded.watchdog.dropped
+    assert (guarded.robot.armed, guarded.robot.stop_cause) == (False, "commands cannot be sent")
+    guarded.robot.emergency_stop("a key")  # raises nothing: other robots are waiting for theirs
+    assert guarded.robot.stops[0].cause == "commands cannot be sent"
 
 
-def test_without_a_log_it_is_not_armed(leashed: Leashed) -> None:
-    (leashed.folder / "rover.stops.jsonl").mkdir()
+def test_without_a_log_it_is_not_armed(guarded: Guarded) -> None:
+    (guarded.folder / "rover.stops.jsonl").mkdir()
     with pytest.raises(FileError, match="cannot be written"):
-        leashed.ready()
-    assert not leashed.robot.armed
+        guarded.ready()
+    assert not guarded.robot.armed
 
 
-def test_a_stop_while_it_is_armed_wins(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(leashed.leash, "start", lambda peers: leashed.robot.emergency_stop("a key"))
+def test_a_stop_while_it_is_armed_wins(guarded: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guarded.watchdog, "start", lambda peers: guarded.robot.emergency_stop("a key"))
     with pytest.raises(ArmingRefused, match="told to stop meanwhile"):
-        leashed.ready()
-    assert not leashed.robot.armed
+        guarded.ready()
+    assert not guarded.robot.armed
 
 
-def test_closed_it_is_armed_no_more(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_closed_it_is_armed_no_more(guarded: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
     """Not even where that was begun before, and then the watchdog is sent home."""
     left: list[str] = []
-    monkeypatch.setattr(leashed.leash, "shut_down", lambda: left.append("left"))
-    monkeypatch.setattr(leashed.leash, "start", lambda peers: leashed.robot.close())
+    monkeypatch.setattr(guarded.watchdog, "shut_down", lambda: left.append("left"))
+    monkeypatch.setattr(guarded.watchdog, "start", lambda peers: guarded.robot.close())
     for _ in range(2):
         with pytest.raises(ArmingRefused, match="it was closed; connect to it again"):
-            leashed.ready()
-        assert not leashed.robot.armed
+            guarded.ready()
+        assert not guarded.robot.armed
         assert len(left) == 2
     with pytest.raises(ArmingRefused, match="it was closed"):
-        leashed.robot.prepare()
+        guarded.robot.prepare()
 
 
 def test_a_guard_that_fails_stops_it(tmp_path: Path) -> None:
     """And goes on stopping it, whatever its watchdog does."""
     wire = Wire()
-    robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", leash=Tame())
+    robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", watchdog=Tame())
     try:
         wire.deliver(SONAR, sonar(2.0), time.monotonic())
         robot.arm("Ada")
@@ -417,32 +417,32 @@ def test_a_guard_that_fails_stops_it(tmp_path: Path) -> None:
 
 
 def test_a_close_that_was_interrupted_is_made_up_for(
-    leashed: Leashed, monkeypatch: pytest.MonkeyPatch
+    guarded: Guarded, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A second Ctrl-C in the middle of it: as long as it was not stopped, what it is stopped through stays."""
     closed: list[str] = []
-    monkeypatch.setattr(leashed.wire, "close", lambda: closed.append("closed"))
-    leashed.ready().move(1.0)
+    monkeypatch.setattr(guarded.wire, "close", lambda: closed.append("closed"))
+    guarded.ready().move(1.0)
     with monkeypatch.context() as interrupted:
-        interrupted.setattr(leashed.robot.guard, "close", lambda cause: _interrupt())
+        interrupted.setattr(guarded.robot.guard, "close", lambda cause: _interrupt())
         with pytest.raises(KeyboardInterrupt):
-            leashed.robot.close()
+            guarded.robot.close()
     assert closed == []
-    leashed.robot.close()
-    assert (leashed.sent, closed) == (STOP, ["closed"])
+    guarded.robot.close()
+    assert (guarded.sent, closed) == (STOP, ["closed"])
 
 
 def _interrupt() -> None:
     raise KeyboardInterrupt
 
 
-def test_a_fork_that_ends_leaves_the_robot_alone(leashed: Leashed, monkeypatch: pytest.MonkeyPatch) -> None:
-    leashed.ready().move(1.0)
+def test_a_fork_that_ends_leaves_the_robot_alone(guarded: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
+    guarded.ready().move(1.0)
     with monkeypatch.context() as forked:
         forked.setattr("os.getpid", lambda: -1)
-        leashed.robot.close()
-    assert leashed.robot.armed
-    assert leashed.sent == AHEAD
+        guarded.robot.close()
+    assert guarded.robot.armed
+    assert guarded.sent == AHEAD
 
 
 def test_no_older_command_overtakes_a_stop(tmp_path: Path) -> None:
@@ -457,7 +457,7 @@ def test_no_older_command_overtakes_a_stop(tmp_path: Path) -> None:
             return publish
 
     wire, ended = Slow(), Event()
-    robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", leash=Tame())
+    robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", watchdog=Tame())
     still = encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
 
     def act() -> None:

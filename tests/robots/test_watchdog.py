@@ -114,124 +114,124 @@ def file() -> RobotFile:
 
 
 @pytest.fixture
-def leash(file: RobotFile, tmp_path: Path) -> Iterator[WatchdogClient]:
+def watchdog(file: RobotFile, tmp_path: Path) -> Iterator[WatchdogClient]:
     made = WatchdogClient(file, log=tmp_path / "log")
     yield made
     made.shut_down()
 
 
-def keep_on(leash: WatchdogClient, until: Callable[[], object], seconds: float = 10.0) -> None:
+def keep_on(watchdog: WatchdogClient, until: Callable[[], object], seconds: float = 10.0) -> None:
     end = time.monotonic() + seconds
     while not until():
         assert time.monotonic() < end, "it never came"
-        leash.send(MOVING)
+        watchdog.send(MOVING)
         time.sleep(0.02)
 
 
-def test_it_starts_answers_and_leaves(leash: WatchdogClient, tmp_path: Path) -> None:
-    assert leash.problem() == "there is no watchdog"
-    leash.start([])
-    pid = leash.pid
+def test_it_starts_answers_and_leaves(watchdog: WatchdogClient, tmp_path: Path) -> None:
+    assert watchdog.problem() == "there is no watchdog"
+    watchdog.start([])
+    pid = watchdog.pid
     assert os.getsid(pid) != os.getsid(0)  # no Ctrl-C of ours reaches it
-    leash.send(RESTING)
+    watchdog.send(RESTING)
     time.sleep(0.3)
-    assert leash.problem() == ""
-    leash.start([])
-    assert leash.pid == pid
-    leash.shut_down()
-    assert (leash.pid, leash.alive) == (0, False)
+    assert watchdog.problem() == ""
+    watchdog.start([])
+    assert watchdog.pid == pid
+    watchdog.shut_down()
+    assert (watchdog.pid, watchdog.alive) == (0, False)
     assert read_stops(tmp_path / "log") == ()
 
 
 def test_it_starts_in_any_folder(
-    leash: WatchdogClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    watchdog: WatchdogClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Even in one whose files go by the names of modules, and from which a relative PYTHONPATH leads nowhere."""
     (tmp_path / "select.py").write_text("raise ImportError")
     monkeypatch.syspath_prepend(Path("src").absolute())
     monkeypatch.setenv("PYTHONPATH", "src")
     monkeypatch.chdir(tmp_path)
-    leash.start([])
-    assert leash.alive
+    watchdog.start([])
+    assert watchdog.alive
 
 
 @pytest.mark.parametrize(
     ("number", "said"),
     [(signal.SIGKILL, "the watchdog died"), (signal.SIGSTOP, "the watchdog does not answer")],
 )
-def test_it_is_missed(leash: WatchdogClient, number: int, said: str) -> None:
-    leash.start([])
-    keep_on(leash, lambda: leash.problem() == "")
-    os.kill(leash.pid, number)
+def test_it_is_missed(watchdog: WatchdogClient, number: int, said: str) -> None:
+    watchdog.start([])
+    keep_on(watchdog, lambda: watchdog.problem() == "")
+    os.kill(watchdog.pid, number)
     problems: list[str] = []
 
     def missed() -> str:
-        problems.append(leash.problem())
+        problems.append(watchdog.problem())
         return problems[-1]
 
-    keep_on(leash, missed)
+    keep_on(watchdog, missed)
     assert problems[-1] == said
-    os.kill(leash.pid, signal.SIGKILL)
+    os.kill(watchdog.pid, signal.SIGKILL)
 
 
 def test_a_program_that_cannot_be_started_is_told(
-    leash: WatchdogClient, monkeypatch: pytest.MonkeyPatch
+    watchdog: WatchdogClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sys.executable", "/nowhere/python")
     with pytest.raises(WatchdogFailed, match="No such file"):
-        leash.start([])
+        watchdog.start([])
 
 
-def test_dropped_it_stops_the_robot(leash: WatchdogClient, tmp_path: Path) -> None:
-    leash.start([])
-    leash.send(ANEW)
-    leash.abandon()
-    assert (leash.alive, leash.count) == (False, 1)  # who dropped it goes on while it stops the robot
-    leash.shut_down()
-    assert leash.count == 0
+def test_dropped_it_stops_the_robot(watchdog: WatchdogClient, tmp_path: Path) -> None:
+    watchdog.start([])
+    watchdog.send(ANEW)
+    watchdog.abandon()
+    assert (watchdog.alive, watchdog.count) == (False, 1)  # who dropped it goes on while it stops the robot
+    watchdog.shut_down()
+    assert watchdog.count == 0
     assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
 
 
 def test_dropped_at_the_end_of_a_program_it_stops_the_robot_too(
-    leash: WatchdogClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    watchdog: WatchdogClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """When no thread can be started any more."""
 
     def refuse(thread: Thread) -> None:
         raise RuntimeError("can't create new thread at interpreter shutdown")
 
-    leash.start([])
-    leash.send(ANEW)
+    watchdog.start([])
+    watchdog.send(ANEW)
     with monkeypatch.context() as ending:
         ending.setattr(Thread, "start", refuse)
-        leash.abandon()
-    leash.shut_down()
+        watchdog.abandon()
+    watchdog.shut_down()
     assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
 
 
-def test_one_that_is_frozen_is_replaced(leash: WatchdogClient, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_that_is_frozen_is_replaced(watchdog: WatchdogClient, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("understudy.robots.safety.watchdog_client.LEAVING_S", 0.1)
-    leash.start([])
-    pid = leash.pid
+    watchdog.start([])
+    pid = watchdog.pid
     os.kill(pid, signal.SIGSTOP)
-    keep_on(leash, leash.problem)
-    leash.start([])
-    assert leash.pid != pid
-    keep_on(leash, lambda: leash.problem() == "")
+    keep_on(watchdog, watchdog.problem)
+    watchdog.start([])
+    assert watchdog.pid != pid
+    keep_on(watchdog, lambda: watchdog.problem() == "")
 
 
 def test_it_is_not_ready_for_a_robot_that_it_does_not_find(
-    leash: WatchdogClient, file: RobotFile, monkeypatch: pytest.MonkeyPatch
+    watchdog: WatchdogClient, file: RobotFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("understudy.robots.safety.watchdog_client.STARTING_S", 1.5)
     with pytest.raises(WatchdogFailed, match="took too long"):
-        leash.start([Publisher(file.topic("odom"), "nav_msgs/msg/Odometry")])
-    assert not leash.alive
+        watchdog.start([Publisher(file.topic("odom"), "nav_msgs/msg/Odometry")])
+    assert not watchdog.alive
 
 
-def test_what_it_says_of_itself_is_told(leash: WatchdogClient, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_it_says_of_itself_is_told(watchdog: WatchdogClient, monkeypatch: pytest.MonkeyPatch) -> None:
     nowhere = '<Interfaces><NetworkInterface name="nowhere"/></Interfaces>'
     uri = f"<CycloneDDS><Domain><General>{nowhere}</General></Domain></CycloneDDS>"
     monkeypatch.setenv("CYCLONEDDS_URI", uri)
     with pytest.raises(WatchdogFailed, match="domain 43 of DDS cannot be joined"):
-        leash.start([])
+        watchdog.start([])

@@ -160,17 +160,17 @@ def told(examples: Sequence[Example]) -> list[str]:
 
 def known(taught: Session) -> Any:
     """What must outlast a kill: everything acknowledged. What was only seen in silence may be lost."""
-    screen = taught.view()
-    notebook = taught._log
+    view = taught.view()
+    log = taught._log
     return (
         taught.automaton,
         told(taught.examples),
-        notebook.lesson.options,
-        screen.targets,
+        log.lesson.options,
+        view.targets,
         taught.mode,
-        screen.undoable,
-        screen.redoable,
-        notebook.presses,
+        view.undoable,
+        view.redoable,
+        log.presses,
     )
 
 

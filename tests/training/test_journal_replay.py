@@ -32,8 +32,8 @@ def test_every_prefix(seed: int, count: int) -> None:
         moments = []
         for _ in range(count):
             do(taught, drawn(random))
-            screen = taught.view()
-            seen = (taught.mode, screen.waiting is not None, screen.undoable, screen.redoable, screen.targets)
+            view = taught.view()
+            seen = (taught.mode, view.waiting is not None, view.undoable, view.redoable, view.targets)
             moments.append((path.stat().st_size, told(taught), seen))
         taught.close()
         whole = path.read_bytes()
@@ -42,7 +42,7 @@ def test_every_prefix(seed: int, count: int) -> None:
             cut.write_bytes(whole[:size])
             again = Session.resume(cut, Scripted(), WITH_GO)
             again.close()
-            screen = again.view()
+            view = again.view()
             assert told(again) == lesson
-            found = (again.mode, screen.waiting is not None, screen.undoable, screen.redoable, screen.targets)
+            found = (again.mode, view.waiting is not None, view.undoable, view.redoable, view.targets)
             assert found == seen

@@ -30,7 +30,7 @@ LESSON = new_lesson(
 )
 
 
-def troop(seed: int = 5) -> CoordinatorBody:
+def coordinator_body(seed: int = 5) -> CoordinatorBody:
     """The four robots of the patrol, and nobody above their coordinator."""
     return make_coordinator_body(SCENARIO, "patrol", LIBRARIES, seed=seed)
 
@@ -42,21 +42,21 @@ def doing(body: CoordinatorBody) -> list[tuple[str, ...]]:
 def taught(session: Session, seconds: float) -> None:
     """Press what a person would."""
     while session.body.time_s < seconds:
-        screen = session.view()
-        seen = screen.features
-        if screen.state == "start":
+        view = session.view()
+        seen = view.features
+        if view.state == "start":
             session.direct("out")
-        elif screen.state == "out" and seen["someone_sees(intruder)"]:
+        elif view.state == "out" and seen["someone_sees(intruder)"]:
             session.direct("attack")
-        elif screen.state == "attack" and seen["someone_done"]:
+        elif view.state == "attack" and seen["someone_done"]:
             session.direct("home")
-        elif screen.state == "home" and seen["all_done"]:
+        elif view.state == "home" and seen["all_done"]:
             session.direct("out")
         session.tick()
 
 
 def test_directing_the_coordinator_moves_the_whole_squad() -> None:
-    session = Session(troop(), SQUAD, LESSON)
+    session = Session(coordinator_body(), SQUAD, LESSON)
     assert isinstance(session.body, CoordinatorBody)
     session.direct("out")
     session.tick()
@@ -68,7 +68,7 @@ def test_directing_the_coordinator_moves_the_whole_squad() -> None:
 
 def test_a_default_after_a_switch_has_the_flags_down() -> None:
     """Directing restarts the members, so the automatic default sees nobody done; what they see is as it was."""
-    session = Session(troop(), SQUAD, LESSON)
+    session = Session(coordinator_body(), SQUAD, LESSON)
     taught(session, 120.0)
     labels = [str(bound) for bound in session.automaton.features]
     someone, all_there = labels.index("someone_done"), labels.index("all_done")
@@ -81,7 +81,7 @@ def test_a_default_after_a_switch_has_the_flags_down() -> None:
 
 
 def test_what_was_learned_leads() -> None:
-    session = Session(troop(), SQUAD, LESSON)
+    session = Session(coordinator_body(), SQUAD, LESSON)
     taught(session, 200.0)
     session.reset(11)
     session.test()
@@ -94,7 +94,7 @@ def test_what_was_learned_leads() -> None:
 
 def test_a_troop_is_rewound() -> None:
     """World, orders, what everybody does and what is remembered; and it goes on as it did."""
-    session = Session(troop(), SQUAD, LESSON)
+    session = Session(coordinator_body(), SQUAD, LESSON)
     assert isinstance(session.body, CoordinatorBody)
     taught(session, 40.0)
     instant, before = session.capture(), doing(session.body)
@@ -132,12 +132,12 @@ def test_going_back_restarts_nobody_whose_messages_are_delayed() -> None:
 
 def test_a_killed_session_of_a_squad_goes_on(tmp_path: Path) -> None:
     journal = tmp_path / "lead.journal"
-    session = Session(troop(), SQUAD, LESSON, journal=journal)
+    session = Session(coordinator_body(), SQUAD, LESSON, journal=journal)
     assert isinstance(session.body, CoordinatorBody)
     taught(session, 60.0)
     examples, path, robots = session.examples, session.view().path, doing(session.body)
     session.close()
-    body = troop()
+    body = coordinator_body()
     resumed = Session.resume(journal, body, SQUAD)
     assert resumed.examples == examples
     assert resumed.view().path == path

@@ -77,21 +77,21 @@ class UncertaintyQueries:
         session = self.session
         if self.when is QueryPolicy.NEVER or session.mode is not Mode.TESTING:
             return None
-        screen = session.view()
-        rests = 0.0 <= screen.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
-        if screen.flag is not None or screen.waiting is not None or rests:
+        view = session.view()
+        rests = 0.0 <= view.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
+        if view.flag is not None or view.waiting is not None or rests:
             return None
         self._learn()
-        values = tuple(screen.features.values())
-        doubt = self._doubts.estimate(screen.state, values)
-        if doubt.amount < self.unsure or (screen.state, doubt.reason) in self._asked:
+        values = tuple(view.features.values())
+        doubt = self._doubts.estimate(view.state, values)
+        if doubt.amount < self.unsure or (view.state, doubt.reason) in self._asked:
             return None
-        self._asked.add((screen.state, doubt.reason))
-        self._last_s = screen.time_s
-        function = self._transitions.get(screen.state)
+        self._asked.add((view.state, doubt.reason))
+        self._last_s = view.time_s
+        function = self._transitions.get(view.state)
         outcome = -1 if function is None else function.decide(values)
-        following = screen.state if outcome < 0 else session.automaton.state_names[outcome]
-        question = Question(screen.time_s, screen.state, values, following, doubt)
+        following = view.state if outcome < 0 else session.automaton.state_names[outcome]
+        question = Question(view.time_s, view.state, values, following, doubt)
         if self.when is QueryPolicy.PAUSE:
             return question
         self._mark(question)

@@ -42,16 +42,16 @@ class TopicInput:
 
 
 def make_topic_inputs(
-    file: RobotFile, eye: LiveCamera | None, targets: Sequence[str]
+    file: RobotFile, camera: LiveCamera | None, targets: Sequence[str]
 ) -> Sequence[TopicInput] | DecodeProblem:
-    """All of a file, in its order, with what its eye sees of these targets; or what in it cannot be."""
+    """All of a file, in its order, with what its camera sees of these targets; or what in it cannot be."""
     found: list[TopicInput] = []
     for made in (*_numbers(file), *_places(file)):
         if isinstance(made, DecodeProblem):
             return made
         found.append(made)
-    if eye is not None and file.camera is not None:
-        found.append(_images(file.camera, eye, targets))
+    if camera is not None and file.camera is not None:
+        found.append(_images(file.camera, camera, targets))
     return tuple(found)
 
 
@@ -85,11 +85,11 @@ def _of_number(name: str, extract: Extract) -> Values:
     return lambda message: {(name, None): extract(message)}
 
 
-def _images(of: CameraSpec, eye: LiveCamera, targets: Sequence[str]) -> TopicInput:
+def _images(of: CameraSpec, camera: LiveCamera, targets: Sequence[str]) -> TopicInput:
     """What is seen of colors, and of targets that may get one while it runs."""
     keys = tuple((blob.name, name) for name in dict.fromkeys((*of.colors, *targets)) for blob in BLOBS)
     return TopicInput(
-        CAMERA, of.topic, of.type, of.stale_s, of.rate_hz, of.required, False, keys, BLOBS, eye.read_message
+        CAMERA, of.topic, of.type, of.stale_s, of.rate_hz, of.required, False, keys, BLOBS, camera.read_message
     )  # fmt: skip
 
 

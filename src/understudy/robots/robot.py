@@ -44,7 +44,7 @@ class Robot:
     geofence needs it.
 
     A call to `act` sends one command and returns; the caller keeps the ticks. The guard's thread repeats the command
-    and sends a stop where the next one does not come (`robots.safety.guard`). Without a leash, the connection to a
+    and sends a stop where the next one does not come (`robots.safety.guard`). Without a connection to a
     watchdog, nothing does: `connect_robot_body` gives one. Raises FileError where the file asks for what no message
     has.
 
@@ -62,7 +62,7 @@ class Robot:
         *,
         path: Path | str = "robot.toml",
         clock: Callable[[], float] = time.monotonic,
-        leash: WatchdogClient | None = None,
+        watchdog: WatchdogClient | None = None,
     ) -> None:
         self.file, self.transport, self.path = file, transport, Path(path)
         self._clock = clock
@@ -87,8 +87,8 @@ class Robot:
             peers=transport.peers,
             heard={file.topic(source.topic) for source in self.senses.sources.values()},
             clock=clock,
-            log=StopLog(file.name, None if leash is None else find_stop_log(file, path)),
-            leash=leash,
+            log=StopLog(file.name, None if watchdog is None else find_stop_log(file, path)),
+            watchdog=watchdog,
         )
 
     @property
@@ -247,7 +247,7 @@ def connect_robot_body(
     if recorder is not None:
         transport = RecordingTransport(transport, recorder)
     try:
-        return Robot(file, transport, path=path, leash=WatchdogClient(file, log=find_stop_log(file, path)))
+        return Robot(file, transport, path=path, watchdog=WatchdogClient(file, log=find_stop_log(file, path)))
     except BaseException:
         transport.close()
         raise

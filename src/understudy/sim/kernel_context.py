@@ -62,10 +62,10 @@ class ThreadScratch(NamedTuple):
     barrier: NDArray[np.int64]
 
 
-def make_thread_scratch(stage: KernelWorlds, grid: RobotGrid) -> ThreadScratch:
+def make_thread_scratch(worlds: KernelWorlds, grid: RobotGrid) -> ThreadScratch:
     """Room for the threads that work on one world at a time."""
-    objects = stage.state.objects.shape[1]
-    robots = stage.rules.robots
+    objects = worlds.state.objects.shape[1]
+    robots = worlds.rules.robots
     moves, works = np.zeros(robots, MOVE), np.zeros(robots, WORK)
     pushes, pulls = np.zeros(objects, PUSH), np.zeros(objects, PULL)
     return ThreadScratch(grid, moves, works, pushes, pulls, np.zeros(8 * (2 + MOST_THREADS), np.int64))
@@ -122,20 +122,20 @@ class KernelContext:
     `rows` [BLOCK, F] is where the readings of the robots at work go.
     """
 
-    def __init__(self, stage: KernelWorlds, plan: SensePlan, room: ThreadScratch) -> None:
-        state, rules = stage.state, stage.rules
-        objects, segments = stage.state.objects.shape[1], stage.state.segments.shape[1]
+    def __init__(self, worlds: KernelWorlds, plan: SensePlan, room: ThreadScratch) -> None:
+        state, rules = worlds.state, worlds.rules
+        objects, segments = worlds.state.objects.shape[1], worlds.state.segments.shape[1]
         seen = state.discs.shape[1] + objects + rules.robots if CAMERA in plan.steps["what"] else 0
         self.room = room
-        self.has = stage.has
+        self.has = worlds.has
         self.rows = np.full((BLOCK, max(1, plan.width)), np.nan)
         arrays: dict[str, NDArray[Any]] = {
             **{name: getattr(state, name) for name in _OF_STATE},
             **{name: getattr(rules, name) for name in ("types", "classes", "class_of")},
             **{name: getattr(plan, name) for name in ("steps", "parts", "sectors", "of_type")},
             **{name: getattr(room.grid, name) for name in ("start", "spots", "spot_of")},
-            "near_start": stage.near.start,
-            "near_items": stage.near.items,
+            "near_start": worlds.near.start,
+            "near_items": worlds.near.items,
             "moves": room.moves,
             "works": room.works,
             "pushes": room.pushes,
@@ -153,15 +153,15 @@ class KernelContext:
             "views": np.zeros(seen + segments if seen else 0, VIEW),
             "pieces": np.zeros(segments if seen else 0, SEGMENT),
         }
-        facts = _facts(stage, plan, room, width_of_row=self.rows.shape[1])
+        facts = _facts(worlds, plan, room, width_of_row=self.rows.shape[1])
         self.arrays = convert_for_kernels(
             Arrays(facts, **{name: array.reshape(-1) for name, array in arrays.items()})
         )
 
 
-def _facts(stage: KernelWorlds, plan: SensePlan, room: ThreadScratch, *, width_of_row: int) -> Any:
+def _facts(worlds: KernelWorlds, plan: SensePlan, room: ThreadScratch, *, width_of_row: int) -> Any:
     """What is known of some worlds: a record FACTS."""
-    state, rules, grid, near = stage.state, stage.rules, room.grid, stage.near
+    state, rules, grid, near = worlds.state, worlds.rules, room.grid, worlds.near
     record = np.zeros(1, FACTS).view(np.recarray)[0]
     for name in ("width", "height", "tick_s", "goal", "goal_target", "goal_within", "goal_count", "signals"):
         record[name] = getattr(rules, name)

@@ -40,7 +40,7 @@ MOST_TICKS = 100
 
 
 def advance_worlds(
-    stage: KernelWorlds,
+    kernel_worlds: KernelWorlds,
     sensing: SensePlan,
     fused: FusedPlan,
     ticks: int,
@@ -52,19 +52,19 @@ def advance_worlds(
 
     The commands of the plan are a table whose columns are COLUMNS.
     """
-    rows, worlds = len(stage.state.robots), len(stage.state.seeds)
+    rows, worlds = len(kernel_worlds.state.robots), len(kernel_worlds.state.seeds)
     if MODE == PYTHON:  # in which the threads of a world could not wait for each other
         threads = 1
     if threads is None:
         threads = 1 if rows < ALONE else os.cpu_count() or 1
     threads = min(threads, max(worlds, rows // 64), MOST_THREADS)
-    if fused.lead is not None and stage.rules.robots < ALONE:
+    if fused.lead is not None and kernel_worlds.rules.robots < ALONE:
         threads = min(threads, worlds)  # to wait for each other twice more a tick pays in large worlds only
     if worlds >= threads:
-        _side_by_side(stage, sensing, fused, ticks, threads, until_finished=until_finished)
+        _side_by_side(kernel_worlds, sensing, fused, ticks, threads, until_finished=until_finished)
     else:
         for world in range(worlds):
-            _together(stage, sensing, fused, ticks, threads, world, until_finished=until_finished)
+            _together(kernel_worlds, sensing, fused, ticks, threads, world, until_finished=until_finished)
 
 
 def _chunks(ticks: int, rows: int) -> list[int]:
@@ -90,7 +90,7 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 
 def _side_by_side(
-    stage: KernelWorlds,
+    kernel_worlds: KernelWorlds,
     sensing: SensePlan,
     fused: FusedPlan,
     ticks: int,
@@ -99,13 +99,13 @@ def _side_by_side(
     until_finished: bool,
 ) -> None:
     """Every thread has worlds of its own, and none waits for another."""
-    state, rules = stage.state, stage.rules
+    state, rules = kernel_worlds.state, kernel_worlds.rules
     worlds = len(state.seeds)
     if worlds == 1 and rules.robots >= SORTED and fused.lead is None:
-        _together(stage, sensing, fused, ticks, 1, 0, until_finished=until_finished)
+        _together(kernel_worlds, sensing, fused, ticks, 1, 0, until_finished=until_finished)
         return
     contexts = [
-        KernelContext(stage, sensing, make_thread_scratch(stage, make_robot_grid(rules)))
+        KernelContext(kernel_worlds, sensing, make_thread_scratch(kernel_worlds, make_robot_grid(rules)))
         for _ in range(threads)
     ]
     with _pool(threads) as pool:
@@ -122,7 +122,7 @@ def _side_by_side(
 
 
 def _together(
-    stage: KernelWorlds,
+    worlds: KernelWorlds,
     sensing: SensePlan,
     fused: FusedPlan,
     ticks: int,
@@ -137,16 +137,16 @@ def _together(
     other are side by side in memory too; but not those whom coordinators know by their rows.
     """
     if fused.lead is not None:
-        _led_together(stage, sensing, fused, ticks, threads, world, until_finished=until_finished)
+        _led_together(worlds, sensing, fused, ticks, threads, world, until_finished=until_finished)
         return
-    rules = stage.rules
+    rules = worlds.rules
     grid = make_robot_grid(rules)
     with _pool(threads) as pool:
         for chunk in _chunks(ticks, rules.robots):
             order = np.arange(rules.robots)
             if rules.robots >= SORTED and chunk > 1:
-                order = sort_by_cell(stage.state, rules, grid, world)
-            there = _SpatialOrder(stage, fused, order, world)
+                order = sort_by_cell(worlds.state, rules, grid, world)
+            there = _SpatialOrder(worlds, fused, order, world)
             room = make_thread_scratch(there.worlds, grid)
             contexts = [KernelContext(there.worlds, sensing, room) for _ in range(threads)]
 
@@ -168,7 +168,7 @@ def _together(
 
 
 def _led_together(
-    stage: KernelWorlds,
+    worlds: KernelWorlds,
     sensing: SensePlan,
     fused: FusedPlan,
     ticks: int,
@@ -178,10 +178,10 @@ def _led_together(
     until_finished: bool,
 ) -> None:
     """The same where coordinators lead the robots."""
-    room = make_thread_scratch(stage, make_robot_grid(stage.rules))
-    contexts = [KernelContext(stage, sensing, room) for _ in range(threads)]
+    room = make_thread_scratch(worlds, make_robot_grid(worlds.rules))
+    contexts = [KernelContext(worlds, sensing, room) for _ in range(threads)]
     with _pool(threads) as pool:
-        for chunk in _chunks(ticks, stage.rules.robots):
+        for chunk in _chunks(ticks, worlds.rules.robots):
 
             def work(part: int, chunk: int = chunk) -> None:
                 run_worlds(
@@ -206,8 +206,8 @@ def sort_by_cell(state: WorldState, rules: WorldParams, grid: RobotGrid, world: 
 class _SpatialOrder:
     """One world's arrays with its robots in another order, to be put back afterwards."""
 
-    def __init__(self, stage: KernelWorlds, fused: FusedPlan, order: NDArray[np.intp], world: int) -> None:
-        state, kept, robots = stage.state, fused.stacks, len(order)
+    def __init__(self, worlds: KernelWorlds, fused: FusedPlan, order: NDArray[np.intp], world: int) -> None:
+        state, kept, robots = worlds.state, fused.stacks, len(order)
         self._order = order
         one, own = slice(world, world + 1), slice(world * robots, (world + 1) * robots)
         self._from = [each[own] for each in (state.robots, state.memory, *kept, fused.running)]
@@ -224,11 +224,11 @@ class _SpatialOrder:
             memory=memory,
         )
         self.stacks = Stacks(root, current, entered, kept_memory)
-        cells = stage.near.columns * stage.near.lines
-        near: StaticNeighbors = stage.near._replace(
-            start=stage.near.start[world * cells : (world + 1) * cells + 1]
+        cells = worlds.near.columns * worlds.near.lines
+        near: StaticNeighbors = worlds.near._replace(
+            start=worlds.near.start[world * cells : (world + 1) * cells + 1]
         )
-        self.worlds = KernelWorlds(self.state, stage.rules, near, stage.has)
+        self.worlds = KernelWorlds(self.state, worlds.rules, near, worlds.has)
 
     def restore_order(self) -> None:
         """The robots as they are now, in their own order."""

@@ -111,5 +111,5 @@ def _eye(body: Any, number: int, camera: Camera | None) -> None:
     """Looks ahead from above the robot's middle as the 2-D camera does, out of its own egg, which has no inside."""
     seen = camera or Camera()
     half = seen.height_px / seen.width_px * tan(radians(seen.view_deg) / 2)
-    eye = body.add_camera(name=f"eye{number}", pos=[0, 0, EYE_M], fovy=2.0 * degrees(atan(half)))
-    eye.quat = [0.5, 0.5, -0.5, -0.5]
+    mounted = body.add_camera(name=f"eye{number}", pos=[0, 0, EYE_M], fovy=2.0 * degrees(atan(half)))
+    mounted.quat = [0.5, 0.5, -0.5, -0.5]

@@ -175,8 +175,8 @@ class MujocoSensors:
     def _seen(self, agent: int) -> dict[ReadingKey, float]:
         """The blobs in a robot's picture in this tick."""
         if agent not in self._blobs:
-            eye, image = self._eyes[self._name(agent)], self.image(agent)
-            self._blobs[agent] = {} if eye is None or image is None else eye.readings(image)
+            detector, image = self._eyes[self._name(agent)], self.image(agent)
+            self._blobs[agent] = {} if detector is None or image is None else detector.readings(image)
         return self._blobs[agent]
 
     def update_last_seen(self) -> None:

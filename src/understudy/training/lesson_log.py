@@ -1,4 +1,4 @@
-"""The notebook of a session: what is written down of its lesson, and when it is on disk.
+"""The log of a session: what is written down of its lesson, and when it is on disk.
 
 It turns what happened at a tick into examples, keeps the history for undo, and the journal for a kill.
 """
@@ -64,7 +64,7 @@ class LessonLog:
 
     @property
     def press_count(self) -> int:
-        """How many of the lesson's examples a press made: a screen asks at every tick, and they seldom change."""
+        """How many of the lesson's examples a press made: a view asks at every tick, and they seldom change."""
         examples = self.lesson.examples
         if self._counted[0] is not examples:
             self._counted = examples, sum(example.is_from_press for example in examples)

@@ -1,4 +1,4 @@
-"""The company: what the agents do that are not being taught."""
+"""What the agents do that are not being taught."""
 
 from __future__ import annotations
 

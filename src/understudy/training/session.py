@@ -209,12 +209,12 @@ class Session:
 
     def tick(self) -> None:
         """One tick: sense, decide, act, and write down what a press showed."""
-        percept, trainee, notebook = self.percept, self.trainee, self._log
-        if notebook.journal.wants_snapshot(self.body.tick_s):
+        percept, trainee, log = self.percept, self.trainee, self._log
+        if log.journal.wants_snapshot(self.body.tick_s):
             self._keep_snapshot()
         readings = tuple(float(percept[key][self.agent]) for key in self._keys)
         moment = Sample(self._clock(), readings)
-        notebook.add_tick(moment, trainee.taught.state_name)
+        log.add_tick(moment, trainee.taught.state_name)
         before = self.run_state if trainee.press else ()
         commands = self._run.decide(percept)
         if self._driving is None:

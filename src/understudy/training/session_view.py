@@ -1,4 +1,4 @@
-"""The screen: what a demonstrator can see of a session at one moment, and nothing more."""
+"""The view: what a demonstrator can see of a session at one moment, and nothing more."""
 
 from __future__ import annotations
 

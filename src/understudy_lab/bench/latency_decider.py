@@ -72,7 +72,7 @@ def main(path: str) -> None:
     file = load_robot(path)
     waking = WakingTransport(open_transport(file))
     with Robot(
-        file, waking, path=path, leash=WatchdogClient(file, log=find_stop_log(file, Path(path)))
+        file, waking, path=path, watchdog=WatchdogClient(file, log=find_stop_log(file, Path(path)))
     ) as robot:
         while robot.senses.find_missing(robot.now_s) is not None:
             waking.came.wait()

@@ -120,9 +120,9 @@ def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
         save_automaton(tmp_path, TrainedAutomaton(automaton))
     known = collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.from_automata(kit, lead()))
-    troop = make_coordinator_body(SCENARIO, "patrol", known)
+    coordinator_body = make_coordinator_body(SCENARIO, "patrol", known)
     lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
-    session = Session(troop, known["patrol"], lesson)
+    session = Session(coordinator_body, known["patrol"], lesson)
     session.direct("wander")
     session.run_for(1.0)
     session.direct("done")

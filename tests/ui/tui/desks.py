@@ -51,22 +51,22 @@ def plan(folder: Path, name: str = "goto", choices: LessonChoices = GOTO, seed: 
 class Hand:
     """A trainer that runs, and somebody who does nothing but press keys and wait."""
 
-    def __init__(self, trainer: TrainerApp, pilot: Pilot[SessionEnd | UnderstudyError], wall: Wall) -> None:
-        self.trainer, self.pilot, self.wall = trainer, pilot, wall
+    def __init__(self, app: TrainerApp, pilot: Pilot[SessionEnd | UnderstudyError], wall: Wall) -> None:
+        self.app, self.pilot, self.wall = app, pilot, wall
 
     @property
-    def desk(self) -> Trainer:
-        assert self.trainer.open_session is not None
-        return self.trainer.open_session.trainer
+    def trainer(self) -> Trainer:
+        assert self.app.open_session is not None
+        return self.app.open_session.trainer
 
     @property
     def teaching(self) -> TeachingScreen:
-        assert isinstance(self.trainer.screen, TeachingScreen), self.trainer.screen
-        return self.trainer.screen
+        assert isinstance(self.app.screen, TeachingScreen), self.app.screen
+        return self.app.screen
 
     @property
     def said(self) -> str:
-        return self.desk.status.text
+        return self.trainer.status.text
 
     async def press(self, *keys: str) -> None:
         await self.pilot.press(*keys)
@@ -92,46 +92,46 @@ class Hand:
         """Press what is right wherever it does wrong, until it is done; how many presses that took."""
         presses = 0
         for _ in range(round(limit_s / 0.1)):
-            screen = self.desk.session_view
-            wanted = right(screen) if screen.mode is Mode.TRAINING else tolerable(screen)
+            view = self.trainer.session_view
+            wanted = right(view) if view.mode is Mode.TRAINING else tolerable(view)
             if wanted is None:
                 return presses
-            if wanted != screen.state and screen.waiting is None:
-                await self.press(self.desk.keys.plain[wanted])
+            if wanted != view.state and view.waiting is None:
+                await self.press(self.trainer.keys.plain[wanted])
                 presses += 1
             await self.wait()
-        raise AssertionError(f"not done after {limit_s} s: {self.desk.session_view}")
+        raise AssertionError(f"not done after {limit_s} s: {self.trainer.session_view}")
 
 
-def right(screen: SessionView) -> str | None:
+def right(view: SessionView) -> str | None:
     """What a robot on its way to A should do; None where it has said that it is there, and is."""
-    distance = screen.features["distance_to(A)"]
-    bearing = (screen.features["angle_to(A)"] + pi) % tau - pi
+    distance = view.features["distance_to(A)"]
+    bearing = (view.features["angle_to(A)"] + pi) % tau - pi
     if distance < 0.4:
-        return None if screen.flag else "done"
-    if screen.flag:
+        return None if view.flag else "done"
+    if view.flag:
         return "forward"
-    if screen.state.startswith("rotate"):
-        turned = bearing if screen.state == "rotate_left" else -bearing
-        return "forward" if turned < 0.12 else screen.state
+    if view.state.startswith("rotate"):
+        turned = bearing if view.state == "rotate_left" else -bearing
+        return "forward" if turned < 0.12 else view.state
     if abs(bearing) > 0.6:
         return "rotate_left" if bearing > 0 else "rotate_right"
     return "forward"
 
 
-def tolerable(screen: SessionView) -> str | None:
+def tolerable(view: SessionView) -> str | None:
     """What it should do in testing, where only what is plainly wrong is corrected."""
-    distance = screen.features["distance_to(A)"]
-    bearing = (screen.features["angle_to(A)"] + pi) % tau - pi
-    if screen.flag:
+    distance = view.features["distance_to(A)"]
+    bearing = (view.features["angle_to(A)"] + pi) % tau - pi
+    if view.flag:
         return None if distance < 0.5 else "forward"
-    if screen.state == "forward" and (distance < 0.3 or abs(bearing) > 1.2):
-        return right(screen)
-    if screen.state == "rotate_left" and -2.0 < bearing < -0.6:
+    if view.state == "forward" and (distance < 0.3 or abs(bearing) > 1.2):
+        return right(view)
+    if view.state == "rotate_left" and -2.0 < bearing < -0.6:
         return "forward"
-    if screen.state == "rotate_right" and 0.6 < bearing < 2.0:
+    if view.state == "rotate_right" and 0.6 < bearing < 2.0:
         return "forward"
-    return screen.state
+    return view.state
 
 
 @asynccontextmanager

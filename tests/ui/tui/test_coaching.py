@@ -16,14 +16,14 @@ async def test_the_coach_sets_up_what_it_wants_to_be_shown(tmp_path: Path) -> No
         await hand.press("C")
         assert "there is no place to go to" in hand.said
         await hand.show(worlds=1)
-        shown = len(hand.desk.session.examples)
+        shown = len(hand.trainer.session.examples)
         await hand.press("C")
         first = hand.said
         assert first.startswith(("Show me", "Only example"))
         assert first.endswith("; nothing recorded")
         await hand.press("C")
         assert hand.said != first
-        assert len(hand.desk.session.examples) == shown
+        assert len(hand.trainer.session.examples) == shown
 
 
 @run
@@ -35,14 +35,14 @@ async def test_it_asks_where_it_is_unsure_and_waits(tmp_path: Path) -> None:
         assert hand.said == "It asks where it is unsure, and waits"
         await hand.wait(0.3)
         assert hand.said.startswith("I am not sure: I would ")
-        assert hand.desk.paused
-        before = hand.desk.body.time_s
+        assert hand.trainer.paused
+        before = hand.trainer.body.time_s
         await hand.wait(0.5)
-        assert hand.desk.body.time_s == before
+        assert hand.trainer.body.time_s == before
         await hand.press("space")
         await hand.wait(0.2)
-        assert hand.desk.body.time_s > before
-        assert hand.desk.session_view.mode is Mode.TESTING
+        assert hand.trainer.body.time_s > before
+        assert hand.trainer.session_view.mode is Mode.TESTING
 
 
 @run
@@ -51,7 +51,7 @@ async def test_it_marks_and_goes_on(tmp_path: Path) -> None:
         await hand.press("up")
         await hand.wait(0.5)
         await hand.press("t", "A", "A")
-        before = hand.desk.body.time_s
+        before = hand.trainer.body.time_s
         await hand.wait(0.5)
-        assert hand.desk.body.time_s > before
-        assert hand.desk.coach.asking.marked
+        assert hand.trainer.body.time_s > before
+        assert hand.trainer.coach.asking.marked

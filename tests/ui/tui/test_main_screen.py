@@ -44,12 +44,12 @@ def saved(folder: Path, name: str = "goto") -> Lesson:
 
 
 def where(hand: Hand) -> tuple[float, float]:
-    robots = hand.desk.view.robots
+    robots = hand.trainer.view.robots
     return float(robots.x[0]), float(robots.y[0])
 
 
 def kinds(hand: Hand) -> list[str]:
-    return [f"{each.kind}{' ◆' * each.correction}" for each in hand.desk.session.examples]
+    return [f"{each.kind}{' ◆' * each.correction}" for each in hand.trainer.session.examples]
 
 
 @run
@@ -57,17 +57,17 @@ async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_
     async with trainer(plan(tmp_path / "library", seed=6)) as hand:
         await hand.show(worlds=3)
         await hand.press("n", "t")
-        assert hand.desk.session_view.mode is Mode.TESTING
+        assert hand.trainer.session_view.mode is Mode.TESTING
         assert "TESTING" in hand.shown("header")
         for _ in range(2):
             await hand.guide()
-            station = find_target_place(find_drawn_world(hand.desk.body), "station")
+            station = find_target_place(find_drawn_world(hand.trainer.body), "station")
             assert station is not None
             assert dist(where(hand), station) < 0.5
-            assert hand.desk.session_view.mode is Mode.TESTING, "it had to be corrected"
+            assert hand.trainer.session_view.mode is Mode.TESTING, "it had to be corrected"
             await hand.press("n")
         await hand.press("s", "q")
-    ended = hand.trainer.return_value
+    ended = hand.app.return_value
     assert isinstance(ended, SessionEnd)
     assert ended.saved
     assert len(saved(tmp_path / "library").examples) == ended.examples
@@ -79,7 +79,7 @@ async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_
 async def test_a_press_is_recorded_with_its_default_and_said(tmp_path: Path) -> None:
     async with trainer(plan(tmp_path)) as hand:
         await hand.press("left")
-        assert hand.desk.session_view.waiting == "rotate_left"
+        assert hand.trainer.session_view.waiting == "rotate_left"
         await hand.wait(0.1)
         assert hand.said.startswith("start → rotate_left, distance_to(A) = ")
         assert hand.said.endswith("°, with its default")
@@ -103,12 +103,12 @@ async def test_directing_in_testing_visibly_becomes_a_correction(tmp_path: Path)
         await hand.wait(0.5)
         await hand.press("t")
         await hand.wait(0.3)
-        assert hand.desk.session_view.state == "forward"
+        assert hand.trainer.session_view.state == "forward"
         assert "press to correct" in hand.shown("states")
         await hand.press("right")
         assert "CORRECTED" in hand.shown("header")
         await hand.wait(0.1)
-        assert hand.desk.session_view.mode is Mode.TRAINING
+        assert hand.trainer.session_view.mode is Mode.TRAINING
         assert hand.said.startswith("correction: forward → rotate_right")
         assert kinds(hand)[-2:] == ["directive ◆", "default ◆"]
         assert "◆ forward → rotate_right" in hand.shown("lower")
@@ -123,11 +123,11 @@ async def test_a_flag_raised_too_early_is_corrected_where_it_was_raised(tmp_path
         await hand.wait(0.2)
         await hand.press("t")
         await hand.wait(1)
-        assert hand.desk.session_view.flag == "done"
+        assert hand.trainer.session_view.flag == "done"
         assert hand.said.startswith("goto raised done")
         await hand.press("up")
         await hand.wait(0.1)
-        last = hand.desk.session.examples[-1]
+        last = hand.trainer.session.examples[-1]
         assert (last.state, last.next, last.kind, last.correction) == (
             "forward", "forward", ExampleKind.CONFIRMATION, True,
         )  # fmt: skip
@@ -138,7 +138,7 @@ async def test_undo_and_redo(tmp_path: Path) -> None:
     async with trainer(plan(tmp_path)) as hand:
         await hand.press("u")
         assert "nothing to undo" in hand.said
-        assert hand.desk.status.tone == "error"
+        assert hand.trainer.status.tone == "error"
         await hand.press("left")
         await hand.wait(0.2)
         await hand.press("up")
@@ -146,10 +146,10 @@ async def test_undo_and_redo(tmp_path: Path) -> None:
         await hand.press("ctrl+z")
         assert hand.said == "Undone: rotate_left → forward"
         assert kinds(hand) == ["directive", "default"]
-        assert hand.desk.session_view.state == "rotate_left"
+        assert hand.trainer.session_view.state == "rotate_left"
         await hand.press("U")
         assert hand.said == "Done again: rotate_left → forward"
-        assert len(hand.desk.session.examples) == 4
+        assert len(hand.trainer.session.examples) == 4
 
 
 @run
@@ -158,19 +158,19 @@ async def test_time_stands_still_while_paused_and_a_press_then_is_marked(tmp_pat
         await hand.press("up")
         await hand.wait(1)
         await hand.press("space")
-        before, clock = hand.desk.session_view.time_s, hand.desk.pace.time_s
+        before, clock = hand.trainer.session_view.time_s, hand.trainer.pace.time_s
         await hand.wait(5)
-        assert (hand.desk.session_view.time_s, hand.desk.pace.time_s) == (before, clock)
+        assert (hand.trainer.session_view.time_s, hand.trainer.pace.time_s) == (before, clock)
         assert "PAUSED" in hand.shown("header")
         await hand.press("left")
-        assert hand.desk.session_view.waiting == "rotate_left"
+        assert hand.trainer.session_view.waiting == "rotate_left"
         await hand.press("full_stop")
-        assert hand.desk.session_view.time_s == pytest.approx(before + 0.1)
-        assert hand.desk.session_view.state == "rotate_left"
-        assert hand.desk.session.examples[-2].window == 0  # paused: never from before
+        assert hand.trainer.session_view.time_s == pytest.approx(before + 0.1)
+        assert hand.trainer.session_view.state == "rotate_left"
+        assert hand.trainer.session.examples[-2].window == 0  # paused: never from before
         await hand.press("space", "plus")
         await hand.wait(1)
-        assert hand.desk.session_view.time_s == pytest.approx(before + 0.1 + 2.0)
+        assert hand.trainer.session_view.time_s == pytest.approx(before + 0.1 + 2.0)
 
 
 @run
@@ -185,8 +185,8 @@ async def test_driving_into_position_records_nothing(tmp_path: Path) -> None:
         await hand.wait(1)
         await hand.press("enter", "d")
         assert where(hand) != start
-        assert not hand.desk.session.examples
-        assert hand.desk.session_view.state == "start"
+        assert not hand.trainer.session.examples
+        assert hand.trainer.session_view.state == "start"
 
 
 @run
@@ -197,11 +197,11 @@ async def test_what_is_saved_is_opened_again_and_goes_on(tmp_path: Path) -> None
         await hand.press("s", "q")
     async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:
         assert "open again" in hand.said
-        assert hand.desk.session_view.targets == {"A": "station"}
-        assert not hand.desk.has_unsaved_changes
+        assert hand.trainer.session_view.targets == {"A": "station"}
+        assert not hand.trainer.has_unsaved_changes
         await hand.press("p", "right")
         await hand.wait(0.3)
-        assert hand.desk.has_unsaved_changes
+        assert hand.trainer.has_unsaved_changes
         await hand.press("s", "q")
     lesson = saved(tmp_path)
     assert [example.binding["A"] for example in lesson.examples] == ["station"] * 2 + ["nearest_food"] * 2
@@ -214,14 +214,14 @@ async def test_quitting_asks_about_what_is_not_saved(tmp_path: Path) -> None:
         await hand.press("up")
         await hand.wait(0.2)
         await hand.press("q")
-        assert not isinstance(hand.trainer.screen, TeachingScreen)
+        assert not isinstance(hand.app.screen, TeachingScreen)
         await hand.press("escape")
-        assert isinstance(hand.trainer.screen, TeachingScreen)
-        before = hand.desk.session_view.time_s
+        assert isinstance(hand.app.screen, TeachingScreen)
+        before = hand.trainer.session_view.time_s
         await hand.wait(0.5)
-        assert hand.desk.session_view.time_s > before
+        assert hand.trainer.session_view.time_s > before
         await hand.press("ctrl+q", "x")
-    ended = hand.trainer.return_value
+    ended = hand.app.return_value
     assert isinstance(ended, SessionEnd)
     assert not ended.saved
     assert not (tmp_path / "goto.json").exists()
@@ -234,33 +234,33 @@ async def test_a_killed_session_is_offered_and_nothing_shown_is_lost(tmp_path: P
         await hand.wait(0.5)
         await hand.press("up")
         await hand.wait(0.2)
-        shown, there = hand.desk.session.examples, where(hand)
+        shown, there = hand.trainer.session.examples, where(hand)
         await hand.press("right")  # acknowledged, but no tick came before the end
         (journal,) = (tmp_path / ".journals").iterdir()
         killed = journal.read_bytes()
     journal.write_bytes(killed)  # as a kill at that moment would have left it
     async with trainer(plan(tmp_path), offer=True) as hand:
-        assert hand.trainer.unfinished is not None
-        assert hand.trainer.unfinished.examples == 4
+        assert hand.app.unfinished is not None
+        assert hand.app.unfinished.examples == 4
         await hand.press("enter")
-        assert hand.desk.session.examples == shown
-        assert hand.desk.session_view.waiting == "rotate_right"
-        assert hand.desk.paused
+        assert hand.trainer.session.examples == shown
+        assert hand.trainer.session_view.waiting == "rotate_right"
+        assert hand.trainer.paused
         assert dist(where(hand), there) < 0.2
         await hand.press("space")
         await hand.wait(0.2)
-        assert len(hand.desk.session.examples) == 6
+        assert len(hand.trainer.session.examples) == 6
         await hand.press("s", "q")
     assert len(saved(tmp_path).examples) == 6
     async with trainer(plan(tmp_path), offer=True) as hand:
-        assert hand.trainer.unfinished is None
+        assert hand.app.unfinished is None
 
 
 @run
 async def test_everything_is_chosen_on_the_first_page(tmp_path: Path) -> None:
     async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:
         await hand.press("ctrl+g")
-        told = hand.trainer.screen.query_one("#told").render()
+        told = hand.app.screen.query_one("#told").render()
         assert "No states yet" in str(told)
         await hand.press("down", "space", "down", "space", "down", "space")
         await hand.press("tab", "tab", "A", "enter", "A", "=", *"station", "enter", *"done")
@@ -268,12 +268,12 @@ async def test_everything_is_chosen_on_the_first_page(tmp_path: Path) -> None:
             "shift+tab", "shift+tab", "shift+tab", "home", "space", "down", "down", "down", "space"
         )
         await hand.press("ctrl+g")
-        automaton = hand.desk.session.automaton
+        automaton = hand.trainer.session.automaton
         assert automaton.parameters == ("A",)
         assert len(automaton.state_names) == 5
         assert automaton.state_names[-1] == "done"
         assert [str(bound) for bound in automaton.features] == ["distance_to(A)", "angle_to(A)"]
-        assert hand.desk.session_view.targets == {"A": "station"}
+        assert hand.trainer.session_view.targets == {"A": "station"}
 
 
 @run
@@ -282,11 +282,11 @@ async def test_features_are_chosen_anew_and_examples_stay(tmp_path: Path) -> Non
         await hand.press("up")
         await hand.wait(0.2)
         await hand.press("c", "tab", "end", *["up"] * 3, "space", "ctrl+g")
-        assert [str(bound) for bound in hand.desk.features][-1] == "at_station"
-        assert len(hand.desk.session.examples) == 2
-        assert all(len(example.values) == 3 for example in hand.desk.session.examples)
+        assert [str(bound) for bound in hand.trainer.features][-1] == "at_station"
+        assert len(hand.trainer.session.examples) == 2
+        assert all(len(example.values) == 3 for example in hand.trainer.session.examples)
         await hand.press("u")
-        assert len(hand.desk.features) == 2
+        assert len(hand.trainer.features) == 2
 
 
 @run
@@ -303,9 +303,9 @@ async def test_why_and_the_page_of_the_lesson(tmp_path: Path) -> None:
         assert "(shown by " in hand.shown("lower")
         await hand.press("l")
         await hand.press("x", "u", "x", "escape")
-        assert len(hand.desk.session.examples) == 3
+        assert len(hand.trainer.session.examples) == 3
         await hand.press("h", "escape")
-        assert isinstance(hand.trainer.screen, TeachingScreen)
+        assert isinstance(hand.app.screen, TeachingScreen)
 
 
 @run

@@ -44,7 +44,7 @@ async def test_a_real_robot_is_armed_taught_and_stopped(tmp_path: Path) -> None:
         await wait(hand, rig, 0.3)
         assert rig.sent(0) == (0.4, 0.0)
         assert hand.teaching.query_one("#world").border_title == "one: armed (Esc)"
-        assert [str(example.kind) for example in hand.desk.session.examples] == ["directive", "default"]
+        assert [str(example.kind) for example in hand.trainer.session.examples] == ["directive", "default"]
         await hand.press("space")  # paused it stands, and stays armed
         await wait(hand, rig, 0.3)
         assert rig.sent(0) == (0.0, 0.0)

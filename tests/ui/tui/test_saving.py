@@ -1,4 +1,4 @@
-"""Saving at the desk: what worked and no longer does is said, and a promise is kept with the lesson."""
+"""Saving: what worked and no longer does is said, and a promise is kept with the lesson."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from understudy.ui.controller.training_plan import make_session_start
 
 
 @contextmanager
-def desk(folder: Path) -> Iterator[Trainer]:
+def open_trainer(folder: Path) -> Iterator[Trainer]:
     made = plan(folder, choices=GOTO)
     start = make_session_start(made)
     assert start is not None
@@ -31,14 +31,14 @@ def desk(folder: Path) -> Iterator[Trainer]:
         opened.close()
 
 
-def press(desk: Trainer, state: str) -> None:
-    desk.press(state)
-    desk.tick()
+def press(trainer: Trainer, state: str) -> None:
+    trainer.press(state)
+    trainer.tick()
 
 
 def test_what_is_lost_is_said(tmp_path: Path) -> None:
     """The press that made it drive off is outvoted by two that contradict it."""
-    with desk(tmp_path) as here:
+    with open_trainer(tmp_path) as here:
         press(here, "forward")
         here.save()
         assert here.status.text == f"Saved in {tmp_path / 'goto.json'}"
@@ -58,7 +58,7 @@ def test_what_is_lost_is_said(tmp_path: Path) -> None:
 
 
 def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
-    with desk(tmp_path) as here:
+    with open_trainer(tmp_path) as here:
         press(here, "done")
         here.reset_world()
         here.save()

@@ -53,8 +53,8 @@ def plain(data: object) -> Any:
 def studio(folder: Path, *, world: str = "forage", seed: int = 0, wall: Wall | None = None) -> StudioServer:
     """A studio whose world moves only when told, and where pages may speak as fast as they like."""
     scenario = find_scenario(world)
-    stage = SessionHost(scenario, folder, make_scenario_kit(scenario), seed=seed, wall=wall or Wall())
-    return StudioServer(stage, wall=wall or Wall(glance=0.01))
+    host = SessionHost(scenario, folder, make_scenario_kit(scenario), seed=seed, wall=wall or Wall())
+    return StudioServer(host, wall=wall or Wall(glance=0.01))
 
 
 @dataclass

@@ -76,9 +76,13 @@ def test_advice_with_a_place_is_set_up(person: Page, made: StudioServer) -> None
     run = made.host.run.number
     answer = person.done("set_up", sentence=chosen["sentence"])
     assert answer["sentence"] == f"There it is, in {state}, as I meant it: show me what to do."
-    desk = made.host.active_trainer
-    assert (desk.session_view.state, desk.session_view.examples, made.host.paused) == (state, taught, True)
-    assert 2.3 < desk.session_view.features["angle_to(A)"] < 4.0
+    trainer = made.host.active_trainer
+    assert (trainer.session_view.state, trainer.session_view.examples, made.host.paused) == (
+        state,
+        taught,
+        True,
+    )
+    assert 2.3 < trainer.session_view.features["angle_to(A)"] < 4.0
     assert made.host.run.number == answer["run"] == run + 1  # one cannot go back beyond
     person.done("press", state="rotate_right")
     step(person)
@@ -163,23 +167,23 @@ def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: St
     person.done("turn")
     question = asked(person)
     assert question["sentence"].startswith("I am not sure: I would ")
-    desk = made.host.active_trainer
-    known, state, now = len(desk.session.examples), desk.session_view.state, desk.body.time_s
-    there = desk.session.capture()
+    trainer = made.host.active_trainer
+    known, state, now = len(trainer.session.examples), trainer.session_view.state, trainer.body.time_s
+    there = trainer.session.capture()
     assert made.host.paused
     person.done("press", state="rotate_right")
-    screen = desk.session_view
-    new = desk.session.examples[known:]
+    view = trainer.session_view
+    new = trainer.session.examples[known:]
     assert (new[0].state, new[0].next, new[0].correction) == (state, "rotate_right", True)
-    assert (screen.mode.value, screen.state, made.host.paused) == ("testing", "rotate_right", False)
-    assert desk.body.time_s == pytest.approx(now + 0.1)
-    assert desk.coach.question is None
-    desk.session.rewind(there)
-    desk.session.tick()
-    assert desk.session.view().state == "rotate_right"  # that was learned
+    assert (view.mode.value, view.state, made.host.paused) == ("testing", "rotate_right", False)
+    assert trainer.body.time_s == pytest.approx(now + 0.1)
+    assert trainer.coach.question is None
+    trainer.session.rewind(there)
+    trainer.session.tick()
+    assert trainer.session.view().state == "rotate_right"  # that was learned
     person.done("pause", paused=True)
     person.done("undo")
-    assert len(desk.session.examples) == known
+    assert len(trainer.session.examples) == known
 
 
 def test_a_question_is_of_one_situation(person: Page, made: StudioServer) -> None:
@@ -187,10 +191,10 @@ def test_a_question_is_of_one_situation(person: Page, made: StudioServer) -> Non
     person.done("turn")
     asked(person)
     person.done("place", agent=0, x=5.0, y=5.0)
-    desk = made.host.active_trainer
-    assert desk.coach.question is None
+    trainer = made.host.active_trainer
+    assert trainer.coach.question is None
     person.done("press", state="rotate_right")
-    assert (desk.session_view.waiting, desk.session_view.mode.value, made.host.paused) == (
+    assert (trainer.session_view.waiting, trainer.session_view.mode.value, made.host.paused) == (
         "rotate_right",
         "training",
         True,
@@ -202,16 +206,20 @@ def test_carrying_on_records_nothing_and_keeping_confirms(person: Page, made: St
     person.done("ask_when", when="pause")
     person.done("turn")
     asked(person)
-    desk = made.host.active_trainer
-    known, state = len(desk.session.examples), desk.session_view.state
+    trainer = made.host.active_trainer
+    known, state = len(trainer.session.examples), trainer.session_view.state
     if way == "keep":
         person.done("confirm")
-        (new,) = desk.session.examples[known:]
+        (new,) = trainer.session.examples[known:]
         assert (new.state, new.next, new.kind.value) == (state, state, "confirmation")
     else:
         person.done("pause", paused=False)
-        assert len(desk.session.examples) == known
-    assert (desk.coach.question, desk.session_view.mode.value, made.host.paused) == (None, "testing", False)
+        assert len(trainer.session.examples) == known
+    assert (trainer.coach.question, trainer.session_view.mode.value, made.host.paused) == (
+        None,
+        "testing",
+        False,
+    )
 
 
 def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: StudioServer) -> None:
@@ -219,15 +227,15 @@ def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: Studio
     person.done("ask_when", when="pause")
     person.done("speed", speed=16)
     person.done("turn")
-    desk, wall = made.host.active_trainer, made.host.wall
+    trainer, wall = made.host.active_trainer, made.host.wall
     person.done("pause", paused=False)
     for _ in range(100):
         wall.now += 0.2  # type: ignore[attr-defined]  # the tests' clock
         made.run_due_ticks()
         if made.host.paused:
             break
-    assert desk.coach.question is not None
-    assert desk.body.time_s == desk.coach.question.time_s
+    assert trainer.coach.question is not None
+    assert trainer.body.time_s == trainer.coach.question.time_s
 
 
 def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: StudioServer) -> None:
@@ -241,10 +249,10 @@ def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: Stu
     first = marks[0]
     assert first["time_s"] == pytest.approx(began)
     person.done("go_to_mark", number=first["number"])
-    desk = made.host.active_trainer
+    trainer = made.host.active_trainer
     assert (made.host.world.time_s, made.host.paused) == (first["time_s"], True)
-    assert desk.coach.question is not None
-    assert desk.coach.question.sentence == first["sentence"]
+    assert trainer.coach.question is not None
+    assert trainer.coach.question.sentence == first["sentence"]
     person.done("press", state="rotate_right")
     left = plain(made.host.session_data())["asking"]["marks"]
     assert first["number"] not in [mark["number"] for mark in left]
@@ -315,12 +323,14 @@ def test_unlearning_is_chosen_among_the_options(made: StudioServer) -> None:
 
 def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: StudioServer) -> None:
     """Eight times it turned where A was to the left and went on where it was ahead; once the wrong button was hit."""
-    desk = made.host.active_trainer
-    desk.session.quarantine(dict.fromkeys((each.number for each in desk.session.examples), "in the way"))
+    trainer = made.host.active_trainer
+    trainer.session.quarantine(
+        dict.fromkeys((each.number for each in trainer.session.examples), "in the way")
+    )
     for far, angle, says in [*((far, 1.5, "rotate_left") for far in (3, 3.3, 3.6, 3.9)), (3.4, 1.6, "done")]:
-        shown(desk, "forward", (far, angle), says)
+        shown(trainer, "forward", (far, angle), says)
     for far in (0.2, 0.25, 0.3):
-        shown(desk, "forward", (far, 0.1), "done")
+        shown(trainer, "forward", (far, 0.1), "done")
     odd = [each for each in advised(person) if each["kind"] == "slip"]
     assert [each["says"] for each in odd] == [{"state": "forward", "next": "done"}]
     (number, *_) = odd[0]["examples"]
@@ -328,13 +338,13 @@ def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: 
     assert "slip" not in [each["kind"] for each in advised(person)]
     assert "nobody asked" in person.say("stand_by", number=number)["error"]
     person.done("mend", number=number, next="rotate_left")
-    assert next(each.next for each in desk.session.examples if each.number == number) == "rotate_left"
+    assert next(each.next for each in trainer.session.examples if each.number == number) == "rotate_left"
     assert "no state 'fly'" in person.say("mend", number=number, next="fly")["error"]
 
 
-def shown(desk: Trainer, state: str, values: tuple[float, float], says: str) -> None:
+def shown(trainer: Trainer, state: str, values: tuple[float, float], says: str) -> None:
     """An example as if it had been shown just so."""
-    session = desk.session
+    session = trainer.session
     session.direct(state)
     session.tick()
     session.direct(says)
@@ -343,4 +353,4 @@ def shown(desk: Trainer, state: str, values: tuple[float, float], says: str) -> 
         each.number for each in reversed(session.examples) if (each.state, each.next) == (state, says)
     )
     session.edit(number, values=dict(zip(("distance_to(A)", "angle_to(A)"), values, strict=True)))
-    desk.refresh_view()
+    trainer.refresh_view()

@@ -22,25 +22,25 @@ class Reply(Data, frozen=True):
     number: int
 
 
-def undo(stage: SessionHost, message: Undo) -> Reply | StatusMessage:
+def undo(host: SessionHost, message: Undo) -> Reply | StatusMessage:
     """Take something back."""
     return Reply(message.id)
 
 
-def undo_too(stage: SessionHost, message: Undo) -> None:
+def undo_too(host: SessionHost, message: Undo) -> None:
     """Take back the same."""
 
 
-def redo(desk: Trainer, message: Redo) -> StatusMessage:
+def redo(trainer: Trainer, message: Redo) -> StatusMessage:
     """Do something again."""
-    return StatusMessage(f"{desk.name} {message.id}")
+    return StatusMessage(f"{trainer.name} {message.id}")
 
 
-def helper(stage: SessionHost, name: str) -> None:
+def helper(host: SessionHost, name: str) -> None:
     """Take no message."""
 
 
-def _redo(stage: SessionHost, message: Redo) -> None:
+def _redo(host: SessionHost, message: Redo) -> None:
     """Be private."""
 
 
@@ -51,12 +51,12 @@ def module(*functions: Callable[..., Any]) -> ModuleType:
 
 
 class Trained:
-    """As much of a stage as a handler on the desk needs."""
+    """As much of a host as a handler on the trainer needs."""
 
     frame_version = 0
 
     class active_trainer:
-        """As much of a desk."""
+        """As much of a trainer."""
 
         name = "goto"
 
@@ -68,9 +68,9 @@ def test_they_are_found_by_the_message_they_take() -> None:
 
 
 def test_one_that_acts_on_the_desk_is_given_what_is_trained_and_shows_it_anew() -> None:
-    stage: Any = Trained()
-    assert find_handlers(module(redo))[Redo](stage, Redo(id=3)) == StatusMessage("goto 3")
-    assert stage.frame_version == 1
+    host: Any = Trained()
+    assert find_handlers(module(redo))[Redo](host, Redo(id=3)) == StatusMessage("goto 3")
+    assert host.frame_version == 1
 
 
 def test_two_for_one_message() -> None:

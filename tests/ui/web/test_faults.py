@@ -31,8 +31,8 @@ def test_a_feature_of_somebodys_own_that_fails(tmp_path: Path) -> None:
         return robot.food_stored * 1.0
 
     wall, scenario = Wall(), find_scenario("forage")
-    stage = SessionHost(scenario, tmp_path, make_scenario_kit(scenario) + Kit.from_parts(risky), wall=wall)
-    with served(StudioServer(stage, wall=Wall(glance=0.01))) as client, page(client) as person:
+    host = SessionHost(scenario, tmp_path, make_scenario_kit(scenario) + Kit.from_parts(risky), wall=wall)
+    with served(StudioServer(host, wall=Wall(glance=0.01))) as client, page(client) as person:
         person.done(**{**GOTO, "features": ["risky"], "parameters": [], "targets": {}})
         person.done("press", state="forward")
         failing = True

@@ -24,8 +24,8 @@ from understudy.ui.web.session_host import SessionHost
 NONE = 65535
 
 
-def same(read: Frame, stage: SessionHost) -> None:
-    view = stage.world.view()
+def same(read: Frame, host: SessionHost) -> None:
+    view = host.world.view()
     robots = view.robots
     expected = np.column_stack([robots.x, robots.y, robots.heading]).astype(np.float32)
     assert_allclose([row[:3] for row in read.robots], expected, rtol=0, atol=0)
@@ -41,18 +41,18 @@ def same(read: Frame, stage: SessionHost) -> None:
     )
     assert read.delivered == robots.delivered.sum()
     assert read.time_s == view.time_s
-    assert read.tick == round(view.time_s / stage.world.tick_s)
+    assert read.tick == round(view.time_s / host.world.tick_s)
 
 
 @pytest.mark.parametrize("world", list_builtin_scenarios())
 def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
-    stage = studio(tmp_path, world=world, seed=3).host
-    read = Frame.read(stage.frame())
-    same(read, stage)
+    host = studio(tmp_path, world=world, seed=3).host
+    read = Frame.read(host.frame())
+    same(read, host)
     assert (read.kind, read.bits, read.state, read.agent, read.features) == (1, 1, NONE, 0, [])  # paused
-    scene: dict[str, Any] = plain(stage.scene())
+    scene: dict[str, Any] = plain(host.scene())
     sonars = scene["sonars"][scene["robot_type"][0]]
-    percept = stage.world.sense([(sonar["name"], None) for sonar in sonars])
+    percept = host.world.sense([(sonar["name"], None) for sonar in sonars])
     expected = [percept[sonar["name"], None][0] for sonar in sonars]
     assert_allclose(read.sonar, np.asarray(expected, np.float32), rtol=0, atol=0)
     assert len(read.robots) == scene["robots"] == len(scene["robot_type"])
@@ -60,28 +60,28 @@ def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
 
 
 def test_a_frame_of_a_desk(tmp_path: Path) -> None:
-    stage = studio(tmp_path, world="forage-team").host
-    session.select_agent(stage, 1)
+    host = studio(tmp_path, world="forage-team").host
+    session.select_agent(host, 1)
     fields = {key: value for key, value in GOTO.items() if key not in ("do", "name")}
-    session.begin_automaton(stage, "goto", LessonChoices(**fields), discard=False)
-    desk = stage.active_trainer
-    desk.press("rotate_left")
+    session.begin_automaton(host, "goto", LessonChoices(**fields), discard=False)
+    trainer = host.active_trainer
+    trainer.press("rotate_left")
     for _ in range(7):
-        desk.step()
-    read = Frame.read(stage.frame())
-    same(read, stage)
+        trainer.step()
+    read = Frame.read(host.frame())
+    same(read, host)
     assert (read.bits, read.state, read.agent) == (1 | 4, 2, 1)
     assert [row[4] for row in read.robots] == [NONE, 2, *[NONE] * (len(read.robots) - 2)]
-    assert_allclose(read.features, list(desk.session_view.features.values()), rtol=1e-6)
-    desk.toggle_mode()
-    assert Frame.read(stage.frame()).bits == 1 | 2 | 4
-    stage.close()
+    assert_allclose(read.features, list(trainer.session_view.features.values()), rtol=1e-6)
+    trainer.toggle_mode()
+    assert Frame.read(host.frame()).bits == 1 | 2 | 4
+    host.close()
 
 
 def test_absent_values_and_numbers_that_are_too_large(tmp_path: Path) -> None:
-    stage = studio(tmp_path).host
-    stage.world.state.objects["amount"][0] = 2_000_000
-    data = encode_frame(stage.world.view(), tick=2**40, agent=0, features=(nan, 1.5), sonar=(nan,))
+    host = studio(tmp_path).host
+    host.world.state.objects["amount"][0] = 2_000_000
+    data = encode_frame(host.world.view(), tick=2**40, agent=0, features=(nan, 1.5), sonar=(nan,))
     read = Frame.read(data)
     assert read.tick == 0
     assert isnan(read.features[0])
@@ -96,16 +96,16 @@ def test_a_robot_type_with_300_sonar_sectors(tmp_path: Path) -> None:
     forager = forage.types["forager"]
     scanning = replace(forager, sensors=(*forager.sensors, Sonar(sectors=sectors)))
     scenario = replace(forage, types={"forager": scanning})
-    stage = SessionHost(scenario, tmp_path, make_scenario_kit(scenario), seed=3, wall=Wall())
-    stage.world.state.robots["delivered"][0] = 7
-    read = Frame.read(stage.frame())
-    same(read, stage)
-    percept = stage.world.sense([(name, None) for name in sectors])
+    host = SessionHost(scenario, tmp_path, make_scenario_kit(scenario), seed=3, wall=Wall())
+    host.world.state.robots["delivered"][0] = 7
+    read = Frame.read(host.frame())
+    same(read, host)
+    percept = host.world.sense([(name, None) for name in sectors])
     assert_allclose(read.sonar, [np.float32(percept[name, None][0]) for name in sectors], rtol=0, atol=0)
     assert len(set(read.sonar)) > 100
 
 
 def test_food_that_is_home(tmp_path: Path) -> None:
-    stage = studio(tmp_path, world="forage-team").host
-    stage.world.state.robots["delivered"][:2] = 40_000, 30_000
-    assert Frame.read(stage.frame()).delivered == 70_000
+    host = studio(tmp_path, world="forage-team").host
+    host.world.state.robots["delivered"][:2] = 40_000, 30_000
+    assert Frame.read(host.frame()).delivered == 70_000

@@ -51,21 +51,21 @@ class Room:
 
     def state(self) -> tuple[object, ...]:
         """Everything that a message could change."""
-        stage = self.studio.host
-        session = stage.active_trainer.session
-        files = {path: path.stat().st_size for path in sorted(stage.library_view.folder.rglob("*"))}
+        host = self.studio.host
+        session = host.active_trainer.session
+        files = {path: path.stat().st_size for path in sorted(host.library_view.folder.rglob("*"))}
         return (
-            find_drawn_world(stage.world).snapshot(),
+            find_drawn_world(host.world).snapshot(),
             session.lesson.record,
             repr((session.automaton, session.examples)),  # absent values are not equal to themselves
             repr(session.view()),
             session.mode,
             session.run_state,
-            stage.paused,
-            stage.speed,
-            stage.status,
+            host.paused,
+            host.speed,
+            host.status,
             session.is_watching,
-            stage.library(),
+            host.library(),
             self.studio.viewers.director,
             files,
         )

@@ -38,12 +38,12 @@ def teach(person: Page, *states: str) -> None:
         person.done("step")
 
 
-def names(stage: SessionHost) -> list[str]:
-    return [row["name"] for row in plain(stage.library())["trained"]]
+def names(host: SessionHost) -> list[str]:
+    return [row["name"] for row in plain(host.library())["trained"]]
 
 
-def files(stage: SessionHost) -> list[str]:
-    folder = stage.library_view.folder
+def files(host: SessionHost) -> list[str]:
+    folder = host.library_view.folder
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*.json"))
 
 
@@ -186,11 +186,11 @@ def test_choosing_anew_keeps_the_examples(made: StudioServer, person: Page) -> N
     person.done(
         "choose", states=["forward", "rotate_left"], features=["angle_to(A)"], flags=[], reaction_s=0.2
     )
-    desk = plain(made.host.session_data())
-    assert desk is not None
-    assert [state["name"] for state in desk["states"]] == ["start", "forward", "rotate_left"]
-    assert [feature["label"] for feature in desk["features"]] == ["angle_to(A)"]
-    assert (desk["reaction_s"], desk["watched"], desk["taught"]) == (0.2, False, 4)
+    session = plain(made.host.session_data())
+    assert session is not None
+    assert [state["name"] for state in session["states"]] == ["start", "forward", "rotate_left"]
+    assert [feature["label"] for feature in session["features"]] == ["angle_to(A)"]
+    assert (session["reaction_s"], session["watched"], session["taught"]) == (0.2, False, 4)
     person.done("edit", number=1, next="rotate_left")
     assert person.done("why")["levels"]
     person.done("delete", number=2)
@@ -206,9 +206,9 @@ def test_the_automata_it_runs_are_told_with_their_states_and_transitions(
     teach(person, "forward", "done")
     person.done("save")
     person.done(**CARRY)
-    desk = plain(made.host.session_data())
-    assert [state["automaton"] for state in desk["states"]] == [None, "goto", None]
-    goto = desk["nested"]["goto"]
+    session = plain(made.host.session_data())
+    assert [state["automaton"] for state in session["states"]] == [None, "goto", None]
+    goto = session["nested"]["goto"]
     assert [state["name"] for state in goto["states"]][-1] == "done"
     assert goto["states"][-1]["flag"]
     assert ("start", "forward") in [(edge["from"], edge["to"]) for edge in goto["edges"]]
@@ -220,14 +220,14 @@ def test_contradictions_are_marked(made: StudioServer, person: Page) -> None:
     teach(person, "forward")
     person.done("restart")
     teach(person, "rotate_left")
-    desk = plain(made.host.session_data())
-    assert [(each["number"], each["contradicts"]) for each in desk["examples"]] == [
+    session = plain(made.host.session_data())
+    assert [(each["number"], each["contradicts"]) for each in session["examples"]] == [
         (1, True),
         (2, False),
         (3, True),
         (4, False),
     ]
-    (edge,) = desk["edges"]
+    (edge,) = session["edges"]
     assert edge == {"from": "start", "to": "forward", "when": ["always"], "examples": [1]}
 
 

@@ -21,11 +21,11 @@ from understudy.ui.web.server import StudioServer
 HERE = "/library.zip"
 
 
-class Desk:
+class Rig:
     """A studio with goto saved, the page that directs it, and its post."""
 
     def __init__(self, made: StudioServer, client: TestClient, person: Page) -> None:
-        self.stage, self.client, self.person = made.host, client, person
+        self.host, self.client, self.person = made.host, client, person
         self.key = person.hello["key"]
 
     def out(self) -> bytes:
@@ -39,18 +39,18 @@ class Desk:
         return answer.status_code, answer.json()
 
     def contents(self) -> dict[str, bytes]:
-        folder = self.stage.library_view.folder
+        folder = self.host.library_view.folder
         return {str(path): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture
-def desk(tmp_path: Path) -> Iterator[Desk]:
+def rig(tmp_path: Path) -> Iterator[Rig]:
     made = studio(tmp_path / "library")
     with served(made) as client, page(client) as person:
         person.done(**GOTO)
         teach(person, "forward")
         person.done("save")
-        yield Desk(made, client, person)
+        yield Rig(made, client, person)
 
 
 def zipped(*members: tuple[str, bytes | str]) -> bytes:
@@ -61,17 +61,17 @@ def zipped(*members: tuple[str, bytes | str]) -> bytes:
     return made.getvalue()
 
 
-def test_documents_go_out_and_come_in_elsewhere(desk: Desk, tmp_path: Path) -> None:
-    desk.person.done("duplicate", name="goto", to="a/b")
-    teach(desk.person, "rotate_left")
-    desk.person.done("save")
-    assert len(files(desk.stage)) == 3  # one of them a former version
-    parcel = desk.out()
+def test_documents_go_out_and_come_in_elsewhere(rig: Rig, tmp_path: Path) -> None:
+    rig.person.done("duplicate", name="goto", to="a/b")
+    teach(rig.person, "rotate_left")
+    rig.person.done("save")
+    assert len(files(rig.host)) == 3  # one of them a former version
+    parcel = rig.out()
     with ZipFile(BytesIO(parcel)) as archive:
         assert sorted(archive.namelist()) == ["a%2Fb.json", "goto.json"]
     other = studio(tmp_path / "other")
     with served(other) as client, page(client) as person:
-        there = Desk(other, client, person)
+        there = Rig(other, client, person)
         assert there.out()[:2] == b"PK"  # empty, and no folder yet
         assert there.give(parcel) == (200, {"said": "Imported a/b, goto"})
         while not person.desk["library"]["trained"]:
@@ -80,33 +80,33 @@ def test_documents_go_out_and_come_in_elsewhere(desk: Desk, tmp_path: Path) -> N
         assert there.give(parcel) == (200, {"said": "Nothing new was in it"})
     assert files(other.host) == ["a%2Fb.json", "goto.json"]
     for name in files(other.host):
-        here, there_ = (each.library_view.folder / name for each in (desk.stage, other.host))
+        here, there_ = (each.library_view.folder / name for each in (rig.host, other.host))
         assert here.read_bytes() == there_.read_bytes()
 
 
-def test_what_is_there_is_replaced_only_when_asked(desk: Desk) -> None:
-    desk.person.done("duplicate", name="goto", to="extra")
-    parcel = desk.out()
-    desk.person.done("remove", name="extra")
-    teach(desk.person, "rotate_left")
-    desk.person.done("save")
-    before = desk.contents()
-    status, answer = desk.give(parcel)
+def test_what_is_there_is_replaced_only_when_asked(rig: Rig) -> None:
+    rig.person.done("duplicate", name="goto", to="extra")
+    parcel = rig.out()
+    rig.person.done("remove", name="extra")
+    teach(rig.person, "rotate_left")
+    rig.person.done("save")
+    before = rig.contents()
+    status, answer = rig.give(parcel)
     assert (status, answer["taken"]) == (409, ["goto"])
     assert "the library has goto already" in answer["error"]
-    assert "goto is being trained" in desk.give(parcel, taken="replace")[1]["error"]
-    assert desk.contents() == before
-    assert desk.give(parcel, taken="keep") == (200, {"said": "Imported extra"})
-    assert before.items() <= desk.contents().items()
-    desk.person.done("open", name="extra")
+    assert "goto is being trained" in rig.give(parcel, taken="replace")[1]["error"]
+    assert rig.contents() == before
+    assert rig.give(parcel, taken="keep") == (200, {"said": "Imported extra"})
+    assert before.items() <= rig.contents().items()
+    rig.person.done("open", name="extra")
     said = "Nothing new was in it; replaced goto, former versions are kept"
-    assert desk.give(parcel, taken="replace") == (200, {"said": said})
-    assert desk.stage.library_view.library.taught["goto"].lesson is not None
-    assert [each.number for each in list_versions(desk.stage.library_view.folder, "goto")] == [1, 2]
+    assert rig.give(parcel, taken="replace") == (200, {"said": said})
+    assert rig.host.library_view.library.taught["goto"].lesson is not None
+    assert [each.number for each in list_versions(rig.host.library_view.folder, "goto")] == [1, 2]
 
 
-def document(desk: Desk, **automaton: str) -> str:
-    found = json.loads((desk.stage.library_view.folder / "goto.json").read_text())
+def document(rig: Rig, **automaton: str) -> str:
+    found = json.loads((rig.host.library_view.folder / "goto.json").read_text())
     found["automaton"].update(automaton)
     return json.dumps(found)
 
@@ -118,37 +118,37 @@ BAD_NAMES = [
 
 
 @pytest.mark.parametrize("name", BAD_NAMES)
-def test_only_plain_file_names(desk: Desk, name: str) -> None:
-    before = desk.contents()
-    status, answer = desk.give(zipped(("reach.json", document(desk, name="reach")), (name, "{}")))
+def test_only_plain_file_names(rig: Rig, name: str) -> None:
+    before = rig.contents()
+    status, answer = rig.give(zipped(("reach.json", document(rig, name="reach")), (name, "{}")))
     assert status == 400
     assert "plain name" in answer["error"]
-    assert desk.contents() == before
-    assert names(desk.stage) == ["goto"]
+    assert rig.contents() == before
+    assert names(rig.host) == ["goto"]
 
 
-def test_only_documents_that_open(desk: Desk) -> None:
-    fine = ("reach.json", document(desk, name="reach"))
-    flight = document(desk, name="flight").replace("distance_to", "height_of")
-    huge = json.loads(document(desk, name="huge"))
+def test_only_documents_that_open(rig: Rig) -> None:
+    fine = ("reach.json", document(rig, name="reach"))
+    flight = document(rig, name="flight").replace("distance_to", "height_of")
+    huge = json.loads(document(rig, name="huge"))
     huge["lesson"]["record"]["moments"] = 10**9
     bad = [
         ([("goto2.json", "{")], "cut short"),
-        ([("goto2.json", document(desk, name="goto3"))], "call it goto3.json"),
-        ([("forward.json", document(desk, name="forward"))], "basic behavior"),
-        ([("Goto.json", document(desk, name="Goto"))], "the library has goto already"),
+        ([("goto2.json", document(rig, name="goto3"))], "call it goto3.json"),
+        ([("forward.json", document(rig, name="forward"))], "basic behavior"),
+        ([("Goto.json", document(rig, name="Goto"))], "the library has goto already"),
         ([("flight.json", flight)], "has no feature 'height_of'"),
         ([("huge.json", json.dumps(huge))], "longer than 64 MB"),
         ([fine, fine], "twice"),
         ([], "it is empty"),
     ]
-    before = desk.contents()
+    before = rig.contents()
     for members, said in bad:
         with pytest.warns(UserWarning, match="Duplicate") if len(members) == 2 else _quiet():
             parcel = zipped(*members)
-        status, answer = desk.give(parcel)
+        status, answer = rig.give(parcel)
         assert (status, said in answer["error"]) == (400, True), answer
-    assert desk.contents() == before
+    assert rig.contents() == before
 
 
 def _quiet() -> Any:
@@ -157,37 +157,35 @@ def _quiet() -> Any:
     return nullcontext()
 
 
-def test_broken_and_boundless_zips(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = desk.contents()
-    parcel = desk.out()
+def test_broken_and_boundless_zips(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = rig.contents()
+    parcel = rig.out()
     damaged = bytearray(parcel)
     damaged[60:90] = bytes(30)
     encrypted = bytearray(parcel)
     encrypted[6] |= 1
     encrypted[parcel.index(b"PK\x01\x02") + 8] |= 1
     for data in (b"", b"PK", b"no zip", parcel[:-30], bytes(damaged), bytes(encrypted)):
-        status, answer = desk.give(data)
+        status, answer = rig.give(data)
         assert (status, "cannot be read as a zip" in answer["error"]) == (400, True), answer
     bomb = zipped(("bomb.json", b" " * (65 * 2**20)))
     assert len(bomb) < 2**17
-    assert "more than 64 MB" in desk.give(bomb)[1]["error"]
-    assert (
-        "more than 1000 files" in desk.give(zipped(*((f"a{n}.json", "") for n in range(1_001))))[1]["error"]
-    )
+    assert "more than 64 MB" in rig.give(bomb)[1]["error"]
+    assert "more than 1000 files" in rig.give(zipped(*((f"a{n}.json", "") for n in range(1_001))))[1]["error"]
     monkeypatch.setattr("understudy.ui.web.library_zip.MOST_PACKED", 100)
-    status, answer = desk.give(parcel)
+    status, answer = rig.give(parcel)
     assert status == 413
-    assert desk.contents() == before
+    assert rig.contents() == before
 
 
-def test_only_who_directs_imports(desk: Desk) -> None:
-    parcel = desk.out()
+def test_only_who_directs_imports(rig: Rig) -> None:
+    parcel = rig.out()
     for key in ("", "guess", "é"):
-        status, answer = desk.give(parcel, key=key)
+        status, answer = rig.give(parcel, key=key)
         assert (status, "only watches" in answer["error"]) == (403, True)
-    assert desk.give(parcel, taken="all")[0] == 400
-    desk.person.done("hand_over")
-    assert desk.give(parcel)[0] == 403
+    assert rig.give(parcel, taken="all")[0] == 400
+    rig.person.done("hand_over")
+    assert rig.give(parcel)[0] == 403
 
 
 def test_a_token_and_the_own_site_are_asked_for(tmp_path: Path) -> None:

@@ -37,13 +37,13 @@ def test_what_is_trained_has_another_name(made: StudioServer, person: Page) -> N
     person.done("rename", name="goto", to="reach")
     assert names(made.host) == ["reach"]
     assert [path[:19] for path in files(made.host)] == ["reach.json", "versions/reach/0001"]
-    desk = made.host.active_trainer
-    assert (desk.name, desk.session_view.examples, desk.session_view.targets["A"]) == (
+    trainer = made.host.active_trainer
+    assert (trainer.name, trainer.session_view.examples, trainer.session_view.targets["A"]) == (
         "reach",
         examples,
         "nearest_food",
     )
-    assert (desk.has_unsaved_changes, desk.paused, desk.status.text) == (
+    assert (trainer.has_unsaved_changes, trainer.paused, trainer.status.text) == (
         False,
         True,
         "goto is called reach now",

@@ -98,9 +98,9 @@ def test_nobody_watches(made: StudioServer, person: Page) -> None:
         for _ in range(60):
             person.done("step")
         teach(person, state)
-        desk = plain(made.host.session_data())
-        kinds = [each["kind"] for each in desk["examples"]]
-        assert (desk["watching"], "watched" in kinds) == (watching, watching)
+        session = plain(made.host.session_data())
+        kinds = [each["kind"] for each in session["examples"]]
+        assert (session["watching"], "watched" in kinds) == (watching, watching)
 
 
 def test_after_a_kill_the_others_go_on_and_who_did_not_watch_still_does_not(tmp_path: Path) -> None:
@@ -116,9 +116,9 @@ def test_after_a_kill_the_others_go_on_and_who_did_not_watch_still_does_not(tmp_
     made = studio(folder, world="forage-team")
     with served(made) as client, page(client) as person:
         person.done("open", name="goto")
-        desk = plain(made.host.session_data())
-        assert desk["others"] == {"behavior": "forward", "targets": {}}
-        assert not desk["watching"]
+        session = plain(made.host.session_data())
+        assert session["others"] == {"behavior": "forward", "targets": {}}
+        assert not session["watching"]
         before = places(made)
         person.done("step")
         assert all(now != then for now, then in zip(places(made)[1:], before[1:], strict=True))
@@ -172,22 +172,22 @@ def test_time_before_a_lesson(tmp_path: Path) -> None:
     """It stands still until somebody lets it go; robots idle, and a lesson begins in the world as it is then."""
     wall = Wall()
     made = studio(tmp_path, world="patrol", wall=wall)
-    stage = made.host
+    host = made.host
     with served(made) as client, page(client) as person:
         assert person.desk["paused"]
         person.done("step")
-        assert stage.world.time_s == pytest.approx(stage.world.tick_s)
+        assert host.world.time_s == pytest.approx(host.world.tick_s)
         person.done("pause", paused=False)
-        before = stage.world.view().robots.x.tolist()
+        before = host.world.view().robots.x.tolist()
         wall.now += 0.2
-        stage.run_due_ticks()
-        assert stage.world.time_s == pytest.approx(0.2 + stage.world.tick_s)
-        assert stage.world.view().robots.x.tolist() == before
+        host.run_due_ticks()
+        assert host.world.time_s == pytest.approx(0.2 + host.world.tick_s)
+        assert host.world.view().robots.x.tolist() == before
         person.done("speed", speed=2.0)
         wall.now += 0.2
-        stage.run_due_ticks()
-        assert stage.world.time_s == pytest.approx(0.6 + stage.world.tick_s)
+        host.run_due_ticks()
+        assert host.world.time_s == pytest.approx(0.6 + host.world.tick_s)
         person.done("pause", paused=True)
         wall.now += 0.2
-        stage.run_due_ticks()
-        assert stage.world.time_s == pytest.approx(0.6 + stage.world.tick_s)
+        host.run_due_ticks()
+        assert host.world.time_s == pytest.approx(0.6 + host.world.tick_s)

@@ -1,4 +1,4 @@
-"""Real robots on the studio's stage, over wires in memory: armed by a page, stopped by any, and where nobody looks."""
+"""Real robots in the studio, over wires in memory: armed by a page, stopped by any, and where nobody looks."""
 
 from __future__ import annotations
 
@@ -40,10 +40,8 @@ class Lab:
     ) -> None:
         self.rig, self.wall = Rig(names, world=world, recorder=recorder), Wall()
         twin = self.rig.twin
-        stage = SessionHost(
-            twin.scenario, folder, make_scenario_kit(twin.scenario), wall=self.wall, twin=twin
-        )
-        self.studio = StudioServer(stage, wall=self.wall)
+        host = SessionHost(twin.scenario, folder, make_scenario_kit(twin.scenario), wall=self.wall, twin=twin)
+        self.studio = StudioServer(host, wall=self.wall)
         self.page = self.studio.connect(None)
         self.rig.seen()
 

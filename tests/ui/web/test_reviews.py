@@ -46,7 +46,7 @@ def begin(person: Page) -> None:
     person.done("save")
 
 
-def desk(made: StudioServer) -> dict[str, Any]:
+def session_data(made: StudioServer) -> dict[str, Any]:
     shown: dict[str, Any] = plain(made.host.session_data())
     return shown
 
@@ -113,16 +113,16 @@ def test_in_training_somebody_else_decides(person: Page) -> None:
 
 def test_a_promise_is_listed_withdrawn_and_undone(made: StudioServer, person: Page) -> None:
     begin(person)
-    assert (desk(made)["flags"], desk(made)["outcomes"]) == (["done"], [])
-    edition = desk(made)["edition"]
+    assert (session_data(made)["flags"], session_data(made)["outcomes"]) == (["done"], [])
+    edition = session_data(made)["edition"]
     person.done("promise", flag="done", within_s=5)
-    assert desk(made)["outcomes"] == ["done within 5 s in forage, A = station"]
-    assert desk(made)["edition"] > edition
-    assert desk(made)["unsaved"]
+    assert session_data(made)["outcomes"] == ["done within 5 s in forage, A = station"]
+    assert session_data(made)["edition"] > edition
+    assert session_data(made)["unsaved"]
     person.done("withdraw", outcome=0)
-    assert desk(made)["outcomes"] == []
+    assert session_data(made)["outcomes"] == []
     person.done("undo")
-    assert desk(made)["outcomes"] == ["done within 5 s in forage, A = station"]
+    assert session_data(made)["outcomes"] == ["done within 5 s in forage, A = station"]
     assert "has no outcome 2: it promises 1" in person.say("withdraw", outcome=1)["error"]
     assert "its flags are done" in person.say("promise", flag="failed", within_s=5)["error"]
 
@@ -137,8 +137,8 @@ def test_one_can_go_to_where_it_was_promised(made: StudioServer, person: Page) -
     teach(person, "forward")
     person.done("visit", outcome=0)
     assert find_drawn_world(made.host.world).snapshot() == promised
-    screen = made.host.active_trainer.session_view
-    assert (screen.state, dict(screen.targets)) == ("start", {"A": "station"})
+    view = made.host.active_trainer.session_view
+    assert (view.state, dict(view.targets)) == ("start", {"A": "station"})
     assert made.host.paused
 
 
@@ -168,10 +168,10 @@ def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
     ]
     answer = person.done("save")
     assert answer["worse"] == ["fetch no longer comes to done within 3 s in forage"]
-    assert desk(made)["unsaved"]
+    assert session_data(made)["unsaved"]
     assert "not saved yet" in made.host.status.text
     assert "worse" not in person.done("save", anyway=True)
-    assert not desk(made)["unsaved"]
+    assert not session_data(made)["unsaved"]
     assert person.done("test", name="goto")["tested"]["else"] == ["changed since version 1; fetch runs it"]
 
 
@@ -187,14 +187,14 @@ def test_nothing_is_simpler_before_it_is_kept(made: StudioServer, person: Page) 
     assert [(each["number"], each["before"], each["after"]) for each in shown["decisions"]] == [
         (3, "done", "forward")
     ]
-    assert not desk(made)["unsaved"]
-    assert desk(made)["pruning"] == 0
+    assert not session_data(made)["unsaved"]
+    assert session_data(made)["pruning"] == 0
     person.done("prune", pruning=1)
-    assert desk(made)["pruning"] == 1
-    assert [edge["to"] for edge in desk(made)["edges"]] == ["forward"]
+    assert session_data(made)["pruning"] == 1
+    assert [edge["to"] for edge in session_data(made)["edges"]] == ["forward"]
     person.done("undo")
-    assert desk(made)["pruning"] == 0
-    assert [edge["to"] for edge in desk(made)["edges"]] == ["forward", "done"]
+    assert session_data(made)["pruning"] == 0
+    assert [edge["to"] for edge in session_data(made)["edges"]] == ["forward", "done"]
 
 
 def test_those_who_look_on_may_ask_but_not_change(made: StudioServer) -> None:

@@ -57,11 +57,11 @@ def test_directing_a_coordinator_moves_its_squad(made: StudioServer, person: Pag
     person.done("press", state="out")
     person.done("step")
     frame = Frame.read(made.host.frame())
-    desk = plain(made.host.session_data())
+    session = plain(made.host.session_data())
     assert frame.agent == NONE
-    assert {desk["doing"][robot[4]] for robot in frame.robots} <= {"forwards", "left", "right"}
-    assert desk["state"] == "out"
-    assert desk["examples"][0]["values"] == ["no", "4"]
+    assert {session["doing"][robot[4]] for robot in frame.robots} <= {"forwards", "left", "right"}
+    assert session["state"] == "out"
+    assert session["examples"][0]["values"] == ["no", "4"]
 
 
 def test_what_a_squad_was_taught_is_kept_in_its_folder(
@@ -90,11 +90,11 @@ def test_there_are_only_so_many(made: StudioServer, person: Page) -> None:
 
 
 def test_what_everybody_knows_has_what_is_trained_as_it_stands(made: StudioServer) -> None:
-    ranks, mine = made.host.groups, made.host.library_view.library
-    robots = ranks.collect_libraries(None, 0, mine)
+    groups, mine = made.host.groups, made.host.library_view.library
+    robots = groups.collect_libraries(None, 0, mine)
     assert [sort for sort, library in robots.items() if library is mine] == ["pioneer"]
-    assert set(ranks.collect_libraries("patrol", 0, mine)) == set(robots)
-    assert ranks.collect_libraries("patrol", 0, mine)["patrol"] is mine
+    assert set(groups.collect_libraries("patrol", 0, mine)) == set(robots)
+    assert groups.collect_libraries("patrol", 0, mine)["patrol"] is mine
 
 
 def test_a_coordinator_promises_and_says_why(made: StudioServer, person: Page) -> None:

@@ -86,7 +86,7 @@ class Guard:
         Monotonic time, s, that messages are stamped with on arrival. It must not jump; do not pass the time of day.
     log : StopLog, optional
         Where stops are logged; in memory only if left out.
-    leash : WatchdogClient, optional
+    watchdog : WatchdogClient, optional
         Connection to the robot's watchdog process. Without it there is no watchdog and no thread, and the caller has to
         call `check`: for tests and replays only. `connect_robot_body` always passes one.
     """
@@ -101,11 +101,11 @@ class Guard:
         heard: Collection[str],
         clock: Callable[[], float],
         log: StopLog | None = None,
-        leash: WatchdogClient | None = None,
+        watchdog: WatchdogClient | None = None,
     ) -> None:
         self._file, self._send, self._danger, self._peers = file, send, danger, peers
         self._heard, self._clock = heard, clock
-        self._monitor = SelfMonitor(leash, deadline_s=file.safety.deadline_s)
+        self._monitor = SelfMonitor(watchdog, deadline_s=file.safety.deadline_s)
         self.log = log or StopLog(file.name)
         self._topic = file.topic(file.commands.topic)
         self._hold_s = file.tick_s + file.safety.deadline_s

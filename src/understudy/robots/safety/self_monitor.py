@@ -38,13 +38,13 @@ class StopReason(NamedTuple):
 class SelfMonitor:
     """Detect what makes this process unfit to move a robot, and send heartbeats to the robot's watchdog.
 
-    `leash` is the connection to the watchdog; without one (tests, replays) nothing is detected. `deadline_s` is how
-    long the process may go without a check by the guard, s. The guard calls `begin`, `find_stop_reason`, `overrun`,
-    `confirm_check` and `abandon_robot` with its lock held.
+    `watchdog` is the connection to the watchdog; without one (tests, replays) nothing is detected. `deadline_s` is how
+    long the process may go without a check by the guard, s. The guard calls `begin`, `find_stop_reason`,
+    `check_overrun`, `confirm_check` and `abandon_robot` with its lock held.
     """
 
-    def __init__(self, leash: WatchdogClient | None, *, deadline_s: float) -> None:
-        self._watchdog, self._deadline_s = leash, deadline_s
+    def __init__(self, watchdog: WatchdogClient | None, *, deadline_s: float) -> None:
+        self._watchdog, self._deadline_s = watchdog, deadline_s
         self._looked_s, self._asleep_s, self._anew = 0.0, 0.0, False
 
     @property

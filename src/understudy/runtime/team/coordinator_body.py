@@ -38,7 +38,7 @@ class AgentRunState(msgspec.Struct):
 
 
 class CoordinatorSnapshot(msgspec.Struct):
-    """A troop at one moment: the robots' world, the squads bottom-up, the agents below the trained ones."""
+    """A moment of a coordinator's body: the robots' world, the squads bottom-up, the agents below the trained ones."""
 
     ground: bytes
     squads: list[SquadState]
@@ -107,7 +107,7 @@ class CoordinatorBody:
         return msgspec.msgpack.encode(CoordinatorSnapshot(self.ground.snapshot(), squads, runs))
 
     def restore(self, snapshot: bytes) -> None:
-        """Go back to a snapshot; FileError where it is none of such a troop."""
+        """Go back to a snapshot; FileError where it is none of such a body."""
         try:
             kept = msgspec.msgpack.decode(snapshot, type=CoordinatorSnapshot)
         except msgspec.MsgspecError as error:

@@ -196,8 +196,8 @@ def _shares(number: int, seats: Sequence[tuple[RoleDemand, int]]) -> list[int]:
         [number if wish.member.most is None else wish.member.most for wish, _ in seats],
     ]
     left = number - sum(shares)
-    ranks = {key: rank for rank, key in enumerate(dict.fromkeys(wish.key for wish, _ in seats))}
-    turns = sorted(range(len(seats)), key=lambda seat: ranks[seats[seat][0].key])
+    order = {key: place for place, key in enumerate(dict.fromkeys(wish.key for wish, _ in seats))}
+    turns = sorted(range(len(seats)), key=lambda seat: order[seats[seat][0].key])
     for most in bounds:
         some = turns
         while left > 0 and some:

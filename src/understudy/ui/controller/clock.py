@@ -106,7 +106,7 @@ class RealTimeClock:
 
 
 class IdleWorld:
-    """A world in real time, without a desk."""
+    """A world in real time, without a trainer."""
 
     def __init__(self, world: Ground, wall: WallClock) -> None:
         self._world, self.pace = (

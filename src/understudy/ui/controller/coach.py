@@ -1,4 +1,4 @@
-"""The coach at the desk: what to show next, set up on a key, and the robot that asks where it is unsure."""
+"""The coach of a trainer: what to show next, set up on a key, and the robot that asks where it is unsure."""
 
 from __future__ import annotations
 
@@ -147,10 +147,10 @@ class CoachController:
         question, session = self._question, self._session
         if question is None or not session.paused or session.mode is not Mode.TESTING:
             return None
-        screen = session.view()
+        view = session.view()
         if not is_rewindable(session.body):  # it stands, and what it reads goes on
-            return question if screen.state == question.state else None
-        now = (screen.time_s, screen.state, tuple(screen.features.values()))
+            return question if view.state == question.state else None
+        now = (view.time_s, view.state, tuple(view.features.values()))
         return question if repr(now) == repr((question.time_s, question.state, question.values)) else None
 
     @question.setter
@@ -162,79 +162,79 @@ OTHER_WORLDS = 4
 """So many further worlds are looked through for a situation that this one does not have."""
 
 
-def set_up_advised_situation(desk: Trainer, wanted: Advice | None = None) -> SetupResult:
+def set_up_advised_situation(trainer: Trainer, wanted: Advice | None = None) -> SetupResult:
     """Set up the situation that advice is about (None: the next that is about one); nothing is recorded."""
-    chosen = desk.coach.next_place() if wanted is None else wanted
-    if desk.driving:
-        desk.drive()
+    chosen = trainer.coach.next_place() if wanted is None else wanted
+    if trainer.driving:
+        trainer.drive()
     staged = set_up_situation(
-        desk.session, chosen, seeds=range(desk.seed_after, desk.seed_after + OTHER_WORLDS)
+        trainer.session, chosen, seeds=range(trainer.seed_after, trainer.seed_after + OTHER_WORLDS)
     )
-    desk.seed = desk.seed if staged.seed is None else staged.seed
+    trainer.seed = trainer.seed if staged.seed is None else staged.seed
     said = chosen.sentence if staged.there else f"{chosen.sentence} {staged.sentence}"
-    desk.note_moved(said.removesuffix("."))
+    trainer.note_moved(said.removesuffix("."))
     return staged
 
 
 @keep_status
-def pause_for_question(desk: Trainer, question: Question) -> StatusMessage:
+def pause_for_question(trainer: Trainer, question: Question) -> StatusMessage:
     """Let time stand still at a question; going on is an answer, too."""
-    if not desk.paused:
-        desk.pause()
-    desk.coach.question = question
+    if not trainer.paused:
+        trainer.pause()
+    trainer.coach.question = question
     return StatusMessage(f"{question.sentence} Space lets it go on", "correction")
 
 
 @keep_status
-def answer_question(desk: Trainer, state: str | None) -> StatusMessage:
+def answer_question(trainer: Trainer, state: str | None) -> StatusMessage:
     """Answer the question that waits: the press (None: keep doing this) is recorded, and it decides by itself again.
 
     It goes on where it is, not afresh: what was learned of the answer counts from the next tick on.
     """
-    session = desk.session
+    session = trainer.session
     if state is None:
-        desk.confirm()
+        trainer.confirm()
     else:
-        desk.press(state)
-    desk.step()
-    said = desk.status
+        trainer.press(state)
+    trainer.step()
+    said = trainer.status
     if is_rewindable(session.body):
         there = session.capture()
         session.test()
         session.rewind(there._replace(mode=Mode.TESTING))
     else:
         session.test(afresh=False)
-        desk.note(desk.robot, step="resume")
-    desk.refresh_view()
-    desk.pause()
+        trainer.note(trainer.robot, step="resume")
+    trainer.refresh_view()
+    trainer.pause()
     return said
 
 
 @keep_status
-def change_reaction_time(desk: Trainer, reaction_s: float) -> StatusMessage:
+def change_reaction_time(trainer: Trainer, reaction_s: float) -> StatusMessage:
     """Choose how late presses come, s; examples are computed again from the record."""
-    desk.session.change_design(options=replace(desk.session.lesson.options, reaction_s=reaction_s))
-    desk.refresh_view()
+    trainer.session.change_design(options=replace(trainer.session.lesson.options, reaction_s=reaction_s))
+    trainer.refresh_view()
     return StatusMessage(f"Presses count {reaction_s:g} s earlier from now on; undo takes that back")
 
 
 @keep_status
-def correct_slip(desk: Trainer, number: int, next: str) -> StatusMessage:
+def correct_slip(trainer: Trainer, number: int, next: str) -> StatusMessage:
     """Say what a press was meant for."""
-    desk.session.correct_slip(number, next)
-    desk.refresh_view()
+    trainer.session.correct_slip(number, next)
+    trainer.refresh_view()
     return StatusMessage(f"Example {number} says {next} now; undo takes that back")
 
 
 @keep_status
-def confirm_doubted_press(desk: Trainer, number: int) -> StatusMessage:
+def confirm_doubted_press(trainer: Trainer, number: int) -> StatusMessage:
     """Say that a press that looks like a slip was meant."""
-    desk.coach.confirm_press(number)
+    trainer.coach.confirm_press(number)
     return StatusMessage(f"Example {number} was meant")
 
 
 @keep_status
-def change_query_policy(desk: Trainer, when: QueryPolicy) -> StatusMessage:
+def change_query_policy(trainer: Trainer, when: QueryPolicy) -> StatusMessage:
     """Choose what it does in testing where it is unsure."""
-    desk.coach.asking.when = when
+    trainer.coach.asking.when = when
     return StatusMessage(WHEN_SAID[when])

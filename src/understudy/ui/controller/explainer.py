@@ -142,16 +142,16 @@ class DecisionExplainer:
             return TrainedAutomaton(replace(lesson.automaton, transitions=transitions), lesson)
         return self._session.library.taught[name]
 
-    def format_lines(self, screen: SessionView) -> list[str]:
+    def format_lines(self, view: SessionView) -> list[str]:
         """The explanation in sentences."""
-        values = tuple(screen.features.values())
-        now = self.explain_decision(screen.state, values) if screen.flag is None else None
-        if screen.mode is Mode.TRAINING:
+        values = tuple(view.features.values())
+        now = self.explain_decision(view.state, values) if view.flag is None else None
+        if view.mode is Mode.TRAINING:
             said = ["You decide: it is in training.", describe_intention(now)]
         else:
-            said = [describe_present(now, screen.flag)]
+            said = [describe_present(now, view.flag)]
         if self.last_switch is not None:
             was = self.explain_decision(self.last_switch.before, self.last_switch.query.values)
             text = describe_switch(was.state, self.last_switch.after, was, list_examples(was))
-            said.append(f"{screen.time_s - self.last_switch.time_s:.1f} s ago it {text}.")
+            said.append(f"{view.time_s - self.last_switch.time_s:.1f} s ago it {text}.")
         return said

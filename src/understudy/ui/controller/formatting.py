@@ -92,7 +92,7 @@ def _bar(number: float, low: float, high: float) -> str:
     return SPARKS[min(int(part * len(SPARKS)), len(SPARKS) - 1)]
 
 
-def format_targets(screen: SessionView) -> str:
+def format_targets(view: SessionView) -> str:
     """What the parameters stand for: "(A = station)", or nothing."""
-    inside = ", ".join(f"{parameter} = {target}" for parameter, target in screen.targets.items())
+    inside = ", ".join(f"{parameter} = {target}" for parameter, target in view.targets.items())
     return f"({inside})" if inside else ""

@@ -20,10 +20,10 @@ from understudy.ui.controller.training_plan import SessionStart, TrainingPlan
 
 
 class OpenSession:
-    """A desk, the journal behind it, and the lock that tells others it is in use."""
+    """A trainer, the journal behind it, and the lock that tells others it is in use."""
 
-    def __init__(self, desk: Trainer, journal: Path, lock: JournalLock) -> None:
-        self.trainer, self.journal, self._lock = desk, journal, lock
+    def __init__(self, trainer: Trainer, journal: Path, lock: JournalLock) -> None:
+        self.trainer, self.journal, self._lock = trainer, journal, lock
         self._closed = False
 
     def close(self) -> None:
@@ -58,10 +58,10 @@ def begin_session(
         journal=journal,
         about={"world": plan.world.name, "seed": plan.seed},
     )
-    desk = Trainer(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
-    desk.status = StatusMessage(_welcome(desk))
+    trainer = Trainer(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
+    trainer.status = StatusMessage(_welcome(trainer))
     _follow(session, ground)
-    return OpenSession(desk, journal, _locked(journal))
+    return OpenSession(trainer, journal, _locked(journal))
 
 
 def resume_session(
@@ -73,11 +73,11 @@ def resume_session(
     ground = _ground(body)
     pace = RealTimeClock(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
     session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
-    desk = Trainer(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
+    trainer = Trainer(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
     _follow(session, ground)
-    desk.pause()
-    desk.status = StatusMessage("Everything shown is back. Space goes on, n begins in a new world")
-    return OpenSession(desk, journal, lock)
+    trainer.pause()
+    trainer.status = StatusMessage("Everything shown is back. Space goes on, n begins in a new world")
+    return OpenSession(trainer, journal, lock)
 
 
 def _ground(body: Ground | CoordinatorBody) -> Ground:
@@ -115,7 +115,7 @@ def _locked(journal: Path) -> JournalLock:
     return lock
 
 
-def _welcome(desk: Trainer) -> str:
-    if desk.session.examples:
-        return f"{desk.name} is open again: T lets it try, the keys of the states direct it, h is help"
-    return f"Direct the robot with the keys of the states: that is how {desk.name} is taught. h is help"
+def _welcome(trainer: Trainer) -> str:
+    if trainer.session.examples:
+        return f"{trainer.name} is open again: T lets it try, the keys of the states direct it, h is help"
+    return f"Direct the robot with the keys of the states: that is how {trainer.name} is taught. h is help"

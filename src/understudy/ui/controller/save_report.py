@@ -1,4 +1,4 @@
-"""Saving at the desk: a word of what worked and no longer does."""
+"""Saving: a word of what worked and no longer does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The trainer's desk: a session, with all that a person does at it and is told about it, without a terminal.
+"""The trainer: a session, with all that a person does at it and is told about it, without a terminal.
 
 Every action says in one sentence what came of it (`status`); UnderstudyError where it cannot be taken.
 """
@@ -43,11 +43,11 @@ class RecentHistory:
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
         self._readings: dict[str, deque[float]] = {}
 
-    def append(self, x: float, y: float, screen: SessionView) -> None:
+    def append(self, x: float, y: float, view: SessionView) -> None:
         """A tick passed."""
         if not self.trail or (self.trail[-1][0] - x) ** 2 + (self.trail[-1][1] - y) ** 2 > 0.01:
             self.trail.append((x, y))
-        for label, number in screen.features.items():
+        for label, number in view.features.items():
             self._readings.setdefault(label, deque(maxlen=READINGS)).append(number)
 
     def readings(self, label: str) -> Sequence[float]:

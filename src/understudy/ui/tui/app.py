@@ -130,13 +130,15 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         if self.open_session is None:
             return
         self.open_session.close()
-        desk = self.open_session.trainer
+        trainer = self.open_session.trainer
         kept = interrupted_sessions.finish_journal(
             self.open_session.journal, self.plan.folder, self.plan.name
         )
         self.exit(
             SessionEnd(
-                desk.session_view.examples, not desk.has_unsaved_changes and bool(desk.session.examples), kept
+                trainer.session_view.examples,
+                not trainer.has_unsaved_changes and bool(trainer.session.examples),
+                kept,
             )
         )
 

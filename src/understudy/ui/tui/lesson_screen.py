@@ -34,9 +34,9 @@ class LessonScreen(Screen[None]):
         Binding("escape,l,q", "close", show=False),
     ]
 
-    def __init__(self, desk: Trainer) -> None:
+    def __init__(self, trainer: Trainer) -> None:
         super().__init__()
-        self.trainer = desk
+        self.trainer = trainer
 
     def compose(self) -> ComposeResult:
         """The rules, the table, and the keys."""

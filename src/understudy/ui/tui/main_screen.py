@@ -41,7 +41,7 @@ ACTIONS = {
     "r": "restart", "R": "reset_world", "n": "new_world", "d": "drive", "w": "toggle_watching",
     "p": "cycle_targets", "s": "save",
 }  # fmt: skip
-"""From a key to what the desk does."""
+"""From a key to what the trainer does."""
 
 
 class TeachingScreen(Screen[str]):
@@ -74,10 +74,10 @@ class TeachingScreen(Screen[str]):
         Binding("q,ctrl+c", "leave", show=False),
     ]
 
-    def __init__(self, desk: Trainer) -> None:
+    def __init__(self, trainer: Trainer) -> None:
         super().__init__()
-        self.trainer = desk
-        self.robots = RobotArming(desk.body, monotonic, place="the terminal")
+        self.trainer = trainer
+        self.robots = RobotArming(trainer.body, monotonic, place="the terminal")
         self.explaining = False
         self._drawn: dict[str, Text] = {}
 
@@ -153,7 +153,7 @@ class TeachingScreen(Screen[str]):
             self.draw()
 
     def action_trainer(self, what: str) -> None:
-        """Something the desk does."""
+        """Something the trainer does."""
         self._guarded(getattr(self.trainer, what))
         self.draw()
 
@@ -227,24 +227,24 @@ class TeachingScreen(Screen[str]):
         """Show everything as it is now; what did not change is left alone."""
         if not self.is_mounted or not self.query_one("#middle").size.height:
             return
-        desk, width = self.trainer, self.size.width
+        trainer, width = self.trainer, self.size.width
         self.set_class(width >= WIDE, "wide")
-        self._show("header", panels.render_header(desk, width))
-        self._show("said", panels.render_status(desk))
-        self._show("keys", panels.render_commands(desk, width))
+        self._show("header", panels.render_header(trainer, width))
+        self._show("said", panels.render_status(trainer))
+        self._show("keys", panels.render_commands(trainer, width))
         middle = self.query_one("#middle")
         lines = max(5, middle.size.height)
         world = self.query_one("#world", Static)
-        view = desk.view
+        view = trainer.view
         columns, tall = fit_arena(view, max(10, width - LEAST_SIDE - 4), lines - 2)
         world.styles.width, world.styles.height = columns + 2, tall + 2
-        name = desk.body.scenario.name
-        world.border_title = name if desk.seed is None else f"{name} {desk.seed}"
+        name = trainer.body.scenario.name
+        world.border_title = name if trainer.seed is None else f"{name} {trainer.seed}"
         if self.robots.has_robots:
             world.border_title = self._standing()
-        world.border_subtitle = describe_followed_robot(view, columns, desk.robot)
+        world.border_subtitle = describe_followed_robot(view, columns, trainer.robot)
         drawn = render_world(
-            view, desk.memory.trail, _aims(desk), columns=columns, lines=tall, robot=desk.robot
+            view, trainer.memory.trail, _aims(trainer), columns=columns, lines=tall, robot=trainer.robot
         )
         self._show("world", drawn)
         self._draw_side(width - columns - 4, lines)
@@ -257,8 +257,8 @@ class TeachingScreen(Screen[str]):
         return f"{robot.name}: {'stands' if robot.stopped else 'armed'} (Esc)"
 
     def _draw_side(self, width: int, lines: int) -> None:
-        desk = self.trainer
-        states, readings = panels.render_states(desk, width), panels.render_readings(desk, width)
+        trainer = self.trainer
+        states, readings = panels.render_states(trainer, width), panels.render_readings(trainer, width)
         used = states.plain.count("\n") + readings.plain.count("\n") + 2
         tight = lines - used < 12
         self.query_one("#side").set_class(tight, "tight")
@@ -266,9 +266,9 @@ class TeachingScreen(Screen[str]):
         self._show("states", states)
         self._show("readings", readings)
         lower = (
-            panels.render_explanation(desk, width)
+            panels.render_explanation(trainer, width)
             if self.explaining
-            else panels.render_examples(desk, width, left)
+            else panels.render_examples(trainer, width, left)
         )
         self._show("lower", lower)
 
@@ -278,13 +278,13 @@ class TeachingScreen(Screen[str]):
             self.query_one(f"#{name}", Static).update(text)
 
 
-def _aims(desk: Trainer) -> list[tuple[float, float]]:
+def _aims(trainer: Trainer) -> list[tuple[float, float]]:
     """Where the targets are that parameters stand for now."""
-    session, body = desk.session, desk.body
+    session, body = trainer.session, trainer.body
     if session.body is not body:
         return []  # a squad is in no one place
     places = (
         find_target_place(find_drawn_world(body), target, session.agent)
-        for target in desk.session_view.targets.values()
+        for target in trainer.session_view.targets.values()
     )
     return [place for place in places if place is not None]

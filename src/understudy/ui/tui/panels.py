@@ -30,48 +30,48 @@ SPARE = "cwU"
 """Keys left to the page of help, first to last, where two lines do not hold all of them."""
 
 
-def render_header(desk: Trainer, width: int) -> Text:
+def render_header(trainer: Trainer, width: int) -> Text:
     """What is taught, who decides, and how the session stands."""
-    screen = desk.session_view
-    left = Text.assemble((f" {desk.name}", "bold"), formatting.format_targets(screen), " ")
-    if desk.driving:
+    view = trainer.session_view
+    left = Text.assemble((f" {trainer.name}", "bold"), formatting.format_targets(view), " ")
+    if trainer.driving:
         left.append(" DRIVING ", DRIVING)
-    elif desk.corrected:
+    elif trainer.corrected:
         left.append(" CORRECTED ", CORRECTED)
         left.append(" t: try again", CORRECTED.replace("reverse ", ""))
     else:
-        left.append(f" {screen.mode.name} ", MODES[screen.mode])
-    if desk.paused:
+        left.append(f" {view.mode.name} ", MODES[view.mode])
+    if trainer.paused:
         left.append(" ")
         left.append(" PAUSED ", LIT)
-    shown = screen.examples
+    shown = view.examples
     right = Text.assemble(
-        f"{shown} example{'s' * (shown != 1)}  {formatting.format_minutes(screen.time_s)}  "
-        f"{'fastest' if desk.pace.speed == FASTEST else f'{desk.pace.speed:g}×'}  ",
-        ("unsaved ", "bold") if desk.has_unsaved_changes else ("saved " if shown else ""),
+        f"{shown} example{'s' * (shown != 1)}  {formatting.format_minutes(view.time_s)}  "
+        f"{'fastest' if trainer.pace.speed == FASTEST else f'{trainer.pace.speed:g}×'}  ",
+        ("unsaved ", "bold") if trainer.has_unsaved_changes else ("saved " if shown else ""),
     )
     left.truncate(max(0, width - right.cell_len - 1))
     left.pad_right(max(1, width - left.cell_len - right.cell_len))
     return left + right
 
 
-def render_states(desk: Trainer, width: int) -> Text:
+def render_states(trainer: Trainer, width: int) -> Text:
     """The states with their keys, the active one lit; while driving, the basic behaviors."""
-    if desk.driving:
-        return _drivers(desk, width)
-    screen = desk.session_view
-    what = "press to correct" if screen.mode is Mode.TESTING else "press to direct"
+    if trainer.driving:
+        return _drivers(trainer, width)
+    view = trainer.session_view
+    what = "press to correct" if view.mode is Mode.TESTING else "press to direct"
     lines = [_title("States", what, width)]
-    for state in desk.session.automaton.states:
-        active = state.name == screen.state
+    for state in trainer.session.automaton.states:
+        active = state.name == view.state
         runs = "" if state.flag is not None or state.behavior is None else str(state).removeprefix(state.name)
         about = "raises a flag" if state.flag is not None else "idles" if state.behavior is None else runs
-        if active and len(screen.path) > 1:
-            about = " > ".join(("", *screen.path[1:])).strip()
-        mark = "▶" if active else "…" if state.name == screen.waiting else " "
+        if active and len(view.path) > 1:
+            about = " > ".join(("", *view.path[1:])).strip()
+        mark = "▶" if active else "…" if state.name == view.waiting else " "
         flag = " ⚑" if state.flag is not None else ""
         line = Text.assemble(
-            (f"{desk.keys.label(state.name)} ", "bold"),
+            (f"{trainer.keys.label(state.name)} ", "bold"),
             f"{mark} ",
             (f" {state.name}{flag} ", LIT if active else ""),
         )
@@ -81,12 +81,12 @@ def render_states(desk: Trainer, width: int) -> Text:
     return Text("\n").join(lines)
 
 
-def _drivers(desk: Trainer, width: int) -> Text:
+def _drivers(trainer: Trainer, width: int) -> Text:
     lines = [_title("Drive", "into position; d ends it", width)]
-    for behavior in desk.drivers:
-        active = behavior.name == desk.steering
+    for behavior in trainer.drivers:
+        active = behavior.name == trainer.steering
         line = Text.assemble(
-            (f"{desk.drive_keys.label(behavior.name)} ", "bold"),
+            (f"{trainer.drive_keys.label(behavior.name)} ", "bold"),
             "▶ " if active else "  ",
             (f" {behavior.name} ", LIT if active else ""),
         )
@@ -94,15 +94,15 @@ def _drivers(desk: Trainer, width: int) -> Text:
     return Text("\n").join(lines)
 
 
-def render_readings(desk: Trainer, width: int) -> Text:
+def render_readings(trainer: Trainer, width: int) -> Text:
     """The features now, with their units and how they went."""
     lines = [_title("Readings", "", width)]
-    labels = [str(bound) for bound in desk.features]
+    labels = [str(bound) for bound in trainer.features]
     wide = max((len(label) for label in labels), default=0)
-    for label, bound in zip(labels, desk.features, strict=True):
-        now = describe.format_value(bound, desk.session_view.features[label])
+    for label, bound in zip(labels, trainer.features, strict=True):
+        now = describe.format_value(bound, trainer.session_view.features[label])
         room = width - wide - 13
-        bars = formatting.format_sparkline(bound, desk.memory.readings(label), room) if room >= 4 else ""
+        bars = formatting.format_sparkline(bound, trainer.memory.readings(label), room) if room >= 4 else ""
         lines.append(Text.assemble(f"{label:<{wide}} ", (f"{now:>10}", "bold"), (f"  {bars}", "cyan")))
         lines[-1].truncate(width)
     if not labels:
@@ -110,12 +110,12 @@ def render_readings(desk: Trainer, width: int) -> Text:
     return Text("\n").join(lines)
 
 
-def render_examples(desk: Trainer, width: int, height: int) -> Text:
+def render_examples(trainer: Trainer, width: int, height: int) -> Text:
     """The last examples, newest first, a line for each press."""
-    shown = [example for example in desk.session.examples if example.is_from_press]
-    watched = len(desk.session.examples) - len(shown)
+    shown = [example for example in trainer.session.examples if example.is_from_press]
+    watched = len(trainer.session.examples) - len(shown)
     note = f"{len(shown)} shown" + (f", {watched} watched" if watched else "")
-    lines = [_title("Examples", note if desk.session.examples else "", width)]
+    lines = [_title("Examples", note if trainer.session.examples else "", width)]
     if not shown:
         return lines[0] + Text(
             "\nNothing shown yet. Press the key of a state: what the robot senses then, and that state, "
@@ -128,7 +128,7 @@ def render_examples(desk: Trainer, width: int, height: int) -> Text:
     told = [
         [
             describe.format_value(*pair, unit=False)
-            for pair in zip(desk.features, press[0].values, strict=True)
+            for pair in zip(trainer.features, press[0].values, strict=True)
         ]
         for press in presses
     ]
@@ -164,23 +164,23 @@ def _presses(shown: Sequence[Example]) -> list[list[Example]]:
     return presses
 
 
-def render_explanation(desk: Trainer, width: int) -> Text:
+def render_explanation(trainer: Trainer, width: int) -> Text:
     """Why it does what it does, in place of the examples."""
     lines = [_title("Why?", "? shows the examples again", width)]
-    lines += [Text(line) for line in desk.explainer.format_lines(desk.session_view)]
+    lines += [Text(line) for line in trainer.explainer.format_lines(trainer.session_view)]
     return Text("\n").join(lines)
 
 
-def render_status(desk: Trainer) -> Text:
+def render_status(trainer: Trainer) -> Text:
     """What was just recorded, or went wrong."""
-    tone = desk.status.tone
-    return Text(f" {MARKS[tone]} {desk.status.text}", TONES[tone])
+    tone = trainer.status.tone
+    return Text(f" {MARKS[tone]} {trainer.status.text}", TONES[tone])
 
 
-def render_commands(desk: Trainer, width: int) -> Text:
+def render_commands(trainer: Trainer, width: int) -> Text:
     """The keys of the commands, in two lines where that is possible."""
-    useless = {"p" if not desk.session.automaton.parameters else "", "" if desk.can_watch else "w"}
-    named = {"t": "train"} if desk.session_view.mode is Mode.TESTING else {}
+    useless = {"p" if not trainer.session.automaton.parameters else "", "" if trainer.can_watch else "w"}
+    named = {"t": "train"} if trainer.session_view.mode is Mode.TESTING else {}
     shown = [(key, named.get(key, what)) for key, what in COMMANDS if key not in useless]
     for spare in SPARE:
         if len(lines := _lines(shown, width)) <= 2:

@@ -61,10 +61,10 @@ class Client:
         self.waits.set()
 
     def show(
-        self, *, scene: bytes | None = None, desk: bytes | None = None, frame: bytes | None = None
+        self, *, scene: bytes | None = None, news: bytes | None = None, frame: bytes | None = None
     ) -> None:
         """Something new to see, in place of what it has not taken yet."""
-        self._scene, self._news = scene or self._scene, desk or self._news
+        self._scene, self._news = scene or self._scene, news or self._news
         self._frame = frame or self._frame
         self.waits.set()
 

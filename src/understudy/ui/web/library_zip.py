@@ -183,16 +183,16 @@ def _error(status: int, problem: str) -> Response:
     return JSONResponse({"error": problem}, status_code=status)
 
 
-def import_automata(stage: SessionHost, given: Library, taken: str) -> str:
+def import_automata(host: SessionHost, given: Library, taken: str) -> str:
     """Save automata into the library, all or none; what came of it in a sentence."""
-    stage.refresh_library()
-    here = stage.library_view
+    host.refresh_library()
+    here = host.library_view
     different = [name for name, taught in given.taught.items() if _taken(here, taught)]
     if different and taken == "refuse":
         raise NameTaken(different)
-    desk = stage.trainer
-    if desk is not None and desk.name in different and taken == "replace":
-        raise SessionError(f"{desk.name} is being trained: open another before it is replaced")
+    trainer = host.trainer
+    if trainer is not None and trainer.name in different and taken == "replace":
+        raise SessionError(f"{trainer.name} is being trained: open another before it is replaced")
     wanted = [name for name in given.taught if taken == "replace" or name not in different]
     library = here.library
     for name in wanted:
@@ -200,20 +200,20 @@ def import_automata(stage: SessionHost, given: Library, taken: str) -> str:
     new = [name for name in wanted if name not in here.library.taught]
     for name in wanted:
         save_automaton(here.folder, given.taught[name])
-    stage.refresh_library()
+    host.refresh_library()
     replaced = [name for name in different if name in wanted]
     said = f"Imported {', '.join(new)}" if new else "Nothing new was in it"
     said += f"; replaced {', '.join(replaced)}, former versions are kept" if replaced else ""
-    stage.status = StatusMessage(said, "recorded")
+    host.status = StatusMessage(said, "recorded")
     return said
 
 
-def _taken(shelf: LibraryView, taught: TrainedAutomaton) -> bool:
+def _taken(library_view: LibraryView, taught: TrainedAutomaton) -> bool:
     """Whether the library has another automaton of this name; SessionError where it has one of a name like it."""
     name = taught.automaton.name
-    if name in shelf.library.taught or name in shelf.problems:
-        path = shelf.folder / f"{make_file_stem(name)}.json"
+    if name in library_view.library.taught or name in library_view.problems:
+        path = library_view.folder / f"{make_file_stem(name)}.json"
         with convert_os_errors(path, "reading"):
             return path.read_bytes() != encode_document(taught)
-    shelf.refuse_taken(name, remedy="rename one of the two")
+    library_view.refuse_taken(name, remedy="rename one of the two")
     return False

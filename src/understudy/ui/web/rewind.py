@@ -141,7 +141,7 @@ class UncertainMoment:
 
 
 class UncertainMoments:
-    """The marks of one desk, oldest first."""
+    """The marks of one session, oldest first."""
 
     def __init__(self) -> None:
         self._marks: tuple[UncertainMoment, ...] = ()

@@ -1,4 +1,4 @@
-"""The studio at work: it beats the stage by wall clock, shows it to every page, and answers what they say."""
+"""The studio's server: runs the host's ticks by wall clock, shows it to every page, and answers their messages."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from understudy.ui.web.views.session import SessionData
 FRAME_S = 1 / 60
 REST_S = 0.002
 """What a beat leaves at least for what pages say, however long it took."""
-DESK_S = 1 / 20
-"""How often the desk is shown at most, but for what was pressed."""
+SESSION_S = 1 / 20
+"""How often the session is shown at most, but for what was pressed."""
 LEFT = "Nobody directs, so the robot was paused"
 LEFT_ROBOTS = "nobody directs in the studio"
 _encode = msgspec.json.Encoder().encode
@@ -91,10 +91,10 @@ class AnswerData(Data, frozen=True, kw_only=True):
 
 
 class StudioServer:
-    """One stage and the pages that look at it. `wall` is the pages' time, for how fast and when they speak."""
+    """One session host and the pages that look at it. `wall` is the pages' time, for how fast and when they speak."""
 
-    def __init__(self, stage: SessionHost, *, wall: WallClock = monotonic) -> None:
-        self.host, self.viewers, self._wall = stage, Clients(wall), wall
+    def __init__(self, host: SessionHost, *, wall: WallClock = monotonic) -> None:
+        self.host, self.viewers, self._wall = host, Clients(wall), wall
         self._frame = b""
         self._moved = self._rebuilt = -1
         self._seen: tuple[SceneData, LibraryData] | None = None
@@ -141,7 +141,7 @@ class StudioServer:
         hello = HelloData(version=_version(), key=viewer.key, directs=directs, scene=scene)
         viewer.send_reply(_encode(hello))
         shown = self._show_session(library)
-        viewer.show(desk=_encode(_to(shown, directs=directs)), frame=self.host.frame())
+        viewer.show(news=_encode(_to(shown, directs=directs)), frame=self.host.frame())
         return viewer
 
     def disconnect(self, viewer: Client) -> None:
@@ -214,20 +214,20 @@ class StudioServer:
         """Take the ticks that are due, and show what came of them."""
         self.host.run_due_ticks()
         if len(self.viewers):
-            self.show(desk=self._wall() >= self._due_s)
+            self.show(session=self._wall() >= self._due_s)
 
-    def show(self, *, desk: bool = True) -> None:
+    def show(self, *, session: bool = True) -> None:
         """Show every page what is new; what goes wrong is said, once, and time stands still."""
         try:
-            self._show(desk=desk)
+            self._show(session=session)
         except Exception as error:
             problem = describe_error(error)
             if self.host.status.text != problem:
                 self.host.halt(problem)
 
-    def _show(self, *, desk: bool) -> None:
+    def _show(self, *, session: bool) -> None:
         _, library = self._see_rebuilt()
-        if desk:
+        if session:
             self._show_session(library)
         if self.host.frame_version != self._moved:
             self._moved = self.host.frame_version
@@ -250,19 +250,19 @@ class StudioServer:
 
     def _show_session(self, library: LibraryData) -> SessionNewsData:
         """Show what is trained to every page, where that changed."""
-        self._due_s = self._wall() + DESK_S
-        stage, director = self.host, self.viewers.director
+        self._due_s = self._wall() + SESSION_S
+        host, director = self.host, self.viewers.director
         shown = SessionNewsData(
             library=library,
-            desk=stage.session_data(),
-            said=StatusData(text=stage.status.text, tone=stage.status.tone),
+            desk=host.session_data(),
+            said=StatusData(text=host.status.text, tone=host.status.tone),
             viewers=len(self.viewers),
-            paused=stage.paused,
-            speed="fastest" if stage.speed == FASTEST else stage.speed,
-            seed=stage.seed,
-            sort=stage.sort,
-            robots=stage.robots.list_statuses(),
-            run=stage.run,
+            paused=host.paused,
+            speed="fastest" if host.speed == FASTEST else host.speed,
+            seed=host.seed,
+            sort=host.sort,
+            robots=host.robots.list_statuses(),
+            run=host.run,
             directed=director is not None,
             directs=False,
         )
@@ -270,7 +270,7 @@ class StudioServer:
             self._shown, self._directed = shown, director
             watching = _encode(shown)
             for viewer in self.viewers:
-                viewer.show(desk=_encode(_to(shown, directs=True)) if viewer is director else watching)
+                viewer.show(news=_encode(_to(shown, directs=True)) if viewer is director else watching)
         return shown
 
 

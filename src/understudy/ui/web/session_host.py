@@ -1,4 +1,4 @@
-"""The stage: one world and one library, and at most one desk in it, where a session is in training."""
+"""What the studio hosts: one world, one library, and at most one trainer whose session is open."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class UnseenWorldsEvaluation:
 
 
 class SessionHost:
-    """The world, the library and the desk of one studio.
+    """The world, the library and the trainer of one studio.
 
     `frame_version` grows whenever a frame would look different, `scene_version` whenever the scene or the library does.
     """
@@ -160,12 +160,12 @@ class SessionHost:
 
     @property
     def trainer(self) -> Trainer | None:
-        """The desk, where something is trained."""
+        """The trainer, where a session is open; else None."""
         return None if self.open_session is None else self.open_session.trainer
 
     @property
     def active_trainer(self) -> Trainer:
-        """The desk; SessionError where nothing is trained."""
+        """The trainer; SessionError where no session is open."""
         if self.open_session is None:
             raise SessionError(NOTHING[0].lower() + NOTHING[1:])
         return self.open_session.trainer
@@ -229,29 +229,29 @@ class SessionHost:
 
     def frame(self) -> bytes:
         """The moment, for drawing."""
-        desk = self.trainer
+        trainer = self.trainer
         tick = int(self.world.state.tick[0])
         bits = frames.PAUSED * self.paused
-        if desk is None:
+        if trainer is None:
             return frames.encode_frame(
                 self.world.view(), tick=tick, agent=self.agent, bits=bits, sonar=self._sonar()
             )
-        screen = desk.session_view
-        bits |= frames.OPEN | frames.TESTING * (screen.mode is Mode.TESTING)
+        view = trainer.session_view
+        bits |= frames.OPEN | frames.TESTING * (view.mode is Mode.TESTING)
         return frames.encode_frame(
             self.world.view(),
             tick=tick,
-            agent=frames.NONE if self.sort else desk.robot,
+            agent=frames.NONE if self.sort else trainer.robot,
             bits=bits,
-            state=screen.states.index(screen.state),
-            doing=self._doing(desk),
-            features=tuple(screen.features.values()),
+            state=view.states.index(view.state),
+            doing=self._doing(trainer),
+            features=tuple(view.features.values()),
             sonar=self._sonar(),
         )
 
-    def _doing(self, desk: Trainer) -> list[int]:
+    def _doing(self, trainer: Trainer) -> list[int]:
         """What each robot does that a trained coordinator orders about."""
-        body = desk.session.body
+        body = trainer.session.body
         return self.doing.numbers(body.team.paths) if isinstance(body, CoordinatorBody) else []
 
     def _sonar(self) -> tuple[float, ...]:
@@ -269,17 +269,17 @@ class SessionHost:
 
     def run_due_ticks(self) -> None:
         """Take the ticks that are due; what goes wrong is said, and time stands still."""
-        desk = self.trainer
+        trainer = self.trainer
         try:
-            for _ in self._idling.ticks() if desk is None else desk.ticks():
+            for _ in self._idling.ticks() if trainer is None else trainer.ticks():
                 self.frame_version += 1
                 self.note_tick()
             if self.evaluation is not None and (result := self.evaluation.take_status()) is not None:
                 self.status = result
             if self.robots.idle():
                 self.frame_version += 1
-                if desk is not None:
-                    desk.session.refresh_percept()
+                if trainer is not None:
+                    trainer.session.refresh_percept()
         except Exception as error:
             self.halt(describe_error(error))
 
@@ -364,10 +364,10 @@ class SessionHost:
 
     @keep_status
     def _back(self, instant: SessionSnapshot) -> StatusMessage:
-        desk = self.active_trainer
+        trainer = self.active_trainer
         self.pause(True)
-        desk.session.rewind(instant)
-        desk.note_moved("back")
+        trainer.session.rewind(instant)
+        trainer.note_moved("back")
         self.note_world_change()
         now = formatting.format_minutes(self.world.time_s)
         return StatusMessage(f"Back at {now}; the lesson stays, and going on begins here")
@@ -392,23 +392,23 @@ class SessionHost:
     # Opening and closing
 
     def replace_session(self, opened: OpenSession, said: str) -> None:
-        """Another desk takes the place of the present one, whose journal is not needed any more."""
+        """Put another session in place of the present one, whose journal is not needed any more."""
         asked = QueryPolicy.NEVER if self.trainer is None else self.trainer.coach.asking.when
         self._leave()
         self._idling.pause(True)
-        self.open_session, desk = opened, opened.trainer
-        self._picture, self.agent = SessionViewBuilder(desk), desk.robot
-        self.unsure, desk.coach.asking.when = UncertainMoments(), asked
-        self.began_with = len(desk.session.examples)
-        desk.set_speed(self._speed)
-        desk.suspend(False)
-        desk.status = StatusMessage(said)
+        self.open_session, trainer = opened, opened.trainer
+        self._picture, self.agent = SessionViewBuilder(trainer), trainer.robot
+        self.unsure, trainer.coach.asking.when = UncertainMoments(), asked
+        self.began_with = len(trainer.session.examples)
+        trainer.set_speed(self._speed)
+        trainer.suspend(False)
+        trainer.status = StatusMessage(said)
         self._begin_rewind()
         self.refresh_interrupted()
         self.note_world_change()
 
     def select_agents(self, sort: str | None, agent: int) -> None:
-        """Let another sort of agents be trained: what they know, and one of them; the present desk is left."""
+        """Let another sort of agents be trained: what they know, and one of them; the present session is left."""
         self._leave()
         self.sort, self.agent = sort, agent
         self.doing = ActivityNames()

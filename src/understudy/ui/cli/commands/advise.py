@@ -40,11 +40,11 @@ def advise(
     if bind and world is None:
         raise _refused("--bind", bind[0], "means nothing without a world", "add --world SCENARIO")
     parts = find_optional_kit(kit, world)
-    shelf = open_each_automaton(library, parts, import_learner())
-    if name not in shelf.opened and (error := shelf.problems.get(f"{name}.json")):
+    listing = open_each_automaton(library, parts, import_learner())
+    if name not in listing.opened and (error := listing.problems.get(f"{name}.json")):
         raise error
-    shelf.library.automaton(name)
-    lesson = shelf.opened[name].taught.lesson
+    listing.library.automaton(name)
+    lesson = listing.opened[name].taught.lesson
     if lesson is None:
         raise _refused(
             f"automaton {name!r}", "its lesson", "is missing: it was written by hand", "name a taught one"

@@ -35,11 +35,11 @@ def list_automata(
         print_json,
     )
 
-    shelf = open_each_automaton(
+    listing = open_each_automaton(
         library, find_optional_kit(kit, world), lambda _: {}
     )  # a list needs no transition functions
-    rows = [summarize_automaton(library, shelf.library, opened) for opened in shelf.opened.values()]
-    problems = {name: str(error) for name, error in shelf.problems.items()}
+    rows = [summarize_automaton(library, listing.library, opened) for opened in listing.opened.values()]
+    problems = {name: str(error) for name, error in listing.problems.items()}
     if as_json:
         print_json({"library": str(library), "automata": rows, "problems": problems})
     else:

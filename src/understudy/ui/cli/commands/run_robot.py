@@ -165,7 +165,7 @@ def _go(live: LiveRun, assigned: RunAssignment, seconds: float | None) -> str:
     twin, until, flags = live.twin, inf, assigned.flags
     with (
         _keys() as pressed,
-        Screen(console=make_console(err=True), auto_refresh=False, transient=True) as screen,
+        Screen(console=make_console(err=True), auto_refresh=False, transient=True) as display,
     ):
         shown = -SHOWN_S
         while True:
@@ -185,7 +185,7 @@ def _go(live: LiveRun, assigned: RunAssignment, seconds: float | None) -> str:
                 return "its time is over"
             if twin.time_s - shown >= SHOWN_S:
                 shown = twin.time_s
-                screen.update(_told(twin, live, assigned.behavior), refresh=True)
+                display.update(_told(twin, live, assigned.behavior), refresh=True)
 
 
 def _told(twin: DigitalTwin, live: LiveRun, rests: str) -> Any:

@@ -33,11 +33,11 @@ def show_automaton(
     from understudy.ui.cli.options import find_optional_kit, import_learner
     from understudy.ui.cli.output import make_console, print_json
 
-    shelf = open_each_automaton(library, find_optional_kit(kit, world), import_learner())
-    if name not in shelf.opened and (error := shelf.problems.get(f"{name}.json")):
+    listing = open_each_automaton(library, find_optional_kit(kit, world), import_learner())
+    if name not in listing.opened and (error := listing.problems.get(f"{name}.json")):
         raise error
-    automaton = shelf.library.automaton(name)
-    facts = describe_automaton(library, shelf.library, shelf.opened[name])
+    automaton = listing.library.automaton(name)
+    facts = describe_automaton(library, listing.library, listing.opened[name])
     if as_json:
         print_json(facts)
         return

@@ -61,14 +61,14 @@ def start_studio(
         check_folder(library)
         address = listen(host, port, token)
         compile_once(learner=True, world=found)
-        stage = SessionHost(found, library, parts, seed=seed, twin=twin)
+        session_host = SessionHost(found, library, parts, seed=seed, twin=twin)
         typer.echo(f"The studio is at {address.link}  (Ctrl C ends it)")
 
         def ready() -> None:
             if not no_browser:
                 _open(address.link)
 
-        serve(StudioServer(stage), address, ready=ready)
+        serve(StudioServer(session_host), address, ready=ready)
 
 
 def _open(link: str) -> None:

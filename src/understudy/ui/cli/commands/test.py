@@ -100,11 +100,11 @@ def _fitting(folder: Path, kit: str | None) -> str:
         return WORLD
     nearest: list[UnderstudyError] = []
     for world in dict.fromkeys((WORLD, *list_builtin_scenarios())):
-        shelf = open_each_automaton(folder, find_kit(None, world), lambda _: {})
-        if shelf.opened and not shelf.problems:
+        listing = open_each_automaton(folder, find_kit(None, world), lambda _: {})
+        if listing.opened and not listing.problems:
             return world
-        if not nearest or 0 < len(shelf.problems) < len(nearest):
-            nearest = list(shelf.problems.values())
+        if not nearest or 0 < len(listing.problems) < len(nearest):
+            nearest = list(listing.problems.values())
     if nearest:
         raise nearest[0]
     remedy = "name a folder with automata, or the scenario they were taught in"

@@ -42,19 +42,19 @@ def validate(
     from understudy.ui.cli.output import make_console, print_json
 
     parts = find_kit(kit, world)
-    shelf = open_each_automaton(library, parts, import_learner())
+    listing = open_each_automaton(library, parts, import_learner())
     for name in names or []:
-        if f"{name}.json" not in shelf.problems:
-            shelf.library.automaton(name)
-    problems = {file.removesuffix(".json"): [str(error)] for file, error in shelf.problems.items()}
+        if f"{name}.json" not in listing.problems:
+            listing.library.automaton(name)
+    problems = {file.removesuffix(".json"): [str(error)] for file, error in listing.problems.items()}
     problems |= {
-        name: found for name in shelf.opened if (found := find_unresolved_names(shelf.library, name))
+        name: found for name in listing.opened if (found := find_unresolved_names(listing.library, name))
     }
-    noted = {name: found for name in shelf.opened if (found := find_warnings(shelf, name))}
-    checked = [name for name in dict.fromkeys([*shelf.opened, *problems]) if not names or name in names]
+    noted = {name: found for name in listing.opened if (found := find_warnings(listing, name))}
+    checked = [name for name in dict.fromkeys([*listing.opened, *problems]) if not names or name in names]
     problems = {name: problems[name] for name in checked if name in problems}
     noted = {name: noted[name] for name in checked if name in noted}
-    advice = suggest_other_scenario(shelf) if problems and kit is None else None
+    advice = suggest_other_scenario(listing) if problems and kit is None else None
     if as_json:
         result = {"library": str(library), "valid": not problems, "checked": checked}
         print_json({**result, "problems": problems, "notes": noted, "advice": advice})
@@ -85,29 +85,29 @@ def _show(
     )
 
 
-def suggest_other_scenario(shelf: LibraryListing) -> str | None:
+def suggest_other_scenario(listing: LibraryListing) -> str | None:
     """What to do about a library with problems if it is of another scenario; None where no kit could help."""
     from understudy.sim.scenario.files import list_builtin_scenarios
     from understudy.ui.cli.library_data import open_each_automaton
     from understudy.ui.cli.options import find_kit
 
     def others(kit: Kit | None) -> LibraryListing:
-        return open_each_automaton(shelf.folder, kit, lambda _: {})  # names need no transition functions
+        return open_each_automaton(listing.folder, kit, lambda _: {})  # names need no transition functions
 
     looked = {world: others(find_kit(None, world)) for world in list_builtin_scenarios()}
     fitting = [f"--world {world}" for world, other in looked.items() if not _missing(other)]
     if fitting:
         return f"It is all valid in another scenario: give {' or '.join(fitting)}."
     broken = others(None).problems
-    if _missing(shelf) <= {file.removesuffix(".json") for file in broken}:
+    if _missing(listing) <= {file.removesuffix(".json") for file in broken}:
         return None
     return "If it was taught in another scenario, give --world SCENARIO; with a kit of your own, --kit MODULE:NAME."
 
 
-def _missing(shelf: LibraryListing) -> set[str]:
+def _missing(listing: LibraryListing) -> set[str]:
     """The automata that cannot be opened, or could not run."""
-    files = {file.removesuffix(".json") for file in shelf.problems}
-    return files | {name for name in shelf.opened if find_unresolved_names(shelf.library, name)}
+    files = {file.removesuffix(".json") for file in listing.problems}
+    return files | {name for name in listing.opened if find_unresolved_names(listing.library, name)}
 
 
 def find_unresolved_names(library: LibraryOf, name: str) -> list[str]:
@@ -126,12 +126,12 @@ def find_unresolved_names(library: LibraryOf, name: str) -> list[str]:
     return []
 
 
-def find_warnings(shelf: LibraryListing, name: str) -> list[str]:
+def find_warnings(listing: LibraryListing, name: str) -> list[str]:
     """What is worth a look: stale trees, contradictions, idle features, states never entered."""
     from understudy.errors import join_names
     from understudy.model.tree import Tree
 
-    opened = shelf.opened[name]
+    opened = listing.opened[name]
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     found = []
     if opened.rebuilt is not None and "classifier" not in opened.rebuilt:

@@ -25,7 +25,7 @@ NUMBER = "X-Image"
 """The header that says which image it is, so that clicks can say into which they were."""
 
 
-def make_camera_route(stage: SessionHost, refusal: Callable[[HTTPConnection], str | None]) -> Route:
+def make_camera_route(host: SessionHost, refusal: Callable[[HTTPConnection], str | None]) -> Route:
     """The route of what a robot's camera saw last; `refusal` says why somebody may not come."""
 
     async def serve(request: Request) -> Response:
@@ -33,10 +33,10 @@ def make_camera_route(stage: SessionHost, refusal: Callable[[HTTPConnection], st
         if problem is not None:
             return PlainTextResponse(problem, status_code=403)
         try:
-            _, eye = _eye(stage, request.path_params["robot"])
+            _, camera = _eye(host, request.path_params["robot"])
         except (SessionError, SettingError) as error:
             return PlainTextResponse(str(error), status_code=404)
-        found = await run_in_threadpool(eye.encode_annotated_image)
+        found = await run_in_threadpool(camera.encode_annotated_image)
         if found is None:
             return Response(status_code=204)
         number, jpeg = found
@@ -61,27 +61,27 @@ class ColorReply(Data, frozen=True, kw_only=True):
     color: ColorData
 
 
-def handle_pick_color(stage: SessionHost, message: PickColor) -> ColorReply:
+def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
     """Learn a color from clicks, look for it from now on, and write it into the robot's file."""
-    robot, eye = _eye(stage, message.robot)
-    color = eye.learn_color(message.name, message.image, [(x, y) for x, y in message.points])
+    robot, camera = _eye(host, message.robot)
+    color = camera.learn_color(message.name, message.image, [(x, y) for x, y in message.points])
     if robot.path.is_file():
         write_color(robot.path, message.name, color)
-    stage.status = StatusMessage(
+    host.status = StatusMessage(
         f"{message.name} is looked for by this color, in {robot.path.name} too", "recorded"
     )
     return ColorReply(color=ColorData(**structs.asdict(color)))
 
 
-def _eye(stage: SessionHost, number: int) -> tuple[Robot, LiveCamera]:
-    """A robot with its camera's eye."""
-    if not isinstance(stage.world, DigitalTwin):
+def _eye(host: SessionHost, number: int) -> tuple[Robot, LiveCamera]:
+    """A robot with its camera."""
+    if not isinstance(host.world, DigitalTwin):
         raise SessionError("these robots are simulated: their cameras know colors already")
-    robots = stage.world.fleet.robots
+    robots = host.world.fleet.robots
     if not 0 <= number < len(robots):
         remedy = f"give one from 1 to {len(robots)}"
         raise SettingError(where="the studio", setting="robot", problem=f"is {number + 1}", remedy=remedy)
-    eye = robots[number].senses.camera
-    if eye is None:
+    camera = robots[number].senses.camera
+    if camera is None:
         raise SessionError(f"{robots[number].file.name} has no camera: add [camera] to its file")
-    return robots[number], eye
+    return robots[number], camera

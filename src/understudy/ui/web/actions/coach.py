@@ -64,28 +64,28 @@ class SituationReply(Data, frozen=True, kw_only=True):
     run: int
 
 
-def handle_advise(stage: SessionHost, _: m.RequestAdvice) -> AdviceReply:
+def handle_advise(host: SessionHost, _: m.RequestAdvice) -> AdviceReply:
     """Say what the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
-    desk = stage.active_trainer
-    said = desk.coach.compute_report(stage.executor, patience_s=PATIENCE_S)
+    trainer = host.active_trainer
+    said = trainer.coach.compute_report(host.executor, patience_s=PATIENCE_S)
     if said is None:
         return AdviceReply(later=True)
-    return AdviceReply(advice=[_advice(desk, each) for each in said.advice], late=_late(said))
+    return AdviceReply(advice=[_advice(trainer, each) for each in said.advice], late=_late(said))
 
 
-def _advice(desk: Trainer, advice: Advice) -> AdviceData:
+def _advice(trainer: Trainer, advice: Advice) -> AdviceData:
     return AdviceData(
         kind=advice.kind.value,
         sentence=advice.sentence,
         weight=round(advice.weight, 3),
         examples=list(advice.examples),
-        says=_says(desk, advice) if advice.kind is AdviceKind.SLIP else None,
-        place=advice.region is not None and isinstance(desk.session.body, Placeable),
+        says=_says(trainer, advice) if advice.kind is AdviceKind.SLIP else None,
+        place=advice.region is not None and isinstance(trainer.session.body, Placeable),
     )
 
 
-def _says(desk: Trainer, advice: Advice) -> PressSaysData:
-    example = next(each for each in desk.session.examples if each.number == advice.examples[0])
+def _says(trainer: Trainer, advice: Advice) -> PressSaysData:
+    example = next(each for each in trainer.session.examples if each.number == advice.examples[0])
     return PressSaysData(state=example.state, next=example.next)
 
 
@@ -102,50 +102,50 @@ def _late(said: AdviceReport) -> LateData | None:
     return LateData(reaction_s=late.reaction_s, sentence=f"{seems} {late.evidence}")
 
 
-def handle_set_up_situation(stage: SessionHost, message: m.SetUpSituation) -> SituationReply:
+def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> SituationReply:
     """Put the robot where the advice of a sentence is about, and let time stand still there."""
-    desk = stage.active_trainer
-    said = desk.coach.last_report
-    given = () if said is None or said.lesson.automaton is not desk.session.automaton else said.advice
+    trainer = host.active_trainer
+    said = trainer.coach.last_report
+    given = () if said is None or said.lesson.automaton is not trainer.session.automaton else said.advice
     wanted = next((each for each in given if each.sentence == message.sentence), None)
     if wanted is None:
         raise SessionError("this advice is out of date: the lesson has changed since")
-    staged = coach.set_up_advised_situation(desk, wanted)
-    stage.pause(True)
-    desk.status = StatusMessage("The robot is set up; nothing recorded")
-    stage.clear_rewind()
-    return SituationReply(sentence=staged.sentence, run=stage.run.number)
+    staged = coach.set_up_advised_situation(trainer, wanted)
+    host.pause(True)
+    trainer.status = StatusMessage("The robot is set up; nothing recorded")
+    host.clear_rewind()
+    return SituationReply(sentence=staged.sentence, run=host.run.number)
 
 
-def handle_set_query_policy(stage: SessionHost, message: m.SetQueryPolicy) -> None:
+def handle_set_query_policy(host: SessionHost, message: m.SetQueryPolicy) -> None:
     """Choose what it does in testing where it is unsure."""
-    coach.change_query_policy(stage.active_trainer, QueryPolicy(message.when))
+    coach.change_query_policy(host.active_trainer, QueryPolicy(message.when))
 
 
-def handle_go_to_uncertain(stage: SessionHost, message: m.GoToUncertain) -> None:
+def handle_go_to_uncertain(host: SessionHost, message: m.GoToUncertain) -> None:
     """Go back to a marked moment, where the question waits for an answer."""
-    desk = stage.active_trainer
-    mark = stage.unsure.find(message.number)
+    trainer = host.active_trainer
+    mark = host.unsure.find(message.number)
     question = mark.question
     if question.instant is None:  # pragma: no cover - worlds can be rewound
         raise SessionError("this moment is not kept")
-    if mark.run == stage.run.number:
-        stage.rewind(RewindPoint(question.time_s, question.instant, 0))
+    if mark.run == host.run.number:
+        host.rewind(RewindPoint(question.time_s, question.instant, 0))
     else:
-        stage.go_back(question.instant)
-    coach.pause_for_question(desk, question)
+        host.go_back(question.instant)
+    coach.pause_for_question(trainer, question)
 
 
-def handle_set_reaction_time(desk: Trainer, message: m.SetReactionTime) -> None:
+def handle_set_reaction_time(trainer: Trainer, message: m.SetReactionTime) -> None:
     """Choose how late presses come."""
-    coach.change_reaction_time(desk, message.reaction_s)
+    coach.change_reaction_time(trainer, message.reaction_s)
 
 
-def handle_correct_slip(desk: Trainer, message: m.CorrectSlip) -> None:
+def handle_correct_slip(trainer: Trainer, message: m.CorrectSlip) -> None:
     """Say what a press was meant for."""
-    coach.correct_slip(desk, message.number, message.next)
+    coach.correct_slip(trainer, message.number, message.next)
 
 
-def handle_confirm_press(stage: SessionHost, message: m.ConfirmPress) -> None:
+def handle_confirm_press(host: SessionHost, message: m.ConfirmPress) -> None:
     """Say that a press was meant."""
-    coach.confirm_doubted_press(stage.active_trainer, message.number)
+    coach.confirm_doubted_press(host.active_trainer, message.number)

@@ -21,8 +21,8 @@ Handler: TypeAlias = Callable[[SessionHost, Any], Data | StatusMessage | None]
 def find_handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:
     """Find the handlers that modules define, by the message they take.
 
-    A handler is a public function of two parameters whose second is annotated with a message. The first is the stage,
-    or the desk: then something has to be in training, and pages are shown how it looks afterwards.
+    A handler is a public function of two parameters whose second is annotated with a message. The first is the host,
+    or the trainer: then something has to be in training, and pages are shown how it looks afterwards.
     """
     found: dict[type[Message], Handler] = {}
     for function, (first, message, _) in _annotated(modules):
@@ -49,9 +49,9 @@ def _annotated(modules: Iterable[ModuleType]) -> Iterator[tuple[Callable[..., An
 
 
 def _on_desk(function: Callable[[Trainer, Any], Data | StatusMessage | None]) -> Handler:
-    def act(stage: SessionHost, message: Message) -> Data | StatusMessage | None:
-        came = function(stage.active_trainer, message)
-        stage.frame_version += 1
+    def act(host: SessionHost, message: Message) -> Data | StatusMessage | None:
+        came = function(host.active_trainer, message)
+        host.frame_version += 1
         return came
 
     return act

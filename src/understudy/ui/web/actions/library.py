@@ -36,73 +36,75 @@ class NotSavedReply(Data, frozen=True, kw_only=True):
     worse: list[str]
 
 
-def save_current_automaton(stage: SessionHost, message: SaveAutomaton) -> NotSavedReply | StatusMessage:
+def save_current_automaton(host: SessionHost, message: SaveAutomaton) -> NotSavedReply | StatusMessage:
     """Save what is trained; under another name, a copy of it. Where something that worked no longer does, that is
     answered instead, unless it is to be saved `anyway`.
     """
-    desk, name = stage.active_trainer, message.name
-    if name is None or name == desk.name:
-        stage.refresh_library()
-        worse = () if message.anyway else lesson_test.find_unsaved_regressions(stage)
+    trainer, name = host.active_trainer, message.name
+    if name is None or name == trainer.name:
+        host.refresh_library()
+        worse = () if message.anyway else lesson_test.find_unsaved_regressions(host)
         if worse:
-            desk.status = StatusMessage(f"{desk.name} is not saved yet: something that worked no longer does")
+            trainer.status = StatusMessage(
+                f"{trainer.name} is not saved yet: something that worked no longer does"
+            )
             return NotSavedReply(worse=list(worse))
-        desk.save_unchecked(desk.session.make_trained_automaton())
-        said = StatusMessage(f"{desk.name} is saved", "recorded")
+        trainer.save_unchecked(trainer.session.make_trained_automaton())
+        said = StatusMessage(f"{trainer.name} is saved", "recorded")
     else:
-        stage.refresh_library()
-        stage.library_view.refuse_new(name, remedy="give another name")
-        library.save_copy(stage.library_view, desk.session.make_trained_automaton(), name)
-        said = StatusMessage(f"A copy of {desk.name} is saved as {name}", "recorded")
-    stage.refresh_library()
+        host.refresh_library()
+        host.library_view.refuse_new(name, remedy="give another name")
+        library.save_copy(host.library_view, trainer.session.make_trained_automaton(), name)
+        said = StatusMessage(f"A copy of {trainer.name} is saved as {name}", "recorded")
+    host.refresh_library()
     return said
 
 
-def trash_behavior(stage: SessionHost, message: TrashBehavior) -> StatusMessage:
+def trash_behavior(host: SessionHost, message: TrashBehavior) -> StatusMessage:
     """Move a trained behavior to the trash."""
-    desk, name = stage.trainer, message.name
-    if desk is not None and normalize_name(name) == normalize_name(desk.name):
+    trainer, name = host.trainer, message.name
+    if trainer is not None and normalize_name(name) == normalize_name(trainer.name):
         raise SessionError(f"{name} is being trained: open another before it is removed")
-    if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
-        raise SessionError(f"{desk.name}, which is being trained, runs {name}: choose its states first")
-    stage.refresh_library()
-    library.move_to_trash(stage.library_view, name)
-    stage.refresh_library()
+    if trainer is not None and any(state.behavior == name for state in trainer.session.automaton.states):
+        raise SessionError(f"{trainer.name}, which is being trained, runs {name}: choose its states first")
+    host.refresh_library()
+    library.move_to_trash(host.library_view, name)
+    host.refresh_library()
     return StatusMessage(f"{name} is in the trash, from where it can be restored")
 
 
-def restore_behavior(stage: SessionHost, message: RestoreBehavior) -> StatusMessage:
+def restore_behavior(host: SessionHost, message: RestoreBehavior) -> StatusMessage:
     """Bring a trained behavior back from the trash."""
     name = message.name
-    stage.refresh_library()
-    library.restore_from_trash(stage.library_view, name)
-    stage.refresh_library()
+    host.refresh_library()
+    library.restore_from_trash(host.library_view, name)
+    host.refresh_library()
     return StatusMessage(f"{name} is back in the library")
 
 
-def discard_session(stage: SessionHost, message: DiscardSession) -> StatusMessage:
+def discard_session(host: SessionHost, message: DiscardSession) -> StatusMessage:
     """Throw away a lesson that was cut off; its journal stays among those that ended."""
     name = message.name
-    stage.refresh_interrupted()
-    if name not in stage.cut_off:
-        where, known = "the lessons that were cut off", list(stage.cut_off)
+    host.refresh_interrupted()
+    if name not in host.cut_off:
+        where, known = "the lessons that were cut off", list(host.cut_off)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
-    stage.discarded[name] = interrupted_sessions.finish_journal(
-        stage.cut_off[name].path, stage.library_view.folder, name
+    host.discarded[name] = interrupted_sessions.finish_journal(
+        host.cut_off[name].path, host.library_view.folder, name
     )
-    stage.refresh_interrupted()
+    host.refresh_interrupted()
     return StatusMessage(f"The lesson of {name} that was cut off is thrown away")
 
 
-def recall_session(stage: SessionHost, message: RecallSession) -> StatusMessage:
+def recall_session(host: SessionHost, message: RecallSession) -> StatusMessage:
     """Offer a lesson again that was thrown away since the studio was started."""
     name = message.name
-    if name not in stage.discarded:
-        where, known = "the lessons that were thrown away", list(stage.discarded)
+    if name not in host.discarded:
+        where, known = "the lessons that were thrown away", list(host.discarded)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
-    interrupted_sessions.reopen_journal(stage.discarded[name])
-    del stage.discarded[name]
-    stage.refresh_interrupted()
+    interrupted_sessions.reopen_journal(host.discarded[name])
+    del host.discarded[name]
+    host.refresh_interrupted()
     return StatusMessage(f"The lesson of {name} that was cut off can go on again")
 
 
@@ -153,10 +155,10 @@ class ChangesReply(Data, frozen=True, kw_only=True):
     moved: list[MovedData]
 
 
-def handle_list_versions(stage: SessionHost, message: ListVersions) -> VersionsReply:
+def handle_list_versions(host: SessionHost, message: ListVersions) -> VersionsReply:
     """List the former versions, the latest first, and when each was saved."""
-    stage.library_view.find_automaton(message.name)
-    found = reversed(list_versions(stage.library_view.folder, message.name))
+    host.library_view.find_automaton(message.name)
+    found = reversed(list_versions(host.library_view.folder, message.name))
     return VersionsReply(
         versions=[
             VersionData(number=each.number, saved=each.saved.isoformat() if each.saved else None)
@@ -165,13 +167,13 @@ def handle_list_versions(stage: SessionHost, message: ListVersions) -> VersionsR
     )
 
 
-def handle_diff_versions(stage: SessionHost, message: DiffVersions) -> ChangesReply:
+def handle_diff_versions(host: SessionHost, message: DiffVersions) -> ChangesReply:
     """Compare a former version with another, or with the present one: lines by topic, and how switches moved, with the
     examples responsible.
     """
     name, to = message.name, message.to
-    before = _version(stage, name, message.version)
-    after = stage.library_view.find_automaton(name) if to is None else _version(stage, name, to)
+    before = _version(host, name, message.version)
+    after = host.library_view.find_automaton(name) if to is None else _version(host, name, to)
     found, switches = diff_automata(before, after), attribute_condition_changes(before, after)
     if switches:
         found.pop("conditions", None)  # they say which, and why
@@ -194,52 +196,52 @@ def _moved(each: ConditionChange) -> MovedData:
     )
 
 
-def revert_version(stage: SessionHost, message: RevertVersion) -> StatusMessage | None:
+def revert_version(host: SessionHost, message: RevertVersion) -> StatusMessage | None:
     """Make a former version the present one; the present one becomes a former version."""
     name, number = message.name, message.version
-    here = session.is_saved_in_training(stage, name)
-    stage.refresh_library()
-    stage.library_view.find_automaton(name)
+    here = session.is_saved_in_training(host, name)
+    host.refresh_library()
+    host.library_view.find_automaton(name)
     taught = library.make_renamed_copy(
-        stage.library_view, _version(stage, name, number), name
+        host.library_view, _version(host, name, number), name
     )  # it may have had another name
-    save_automaton(stage.library_view.folder, taught)
+    save_automaton(host.library_view.folder, taught)
     said = f"{name} is as it was in version {number}; what it was until now is kept as a version, too"
-    return session.reload_automaton(stage, name, said, here=here)
+    return session.reload_automaton(host, name, said, here=here)
 
 
-def _version(stage: SessionHost, name: str, number: int) -> TrainedAutomaton:
-    return load_version(stage.library_view.folder, name, number, stage.kit, learn).taught
+def _version(host: SessionHost, name: str, number: int) -> TrainedAutomaton:
+    return load_version(host.library_view.folder, name, number, host.kit, learn).taught
 
 
-def rename_behavior(stage: SessionHost, message: RenameBehavior) -> StatusMessage | None:
+def rename_behavior(host: SessionHost, message: RenameBehavior) -> StatusMessage | None:
     """Give a trained behavior another name, with its former versions; not where others run it by the former one."""
     name, to = message.name, message.to
-    here = session.is_saved_in_training(stage, name)
-    desk = stage.trainer
-    stage.refresh_library()
-    taught = stage.library_view.find_automaton(name)
-    users = [*stage.library_view.library.find_users(name)]
-    if desk is not None and any(state.behavior == name for state in desk.session.automaton.states):
-        users.append(desk.name)
+    here = session.is_saved_in_training(host, name)
+    trainer = host.trainer
+    host.refresh_library()
+    taught = host.library_view.find_automaton(name)
+    users = [*host.library_view.library.find_users(name)]
+    if trainer is not None and any(state.behavior == name for state in trainer.session.automaton.states):
+        users.append(trainer.name)
     if users:
         runs = ", ".join(dict.fromkeys(users))
         raise SessionError(
             f"{name} is run by {runs}: duplicate it instead, or choose the states of {runs} first"
         )
-    stage.library_view.refuse_new(to, remedy="give another name")
+    host.library_view.refuse_new(to, remedy="give another name")
     library_folder.rename_automaton(
-        stage.library_view.folder, name, library.make_renamed_copy(stage.library_view, taught, to)
+        host.library_view.folder, name, library.make_renamed_copy(host.library_view, taught, to)
     )
-    return session.reload_automaton(stage, to, f"{name} is called {to} now", here=here)
+    return session.reload_automaton(host, to, f"{name} is called {to} now", here=here)
 
 
-def duplicate_behavior(stage: SessionHost, message: DuplicateBehavior) -> StatusMessage:
+def duplicate_behavior(host: SessionHost, message: DuplicateBehavior) -> StatusMessage:
     """Copy a trained behavior as the library has it."""
     name, to = message.name, message.to
-    stage.refresh_library()
-    taught = stage.library_view.find_automaton(name)
-    stage.library_view.refuse_new(to, remedy="give another name")
-    library.save_copy(stage.library_view, taught, to)
-    stage.refresh_library()
+    host.refresh_library()
+    taught = host.library_view.find_automaton(name)
+    host.library_view.refuse_new(to, remedy="give another name")
+    library.save_copy(host.library_view, taught, to)
+    host.refresh_library()
     return StatusMessage(f"{to} is a copy of {name}", "recorded")

@@ -27,200 +27,203 @@ from understudy.ui.web.messages.session import SetOtherAgents
 from understudy.ui.web.session_host import SessionHost
 
 
-def begin_automaton(stage: SessionHost, name: str, choices: LessonChoices, *, discard: bool) -> None:
+def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, discard: bool) -> None:
     """Begin a new automaton."""
-    _refuse_unsaved(stage, discard=discard)
-    stage.refresh_library()
-    stage.refresh_interrupted()
-    stage.library_view.refuse_new(name, remedy="open it to go on, or give another name")
-    left = stage.cut_off.get(name)
+    _refuse_unsaved(host, discard=discard)
+    host.refresh_library()
+    host.refresh_interrupted()
+    host.library_view.refuse_new(name, remedy="open it to go on, or give another name")
+    left = host.cut_off.get(name)
     if left is not None and not discard:
         raise SessionError(
             f"a session of {name} was cut off with {left.examples} examples: open {name} to go on with it, or "
             "discard it to begin anew"
         )
-    plan = _plan(stage, name, choices)
+    plan = _plan(host, name, choices)
     start = make_session_start(plan)
     if start is None:
         raise SessionError(f"{name} needs at least one state and one feature: choose what it can do")
-    opened = begin_session(plan, start, stage.wall, body=stage.body, agent=stage.agent)
+    opened = begin_session(plan, start, host.wall, body=host.body, agent=host.agent)
     if left is not None:
         interrupted_sessions.finish_journal(left.path, plan.folder, name)
-    stage.replace_session(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
+    host.replace_session(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
 
 
-def open_automaton(stage: SessionHost, name: str, *, discard: bool) -> None:
+def open_automaton(host: SessionHost, name: str, *, discard: bool) -> None:
     """Train an automaton of the library on, or go on with a session that was cut off."""
-    _refuse_unsaved(stage, discard=discard)
-    stage.refresh_library()
-    stage.refresh_interrupted()
-    left = stage.cut_off.get(name)
+    _refuse_unsaved(host, discard=discard)
+    host.refresh_library()
+    host.refresh_interrupted()
+    left = host.cut_off.get(name)
     if left is not None:
-        _go_on_with_cut_off(stage, name, left)
+        _go_on_with_cut_off(host, name, left)
         return
-    if name in stage.library_view.problems:
-        raise SessionError(stage.library_view.problems[name])
-    if name not in stage.library_view.library.taught:
-        known = [*stage.library_view.library.taught, *stage.cut_off]
+    if name in host.library_view.problems:
+        raise SessionError(host.library_view.problems[name])
+    if name not in host.library_view.library.taught:
+        known = [*host.library_view.library.taught, *host.cut_off]
         raise UnknownName(what="automaton", name=name, where="the library", known=known)
-    start = make_session_start(plan := _plan(stage, name))
+    start = make_session_start(plan := _plan(host, name))
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
-    opened = begin_session(plan, start, stage.wall, body=stage.body, agent=stage.agent)
-    stage.replace_session(
+    opened = begin_session(plan, start, host.wall, body=host.body, agent=host.agent)
+    host.replace_session(
         opened, f"{name} is open again: let it try, and press what is right where it does wrong"
     )
 
 
-def _go_on_with_cut_off(stage: SessionHost, name: str, left: interrupted_sessions.InterruptedSession) -> None:
-    before = stage.world.snapshot() if isinstance(stage.world, World) else None
+def _go_on_with_cut_off(host: SessionHost, name: str, left: interrupted_sessions.InterruptedSession) -> None:
+    before = host.world.snapshot() if isinstance(host.world, World) else None
     try:
-        opened = resume_session(_plan(stage, name), left.path, stage.wall, body=stage.body)
+        opened = resume_session(_plan(host, name), left.path, host.wall, body=host.body)
     except UnderstudyError:
-        if before is not None and isinstance(stage.world, World):
-            stage.world.restore(before)
+        if before is not None and isinstance(host.world, World):
+            host.world.restore(before)
         raise
     plural = "s" * (left.examples != 1)
-    stage.replace_session(
+    host.replace_session(
         opened,
         f"The session of {name} that was cut off goes on where it was, paused: {left.examples} example{plural}, "
         f"the last step was “{left.steps}”",
     )
 
 
-def select_squad_sort(stage: SessionHost, sort: str | None, agent: int, *, discard: bool) -> None:
+def select_squad_sort(host: SessionHost, sort: str | None, agent: int, *, discard: bool) -> None:
     """Train coordinators of a sort of squads, or robots (None); what is not saved has to be, or to be discarded."""
-    _refuse_beyond(stage, sort, agent)
-    _refuse_unsaved(stage, discard=discard)
-    stage.select_agents(sort, agent)
+    _refuse_beyond(host, sort, agent)
+    _refuse_unsaved(host, discard=discard)
+    host.select_agents(sort, agent)
 
 
-def has_other_library(stage: SessionHost, agent: int) -> bool:
+def has_other_library(host: SessionHost, agent: int) -> bool:
     """Whether this robot has another library than the one that is trained: it is of a type that differs."""
-    there = stage.sort is None and agent < stage.groups.agents(None)
-    return there and not stage.groups.have_same_library(stage.agent, agent)
+    there = host.sort is None and agent < host.groups.agents(None)
+    return there and not host.groups.have_same_library(host.agent, agent)
 
 
-def _refuse_beyond(stage: SessionHost, sort: str | None, agent: int) -> None:
-    most = stage.groups.agents(sort)
+def _refuse_beyond(host: SessionHost, sort: str | None, agent: int) -> None:
+    most = host.groups.agents(sort)
     if agent >= most:
         problem, remedy = f"is {agent + 1}", f"give one from 1 to {most}"
         raise SettingError(where="the studio", setting=sort or "robot", problem=problem, remedy=remedy)
 
 
-def select_agent(stage: SessionHost, agent: int) -> None:
+def select_agent(host: SessionHost, agent: int) -> None:
     """Which robot is trained; not once something was shown in this session."""
-    _refuse_beyond(stage, stage.sort, agent)
-    desk = stage.trainer
-    if desk is None or desk.robot == agent:
-        stage.agent = agent
-        if desk is None:
-            who = (
-                f"Robot {agent + 1}" if stage.sort is None else f"The coordinator of {stage.sort} {agent + 1}"
-            )
-            stage.status = StatusMessage(f"{who} is the one that will be trained")
-            stage.frame_version += 1
+    _refuse_beyond(host, host.sort, agent)
+    trainer = host.trainer
+    if trainer is None or trainer.robot == agent:
+        host.agent = agent
+        if trainer is None:
+            who = f"Robot {agent + 1}" if host.sort is None else f"The coordinator of {host.sort} {agent + 1}"
+            host.status = StatusMessage(f"{who} is the one that will be trained")
+            host.frame_version += 1
         return
-    session = desk.session
-    if session.view().undoable is not None or len(session.examples) != stage.began_with:
+    session = trainer.session
+    if session.view().undoable is not None or len(session.examples) != host.began_with:
         raise SessionError(
-            f"{desk.name} has been shown something by robot {desk.robot + 1}: save it and open it again to train "
+            f"{trainer.name} has been shown something by robot {trainer.robot + 1}: save it and open it again to train "
             "it with another robot"
         )
-    start = SessionStart(session.lesson, dict(desk.session_view.targets))
-    opened = begin_session(_plan(stage, desk.name), start, stage.wall, body=stage.body, agent=agent)
-    stage.replace_session(opened, f"{desk.name} is trained with robot {agent + 1} now")
+    start = SessionStart(session.lesson, dict(trainer.session_view.targets))
+    opened = begin_session(_plan(host, trainer.name), start, host.wall, body=host.body, agent=agent)
+    host.replace_session(opened, f"{trainer.name} is trained with robot {agent + 1} now")
 
 
-def is_saved_in_training(stage: SessionHost, name: str) -> bool:
+def is_saved_in_training(host: SessionHost, name: str) -> bool:
     """Whether an automaton of the library is the one in training; SessionError where it has unsaved changes."""
-    desk = stage.trainer
-    if desk is None or desk.name != name:
+    trainer = host.trainer
+    if trainer is None or trainer.name != name:
         return False
-    if desk.has_unsaved_changes:
+    if trainer.has_unsaved_changes:
         raise SessionError(f"{name} is being trained, and not saved as it is now: save it first")
     return True
 
 
-def reload_automaton(stage: SessionHost, name: str, said: str, *, here: bool) -> StatusMessage | None:
+def reload_automaton(host: SessionHost, name: str, said: str, *, here: bool) -> StatusMessage | None:
     """An automaton was changed in the library; the one in training (`here`) goes on as it is there now, and says so."""
-    stage.refresh_library()
+    host.refresh_library()
     if not here:
         return StatusMessage(said, "recorded")
-    _reopen(stage, name, said)
+    _reopen(host, name, said)
     return None
 
 
-def _reopen(stage: SessionHost, name: str, said: str) -> None:
+def _reopen(host: SessionHost, name: str, said: str) -> None:
     """Go on with what is trained as the library has it, perhaps under another name."""
-    desk, paused = stage.active_trainer, stage.paused
-    lesson = stage.library_view.find_automaton(name).lesson
-    targets = dict(desk.session_view.targets)
+    trainer, paused = host.active_trainer, host.paused
+    lesson = host.library_view.find_automaton(name).lesson
+    targets = dict(trainer.session_view.targets)
     choices = LessonChoices(
         targets=targets if lesson and set(lesson.automaton.parameters) == set(targets) else {}
     )
-    start = make_session_start(plan := _plan(stage, name, choices))
+    start = make_session_start(plan := _plan(host, name, choices))
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
-    stage.replace_session(begin_session(plan, start, stage.wall, body=stage.body, agent=desk.robot), said)
-    stage.pause(paused, said)
+    host.replace_session(begin_session(plan, start, host.wall, body=host.body, agent=trainer.robot), said)
+    host.pause(paused, said)
 
 
-def _plan(stage: SessionHost, name: str, choices: LessonChoices | None = None) -> TrainingPlan:
-    shelf = stage.library_view
+def _plan(host: SessionHost, name: str, choices: LessonChoices | None = None) -> TrainingPlan:
+    library_view = host.library_view
     return TrainingPlan(
-        name, shelf.folder, stage.world.scenario, shelf.library, choices or LessonChoices(), stage.seed
+        name,
+        library_view.folder,
+        host.world.scenario,
+        library_view.library,
+        choices or LessonChoices(),
+        host.seed,
     )
 
 
-def _refuse_unsaved(stage: SessionHost, *, discard: bool) -> None:
-    desk = stage.trainer
-    if desk is not None and desk.has_unsaved_changes and not discard:
-        raise SessionError(f"{desk.name} is not saved as it is now: save it first, or discard it")
+def _refuse_unsaved(host: SessionHost, *, discard: bool) -> None:
+    trainer = host.trainer
+    if trainer is not None and trainer.has_unsaved_changes and not discard:
+        raise SessionError(f"{trainer.name} is not saved as it is now: save it first, or discard it")
 
 
-def set_other_agents(stage: SessionHost, message: SetOtherAgents) -> StatusMessage:
+def set_other_agents(host: SessionHost, message: SetOtherAgents) -> StatusMessage:
     """Let the others idle (None), or run a behavior of the library, its parameters standing for targets."""
-    desk, library = stage.active_trainer, stage.library_view.library
+    trainer, library = host.active_trainer, host.library_view.library
     behavior, targets = message.behavior, message.targets
-    if stage.world.robots < 2:
+    if host.world.robots < 2:
         problem, remedy = "cannot be told: there is one robot", "open a world with more"
         raise SettingError(where="the studio", setting="others", problem=problem, remedy=remedy)
     wanted = () if behavior is None else library.parameters(behavior)
     if set(wanted) != set(targets):
         problem = f"need what {', '.join(wanted)} stands for" if wanted else "need no targets"
         raise SettingError(where="the studio", setting="others", problem=problem, remedy="say exactly that")
-    known = list(stage.world.targets)
+    known = list(host.world.targets)
     for target in targets.values():
         if target not in known:
             raise UnknownName(what="target", name=target, where="the world", known=known)
-    before = stage.other_behavior
+    before = host.other_behavior
     try:
-        desk.session.set_other_agents(behavior, targets, library=library)
+        trainer.session.set_other_agents(behavior, targets, library=library)
     except UnderstudyError:
         former = (None, {}) if before is None else (before.behavior, before.targets)
-        desk.session.set_other_agents(*former, library=library)
+        trainer.session.set_other_agents(*former, library=library)
         raise
     doing = "idle" if behavior is None else f"run {format_bound_name(behavior, Binding(targets))}"
-    stage.frame_version += 1
+    host.frame_version += 1
     return StatusMessage(f"The others {doing} meanwhile")
 
 
-def go_to_example(stage: SessionHost, number: int) -> None:
+def go_to_example(host: SessionHost, number: int) -> None:
     """Go back to just before an example was shown; SessionError where that moment is not kept."""
-    desk = stage.active_trainer
-    if all(example.number != number for example in desk.session.examples):
-        raise SessionError(f"{desk.name} has no example {number}")
-    frame = stage.rewind_buffer.find_before_example(number)
+    trainer = host.active_trainer
+    if all(example.number != number for example in trainer.session.examples):
+        raise SessionError(f"{trainer.name} has no example {number}")
+    frame = host.rewind_buffer.find_before_example(number)
     if frame is not None:
-        stage.rewind(frame)
+        host.rewind(frame)
         return
-    journal = stage.open_session.journal if stage.open_session else Path()
+    journal = host.open_session.journal if host.open_session else Path()
     snapshot = _before(journal, number)
     if snapshot is None:
         raise SessionError(f"example {number} was not shown in this session: its moment is not kept")
-    others = desk.session.other_agents.snapshot()  # what they did then is not kept: they go on
-    stage.go_back(SessionSnapshot(zlib.decompress(snapshot.body), tuple(snapshot.run), snapshot.mode, others))
+    others = trainer.session.other_agents.snapshot()  # what they did then is not kept: they go on
+    host.go_back(SessionSnapshot(zlib.decompress(snapshot.body), tuple(snapshot.run), snapshot.mode, others))
 
 
 def _before(journal: Path, number: int) -> SnapshotTaken | None:
@@ -240,66 +243,66 @@ def _before(journal: Path, number: int) -> SnapshotTaken | None:
     return found
 
 
-def handle_press(stage: SessionHost, message: m.PressState) -> None:
+def handle_press(host: SessionHost, message: m.PressState) -> None:
     """Direct the robot to a state; while a question is open, the press answers it."""
-    _press(stage, message.state)
+    _press(host, message.state)
 
 
-def handle_confirm(stage: SessionHost, _: m.Confirm) -> None:
+def handle_confirm(host: SessionHost, _: m.Confirm) -> None:
     """Confirm the present state; while a question is open, that answers it."""
-    _press(stage, None)
+    _press(host, None)
 
 
-def _press(stage: SessionHost, state: str | None) -> None:
+def _press(host: SessionHost, state: str | None) -> None:
     """Direct to a state, or confirm the present one (None)."""
-    desk = stage.active_trainer
-    stage.frame_version += 1
-    if desk.coach.question is not None:
-        coach.answer_question(desk, state)
-        stage.note_tick()
+    trainer = host.active_trainer
+    host.frame_version += 1
+    if trainer.coach.question is not None:
+        coach.answer_question(trainer, state)
+        host.note_tick()
     elif state is None:
-        desk.confirm()
+        trainer.confirm()
     else:
-        desk.press(state)
+        trainer.press(state)
 
 
-def handle_pause(stage: SessionHost, message: m.Pause) -> None:
+def handle_pause(host: SessionHost, message: m.Pause) -> None:
     """Pause or resume."""
-    stage.pause(message.paused)
+    host.pause(message.paused)
 
 
-def handle_step(stage: SessionHost, _: m.StepTick) -> None:
+def handle_step(host: SessionHost, _: m.StepTick) -> None:
     """Take one tick."""
-    stage.step()
+    host.step()
 
 
-def handle_set_speed(stage: SessionHost, message: m.SetSpeed) -> None:
+def handle_set_speed(host: SessionHost, message: m.SetSpeed) -> None:
     """Choose how fast time goes."""
-    stage.set_speed(FASTEST if message.speed == "fastest" else message.speed)
+    host.set_speed(FASTEST if message.speed == "fastest" else message.speed)
 
 
-def handle_reset(stage: SessionHost, message: m.ResetWorld) -> None:
+def handle_reset(host: SessionHost, message: m.ResetWorld) -> None:
     """Begin the world of a seed."""
-    stage.reset(message.seed)
+    host.reset(message.seed)
 
 
-def handle_rewind(stage: SessionHost, message: m.Rewind) -> None:
+def handle_rewind(host: SessionHost, message: m.Rewind) -> None:
     """Go back to a time, or to an example."""
     if (message.time_s is None) == (message.example is None):
         problem, remedy = "says nothing, or two things", "give a time or an example"
         raise SettingError(where="the studio", setting="rewind", problem=problem, remedy=remedy)
     if message.example is not None:
-        go_to_example(stage, message.example)
+        go_to_example(host, message.example)
     elif message.time_s is not None:
-        stage.rewind(stage.rewind_buffer.find_before_time(message.time_s))
+        host.rewind(host.rewind_buffer.find_before_time(message.time_s))
 
 
-def handle_open(stage: SessionHost, message: m.OpenAutomaton) -> None:
+def handle_open(host: SessionHost, message: m.OpenAutomaton) -> None:
     """Continue the training of an automaton of the library."""
-    open_automaton(stage, message.name, discard=message.discard)
+    open_automaton(host, message.name, discard=message.discard)
 
 
-def handle_new(stage: SessionHost, message: m.NewAutomaton) -> None:
+def handle_new(host: SessionHost, message: m.NewAutomaton) -> None:
     """Begin a new automaton."""
     choices = LessonChoices(
         states=message.states,
@@ -311,48 +314,48 @@ def handle_new(stage: SessionHost, message: m.NewAutomaton) -> None:
         reaction_s=message.reaction_s,
         unlearning=message.unlearning,
     )
-    begin_automaton(stage, message.name, choices, discard=message.discard)
+    begin_automaton(host, message.name, choices, discard=message.discard)
 
 
-def handle_select_agent(stage: SessionHost, message: m.SelectAgent) -> None:
+def handle_select_agent(host: SessionHost, message: m.SelectAgent) -> None:
     """Choose which robot is trained, or which coordinator."""
-    if message.sort != stage.sort or has_other_library(stage, message.agent):
-        select_squad_sort(stage, message.sort, message.agent, discard=message.discard)
-    select_agent(stage, message.agent)
-    stage.frame_version += 1
+    if message.sort != host.sort or has_other_library(host, message.agent):
+        select_squad_sort(host, message.sort, message.agent, discard=message.discard)
+    select_agent(host, message.agent)
+    host.frame_version += 1
 
 
-def handle_toggle_mode(desk: Trainer, _: m.ToggleMode) -> None:
+def handle_toggle_mode(trainer: Trainer, _: m.ToggleMode) -> None:
     """Go from training to testing, or back."""
-    desk.toggle_mode()
+    trainer.toggle_mode()
 
 
-def handle_restart(desk: Trainer, _: m.RestartAutomaton) -> None:
+def handle_restart(trainer: Trainer, _: m.RestartAutomaton) -> None:
     """Start the automaton afresh."""
-    desk.restart()
+    trainer.restart()
 
 
-def handle_bind_targets(desk: Trainer, message: m.BindTargets) -> None:
+def handle_bind_targets(trainer: Trainer, message: m.BindTargets) -> None:
     """Bind parameters to other targets."""
-    desk.bind_targets(message.targets)
+    trainer.bind_targets(message.targets)
 
 
-def handle_toggle_watching(desk: Trainer, _: m.ToggleWatching) -> None:
+def handle_toggle_watching(trainer: Trainer, _: m.ToggleWatching) -> None:
     """Let silence be consent, or not."""
-    desk.toggle_watching()
+    trainer.toggle_watching()
 
 
-def handle_undo(desk: Trainer, _: m.Undo) -> None:
+def handle_undo(trainer: Trainer, _: m.Undo) -> None:
     """Take back a step."""
-    desk.undo()
+    trainer.undo()
 
 
-def handle_redo(desk: Trainer, _: m.Redo) -> None:
+def handle_redo(trainer: Trainer, _: m.Redo) -> None:
     """Do an undone step again."""
-    desk.redo()
+    trainer.redo()
 
 
-def handle_change_design(desk: Trainer, message: m.ChangeDesign) -> None:
+def handle_change_design(trainer: Trainer, message: m.ChangeDesign) -> None:
     """Change states, features or options of the lesson."""
     choices = LessonChoices(
         states=message.states,
@@ -363,12 +366,12 @@ def handle_change_design(desk: Trainer, message: m.ChangeDesign) -> None:
         reaction_s=message.reaction_s,
         unlearning=message.unlearning,
     )
-    desk.change_design(choices)
+    trainer.change_design(choices)
 
 
-def handle_edit_example(stage: SessionHost, message: m.EditExample) -> None:
+def handle_edit_example(host: SessionHost, message: m.EditExample) -> None:
     """Let an example say something else."""
-    features = {str(bound): bound for bound in stage.active_trainer.features}
+    features = {str(bound): bound for bound in host.active_trainer.features}
     for label in message.values:
         if label not in features:
             raise UnknownName(what="feature", name=label, where="the lesson", known=list(features))
@@ -376,34 +379,34 @@ def handle_edit_example(stage: SessionHost, message: m.EditExample) -> None:
         label: formatting.parse_displayed_value(features[label], text)
         for label, text in message.values.items()
     }
-    stage.active_trainer.edit(message.number, state=message.state, next=message.next, values=values)
+    host.active_trainer.edit(message.number, state=message.state, next=message.next, values=values)
 
 
-def handle_delete_example(desk: Trainer, message: m.DeleteExample) -> None:
+def handle_delete_example(trainer: Trainer, message: m.DeleteExample) -> None:
     """Delete an example."""
-    desk.delete(message.number)
+    trainer.delete(message.number)
 
 
-def handle_quarantine(desk: Trainer, message: m.QuarantineExamples) -> None:
+def handle_quarantine(trainer: Trainer, message: m.QuarantineExamples) -> None:
     """Put examples into quarantine: the learner ignores them."""
-    lesson_actions.quarantine_examples(desk, message.numbers)
+    lesson_actions.quarantine_examples(trainer, message.numbers)
 
 
-def handle_release(desk: Trainer, message: m.ReleaseExamples) -> None:
+def handle_release(trainer: Trainer, message: m.ReleaseExamples) -> None:
     """Release examples from quarantine."""
-    lesson_actions.release_examples(desk, message.numbers)
+    lesson_actions.release_examples(trainer, message.numbers)
 
 
-def handle_add_expectation(desk: Trainer, message: r.AddExpectation) -> None:
+def handle_add_expectation(trainer: Trainer, message: r.AddExpectation) -> None:
     """Let the lesson promise an outcome."""
-    lesson_actions.add_expectation_here(desk, message.flag, message.within_s)
+    lesson_actions.add_expectation_here(trainer, message.flag, message.within_s)
 
 
-def handle_remove_expectation(desk: Trainer, message: r.RemoveExpectation) -> None:
+def handle_remove_expectation(trainer: Trainer, message: r.RemoveExpectation) -> None:
     """Let the lesson no longer promise an outcome."""
-    lesson_actions.remove_expectation(desk, message.outcome)
+    lesson_actions.remove_expectation(trainer, message.outcome)
 
 
-def handle_apply_pruning(desk: Trainer, message: r.ApplyPruning) -> None:
+def handle_apply_pruning(trainer: Trainer, message: r.ApplyPruning) -> None:
     """Learn with fewer questions from now on."""
-    lesson_actions.change_pruning(desk, message.pruning)
+    lesson_actions.change_pruning(trainer, message.pruning)

@@ -11,77 +11,77 @@ FOOD = 10
 """Units in a source of food that somebody adds."""
 
 
-def handle_move_robot(stage: SessionHost, message: m.MoveRobot) -> None:
+def handle_move_robot(host: SessionHost, message: m.MoveRobot) -> None:
     """Put a robot elsewhere."""
-    if message.agent >= stage.world.robots:
-        problem, remedy = f"is {message.agent + 1}", f"give one from 1 to {stage.world.robots}"
+    if message.agent >= host.world.robots:
+        problem, remedy = f"is {message.agent + 1}", f"give one from 1 to {host.world.robots}"
         raise SettingError(where="the studio", setting="robot", problem=problem, remedy=remedy)
     heading = message.heading
     if heading is None:
-        heading = float(stage.world.state.robots["heading"][message.agent])
+        heading = float(host.world.state.robots["heading"][message.agent])
     place = (message.agent, message.x, message.y, heading)
-    stage.edit_world(lambda world: world.place(*place), f"Robot {message.agent + 1} was put elsewhere")
+    host.edit_world(lambda world: world.place(*place), f"Robot {message.agent + 1} was put elsewhere")
 
 
-def handle_move_object(stage: SessionHost, message: m.MoveObject) -> None:
+def handle_move_object(host: SessionHost, message: m.MoveObject) -> None:
     """Move an object."""
-    stage.edit_world(
+    host.edit_world(
         lambda world: world.move_object(message.slot, message.x, message.y), "An object was moved"
     )
 
 
-def handle_add_object(stage: SessionHost, message: m.AddObject) -> None:
+def handle_add_object(host: SessionHost, message: m.AddObject) -> None:
     """Add an object; a source of food has some."""
     kind = message.kind
-    classes, rules = stage.world.names.classes, stage.world.rules.classes
+    classes, rules = host.world.names.classes, host.world.rules.classes
     amount = FOOD if kind in classes and rules["food"][classes.index(kind)] else 0
-    stage.edit_world(
+    host.edit_world(
         lambda world: world.add_object(kind, message.x, message.y, amount=amount), f"{kind} was added"
     )
 
 
-def handle_remove_object(stage: SessionHost, message: m.RemoveObject) -> None:
+def handle_remove_object(host: SessionHost, message: m.RemoveObject) -> None:
     """Remove an object."""
-    stage.edit_world(lambda world: world.remove_object(message.slot), "An object was removed")
+    host.edit_world(lambda world: world.remove_object(message.slot), "An object was removed")
 
 
-def handle_add_obstacle(stage: SessionHost, message: m.AddObstacle) -> None:
+def handle_add_obstacle(host: SessionHost, message: m.AddObstacle) -> None:
     """Add a round obstacle."""
     place = (message.x, message.y, message.radius)
-    stage.edit_world(lambda world: world.add_obstacle(*place), "An obstacle was added")
-    stage.note_world_change()
+    host.edit_world(lambda world: world.add_obstacle(*place), "An obstacle was added")
+    host.note_world_change()
 
 
-def handle_move_obstacle(stage: SessionHost, message: m.MoveObstacle) -> None:
+def handle_move_obstacle(host: SessionHost, message: m.MoveObstacle) -> None:
     """Put a round obstacle elsewhere."""
     place = (message.index, message.x, message.y)
-    stage.edit_world(lambda world: world.move_obstacle(*place), "An obstacle was moved")
-    stage.note_world_change()
+    host.edit_world(lambda world: world.move_obstacle(*place), "An obstacle was moved")
+    host.note_world_change()
 
 
-def handle_remove_obstacle(stage: SessionHost, message: m.RemoveObstacle) -> None:
+def handle_remove_obstacle(host: SessionHost, message: m.RemoveObstacle) -> None:
     """Remove a round obstacle."""
-    stage.edit_world(lambda world: world.remove_obstacle(message.index), "An obstacle was removed")
-    stage.note_world_change()
+    host.edit_world(lambda world: world.remove_obstacle(message.index), "An obstacle was removed")
+    host.note_world_change()
 
 
-def handle_arm(stage: SessionHost, _: m.Arm) -> StatusMessage:
+def handle_arm(host: SessionHost, _: m.Arm) -> StatusMessage:
     """Arm the real robots."""
-    stage.robots.arm()
-    if stage.trainer is not None:
-        stage.trainer.session.refresh_percept()  # what it read before is old by now
-    stage.frame_version += 1
+    host.robots.arm()
+    if host.trainer is not None:
+        host.trainer.session.refresh_percept()  # what it read before is old by now
+    host.frame_version += 1
     return StatusMessage("Armed: it moves when time goes on. Esc stops it")
 
 
-def handle_emergency_stop(stage: SessionHost, _: m.EmergencyStop) -> StatusMessage:
+def handle_emergency_stop(host: SessionHost, _: m.EmergencyStop) -> StatusMessage:
     """Send real robots a stop at once and disarm them; then pause. Any page may ask for it, also without control."""
-    stage.robots.stop("stopped in the studio")
-    stage.pause(True)
-    stage.frame_version += 1
+    host.robots.stop("stopped in the studio")
+    host.pause(True)
+    host.frame_version += 1
     return StatusMessage("Stopped. Arm it again before it moves", "error")
 
 
-def handle_heartbeat(stage: SessionHost, message: m.Heartbeat) -> None:
+def handle_heartbeat(host: SessionHost, message: m.Heartbeat) -> None:
     """Note that the page in control is there, and whether it reports the hold-to-run key as held."""
-    stage.robots.refresh_heartbeat(holding=message.holding)
+    host.robots.refresh_heartbeat(holding=message.holding)

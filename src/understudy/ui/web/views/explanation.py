@@ -67,37 +67,37 @@ class ReasonsReply(Data, frozen=True, kw_only=True):
     last: SwitchedData | None
 
 
-def handle_explain(stage: SessionHost, _: RequestExplanation) -> ReasonsReply:
+def handle_explain(host: SessionHost, _: RequestExplanation) -> ReasonsReply:
     """Explain what every level decides now, what held and who showed it; and the last switch of any of them."""
-    desk = stage.active_trainer
-    levels = desk.explainer.explain_levels()
+    trainer = host.active_trainer
+    levels = trainer.explainer.explain_levels()
     return ReasonsReply(
-        levels=[_level(desk, level, first=level is levels[0]) for level in levels], last=_last(desk)
+        levels=[_level(trainer, level, first=level is levels[0]) for level in levels], last=_last(trainer)
     )
 
 
-def _level(desk: Trainer, level: LevelExplanation, *, first: bool) -> LevelData:
+def _level(trainer: Trainer, level: LevelExplanation, *, first: bool) -> LevelData:
     decision = level.decision
     return LevelData(
         automaton=level.automaton,
         state=level.state,
         since_s=level.since_s,
         says=describe_rest(level) if decision is None else f"It {describe_decision(decision.explanation)}.",
-        yours=first and desk.session_view.mode is Mode.TRAINING,
-        **_behind(desk, decision),
+        yours=first and trainer.session_view.mode is Mode.TRAINING,
+        **_behind(trainer, decision),
     )
 
 
-def _last(desk: Trainer) -> SwitchedData | None:
-    last = desk.explainer.explain_last_switch()
+def _last(trainer: Trainer) -> SwitchedData | None:
+    last = trainer.explainer.explain_last_switch()
     if last is None:
         return None
     switch, reason = last
     says = f"It {describe_switch(switch.before, switch.after, reason.explanation)}."
-    return SwitchedData(automaton=switch.call, time_s=switch.time_s, says=says, **_behind(desk, reason))
+    return SwitchedData(automaton=switch.call, time_s=switch.time_s, says=says, **_behind(trainer, reason))
 
 
-def _behind(desk: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
+def _behind(trainer: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
     """The fields of `BehindData` beside what is said."""
     if reason is None:
         return {"read": "", "by_hand": False, "here": False, "examples": [], "more": 0}
@@ -105,7 +105,7 @@ def _behind(desk: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
     return {
         "read": data.read,
         "by_hand": data.by_hand,
-        "here": reason.taught.automaton.name == desk.name,
+        "here": reason.taught.automaton.name == trainer.name,
         "examples": _examples(data)[:MOST_EXAMPLES],
         "more": max(0, len(data.examples) - MOST_EXAMPLES),
     }

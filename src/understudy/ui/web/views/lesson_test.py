@@ -75,34 +75,34 @@ class LessonTestReply(Data, frozen=True, kw_only=True):
     tested: TestedData
 
 
-def handle_test_lesson(stage: SessionHost, message: TestLesson) -> LessonTestReply:
+def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestReply:
     """Test one automaton on its lesson, beside what it was: what is trained counts as it stands."""
-    name, library = message.name, _present(stage)
+    name, library = message.name, _present(host)
     library.automaton(name)
-    formers = {each: _former(stage, each) for each in list_dependencies(library, name)}
-    known = stage.groups.collect_libraries(stage.sort, stage.agent, library)
+    formers = {each: _former(host, each) for each in list_dependencies(library, name)}
+    known = host.groups.collect_libraries(host.sort, host.agent, library)
     seen = run_lesson_test(
         library, name, {each: taught for each, (_, taught) in formers.items() if taught}, known
     )
     return LessonTestReply(tested=_tested(seen, formers[name][0]))
 
 
-def _present(stage: SessionHost) -> Library:
+def _present(host: SessionHost) -> Library:
     """The library, with what is trained as it stands."""
-    desk, library = stage.trainer, stage.library_view.library
-    return library if desk is None else library.with_automaton(desk.session.make_trained_automaton())
+    trainer, library = host.trainer, host.library_view.library
+    return library if trainer is None else library.with_automaton(trainer.session.make_trained_automaton())
 
 
-def _former(stage: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]:
+def _former(host: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]:
     """What an automaton was before, and what that is called: the last former version, or what is saved."""
-    desk, saved = stage.trainer, stage.library_view.library.taught.get(name)
-    if desk is not None and name == desk.name and desk.has_unsaved_changes:
+    trainer, saved = host.trainer, host.library_view.library.taught.get(name)
+    if trainer is not None and name == trainer.name and trainer.has_unsaved_changes:
         return SAVED, saved
-    kept = list_versions(stage.library_view.folder, name)
+    kept = list_versions(host.library_view.folder, name)
     if not kept:
         return "", None
     try:
-        last = load_version(stage.library_view.folder, name, kept[-1].number, stage.kit, learn).taught
+        last = load_version(host.library_view.folder, name, kept[-1].number, host.kit, learn).taught
     except UnderstudyError:
         return "", None  # it cannot be compared with
     return f"version {kept[-1].number}", last
@@ -122,37 +122,37 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
     )
 
 
-def find_unsaved_regressions(stage: SessionHost) -> tuple[str, ...]:
+def find_unsaved_regressions(host: SessionHost) -> tuple[str, ...]:
     """What worked with what is saved and no longer does with what is trained, also in what is above it."""
-    library, taught = stage.library_view.library, stage.active_trainer.session.make_trained_automaton()
-    known = stage.groups.collect_libraries(stage.sort, stage.agent, library)
-    return find_regressions_since_saved(stage.library_view.folder, library, taught, known)
+    library, taught = host.library_view.library, host.active_trainer.session.make_trained_automaton()
+    known = host.groups.collect_libraries(host.sort, host.agent, library)
+    return find_regressions_since_saved(host.library_view.folder, library, taught, known)
 
 
-def handle_evaluate_session(stage: SessionHost, message: EvaluateSession) -> StatusMessage:
+def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> StatusMessage:
     """Try what is trained, as it stands, in worlds that were not on the page; the one that is goes on meanwhile."""
-    desk, scenario = stage.active_trainer, stage.world.scenario
+    trainer, scenario = host.active_trainer, host.world.scenario
     if not 1 <= message.count <= MOST_WORLDS:
         problem, remedy = f"is {message.count}", f"give one from 1 to {MOST_WORLDS}"
         raise SettingError(where="the studio", setting="number of worlds", problem=problem, remedy=remedy)
-    if not isinstance(stage.world, World):
+    if not isinstance(host.world, World):
         raise SessionError("real robots cannot be tried in other worlds: there is only the one they are in")
-    if stage.sort is not None:
+    if host.sort is not None:
         raise SessionError("coordinators cannot be tried in other worlds yet: only what robots do can be")
-    if stage.evaluation is not None and stage.evaluation.is_running:
+    if host.evaluation is not None and host.evaluation.is_running:
         raise SessionError("this is being tried in other worlds already: wait for it, or cancel it")
-    if not any(example.is_from_press for example in desk.session.examples):
+    if not any(example.is_from_press for example in trainer.session.examples):
         raise SessionError("there is nothing to try yet: direct the robot by pressing a state first")
-    name, library, targets = desk.name, _present(stage), dict(desk.session_view.targets)
+    name, library, targets = trainer.name, _present(host), dict(trainer.session_view.targets)
     if scenario.goal is None and find_success_flag(library, name) is None:
         raise SessionError(
             f"nothing says when {name} has succeeded: {scenario.name} has no goal, and {name} no flag {SUCCESS_FLAG}"
         )
     link_for_evaluation(library, name, scenario, targets)  # mistakes are told at once
-    unseen = (seed for seed in count(FIRST_SEED) if seed not in stage.shown_seeds)
+    unseen = (seed for seed in count(FIRST_SEED) if seed not in host.shown_seeds)
     seeds = list(islice(unseen, message.count))
-    shown = stage.session_data()
-    stage.evaluation = UnseenWorldsEvaluation(
+    shown = host.session_data()
+    host.evaluation = UnseenWorldsEvaluation(
         format_bound_name(name, targets),
         0 if shown is None else shown.edition,
         worlds=len(seeds),
@@ -164,25 +164,25 @@ def handle_evaluate_session(stage: SessionHost, message: EvaluateSession) -> Sta
     return StatusMessage(f"{name} is tried in {len(seeds)} world{plural} that it has not seen")
 
 
-def handle_cancel_evaluation(stage: SessionHost, _: CancelEvaluation) -> StatusMessage | None:
+def handle_cancel_evaluation(host: SessionHost, _: CancelEvaluation) -> StatusMessage | None:
     """Cancel the evaluation in unseen worlds, or put its result away."""
-    running = stage.evaluation is not None and stage.evaluation.is_running
-    stage.end_evaluation()
+    running = host.evaluation is not None and host.evaluation.is_running
+    host.end_evaluation()
     return StatusMessage("Cancelled: it is not tried any further") if running else None
 
 
-def go_to_expectation(stage: SessionHost, message: GoToExpectation) -> StatusMessage:
+def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMessage:
     """Go to where an outcome was promised, the automaton afresh; nothing is recorded."""
-    desk = stage.active_trainer
-    outcome = lesson_actions.find_expectation(desk, message.outcome)
-    if outcome.scenario != format_scenario(stage.world.scenario) or outcome.sort != (stage.sort or ""):
+    trainer = host.active_trainer
+    outcome = lesson_actions.find_expectation(trainer, message.outcome)
+    if outcome.scenario != format_scenario(host.world.scenario) or outcome.sort != (host.sort or ""):
         raise SessionError(f"that was promised in another world, as {outcome.world} was then")
-    if outcome.agent != desk.session.agent:
+    if outcome.agent != trainer.session.agent:
         raise SessionError(f"that was promised with robot {outcome.agent + 1}: train that one to see it")
-    others = desk.session.other_agents.snapshot()
-    stage.go_back(SessionSnapshot(outcome.snapshot, (), desk.session.mode, others))
-    if dict(outcome.targets) != dict(desk.session_view.targets):
-        desk.bind_targets(outcome.targets)
+    others = trainer.session.other_agents.snapshot()
+    host.go_back(SessionSnapshot(outcome.snapshot, (), trainer.session.mode, others))
+    if dict(outcome.targets) != dict(trainer.session_view.targets):
+        trainer.bind_targets(outcome.targets)
     return StatusMessage(f"Here it was promised: {outcome}")
 
 
@@ -249,9 +249,9 @@ class SimplifyReply(Data, frozen=True, kw_only=True):
     simpler: SimplerData
 
 
-def handle_preview_simplify(stage: SessionHost, message: PreviewSimplify) -> SimplifyReply:
+def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> SimplifyReply:
     """Show conditions before and after, and the decisions that would change; nothing is changed yet."""
-    found = preview_pruning(stage.active_trainer, message.pruning)
+    found = preview_pruning(host.active_trainer, message.pruning)
     before, after = found.leaves
     changed = sum(each.moments for each in found.replayed.changes)
     return SimplifyReply(

@@ -1,4 +1,4 @@
-"""The shelf: a library's folder as a person sees it - what opens, what is wrong with the rest, and its trash.
+"""A library's folder as a person sees it - what opens, what is wrong with the rest, and its trash.
 
 library/.trash/goto.json        what was removed; library/.trash/goto~2.json, removed after that
 """
@@ -163,7 +163,7 @@ def check_folder(folder: Path) -> None:
 
 
 def read_library_folder(folder: Path, kit: Kit) -> LibraryView:
-    """A library's folder as it is now; an empty shelf where it is still to be made."""
+    """A library's folder as it is now; empty where it is still to be made."""
     library = Library(kit)
     problems: dict[str, str] = {}
     for path in list_documents(folder) if folder.exists() else ():
@@ -174,52 +174,52 @@ def read_library_folder(folder: Path, kit: Kit) -> LibraryView:
     return LibraryView(folder, library, problems, tuple(sorted({name for name, _, _ in _trashed(folder)})))
 
 
-def save_copy(shelf: LibraryView, taught: TrainedAutomaton, name: str) -> None:
+def save_copy(library_view: LibraryView, taught: TrainedAutomaton, name: str) -> None:
     """Save an automaton under another name."""
-    save_automaton(shelf.folder, make_renamed_copy(shelf, taught, name))
+    save_automaton(library_view.folder, make_renamed_copy(library_view, taught, name))
 
 
-def make_renamed_copy(shelf: LibraryView, taught: TrainedAutomaton, name: str) -> TrainedAutomaton:
+def make_renamed_copy(library_view: LibraryView, taught: TrainedAutomaton, name: str) -> TrainedAutomaton:
     """An automaton under another name; refused where that is a basic behavior's, or it would contain itself."""
     automaton, lesson = replace(taught.automaton, name=name), taught.lesson
     if lesson is not None:
         lesson = replace(lesson, automaton=replace(lesson.automaton, name=name))
     copy = TrainedAutomaton(automaton, lesson)
-    shelf.library.with_automaton(copy)
+    library_view.library.with_automaton(copy)
     return copy
 
 
-def move_to_trash(shelf: LibraryView, name: str) -> None:
+def move_to_trash(library_view: LibraryView, name: str) -> None:
     """Move an automaton to the trash."""
-    path = shelf.folder / f"{make_file_stem(name)}.json"
+    path = library_view.folder / f"{make_file_stem(name)}.json"
     if not path.is_file():
-        known = [*shelf.library.taught, *shelf.problems]
+        known = [*library_view.library.taught, *library_view.problems]
         raise UnknownName(what="automaton", name=name, where="the library", known=known)
-    users = [user for user in shelf.library.find_users(name) if user != name]
+    users = [user for user in library_view.library.find_users(name) if user != name]
     if users:
         raise SessionError(f"{name} is run by {', '.join(users)}: remove that first")
-    trash = shelf.folder / TRASH
-    numbers = [number for known, number, _ in _trashed(shelf.folder) if known == name]
+    trash = library_view.folder / TRASH
+    numbers = [number for known, number, _ in _trashed(library_view.folder) if known == name]
     number = max(numbers, default=0) + 1
     ending = "" if number == 1 else f"~{number}"
     with convert_os_errors(path, "removing"):
         trash.mkdir(exist_ok=True)
-        with lock_folder(shelf.folder):
+        with lock_folder(library_view.folder):
             path.rename(trash / f"{make_file_stem(name)}{ending}.json")
             sync_folder(trash)
-            sync_folder(shelf.folder)
+            sync_folder(library_view.folder)
 
 
-def restore_from_trash(shelf: LibraryView, name: str) -> None:
+def restore_from_trash(library_view: LibraryView, name: str) -> None:
     """Bring back what was removed last under a name."""
-    kept = [(number, path) for known, number, path in _trashed(shelf.folder) if known == name]
+    kept = [(number, path) for known, number, path in _trashed(library_view.folder) if known == name]
     if not kept:
-        raise UnknownName(what="automaton", name=name, where="the trash", known=list(shelf.trash))
-    shelf.refuse_taken(name, remedy="remove that first")
-    path = shelf.folder / f"{make_file_stem(name)}.json"
-    with convert_os_errors(path, "restoring"), lock_folder(shelf.folder):
+        raise UnknownName(what="automaton", name=name, where="the trash", known=list(library_view.trash))
+    library_view.refuse_taken(name, remedy="remove that first")
+    path = library_view.folder / f"{make_file_stem(name)}.json"
+    with convert_os_errors(path, "restoring"), lock_folder(library_view.folder):
         max(kept)[1].rename(path)
-        sync_folder(shelf.folder)
+        sync_folder(library_view.folder)
 
 
 def _trashed(folder: Path) -> list[tuple[str, int, Path]]:

@@ -263,10 +263,10 @@ class SessionData(LessonData, frozen=True, kw_only=True):
 
 
 class SessionViewBuilder:
-    """Pictures of one desk."""
+    """Makes the page's data of one session."""
 
-    def __init__(self, desk: Trainer) -> None:
-        self._trainer = desk
+    def __init__(self, trainer: Trainer) -> None:
+        self._trainer = trainer
         self._of: Lesson | None = None
         self._lesson: LessonData | None = None
         self._nested = NestedAutomata()
@@ -280,23 +280,23 @@ class SessionViewBuilder:
         evaluation: EvaluationData | UnsetType = UNSET,
     ) -> SessionData:
         """The session as it is now."""
-        desk, screen = self._trainer, self._trainer.session_view
+        trainer, view = self._trainer, self._trainer.session_view
         return SessionData(
             **structs.asdict(self._taught()),
-            name=desk.name,
-            targets=dict(screen.targets),
-            mode=screen.mode.value,
-            state=screen.state,
-            path=list(screen.path),
-            flag=screen.flag,
-            waiting=screen.waiting,
-            agent=desk.robot,
-            undoable=screen.undoable,
-            redoable=screen.redoable,
-            unsaved=desk.has_unsaved_changes,
-            taught=screen.examples,
-            watching=desk.session.is_watching,
-            doubt=_doubt(desk),
+            name=trainer.name,
+            targets=dict(view.targets),
+            mode=view.mode.value,
+            state=view.state,
+            path=list(view.path),
+            flag=view.flag,
+            waiting=view.waiting,
+            agent=trainer.robot,
+            undoable=view.undoable,
+            redoable=view.redoable,
+            unsaved=trainer.has_unsaved_changes,
+            taught=view.examples,
+            watching=trainer.session.is_watching,
+            doubt=_doubt(trainer),
             others=others,
             doing=doing,
             asking=asking,
@@ -362,12 +362,12 @@ def _success(found: Evaluation) -> str:
     return f"{wanted} within {found.taught.limit_s[0]:.0f} s"
 
 
-def _doubt(desk: Trainer) -> DoubtData | None:
+def _doubt(trainer: Trainer) -> DoubtData | None:
     """Return the diagnosis of the last correction if it found suspect examples that are not resolved yet."""
-    judgement = desk.session.correction_diagnosis
+    judgement = trainer.session.correction_diagnosis
     if judgement is None:
         return None
-    held = {example.number for example in desk.session.examples if not example.quarantined}
+    held = {example.number for example in trainer.session.examples if not example.quarantined}
     suspects = [
         SuspectData(number=suspect.example.number, reason=suspect.reason)
         for suspect in judgement.suspects

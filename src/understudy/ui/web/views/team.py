@@ -1,4 +1,4 @@
-"""Ranks: who can be trained on a stage - the robots, or the coordinators of a sort of squads - and what they know."""
+"""Who can be trained - the robots, or the coordinators of a sort of squads - and what they know."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from understudy.sim.team.libraries import (
     find_type_folders,
     load_type_libraries,
 )
-from understudy.ui.web.views import library as shelf
+from understudy.ui.web.views.library import LibraryView, read_library_folder
 from understudy.ui.web.views.scene import SquadSortData
 
 
@@ -55,13 +55,13 @@ class TrainableGroups:
         places = find_type_folders(self._scenario, self._folder, self._kit)
         return places[self.type_of(one)][0] == places[self.type_of(other)][0]
 
-    def read_library(self, sort: str | None, agent: int = 0) -> shelf.LibraryView:
+    def read_library(self, sort: str | None, agent: int = 0) -> LibraryView:
         """The library of a robot (None), or of a sort of squads; UnknownName where there is no such sort."""
         if sort is None:
             where, kit = find_type_folders(self._scenario, self._folder, self._kit)[self.type_of(agent)]
-            return shelf.read_library_folder(where, kit)
+            return read_library_folder(where, kit)
         self._check(sort)
-        return shelf.read_library_folder(self._folder / sort, self._known()[sort].kit)
+        return read_library_folder(self._folder / sort, self._known()[sort].kit)
 
     def body(self, world: Ground, sort: str | None) -> Ground | CoordinatorBody:
         """What is trained: the robots of a world, or the squads of a sort with all below them."""
@@ -85,7 +85,7 @@ class TrainableGroups:
 
     def _known(self) -> Libraries:
         def look(where: Path, kit: Kit) -> Library:
-            return shelf.read_library_folder(where, kit).library
+            return read_library_folder(where, kit).library
 
         robots = load_type_libraries(self._scenario, self._folder, self._kit, look)
         return collect_libraries(self._scenario, robots, lambda name, kit: look(self._folder / name, kit))
