@@ -26,7 +26,7 @@ from understudy.robots.ros.transport import Publish, Publisher
 from understudy.robots.safety.guard import ArmingRefused, Guard
 from understudy.robots.safety.self_monitor import measure_time_asleep
 from understudy.robots.safety.speed_limits import Speeds
-from understudy.robots.safety.watchdog import ANEW, MOVING, RESTING
+from understudy.robots.safety.watchdog import MOVING, RESTING, TAKEN_OVER
 from understudy.robots.safety.watchdog_client import WatchdogClient
 
 AHEAD = (0.4, 0.0)
@@ -237,7 +237,7 @@ class Tame(WatchdogClient):
 
     def shut_down(self) -> None: ...
 
-    def abandon(self) -> None:
+    def close_without_goodbye(self) -> None:
         self.dropped = True
 
 
@@ -275,7 +275,7 @@ def test_the_watchdog_hears_of_it(guarded: Guarded) -> None:
     guarded.robot.disarm()
     guarded.wait(0.04)
     guarded.wait(5.0)
-    assert guarded.watchdog.told[:5] == [ANEW, MOVING, MOVING, MOVING, MOVING]
+    assert guarded.watchdog.told[:5] == [TAKEN_OVER, MOVING, MOVING, MOVING, MOVING]
     assert guarded.watchdog.told[-1] == RESTING
 
 
@@ -295,7 +295,7 @@ def test_a_program_that_stood_still_stops_it_and_long_disarms_it(
     guarded.robot.guard.check()
     assert guarded.sent == STOP
     assert guarded.robot.stop_cause == f"this program stood still for {still_s:.2f} s"
-    assert guarded.watchdog.told[-1] == (ANEW if still_s < 1 else MOVING)
+    assert guarded.watchdog.told[-1] == (TAKEN_OVER if still_s < 1 else MOVING)
     guarded.wait(0.02)
     assert guarded.sent == STOP
     assert guarded.watchdog.told[-1] == MOVING
@@ -330,7 +330,7 @@ def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(guarded: Guarded) -> 
     guarded.ready().move(1.0)
     guarded.watchdog.stepped_in = True
     guarded.wait(0.02)
-    assert guarded.watchdog.told[-1] == ANEW
+    assert guarded.watchdog.told[-1] == TAKEN_OVER
     guarded.wait(0.02)
     assert (guarded.sent, guarded.robot.stop_cause) == (STOP, "the watchdog had to stop it")
     assert guarded.move(1.0) == AHEAD

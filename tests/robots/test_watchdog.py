@@ -19,7 +19,15 @@ from tests.robots.rovers import ROVER
 from understudy.robots.robot_file import RobotFile, parse_robot
 from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety.stop_log import read_stops
-from understudy.robots.safety.watchdog import ANEW, BYE, MOVING, RESTING, STOPPED, WELL, watch_heartbeats
+from understudy.robots.safety.watchdog import (
+    BYE,
+    MOVING,
+    RESTING,
+    STOPPED,
+    TAKEN_OVER,
+    WELL,
+    watch_heartbeats,
+)
 from understudy.robots.safety.watchdog_client import WatchdogClient, WatchdogFailed
 
 NUMBERS = count()
@@ -69,9 +77,9 @@ QUIET = [  # words after which it does nothing
     [(0.0, GONE)],
     [(0.0, BYE)],
     [(60.0, RESTING), (120.0, GONE)],
-    [(0.0, ANEW), *beats(0.02, 2.0), (2.0, BYE)],
-    [(0.0, ANEW), (0.1, MOVING), (0.2, RESTING), (60.0, RESTING), (61.0, GONE)],
-    [(0.0, ANEW), (0.1, MOVING + MOVING + BYE)],
+    [(0.0, TAKEN_OVER), *beats(0.02, 2.0), (2.0, BYE)],
+    [(0.0, TAKEN_OVER), (0.1, MOVING), (0.2, RESTING), (60.0, RESTING), (61.0, GONE)],
+    [(0.0, TAKEN_OVER), (0.1, MOVING + MOVING + BYE)],
 ]
 
 
@@ -83,7 +91,7 @@ def test_it_does_nothing_while_all_is_well(words: list[tuple[float, bytes]]) -> 
 
 
 def test_of_a_program_that_is_gone_it_stops_the_robot_for_a_second() -> None:
-    scene = Scene([(0.0, ANEW), (0.1, MOVING), (0.15, GONE)]).play()
+    scene = Scene([(0.0, TAKEN_OVER), (0.1, MOVING), (0.15, GONE)]).play()
     assert scene.stopped[0] == 0.15
     assert len(scene.stopped) == 51
     assert scene.stopped[-1] == pytest.approx(1.13, abs=0.021)
@@ -91,7 +99,7 @@ def test_of_a_program_that_is_gone_it_stops_the_robot_for_a_second() -> None:
 
 
 def test_of_a_frozen_program_it_stops_the_robot_for_as_long_and_a_second_more() -> None:
-    words = [(0.0, ANEW), (0.1, MOVING), *beats(5.1, 10.0), (10.0, BYE)]
+    words = [(0.0, TAKEN_OVER), (0.1, MOVING), *beats(5.1, 10.0), (10.0, BYE)]
     scene = Scene(words).play()
     assert scene.stopped[0] == 0.22
     assert scene.stopped[-1] == pytest.approx(6.1, abs=0.021)
@@ -101,7 +109,7 @@ def test_of_a_frozen_program_it_stops_the_robot_for_as_long_and_a_second_more() 
 
 
 def test_a_robot_that_may_move_anew_is_left_alone_at_once() -> None:
-    words = [(0.0, ANEW), (1.0, MOVING), (1.1, ANEW), *beats(1.12, 3.0), (3.0, BYE)]
+    words = [(0.0, TAKEN_OVER), (1.0, MOVING), (1.1, TAKEN_OVER), *beats(1.12, 3.0), (3.0, BYE)]
     scene = Scene(words).play()
     assert scene.stopped[-1] < 1.1
 
@@ -184,8 +192,8 @@ def test_a_program_that_cannot_be_started_is_told(
 
 def test_dropped_it_stops_the_robot(watchdog: WatchdogClient, tmp_path: Path) -> None:
     watchdog.start([])
-    watchdog.send(ANEW)
-    watchdog.abandon()
+    watchdog.send(TAKEN_OVER)
+    watchdog.close_without_goodbye()
     assert (watchdog.alive, watchdog.count) == (False, 1)  # who dropped it goes on while it stops the robot
     watchdog.shut_down()
     assert watchdog.count == 0
@@ -201,10 +209,10 @@ def test_dropped_at_the_end_of_a_program_it_stops_the_robot_too(
         raise RuntimeError("can't create new thread at interpreter shutdown")
 
     watchdog.start([])
-    watchdog.send(ANEW)
+    watchdog.send(TAKEN_OVER)
     with monkeypatch.context() as ending:
         ending.setattr(Thread, "start", refuse)
-        watchdog.abandon()
+        watchdog.close_without_goodbye()
     watchdog.shut_down()
     assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
 

@@ -146,7 +146,7 @@ class Robot:
             known = [channel.name for channel in self.channels]
             table = make_command_table(commands, agents=1, channels=known, where=self._where)
         except UnderstudyError:
-            self.guard.refuse("a command that makes no sense")
+            self.guard.stop_until_next_command("a command that makes no sense")
             raise
         sensed_s = None if self._snapshot is None else self._at
         self._snapshot = None

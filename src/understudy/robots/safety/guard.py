@@ -119,7 +119,7 @@ class Guard:
         # Times of `clock`, s: the last look for other publishers, the last command of the program, the last new cause
         # of a stop; then until when the next command is due, the key counts as held, and stops go on after disarming.
         self._asked_s = self._told_s = self._stopped_s = -inf
-        self._due_s = self._held_s = self._quiet_s = -inf
+        self._due_s = self._held_s = self._stops_until_s = -inf
 
     @property
     def armed(self) -> bool:
@@ -189,7 +189,7 @@ class Guard:
             if not self.armed:
                 self._repeat(now)
                 return
-            danger = self._against(now)
+            danger = self._find_stop_reason(now)
             if danger is None and sensed_s is not None and now - sensed_s > self._hold_s:
                 danger = StopReason(
                     f"a command was decided on what was {now - sensed_s:.2f} s ago", lost=False
@@ -203,7 +203,7 @@ class Guard:
                     limit_speeds(self._file.limits, asked, last=self.speeds, elapsed_s=elapsed_s), now
                 )
             else:
-                self._heed(danger, now)
+                self._respond(danger, now)
 
     def check(self) -> None:
         """Send a stop where the robot must not move, else repeat the last speeds; then send the watchdog a heartbeat.
@@ -216,16 +216,18 @@ class Guard:
         with self._lock:
             now = self._clock()
             if self.armed:
-                danger = self._against(now, others)
+                danger = self._find_stop_reason(now, others)
                 if danger is None and now > self._due_s:
                     danger = StopReason(f"no command came for {now - self._told_s:.2f} s", lost=False)
                 if danger is None:
                     self._issue(self.speeds, now)
                 else:
-                    self._heed(danger, now)
+                    self._respond(danger, now)
             else:
                 self._repeat(now)
-            self._monitor.confirm_check(now, armed=self.armed, moving=self.armed or now < self._quiet_s)
+            self._monitor.send_heartbeat(
+                now, armed=self.armed, moving=self.armed or now < self._stops_until_s
+            )
 
     def hold_key(self, for_s: float) -> None:
         """Take the hold-to-run key as held for `for_s` from now, at most KEY_S (s); 0: as released.
@@ -235,11 +237,11 @@ class Guard:
         with self._lock:
             self._held_s = self._clock() + min(for_s, KEY_S) if for_s > 0 else -inf
 
-    def refuse(self, cause: str) -> None:
+    def stop_until_next_command(self, cause: str) -> None:
         """Stop the robot until the next command, for a command that cannot be carried out; it stays armed."""
         with self._lock:
             if self.armed:
-                self._heed(StopReason(cause, lost=False), self._clock())
+                self._respond(StopReason(cause, lost=False), self._clock())
 
     def disarm(self, cause: str) -> None:
         """Send a stop at once and disarm the robot. Do nothing where it is not armed, but end an arming in progress."""
@@ -275,7 +277,7 @@ class Guard:
             for _ in range(PARTING):
                 self._repeat(self._clock())
                 time.sleep(PERIOD_S)
-        self._quiet_s = -inf
+        self._stops_until_s = -inf
         self._monitor.shut_watchdog_down()
 
     def _others(self) -> int:
@@ -298,7 +300,7 @@ class Guard:
     def _refuse(self, problem: str, remedy: str) -> NoReturn:
         raise ArmingRefused(robot=self._file.name, problem=problem, remedy=remedy)
 
-    def _against(self, now: float, others: int = 0) -> StopReason | None:
+    def _find_stop_reason(self, now: float, others: int = 0) -> StopReason | None:
         """Find why the robot must not move now; that a tick is late by up to LOST_S is for `check` to find."""
         if danger := self._monitor.find_stop_reason(now):
             return danger
@@ -314,7 +316,7 @@ class Guard:
             return StopReason(NO_KEY, lost=False)
         return None
 
-    def _heed(self, danger: StopReason, now: float) -> None:
+    def _respond(self, danger: StopReason, now: float) -> None:
         """Send a stop for a reason, and log it if the robot moved before; disarm where the reason says so."""
         if danger.lost:
             self._disarm(danger.cause, "guard")
@@ -328,13 +330,13 @@ class Guard:
 
     def _disarm(self, cause: str, by: str) -> None:
         now = self._clock()
-        self._by, self.stopped, self._quiet_s = "", cause, now + STOPPING_S
+        self._by, self.stopped, self._stops_until_s = "", cause, now + STOPPING_S
         self._stop(now)
         self.log.add(cause, by)
 
     def _repeat(self, now: float) -> None:
         """Disarmed, repeat the stop until `STOPPING_S` have passed."""
-        if now < self._quiet_s:
+        if now < self._stops_until_s:
             self._stop(now)
 
     def _stop(self, now: float) -> None:
@@ -350,13 +352,13 @@ class Guard:
             raise
         if speeds != STILL and (danger := self._monitor.check_overrun(now, self._clock())):
             # The process was frozen while sending: this command may have arrived after the watchdog's stop.
-            self._heed(danger, now)
+            self._respond(danger, now)
 
     def _give_up(self, cause: str) -> None:
         """Disarm without sending, and close the watchdog's pipe, whereupon the watchdog sends the stops."""
         with self._lock:
-            self._by, self.stopped, self.speeds, self._quiet_s = "", cause, STILL, -inf
-            self._monitor.abandon_robot()
+            self._by, self.stopped, self.speeds, self._stops_until_s = "", cause, STILL, -inf
+            self._monitor.leave_to_watchdog()
             self.log.add(cause, "guard")
 
     def _watch(self) -> None:

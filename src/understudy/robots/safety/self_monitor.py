@@ -19,7 +19,7 @@ from threading import get_native_id
 from typing import NamedTuple
 
 from understudy.robots.ros.transport import Publisher
-from understudy.robots.safety.watchdog import ANEW, MOVING, PRIORITY, RESTING
+from understudy.robots.safety.watchdog import MOVING, PRIORITY, RESTING, TAKEN_OVER
 from understudy.robots.safety.watchdog_client import WatchdogClient
 
 LOST_S = 1.0
@@ -40,12 +40,12 @@ class SelfMonitor:
 
     `watchdog` is the connection to the watchdog; without one (tests, replays) nothing is detected. `deadline_s` is how
     long the process may go without a check by the guard, s. The guard calls `begin`, `find_stop_reason`,
-    `check_overrun`, `confirm_check` and `abandon_robot` with its lock held.
+    `check_overrun`, `send_heartbeat` and `leave_to_watchdog` with its lock held.
     """
 
     def __init__(self, watchdog: WatchdogClient | None, *, deadline_s: float) -> None:
         self._watchdog, self._deadline_s = watchdog, deadline_s
-        self._looked_s, self._asleep_s, self._anew = 0.0, 0.0, False
+        self._looked_s, self._asleep_s, self._takes_over = 0.0, 0.0, False
 
     @property
     def has_watchdog(self) -> bool:
@@ -67,7 +67,7 @@ class SelfMonitor:
         self._looked_s, self._asleep_s = now, measure_time_asleep()
         if self._watchdog is not None:
             self._watchdog.begin()
-            self._watchdog.send(ANEW)
+            self._watchdog.send(TAKEN_OVER)
 
     def find_stop_reason(self, now: float) -> StopReason | None:
         """Find why this process must not move the robot now; None where all is well.
@@ -84,7 +84,7 @@ class SelfMonitor:
         if problem := self._watchdog.problem():
             return StopReason(problem)
         if self._watchdog.poll_intervention():
-            self._anew = True
+            self._takes_over = True
             return StopReason("the watchdog had to stop it", lost=False)
         return None
 
@@ -93,27 +93,27 @@ class SelfMonitor:
         still_s = now - since_s
         if self._watchdog is None or still_s <= self._deadline_s:
             return None
-        self._anew = True
+        self._takes_over = True
         return StopReason(f"this program stood still for {still_s:.2f} s", lost=still_s > LOST_S)
 
-    def confirm_check(self, now: float, *, armed: bool, moving: bool) -> None:
+    def send_heartbeat(self, now: float, *, armed: bool, moving: bool) -> None:
         """Send the watchdog a heartbeat after a check: whether the robot is armed, and whether it may be moving.
 
-        ANEW after this process stood still or the watchdog intervened: the watchdog, which would go on for 1 s, ends
-        its stops, since the guard's check has just sent what the robot is to do.
+        TAKEN_OVER after this process stood still or the watchdog intervened: the watchdog, which would go on for 1 s,
+        ends its stops, since the guard's check has just sent what the robot is to do.
         """
         self._looked_s = now
         if self._watchdog is not None:
-            self._watchdog.send(ANEW if armed and self._anew else MOVING if moving else RESTING)
+            self._watchdog.send(TAKEN_OVER if armed and self._takes_over else MOVING if moving else RESTING)
             if not armed:  # nobody else reads its answers then, and a full pipe would block it
                 self._watchdog.problem()
                 self._watchdog.poll_intervention()
-        self._anew = False
+        self._takes_over = False
 
-    def abandon_robot(self) -> None:
+    def leave_to_watchdog(self) -> None:
         """Close the watchdog's pipe without a goodbye: it sends a robot that may be moving stops for 1 s, and ends."""
         if self._watchdog is not None:
-            self._watchdog.abandon()
+            self._watchdog.close_without_goodbye()
 
     def shut_watchdog_down(self) -> None:
         """Say goodbye to the watchdog process, which ends without sending stops, and wait for its end."""

@@ -6,7 +6,7 @@ what it has read on standard output.
 
 - While the robot may be moving and no heartbeat came for `deadline_s` (0.12 s unless the robot's file says otherwise),
   it sends a stop every `PERIOD_S`, until heartbeats come again and `LASTING_S` (1 s) more, or until the program says
-  with a heartbeat that it has taken over (`ANEW`). Its next answer says that it intervened (`STOPPED`).
+  with a heartbeat that it has taken over (`TAKEN_OVER`). Its next answer says that it intervened (`STOPPED`).
 - When the pipe closes without a goodbye while the robot may be moving, it sends stops for `LASTING_S` and ends. A
   child that the program forked keeps the pipe open: then the missing heartbeats count, as above.
 - While the robot is at rest (`RESTING`), it sends nothing, however long nothing comes.
@@ -38,10 +38,10 @@ from understudy.robots.ros.transport import Publisher, Transport
 from understudy.robots.safety.emergency_stop import make_stop_sender
 from understudy.robots.safety.stop_log import append_stop, make_stop_event
 
-ANEW, MOVING, RESTING, BYE = b"*", b"+", b"-", b"."
-"""Heartbeats, a byte each. ANEW: the robot may be moving, and stops still being sent have to end, since it was armed
-just now, or the program is back and has sent its own command. MOVING: it may be moving. RESTING: it is disarmed, and
-its stops were repeated long enough. BYE: the program leaves in good order."""
+TAKEN_OVER, MOVING, RESTING, BYE = b"*", b"+", b"-", b"."
+"""Heartbeats, a byte each. TAKEN_OVER: the robot may be moving, and stops still being sent have to end, since it was
+armed just now, or the program is back and has sent its own command. MOVING: it may be moving. RESTING: it is disarmed,
+and its stops were repeated long enough. BYE: the program leaves in good order."""
 WELL, STOPPED = b"+", b"!"
 """Answers to what was read, a byte each: nothing happened, or stops were sent since the last answer."""
 READY = b"ready"
@@ -87,7 +87,7 @@ def watch_heartbeats(
     Parameters
     ----------
     hear : callable
-        Wait for heartbeats, at most so long (s). Several may come at once: the last one counts, and any ANEW.
+        Wait for heartbeats, at most so long (s). Several may come at once: the last one counts, and any TAKEN_OVER.
     answer, stop, log : callable
         Answer a heartbeat, send one stop, log a stop with its cause. None may raise.
     deadline_s : float
@@ -107,9 +107,9 @@ def watch_heartbeats(
                 frozen, until = False, clock() + LASTING_S
             if words.endswith(BYE):
                 return
-            if ANEW in words:
+            if TAKEN_OVER in words:
                 until = 0.0
-            moving = words.endswith((ANEW, MOVING))
+            moving = words.endswith((TAKEN_OVER, MOVING))
         elif moving and not stopping:
             frozen = True
         if frozen or clock() < until:

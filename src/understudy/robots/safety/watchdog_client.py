@@ -128,7 +128,10 @@ class WatchdogClient:
         return False
 
     def send(self, words: bytes) -> None:
-        """Send a heartbeat: ANEW, MOVING or RESTING. Never block or raise; drop it where the pipe is full or closed."""
+        """Send a heartbeat: TAKEN_OVER, MOVING or RESTING.
+
+        Never blocks or raises; the heartbeat is dropped where the pipe is full or closed.
+        """
         if self._process is not None:
             with contextlib.suppress(OSError):  # `problem` reports it
                 _tell(self._process, words)
@@ -177,7 +180,7 @@ class WatchdogClient:
             self._end()
             self._see_off()
 
-    def abandon(self) -> None:
+    def close_without_goodbye(self) -> None:
         """Close the pipes without a goodbye, whereupon the watchdog stops a robot that may be moving, and ends.
 
         Does not wait for that, since the caller holds the guard's lock: a thread does.

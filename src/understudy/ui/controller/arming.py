@@ -73,7 +73,7 @@ class RobotArming:
         if self._twin is not None:
             self._twin.fleet.emergency_stop(cause)
 
-    def stop_supervising(self, cause: str) -> None:
+    def disarm(self, cause: str) -> None:
         """Stop and disarm the robots, since nobody supervises them any more."""
         if self._twin is not None and self.armed:
             self._twin.fleet.disarm(cause)

@@ -124,7 +124,7 @@ class TeachingScreen(Screen[str]):
                 moved = True
 
         if not self._guarded(go):
-            self.robots.stop_supervising(self.trainer.status.text)
+            self.robots.disarm(self.trainer.status.text)
             self.trainer.session.paused = True
             self.trainer.suspend(self.trainer.suspended)
         if moved:

@@ -39,7 +39,7 @@ class Client:
         self._news: bytes | None = None
         self._frame: bytes | None = None
 
-    def count_message(self) -> bool:
+    def allow_message(self) -> bool:
         """Count a message; whether the page keeps to the rate."""
         now = self._wall()
         passed, self.spoke_s = now - self.spoke_s, now

@@ -135,7 +135,7 @@ class StudioServer:
         former = self.viewers.director
         viewer = self.viewers.connect(key)
         if former is not None and viewer is self.viewers.director:
-            self.host.robots.stop_supervising(LEFT_ROBOTS)  # it comes again since its connection was lost
+            self.host.robots.disarm(LEFT_ROBOTS)  # it comes again since its connection was lost
         scene, library = self._see_rebuilt()
         directs = viewer is self.viewers.director
         hello = HelloData(version=_version(), key=viewer.key, directs=directs, scene=scene)
@@ -148,7 +148,7 @@ class StudioServer:
         """A page is gone; without a director the robot stands still."""
         viewer.close()
         if self.viewers.disconnect(viewer):
-            self.host.robots.stop_supervising(LEFT_ROBOTS)
+            self.host.robots.disarm(LEFT_ROBOTS)
             self.host.pause(True, LEFT)
         self.show()
 
@@ -157,7 +157,7 @@ class StudioServer:
         began = perf_counter()
         number: int | None = None
         try:
-            if not viewer.count_message() and not _stops(text):
+            if not viewer.allow_message() and not _stops(text):
                 number = m.find_message_number(text)
                 raise SessionError(f"too many messages: at most {PER_SECOND} a second are heard")
             if isinstance(text, bytes):
@@ -187,7 +187,7 @@ class StudioServer:
             return None
         if isinstance(message, m.ReleaseControl):
             self.viewers.hand_over_control(viewer)
-            self.host.robots.stop_supervising(LEFT_ROBOTS)
+            self.host.robots.disarm(LEFT_ROBOTS)
             self.host.pause(True, LEFT)
             return None
         if not message.by_anyone:

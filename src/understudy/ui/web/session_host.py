@@ -302,7 +302,7 @@ class SessionHost:
     @keep_status
     def halt(self, problem: str) -> StatusMessage:
         """Something went wrong, which is said; time stands still, and real robots have to be armed again."""
-        self.robots.stop_supervising(problem)
+        self.robots.disarm(problem)
         self.pause(True)
         return StatusMessage(problem, "error")
 
