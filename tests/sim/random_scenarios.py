@@ -5,7 +5,7 @@ All is drawn from a `random.Random`: a number says which scenario it was.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from random import Random
 from typing import Any
 from unittest.mock import patch
@@ -25,6 +25,7 @@ from understudy.sim.scenario.schema import (
     ElapsedSensor,
     Goal,
     GripSensor,
+    Lidar,
     ObjectClass,
     Obstacle,
     PoseSensor,
@@ -347,7 +348,24 @@ def _sensors(random: Random, tick_s: float, *, carries: bool) -> tuple[Sensor, .
         if sensor in chosen and random.random() < 0.5:
             chosen.append(ElapsedSensor(name=name, of=of))
     random.shuffle(chosen)
-    return tuple(chosen)
+    return (*chosen, *_lidars(Random(repr(chosen)), tick_s))
+
+
+def _lidars(random: Random, tick_s: float) -> Iterator[Lidar]:
+    """Up to two lidars; all else in a random world stays as it is without them."""
+    for number in range(random.choice((0, 0, 1, 2))):
+        reach, around = random.choice((0.3, 2.0, 8.0)), random.random() < 0.5
+        sectors = {f"lidar_{number}_ahead": (-35.0, 35.0)}
+        sectors |= (
+            {f"lidar_{number}_rear": (100.0, 260.0), f"lidar_{number}_all": (-180.0, 180.0)} if around else {}
+        )
+        yield Lidar(
+            name=f"lidar_{number}", view_deg=360.0 if around else random.choice((90.0, 355.0)),
+            beams=random.choice((12, 17, 36)), range=reach, clear=random.choice((0.2, 0.5, 1.0)) * reach,
+            noise=random.choice((0.0, 0.02, 5.0)), dropout=random.choice((0.0, 0.0, 0.3)),
+            rate_hz=random.choice((None, None, 0.3 / tick_s)), sectors=sectors,
+            sees=random.choice((("walls", "obstacles", "robots"), ("robots",))),
+        )  # fmt: skip
 
 
 def _targets(
