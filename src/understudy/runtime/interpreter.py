@@ -21,11 +21,11 @@ from understudy.runtime.program import Child, Instance, Program, ResetFeature, V
 Row: TypeAlias = Sequence[float]
 """One agent's values of `Program.features`, in one snapshot."""
 
-Watcher: TypeAlias = "Callable[[RunningAutomaton, int, int, Sequence[float], float], None]"
+SwitchObserver: TypeAlias = "Callable[[RunningAutomaton, int, int, Sequence[float], float], None]"
 """Called when a transition function answers another state or STAY: machine, state, answer, values, time."""
 
 DecideState: TypeAlias = Callable[[Sequence[float]], int]
-Witness: TypeAlias = "Callable[[RunningAutomaton, int, int, Sequence[float]], None]"
+QueryObserver: TypeAlias = "Callable[[RunningAutomaton, int, int, Sequence[float]], None]"
 """Called at every query: machine, state, answer, values."""
 
 
@@ -71,8 +71,8 @@ class RunningAutomaton:
         "flag",
         "instance",
         "state",
+        "switch_observer",
         "timers",
-        "watcher",
     )
 
     def __init__(self, instance: Instance, machines: dict[Child, Running]) -> None:
@@ -89,7 +89,7 @@ class RunningAutomaton:
             for index, source in enumerate(instance.sources)
             if not isinstance(source, int)
         ]
-        self.watcher: Watcher | None = None
+        self.switch_observer: SwitchObserver | None = None
         self.counters: dict[str, float] = {}
         self.timers: dict[str, float] = {}
         self.start(0.0)
@@ -115,8 +115,8 @@ class RunningAutomaton:
             values = self._pick(row) if not self._own else self.values(row, now)
             following = decide(values)
             if following != self.state:
-                if self.watcher is not None:
-                    self.watcher(self, self.state, following, values, now)
+                if self.switch_observer is not None:
+                    self.switch_observer(self, self.state, following, values, now)
                 if following != STAY:
                     self.switch(following, now)
         return self.active.pulse(row, now)
@@ -164,17 +164,17 @@ class RunningAutomaton:
             return measure_elapsed(now, self.timers[feature.name]) if feature.name in self.timers else nan
         return measure_elapsed(now, self.entered)
 
-    def observe_queries(self, seen: Witness) -> None:
-        """Call `seen` at every query from now on; an automaton that nobody observes is no slower for it."""
+    def observe_queries(self, observer: QueryObserver) -> None:
+        """Call `observer` at every query from now on; an automaton that nobody observes is no slower for it."""
         self._decides = [
-            None if decide is None else self._witnessed(state, decide, seen)
+            None if decide is None else self._observe(state, decide, observer)
             for state, decide in enumerate(self._decides)
         ]
 
-    def _witnessed(self, state: int, decide: DecideState, seen: Witness) -> DecideState:
+    def _observe(self, state: int, decide: DecideState, observer: QueryObserver) -> DecideState:
         def decided(values: Sequence[float]) -> int:
             following = decide(values)
-            seen(self, state, following, values)
+            observer(self, state, following, values)
             return following
 
         return decided
@@ -244,17 +244,17 @@ class Interpreter:
         """One tick; the basic behavior to run: its position in `Program.basics`."""
         return self.root.pulse(row, now)
 
-    def observe_switches(self, watcher: Watcher | None) -> None:
-        """Call `watcher` before every switch of any level; None to switch it off."""
+    def observe_switches(self, switch_observer: SwitchObserver | None) -> None:
+        """Call `switch_observer` before every switch of any level; None to switch it off."""
         for machine in self._machines.values():
             if isinstance(machine, RunningAutomaton):
-                machine.watcher = watcher
+                machine.switch_observer = switch_observer
 
-    def observe_queries(self, seen: Witness) -> None:
-        """Call `seen` at every query of any level from now on."""
+    def observe_queries(self, observer: QueryObserver) -> None:
+        """Call `observer` at every query of any level from now on."""
         for machine in self._machines.values():
             if isinstance(machine, RunningAutomaton):
-                machine.observe_queries(seen)
+                machine.observe_queries(observer)
 
     @property
     def active(self) -> tuple[RunningAutomaton, ...]:
