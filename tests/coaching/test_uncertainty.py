@@ -10,7 +10,7 @@ from tests.coaching.lessons import GOTO, Row, goto
 from tests.learning.lessons import lesson as lesson_of
 from tests.learning.lessons import tables
 
-from understudy.coaching.uncertainty import DoubtReason, UncertaintyModel, estimate_uncertainty
+from understudy.coaching.uncertainty import DoubtReason, UncertaintyModel
 from understudy.learning.fit import learn
 from understudy.learning.training_set import group_by_feature_vector
 from understudy.model.kinds import Kind
@@ -70,14 +70,6 @@ def test_what_was_shown_nearest_may_say_otherwise() -> None:
     assert (near.because, near.examples) == (DoubtReason.OTHERWISE, (2,))
     assert near.reason == "example 2, which is nearest, says go to done"
     assert near.amount > 0.5 > far.amount
-
-
-def test_one_decision_alone_is_asked_as_many_are() -> None:
-    lesson = goto()
-    transition = learn(lesson)["left"]
-    assert estimate_uncertainty(lesson, transition, "left", (5.0, 1.0)) == doubts(lesson).estimate(
-        "left", (5.0, 1.0)
-    )
 
 
 @given(tables())

@@ -32,7 +32,7 @@ from understudy.robots.camera.calibration import (
     calibrate_from_pixels,
 )
 from understudy.robots.camera.color import Color, make_hsv_bounds
-from understudy.robots.camera.image_folder import calibrate_from_folder, detect_in_images, read_image_folder
+from understudy.robots.camera.image_folder import detect_in_images, read_image_folder
 
 cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
 
@@ -142,8 +142,9 @@ def test_folder(tmp_path: Path) -> None:
     saved(tmp_path, "a.mask.png", np.asarray(shown.mask))
     saved(tmp_path, "b.png", middle(GREEN).image)
     (tmp_path / "notes.txt").write_text("no image")
-    color = calibrate_from_folder(tmp_path)
-    first, second = detect_in_images(read_image_folder(tmp_path), color)
+    pictures = read_image_folder(tmp_path)
+    color = calibrate_from_images([picture.shown for picture in pictures], where=str(tmp_path))
+    first, second = detect_in_images(pictures, color)
     assert first.name == "a.jpg"
     assert first.blob is not None
     assert first.blob.x == pytest.approx(110.0, abs=1.0)

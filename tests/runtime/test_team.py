@@ -332,7 +332,8 @@ class Led(Played):
             percept, now = self.sense(plan.keys), float(self.time_s)
             for column, key in enumerate(plan.keys):
                 bands[0][2][:, column] = percept[key]
-            _squad_kernels.run_all_coordinators(self.worlds, now, bands, leads)
+            for world in range(self.worlds):
+                _squad_kernels.run_world_coordinators(world, now, bands, leads)
             columns = np.ascontiguousarray(bands[0][2].T)
             _pulse_kernels.pulse_agents(columns, now, bands[0][0], bands[0][1], plan.running, 0, self.agents)
             commands = plan.commands[plan.running]

@@ -16,10 +16,12 @@ from understudy.model.squad import Assignment, Order, Squad, Statistic
 from understudy.runtime.team.members import Member
 from understudy.runtime.team.team import TeamTree
 from understudy.sim.scenario.files import format_scenario, load_scenario, parse_scenario
+from understudy.sim.scenario.scenario_errors import ScenarioErrors
 from understudy.sim.scenario.schema import RobotGroup, RobotType, Scenario
 from understudy.sim.scenario.squad_schema import RoleSpec, SquadSpec
 from understudy.sim.scenario.validation import check_scenario
-from understudy.sim.team.assignment import assign_team_members, make_squads
+from understudy.sim.team.assignment import assign_team_members, sort_squads_bottom_up
+from understudy.sim.team.squads import make_squad
 
 Roles = Mapping[str, RoleSpec]
 
@@ -186,7 +188,8 @@ loss = 0.1
 
 def test_a_squad_as_it_is_spelled() -> None:
     made = parse_scenario(SPELLED)
-    pair, everyone = make_squads(made)
+    checker = ScenarioErrors(made)
+    pair, everyone = (make_squad(checker, name) for name in sort_squads_bottom_up(checker))
     assert isinstance(pair, Squad)
     assert (pair.name, pair.doc, everyone.name) == ("pair", "Two who go together.", "all")
     assert (pair.drops, everyone.drops) == ("stuck", None)

@@ -26,7 +26,7 @@ from understudy.sim.layout.clearance import (
     place_polygon,
 )
 from understudy.sim.layout.placement import lay_out_worlds
-from understudy.sim.layout.rng import draw_integer_column, draw_uniform_column
+from understudy.sim.layout.rng import draw_uniform_column
 from understudy.sim.params import make_world_params
 from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
 from understudy.sim.scenario.schema import (
@@ -226,10 +226,7 @@ def test_draws_are_those_of_the_key() -> None:
         column = np.array([seed], np.int64)
         drawn = draw_uniform_column(column, item=item, tick=tick, stream=stream)[0]
         assert draws.draw_uniform(seed, item, tick, stream) == drawn
-        assert (
-            space.scale_to_integer(2, 9, drawn)
-            == draw_integer_column(column, 2, 9, item=item, tick=tick, stream=stream)[0]
-        )
+        assert space.scale_to_integer(2, 9, drawn) == 2 + int(8 * drawn)
 
 
 def test_counts_and_amounts_are_drawn_from_all_there_are() -> None:

@@ -90,15 +90,6 @@ class UncertaintyModel:
         return Uncertainty(NONE_SHOWN, DoubtReason.UNTAUGHT, f"nothing was ever shown in {state}")
 
 
-def estimate_uncertainty(
-    lesson: Lesson, transition: Transition | None, state: str, values: Sequence[float]
-) -> Uncertainty:
-    """`UncertaintyModel.estimate` for one decision alone; whoever asks often keeps `UncertaintyModel`."""
-    return UncertaintyModel(
-        lesson, {} if transition is None else dict.fromkeys(group_examples_by_state(lesson), transition)
-    ).estimate(state, values)
-
-
 class _StateModel:
     """What one state knows of its own decisions."""
 

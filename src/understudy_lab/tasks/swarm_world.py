@@ -137,11 +137,6 @@ def _wander(kit: Kit) -> Automaton:
     )
 
 
-def _steered(distance: TreeBranch, angle: str, ahead: float, ways: tuple[str, str, str]) -> TreeBranch:
-    forward, left, right = ways
-    return split_within(angle, ahead, forward, split_on_left(angle, left, right))
-
-
 def _approach(kit: Kit, m: ExpertParams) -> Automaton:
     def way(ahead: float) -> TreeBranch:
         turn = split_within("angle_to A", ahead, "forward", split_on_left("angle_to A", "left", "right"))

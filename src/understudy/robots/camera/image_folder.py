@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from understudy.errors import FileError
 from understudy.robots.camera.blobs import Blob, BlobDetector, Image, Mask
-from understudy.robots.camera.calibration import LabeledImage, calibrate_from_images
+from understudy.robots.camera.calibration import LabeledImage
 from understudy.robots.camera.color import Color
 from understudy.robots.camera.image_decoding import ImageError, decode_compressed_image
 
@@ -48,11 +48,6 @@ def read_image_folder(folder: Path) -> tuple[CalibrationImage, ...]:
         remedy = f"put {orphans[0].stem.removesuffix(MASK)}.png beside it, or remove it"
         raise FileError(path=orphans[0], place="", problem="is a mask of no image", remedy=remedy)
     return tuple(CalibrationImage(file.name, _shown(file, masks.get(file.stem))) for file in images)
-
-
-def calibrate_from_folder(folder: Path) -> Color:
-    """The color of the thing in the images of a folder; FileError or SettingError where there is none."""
-    return calibrate_from_images([picture.shown for picture in read_image_folder(folder)], where=str(folder))
 
 
 def detect_in_images(pictures: tuple[CalibrationImage, ...], color: Color) -> tuple[DetectionResult, ...]:

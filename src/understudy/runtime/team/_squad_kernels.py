@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from understudy._jit_kernels import njit
-from understudy.runtime.engine._pulse_kernels import njit_without_counting, pulse_agent, start_instance
+from understudy.runtime.engine._pulse_kernels import pulse_agent, start_instance
 
 # As in leading.py, which a kernel file cannot import.
 ANY, ALL, NONE, COUNT, FRACTION, MEAN, MINIMUM, MAXIMUM, SPREAD = range(9)
@@ -183,10 +183,3 @@ def run_world_coordinators(world: int, now: float, bands: Any, leads: Any) -> No
         squads = lead[10]
         for squad in range(world * squads, (world + 1) * squads):
             pulse_coordinator(squad, now, bands[level + 1], lead, bands)
-
-
-@njit_without_counting
-def run_all_coordinators(worlds: int, now: float, bands: Any, leads: Any) -> None:
-    """All coordinators of some worlds."""
-    for world in range(worlds):
-        run_world_coordinators(world, now, bands, leads)

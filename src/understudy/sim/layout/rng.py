@@ -32,9 +32,3 @@ def draw_uniform_column(seeds: Seeds, *, item: int, tick: int, stream: int) -> C
     for part in (item, tick, stream):
         words = _mix(words + _WEYL) + np.uint64(part)
     return (_mix(words + _WEYL) >> np.uint64(11)).astype(np.float64) * 2.0**-53
-
-
-def draw_integer_column(seeds: Seeds, low: int, high: int, *, item: int, tick: int, stream: int) -> Seeds:
-    """One whole number from low to high, both included, per seed [N]."""
-    drawn = draw_uniform_column(seeds, item=item, tick=tick, stream=stream)
-    return low + np.floor(drawn * (high - low + 1)).astype(np.int64)

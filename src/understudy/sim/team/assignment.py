@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from understudy.errors import join_names
-from understudy.model.squad import Squad
 from understudy.runtime.team.members import Member
 from understudy.runtime.team.team import TeamTree
 from understudy.sim.params import count_robots
@@ -58,12 +57,6 @@ def assign_team_members(scenario: Scenario) -> TeamTree:
         for name in order
     )
     return TeamTree(types, type_of, tuple(squads))
-
-
-def make_squads(scenario: Scenario) -> tuple[Squad, ...]:
-    """The sorts of squads of a scenario, each after those that its members are of."""
-    checker = ScenarioErrors(scenario)
-    return tuple(make_squad(checker, name) for name in sort_squads_bottom_up(checker))
 
 
 def sort_squads_bottom_up(checker: ScenarioErrors) -> tuple[str, ...]:
