@@ -10,12 +10,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isclose
 
+from understudy.analysis.rerun import find_traced_run
 from understudy.analysis.run_header import RecordedTick
 from understudy.analysis.run_trace import BETWEEN
 from understudy.analysis.tracing import (
     ActiveAutomaton,
     AgentRef,
-    TracedRun,
     TransitionQuery,
     list_chain_of_command,
     make_tracing_runner,
@@ -24,10 +24,8 @@ from understudy.errors import UnderstudyError
 from understudy.learning.explain import Explanation, explain
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.runtime.team.team import Team
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.assignment import assign_team_members
-from understudy.sim.team.libraries import Libraries
+from understudy.sim.team.libraries import Libraries, make_scenario_team
 from understudy.sim.world import World
 
 NEAR = 2e-6
@@ -109,19 +107,11 @@ class RunExplanation:
 def explain_run(run: RecordedTick, scenario: Scenario, libraries: Libraries) -> RunExplanation:
     """Why the robot did what the trace says of it then; CannotRepeat where it now comes out otherwise."""
     ran, world = run.ran, World(scenario, [run.header.seed])
-    team = Team(
-        world,
-        assign_team_members(scenario),
-        libraries,
-        dict.fromkeys(ran.sorts, (run.behavior, ran.binding)),
-        makes=make_tracing_runner,
-        delay_s=scenario.radio.delay_s,
-        loss=scenario.radio.loss,
-        seeds=[run.header.seed],
-    )
+    roots = dict.fromkeys(ran.sorts, (run.behavior, ran.binding))
+    team = make_scenario_team(world, scenario, libraries, roots, seeds=world.seeds, makes=make_tracing_runner)
     chain = list_chain_of_command(team, run.row.robot)
     for post in chain:
-        _runner(post).follow(post.agent)
+        find_traced_run(post).follow(post.agent)
     for _ in range(run.ticks):
         team.tick()
     _check(world, team.paths[run.row.robot], run)
@@ -132,19 +122,13 @@ def explain_run(run: RecordedTick, scenario: Scenario, libraries: Libraries) -> 
 
 def find_latest_switch(chain: Sequence[AgentRef], libraries: Libraries) -> DecisionReason | None:
     """The last switch before this tick of a robot and of all above it."""
-    lasts = [(_runner(post).last, libraries[post.sort].taught) for post in chain]
+    lasts = [(find_traced_run(post).last, libraries[post.sort].taught) for post in chain]
     switches = [(machine, query, taught) for last, taught in lasts if last for machine, query in [last]]
     found = max(switches, key=lambda each: each[1].time_s, default=None)
     if found is None:
         return None
     machine, query, taught = found
     return explain_query(str(machine.instance), query, taught[machine.automaton.name])
-
-
-def _runner(post: AgentRef) -> TracedRun:
-    if not isinstance(post.layer.runner, TracedRun):
-        raise TypeError("agents that cannot be followed")
-    return post.layer.runner
 
 
 def _check(world: World, path: tuple[str, ...], run: RecordedTick) -> None:
@@ -167,7 +151,7 @@ def _check(world: World, path: tuple[str, ...], run: RecordedTick) -> None:
 
 def explain_agent(post: AgentRef, taught: Mapping[str, TrainedAutomaton]) -> AgentExplanation:
     """What an agent was asked in this tick, level by level."""
-    levels = tuple(_level(each, taught) for each in _runner(post).list_active(post.agent))
+    levels = tuple(_level(each, taught) for each in find_traced_run(post).list_active(post.agent))
     return AgentExplanation(post.sort, post.agent, post.last_order, levels)
 
 

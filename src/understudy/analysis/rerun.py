@@ -14,7 +14,7 @@ from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.assignment import assign_team_members
-from understudy.sim.team.libraries import Libraries
+from understudy.sim.team.libraries import Libraries, make_scenario_team
 
 
 class Rerun:
@@ -39,7 +39,10 @@ class Rerun:
         self._team: Team | None = None
         root = behavior, Binding(binding)
         if scenario is not None and len(assign_team_members(scenario).type_of) == self._body.agents:
-            self._team = _team(self._body, scenario, libraries, dict.fromkeys(sorts, root))
+            seeds, roots = [recording.head.ran.seed], dict.fromkeys(sorts, root)
+            self._team = make_scenario_team(
+                self._body, scenario, libraries, roots, seeds=seeds, makes=make_tracing_runner
+            )
             self.chains = [list_chain_of_command(self._team, agent) for agent in range(self._body.agents)]
         else:
             program = link(libraries[sorts[0]], *root)
@@ -97,19 +100,3 @@ def find_traced_run(post: AgentRef) -> TracedRun:
     if not isinstance(post.layer.runner, TracedRun):
         raise TypeError("agents that cannot be followed")
     return post.layer.runner
-
-
-def _team(
-    body: ReplayBody, scenario: Scenario, libraries: Libraries, roots: Mapping[str, tuple[str, Binding]]
-) -> Team:
-    radio = scenario.radio
-    return Team(
-        body,
-        assign_team_members(scenario),
-        libraries,
-        roots,
-        makes=make_tracing_runner,
-        delay_s=radio.delay_s,
-        loss=radio.loss,
-        seeds=[body.recording.head.ran.seed],
-    )

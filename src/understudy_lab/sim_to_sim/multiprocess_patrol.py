@@ -25,9 +25,9 @@ from understudy.robots.robot_file import load_team
 from understudy.robots.ros.dds import DdsTransport
 from understudy.robots.ros.messages import decode_message
 from understudy.robots.twin import DigitalTwin
+from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.team import Team
 from understudy.sim.team.assignment import assign_team_members
-from understudy.sim.team.libraries import make_engine_runner
 from understudy.sim_mujoco.processes import OBJECTS, POSES
 from understudy.sim_mujoco.shapes import AWAY_M
 from understudy_lab.patrol import practice
@@ -87,7 +87,7 @@ def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int, simulatio
         assign_team_members(twin.scenario),
         known,
         {practice.SQUAD: ("collective_patrol", {})},
-        makes=make_engine_runner,
+        makes=Engine,
         seeds=(0,),
     )
     told, objects = OrderedActivity(team, 1, ["home"]), ObjectPoses(domain)

@@ -16,7 +16,7 @@ from understudy.runtime.team.team import Team
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.scenario.schema import ElapsedSensor, Scenario
 from understudy.sim.team.assignment import assign_team_members
-from understudy.sim.team.libraries import Libraries, make_engine_runner
+from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
 from understudy.sim_mujoco.body import MujocoBody
 from understudy_lab.forage.teach import make_practice
@@ -163,7 +163,7 @@ def patrol_cycles(taught: teach.PatrolTeaching, ground: World | MujocoBody) -> d
     known: Libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     team = Team(
         ground, assign_team_members(practice.scenario()), known, {practice.SQUAD: ("collective_patrol", {})},
-        worlds=ground.worlds, makes=make_engine_runner, seeds=ground.seeds,
+        worlds=ground.worlds, makes=Engine, seeds=ground.seeds,
     )  # fmt: skip
     tracks = watch(team, PATROL_TICKS)
     found = list(cycles(tracks))

@@ -15,11 +15,10 @@ from understudy.errors import SettingError, join_names
 from understudy.model.library import Kit, Library
 from understudy.runtime.body import Body, Reading
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import Program
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.squad_body import list_squad_readings as readings_of_squad
 from understudy.runtime.team.squad_kit import make_squad_kit
-from understudy.runtime.team.team import Team
+from understudy.runtime.team.team import Makes, Team, make_interpreter_runner
 from understudy.sim.kit import have_different_kits, list_readings, make_type_kits
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.assignment import assign_team_members
@@ -115,28 +114,38 @@ def _leads(library: Library) -> bool:
     return any(behavior.order is not None for behavior in library.kit.behaviors.values())
 
 
+def make_scenario_team(
+    ground: Body,
+    scenario: Scenario,
+    libraries: Libraries,
+    roots: Mapping[str, tuple[str, Mapping[str, str]]],
+    *,
+    seeds: Sequence[int],
+    makes: Makes = make_interpreter_runner,
+    trained: str | None = None,
+) -> Team:
+    """The team that a scenario describes, with its radio, on a body of as many worlds as there are seeds."""
+    return Team(
+        ground,
+        assign_team_members(scenario),
+        libraries,
+        roots,
+        worlds=len(seeds),
+        makes=makes,
+        trained=trained,
+        delay_s=scenario.radio.delay_s,
+        loss=scenario.radio.loss,
+        seeds=seeds,
+    )
+
+
 def make_coordinator_body(
     scenario: Scenario, sort: str, libraries: Libraries, *, seed: int = 0
 ) -> CoordinatorBody:
     """The squads of a sort with all below them, in the world of a seed: a body for a session, run by interpreters."""
     world = World(scenario, [seed])
-    radio = scenario.radio
-    team = Team(
-        world,
-        assign_team_members(scenario),
-        libraries,
-        {},
-        trained=sort,
-        delay_s=radio.delay_s,
-        loss=radio.loss,
-        seeds=[seed],
-    )
+    team = make_scenario_team(world, scenario, libraries, {}, seeds=[seed], trained=sort)
     return CoordinatorBody(team, sort)
-
-
-def make_engine_runner(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Engine:
-    """What runs agents fast."""
-    return Engine(body, programs, others)
 
 
 def make_team(
@@ -147,14 +156,4 @@ def make_team(
 ) -> Team:
     """The team in worlds of these seeds, with engines; who is in no squad runs what `roots` says, by sort of agents."""
     world = World(scenario, seeds)
-    return Team(
-        world,
-        assign_team_members(scenario),
-        libraries,
-        roots,
-        worlds=len(seeds),
-        makes=make_engine_runner,
-        delay_s=scenario.radio.delay_s,
-        loss=scenario.radio.loss,
-        seeds=world.seeds,
-    )
+    return make_scenario_team(world, scenario, libraries, roots, seeds=world.seeds, makes=Engine)
