@@ -15,7 +15,7 @@ from typing import Literal
 from msgspec import field
 
 from understudy.errors import FileError
-from understudy.robots.camera.config import CameraSpec
+from understudy.robots.camera.config import CameraSpec, parse_toml
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values
 from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
@@ -200,11 +200,7 @@ def _read(path: Path | str) -> str:
 
 def _described(content: str, path: Path | str, format: str, whole: type[Described], what: str) -> Described:
     """What a document describes, which has to be of this format."""
-    try:
-        document = tomllib.loads(content)
-    except (ValueError, RecursionError) as error:
-        problem = f"is no TOML: {error}"
-        raise FileError(path=path, place="", problem=problem, remedy="correct it there") from None
+    document = parse_toml(content, path)
     if (given := document.get("format")) != format:
         if isinstance(given, str) and given in OTHER:
             problem, _, remedy = OTHER[given].partition("; ")

@@ -73,7 +73,7 @@ def insert_color(content: str, name: str, color: Color, path: Path | str = "robo
     FileError where the file writes its colors in a way that cannot be changed line by line.
     """
     check_color_name(name)
-    before = _document(content, path)
+    before = parse_toml(content, path)
     line = format_color_line(name, color)
     lines = content.splitlines(keepends=True)
     heading = next((at for at, each in enumerate(lines) if _HEADING.fullmatch(each.rstrip("\r\n"))), None)
@@ -107,7 +107,8 @@ def write_color(path: Path, name: str, color: Color) -> None:
     write_atomically(path, insert_color(content, name, color, path).encode())
 
 
-def _document(content: str, path: Path | str) -> dict[str, Any]:
+def parse_toml(content: str, path: Path | str) -> dict[str, Any]:
+    """The tables of a robot file; FileError where it is no TOML."""
     try:
         return tomllib.loads(content)
     except (ValueError, RecursionError) as error:
