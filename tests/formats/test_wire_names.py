@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 from collections.abc import Iterator
@@ -19,7 +20,10 @@ from tests.ui.cli.commands import run
 
 import understudy
 import understudy_lab
+from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
+from understudy.analysis.simplify_preview import BeforeAfter, ChangedDecision, ChangedMoments
 from understudy.errors import UnderstudyError
+from understudy.learning.pruning_suggestions import PruningSuggestion
 from understudy.ui.cli.main import app
 from understudy_lab.ablation.feature_variants import kit as ablation_kit
 
@@ -230,3 +234,17 @@ def test_features_that_are_functions() -> None:
         "sine_to": ("A",),
         "cosine_to": ("A",),
     }
+
+
+def test_rows_of_commands_keep_their_keys() -> None:
+    """Rows that `--json` prints are the fields of these types, in this order."""
+    rows = {
+        ReplayedPress: "number kind state shown now formerly",
+        DecisionChange: "state formerly now moments",
+        ChangedDecision: "number kind state shown before after",
+        ChangedMoments: "state before after moments",
+        BeforeAfter: "before after",
+        PruningSuggestion: "pruning left_out wrong wrong_pruned",
+    }
+    for row, keys in rows.items():
+        assert [field.name for field in dataclasses.fields(row)] == keys.split()

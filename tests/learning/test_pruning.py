@@ -160,7 +160,7 @@ def test_a_suggestion_takes_what_costs_nothing() -> None:
     """Left out in turn, the neighbors of the wrong presses are decided wrong, unless these are pruned away."""
     found = suggest_pruning(noisy())
     assert found is not None
-    assert found.examples == 40
+    assert found.left_out == 40
     assert (found.wrong, found.wrong_pruned) == (5, 3), "the two themselves, and one at the boundary"
     assert decided(noisy(), found.pruning, [1.5, 8.25, 1.0, 9.0]) == ["stop", "go", "stop", "go"]
 
@@ -172,7 +172,7 @@ def test_watched_examples_are_not_left_out() -> None:
     )
     found = suggest_pruning(replace(made, examples=made.examples + watched))
     assert found is not None
-    assert found.examples == 40
+    assert found.left_out == 40
 
 
 def test_of_several_that_are_as_good_the_simplest_is_suggested() -> None:
@@ -223,7 +223,7 @@ def test_of_a_larger_lesson_several_are_left_out_at_once(monkeypatch: pytest.Mon
         monkeypatch.setattr(pruning_suggestions, "MOST_TRIALS", most)
         found = suggest_pruning(noisy())
         assert found is not None
-        assert found.examples == 40
+        assert found.left_out == 40
         assert (found.wrong_pruned == 3) == (most > 1), "of all at once nothing is left to learn from"
 
 
@@ -234,4 +234,4 @@ def test_in_a_stateless_lesson_what_was_never_shown_is_told_by_each_state() -> N
     for state, wrong in (("go", 1), ("stop", 0)):
         found = suggest_pruning(lesson([*rows, (state, (2,), "stop", "directive")], kinds, stateless=True))
         assert found is not None
-        assert (found.examples, found.wrong) == (31, wrong)
+        assert (found.left_out, found.wrong) == (31, wrong)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
-from understudy.analysis.lesson_replay import LessonReplay, ReplayedPress, replay_lesson
+from understudy.analysis.lesson_replay import LessonReplay, replay_lesson
 from understudy.errors import SettingError
 from understudy.learning.fit import learn_automaton
 from understudy.learning.pruning_suggestions import PruningSuggestion, replace_pruning, suggest_pruning
@@ -14,8 +15,39 @@ from understudy.model.lesson import Lesson, TreeOptions
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import TestKind, Tree
 
+T = TypeVar("T")
 UNTOLD = 1.0
 """The pruning to show where nothing can be suggested: what one example alone holds up goes."""
+
+
+@dataclass(frozen=True, slots=True)
+class BeforeAfter(Generic[T]):
+    """The same of two versions of an automaton."""
+
+    before: T
+    after: T
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedDecision:
+    """An example, what it showed, and the next states that are decided (None: it cannot be asked)."""
+
+    number: int
+    kind: str
+    state: str
+    shown: str
+    before: str | None
+    after: str
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedMoments:
+    """How many moments of a state are decided otherwise, and how."""
+
+    state: str
+    before: str
+    after: str
+    moments: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,21 +63,33 @@ class SimplifyPreview:
     replayed: LessonReplay
 
     @property
-    def leaves(self) -> tuple[int, int]:
-        """How many answers all trees have, before and after."""
-        return count_leaves(self.before.automaton), count_leaves(self.after.automaton)
+    def leaves(self) -> BeforeAfter[int]:
+        """How many answers all trees have."""
+        return BeforeAfter(count_leaves(self.before.automaton), count_leaves(self.after.automaton))
 
     @property
-    def conditions(self) -> dict[str, tuple[list[str], list[str]]]:
-        """By state, in words, when it switches, before and after: of states where that would change."""
+    def conditions(self) -> dict[str, BeforeAfter[list[str]]]:
+        """By state, in words, when it switches: of states where that would change."""
         was, now = (describe_transitions(each.automaton, each.lesson) for each in (self.before, self.after))
         both = {state: (was.get(state, []), now.get(state, [])) for state in dict.fromkeys([*was, *now])}
-        return {state: (old, new) for state, (old, new) in both.items() if old != new}
+        return {state: BeforeAfter(old, new) for state, (old, new) in both.items() if old != new}
 
     @property
-    def decisions(self) -> tuple[ReplayedPress, ...]:
+    def decisions(self) -> tuple[ChangedDecision, ...]:
         """The examples that would be decided otherwise than they are."""
-        return tuple(each for each in self.replayed.different if each.formerly != each.now)
+        return tuple(
+            ChangedDecision(each.number, each.kind, each.state, each.shown, each.formerly, each.now)
+            for each in self.replayed.different
+            if each.formerly != each.now
+        )
+
+    @property
+    def changes_before_presses(self) -> tuple[ChangedMoments, ...]:
+        """What would be decided otherwise at moments of the second before presses."""
+        return tuple(
+            ChangedMoments(each.state, each.formerly, each.now, each.moments)
+            for each in self.replayed.changes
+        )
 
 
 def preview_simplification(taught: TrainedAutomaton, pruning: float | None = None) -> SimplifyPreview:

@@ -31,12 +31,12 @@ Fit: TypeAlias = Callable[[TrainingSet], Transition]
 
 @dataclass(frozen=True, slots=True)
 class PruningSuggestion:
-    """The pruning that decides fewest examples wrong, and of several the one that decides most simply: of `examples`,
-    each left out in turn, so many were decided otherwise than shown without pruning, and with it.
+    """The pruning that decides fewest examples wrong, and of several the one that decides most simply: of the
+    examples `left_out`, each in turn, so many were decided otherwise than shown without pruning, and with it.
     """
 
     pruning: float
-    examples: int
+    left_out: int
     wrong: int
     wrong_pruned: int
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -9,7 +11,7 @@ import typer
 from understudy.ui.cli.options import LIBRARY, Bind, Json, KitName, LibraryOption, SomeWorld
 
 if TYPE_CHECKING:
-    from understudy.coaching.advice import Advice
+    from understudy.coaching.advice import Advice, AdviceKind
     from understudy.model.lesson import Lesson
 
 MOST = 8
@@ -53,7 +55,7 @@ def advise(
     situations = None if world is None else _situations(lesson, world, bind)
     found = give_advice(lesson, learn(lesson), kit=parts, situations=situations)
     if as_json:
-        print_json({"name": name, "advice": [make_advice_row(each, lesson) for each in found[:most]]})
+        print_json({"name": name, "advice": [_make_row(each, lesson) for each in found[:most]]})
     else:
         _show(name, found, most)
 
@@ -78,16 +80,27 @@ def _situations(lesson: Lesson, world: str, bind: list[str] | None) -> Any:
     return sample_posed_situations(body, automaton.features, targets)
 
 
-def make_advice_row(each: Advice, lesson: Lesson) -> dict[str, Any]:
-    """One piece of advice as plain data."""
-    return {
-        "kind": each.kind.value,
-        "sentence": each.sentence,
-        "state": each.state or None,
-        "weight": round(each.weight, 3),
-        "examples": list(each.examples),
-        "region": None if each.region is None else _region(each, lesson),
-    }
+@dataclass(frozen=True, kw_only=True)
+class AdviceRow:
+    """One piece of advice, with the region of feature values that it is about by feature."""
+
+    kind: AdviceKind
+    sentence: str
+    state: str | None
+    weight: float
+    examples: Sequence[int]
+    region: Mapping[str, Any] | None
+
+
+def _make_row(each: Advice, lesson: Lesson) -> AdviceRow:
+    return AdviceRow(
+        kind=each.kind,
+        sentence=each.sentence,
+        state=each.state or None,
+        weight=round(each.weight, 3),
+        examples=each.examples,
+        region=None if each.region is None else _region(each, lesson),
+    )
 
 
 def _region(each: Advice, lesson: Lesson) -> dict[str, Any]:

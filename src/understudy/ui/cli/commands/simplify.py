@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SomeWorld
 
 if TYPE_CHECKING:
-    from understudy.analysis.simplify_preview import SimplifyPreview
+    from understudy.analysis.simplify_preview import (
+        BeforeAfter,
+        ChangedDecision,
+        ChangedMoments,
+        SimplifyPreview,
+    )
+    from understudy.learning.pruning_suggestions import PruningSuggestion
 
 MOST_DECISIONS = 12
 
@@ -49,104 +57,103 @@ def simplify(
     if pruning is None and found.suggested is None and keep:
         problem, remedy = "has too few examples to tell what could go", "say how much with --pruning"
         raise make_simplify_error(name, problem, remedy)
-    told = {**_facts(found), "kept": keep}
+    result = _make_result(found, kept=keep)
     if keep:
         save_automaton(library, found.after)
     if as_json:
-        print_json(told)
+        print_json(result)
     else:
-        _show(told, chosen=pruning is not None)
+        _show(result, chosen=pruning is not None)
 
 
-def _facts(found: SimplifyPreview) -> dict[str, Any]:
-    """Conditions before and after, and the decisions on recorded moments that would change."""
-    suggested, replay, leaves = found.suggested, found.replayed, found.leaves
-    return {
-        "name": found.before.automaton.name,
-        "pruning": found.pruning,
-        "suggested": None
-        if suggested is None
-        else {
-            "pruning": suggested.pruning,
-            "left_out": suggested.examples,
-            "wrong": suggested.wrong,
-            "wrong_pruned": suggested.wrong_pruned,
-        },
-        "leaves": {"before": leaves[0], "after": leaves[1]},
-        "conditions": {
-            state: {"before": before, "after": after} for state, (before, after) in found.conditions.items()
-        },
-        "decisions": [
-            {
-                "number": each.number, "kind": each.kind, "state": each.state,
-                "shown": each.shown, "before": each.formerly, "after": each.now,
-            }
-            for each in found.decisions
-        ],
-        "examples": replay.examples,
-        "changes_before_presses": [
-            {"state": each.state, "before": each.formerly, "after": each.now, "moments": each.moments}
-            for each in replay.changes
-        ],
-        "moments_before_presses": replay.before,
-    }  # fmt: skip
+@dataclass(frozen=True, kw_only=True)
+class SimplifyResult:
+    """What an automaton would be with fewer questions, and whether it was saved so."""
+
+    name: str
+    pruning: float
+    suggested: PruningSuggestion | None
+    leaves: BeforeAfter[int]
+    conditions: Mapping[str, BeforeAfter[list[str]]]
+    """By state, where they would change."""
+    decisions: Sequence[ChangedDecision]
+    """Examples that would be decided otherwise."""
+    examples: int
+    changes_before_presses: Sequence[ChangedMoments]
+    moments_before_presses: int
+    kept: bool
 
 
-def _show(told: dict[str, Any], *, chosen: bool) -> None:
+def _make_result(found: SimplifyPreview, *, kept: bool) -> SimplifyResult:
+    return SimplifyResult(
+        name=found.before.automaton.name,
+        pruning=found.pruning,
+        suggested=found.suggested,
+        leaves=found.leaves,
+        conditions=found.conditions,
+        decisions=found.decisions,
+        examples=found.replayed.examples,
+        changes_before_presses=found.changes_before_presses,
+        moments_before_presses=found.replayed.before,
+        kept=kept,
+    )
+
+
+def _show(result: SimplifyResult, *, chosen: bool) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
     from understudy.learning.pruning_suggestions import ENOUGH
     from understudy.ui.cli.output import format_count, make_console
 
-    out, found = make_console(), told["suggested"]
-    before, after = told["leaves"]["before"], told["leaves"]["after"]
-    head = f"[bold]{escape(told['name'])}[/] pruned by {told['pruning']:.3g}"
-    out.print(f"{head}: {format_count(before, 'answer')} before, {after} after", soft_wrap=True)
+    out, found = make_console(), result.suggested
+    head = f"[bold]{escape(result.name)}[/] pruned by {result.pruning:.3g}"
+    size = f"{format_count(result.leaves.before, 'answer')} before, {result.leaves.after} after"
+    out.print(f"{head}: {size}", soft_wrap=True)
     if found is not None:
-        wrong = f"{found['wrong_pruned']} of {found['left_out']} wrong, {found['wrong']} without pruning"
+        wrong = f"{found.wrong_pruned} of {found.left_out} wrong, {found.wrong} without pruning"
         out.print(
-            f"[dim]suggested: {found['pruning']:.3g}; examples left out in turn: {wrong}[/]", soft_wrap=True
+            f"[dim]suggested: {found.pruning:.3g}; examples left out in turn: {wrong}[/]", soft_wrap=True
         )
     elif not chosen:
         few = f"It has fewer than {ENOUGH} examples, and each of them was meant: better leave it as it is."
         out.print(f"[dim]{few}[/]", soft_wrap=True)
-    for state, both in told["conditions"].items():
+    for state, both in result.conditions.items():
         out.print(f"\n[cyan]{escape(state)}[/]")
-        kept = [line for line in both["before"] if line in both["after"]]
+        kept = [line for line in both.before if line in both.after]
         for color, mark, lines in (
             ("default", " ", kept),
-            ("red", "-", both["before"]),
-            ("green", "+", both["after"]),
+            ("red", "-", both.before),
+            ("green", "+", both.after),
         ):
             for line in lines:
                 if mark == " " or line not in kept:
                     out.print(Padding(f"[{color}]{mark} {escape(line)}[/]", (0, 0, 0, 2), expand=False))
-    if not told["conditions"]:
-        out.print("nothing would change" if not told["kept"] else "nothing changed")
-    if told["conditions"]:
+    if not result.conditions:
+        out.print("nothing would change" if not result.kept else "nothing changed")
+    if result.conditions:
         out.print()
-    for line in _decisions(told):
+    for line in _decisions(result):
         out.print(Padding(escape(line), (0, 0, 0, 2), expand=False))
-    if told["conditions"] and not told["kept"]:
-        how = "--keep" if found is not None else f"--pruning {told['pruning']:g} --keep"
+    if result.conditions and not result.kept:
+        how = "--keep" if found is not None else f"--pruning {result.pruning:g} --keep"
         out.print(f"[dim]Nothing was changed: {how} saves it so.[/]")
-    elif told["conditions"] and told["pruning"]:
+    elif result.conditions and result.pruning:
         out.print("Kept; --pruning 0 --keep takes it back")
 
 
-def _decisions(told: dict[str, Any]) -> list[str]:
+def _decisions(result: SimplifyResult) -> list[str]:
     """What would be decided otherwise, a line each."""
-    if not told["conditions"]:
+    if not result.conditions:
         return []
-    rows = told["decisions"]
-    lines = [f"{len(rows)} of {told['examples']} examples would be decided otherwise"]
+    rows = result.decisions
+    lines = [f"{len(rows)} of {result.examples} examples would be decided otherwise"]
     for row in rows[:MOST_DECISIONS]:
-        right = "as shown" if row["after"] == row["shown"] else f"shown: {row['shown']}"
-        lines.append(f"{row['number']} in {row['state']}: {row['before']} → {row['after']} ({right})")
+        right = "as shown" if row.after == row.shown else f"shown: {row.shown}"
+        lines.append(f"{row.number} in {row.state}: {row.before} → {row.after} ({right})")
     if len(rows) > MOST_DECISIONS:
         lines.append(f"and {len(rows) - MOST_DECISIONS} more")
-    if told["moments_before_presses"]:
-        total = sum(row["moments"] for row in told["changes_before_presses"])
-        lines.append(f"{total} of {told['moments_before_presses']} moments before presses, too")
+    if result.moments_before_presses:
+        total = sum(row.moments for row in result.changes_before_presses)
+        lines.append(f"{total} of {result.moments_before_presses} moments before presses, too")
     return lines

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -107,6 +108,18 @@ def _see_hold(twin: DigitalTwin) -> None:
         )
 
 
+@dataclass(frozen=True, kw_only=True)
+class TeachResult:
+    """What came of a session at the terminal."""
+
+    name: str
+    library: Path
+    examples: int
+    saved: bool
+    journal: Path | None
+    """None where nothing was begun."""
+
+
 def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> None:
     from understudy.errors import UnderstudyError
     from understudy.ui.cli.error_reporting import FAULT
@@ -127,15 +140,15 @@ def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> No
         raise typer.Exit(FAULT)
     if trainer.return_code:
         raise typer.Exit(trainer.return_code)
-    facts = {
-        "name": plan.name,
-        "library": str(plan.folder),
-        "examples": 0 if ended is None else ended.examples,
-        "saved": ended is not None and ended.saved,
-        "journal": None if ended is None else str(ended.journal),
-    }
     if as_json:
-        print_json(facts)
+        result = TeachResult(
+            name=plan.name,
+            library=plan.folder,
+            examples=0 if ended is None else ended.examples,
+            saved=ended is not None and ended.saved,
+            journal=None if ended is None else ended.journal,
+        )
+        print_json(result)
     elif ended is None:
         make_console().print(f"Nothing was begun of {plan.name}.")
     elif ended.saved:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -23,8 +24,6 @@ def list_worlds(
 
     [dim]understudy worlds patrol > mine.toml[/]
     """
-    import msgspec
-
     from understudy.sim.scenario.files import list_builtin_scenarios, read_scenario_text
     from understudy.ui.cli.options import open_scenario
     from understudy.ui.cli.output import make_console, make_table, print_json
@@ -32,34 +31,49 @@ def list_worlds(
     if name is not None:
         scenario = open_scenario(name)
         if as_json:
-            print_json(msgspec.to_builtins(scenario))
+            print_json(scenario)
         else:
             typer.echo(read_scenario_text(name), nl=False)
         return
-    rows = [_row(open_scenario(each)) for each in list_builtin_scenarios()]
+    rows = [_summarize(open_scenario(each)) for each in list_builtin_scenarios()]
     if as_json:
         print_json(rows)
         return
     made = make_table("scenario", "#robots", "about")
     made.columns[-1].no_wrap = False
     for row in rows:
-        made.add_row(row["name"], str(row["robots"]), row["about"])
+        made.add_row(row.name, str(row.robots), row.about)
     make_console().print(made)
     make_console().print("[dim]A file of your own: understudy worlds forage > mine.toml[/]")
 
 
-def _row(scenario: Scenario) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class WorldSummary:
+    """What a scenario is about, and what its robots can be taught with."""
+
+    name: str
+    robots: int
+    about: str
+    goal: bool
+    """Whether it has one."""
+    limit_s: float
+    features: tuple[str, ...]
+    behaviors: tuple[str, ...]
+    targets: tuple[str, ...]
+
+
+def _summarize(scenario: Scenario) -> WorldSummary:
     from understudy.sim.kit import make_scenario_kit
     from understudy.sim.params import make_world_params
 
     kit = make_scenario_kit(scenario)
-    return {
-        "name": scenario.name,
-        "robots": make_world_params(scenario).robots,
-        "about": scenario.about,
-        "goal": scenario.goal is not None,
-        "limit_s": scenario.limit_s,
-        "features": list(kit.features),
-        "behaviors": list(kit.behaviors),
-        "targets": list(kit.targets),
-    }
+    return WorldSummary(
+        name=scenario.name,
+        robots=make_world_params(scenario).robots,
+        about=scenario.about,
+        goal=scenario.goal is not None,
+        limit_s=scenario.limit_s,
+        features=tuple(kit.features),
+        behaviors=tuple(kit.behaviors),
+        targets=tuple(kit.targets),
+    )

@@ -252,25 +252,24 @@ class SimplifyReply(Data, frozen=True, kw_only=True):
 def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> SimplifyReply:
     """Show conditions before and after, and the decisions that would change; nothing is changed yet."""
     found = preview_pruning(host.active_trainer, message.pruning)
-    before, after = found.leaves
     changed = sum(each.moments for each in found.replayed.changes)
     return SimplifyReply(
         simpler=SimplerData(
             pruning=found.pruning,
             suggested=_suggested(found.suggested),
             enough=ENOUGH,
-            leaves=LeavesData(before=before, after=after),
+            leaves=LeavesData(before=found.leaves.before, after=found.leaves.after),
             states=[
-                StateConditionsData(state=state, before=_signed(old), after=_signed(new))
-                for state, (old, new) in found.conditions.items()
+                StateConditionsData(state=state, before=_signed(each.before), after=_signed(each.after))
+                for state, each in found.conditions.items()
             ],
             decisions=[
                 ChangedDecisionData(
                     number=each.number,
                     state=each.state,
                     shown=each.shown,
-                    before=each.formerly,
-                    after=each.now,
+                    before=each.before,
+                    after=each.after,
                 )
                 for each in found.decisions
             ],
@@ -285,7 +284,7 @@ def _suggested(found: PruningSuggestion | None) -> SuggestionData | None:
         return None
     return SuggestionData(
         pruning=found.pruning,
-        left_out=found.examples,
+        left_out=found.left_out,
         wrong=found.wrong,
         wrong_pruned=found.wrong_pruned,
     )
