@@ -7,6 +7,7 @@ import json
 import socket
 import time
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import pytest
@@ -92,10 +93,10 @@ def test_a_page_that_does_not_read_holds_up_nobody(tmp_path: Path) -> None:
     made = StudioServer(SessionHost(scenario, tmp_path, kit))
     behavior, feature = next(iter(kit.behaviors)), "time_in_state"
 
-    async def drive(address: str) -> tuple[list[float], int]:
+    async def drive(address: str) -> tuple[list[float], list[float], int]:
         async with connect(address, max_size=None) as person, connect(address, max_queue=1) as asleep:
             asleep.transport.pause_reading()
-            waited, frames, number = [], 0, 0
+            waited, server_ms, frames, number = list[float](), list[float](), 0, 0
 
             async def say(message: dict[str, Any]) -> dict[str, Any]:
                 nonlocal number, frames
@@ -117,15 +118,17 @@ def test_a_page_that_does_not_read_holds_up_nobody(tmp_path: Path) -> None:
             while time.monotonic() < until:
                 began = time.monotonic()
                 answer = await say({"do": "press", "state": behavior})
-                assert answer["ms"] < 50
+                server_ms.append(answer["ms"])
                 waited.append(time.monotonic() - began)
                 await asyncio.sleep(0.05)
             asleep.transport.abort()
-            return waited, frames
+            return waited, server_ms, frames
 
     with Served(made) as address:
-        waited, frames = asyncio.run(drive(address))
-    assert sorted(waited)[len(waited) // 2] < 0.05
+        waited, server_ms, frames = asyncio.run(drive(address))
+    # Medians, as a busy disk may hold up one press; a page that is waited for holds up all.
+    assert median(server_ms) < 50
+    assert median(waited) < 0.05
     assert frames > 20
 
 
