@@ -7,6 +7,7 @@ ways) and answers each with a line.
 from __future__ import annotations
 
 import select
+import signal
 import sys
 import time
 from contextlib import ExitStack
@@ -39,6 +40,9 @@ def obey(robot: Robot, line: str) -> str:
 
 
 def main(path: str) -> None:
+    # Where the tests themselves run in the background or under nohup, these signals are inherited as ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     file, keys = load_robot(path), [("sonar_ahead", None)]
     robot = connect_robot_body(file, path=Path(path))
     with ExitStack() as ending:
