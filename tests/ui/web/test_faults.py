@@ -14,7 +14,7 @@ from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Kit
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
-from understudy.ui.web.actions import dispatch
+from understudy.ui.web.actions import handler_table
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
@@ -52,7 +52,7 @@ def test_a_fault_of_the_program(
     def broken(_: SessionHost, __: m.Undo) -> None:
         raise KeyError("nowhere")
 
-    monkeypatch.setattr(dispatch, "ACTIONS", MappingProxyType({**dispatch.ACTIONS, m.Undo: broken}))
+    monkeypatch.setattr(handler_table, "ACTIONS", MappingProxyType({**handler_table.ACTIONS, m.Undo: broken}))
     scenario = find_scenario("forage")
     made = StudioServer(SessionHost(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()))
     with caplog.at_level(logging.CRITICAL), served(made) as client, page(client) as person:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from tests.ui.web.pages import GOTO, studio
 
 from understudy.robots.twin import find_drawn_world
-from understudy.ui.web.actions.dispatch import ACTIONS
+from understudy.ui.web.actions.handler_table import ACTIONS
 from understudy.ui.web.clients import Client
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Message

@@ -17,8 +17,8 @@ import msgspec.inspect as mi
 from msgspec import NODEFAULT, Struct
 
 from understudy.ui.controller import key_bindings, status
-from understudy.ui.web.actions import dispatch
-from understudy.ui.web.actions.dispatch import list_reply_types
+from understudy.ui.web.actions import handler_table
+from understudy.ui.web.actions.handler_table import list_reply_types
 from understudy.ui.web.messages import base, coach, review, session
 from understudy.ui.web.server import AnswerData, HelloData, SceneNewsData, SessionNewsData
 from understudy.ui.web.views import scene
@@ -234,7 +234,7 @@ def format_protocol() -> str:
     """All messages between page and studio, as a TypeScript module."""
     module = TypeScript(HEADER, ALIASES)
     module.requests("Request", session.REQUESTS, without="id")
-    module.interface(AnswerData, partly=list_reply_types(*dispatch.MODULES))
+    module.interface(AnswerData, partly=list_reply_types(*handler_table.MODULES))
     module.union(
         "News", [HelloData, SceneNewsData, SessionNewsData], comment="What the studio sends by itself."
     )

@@ -15,7 +15,7 @@ from understudy.errors import SessionError
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST, WallClock
 from understudy.ui.controller.status import StatusMessage, Tone
-from understudy.ui.web.actions import dispatch
+from understudy.ui.web.actions import handler_table
 from understudy.ui.web.clients import PER_SECOND, Client, Clients
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
@@ -192,7 +192,7 @@ class StudioServer:
             return None
         if not message.by_anyone:
             self.viewers.refuse_others(viewer)
-        came = dispatch.ACTIONS[type(message)](self.host, message)
+        came = handler_table.ACTIONS[type(message)](self.host, message)
         if isinstance(came, StatusMessage):
             self.host.status = came
             return None

@@ -10,7 +10,7 @@ import pytest
 
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.actions.dispatch import find_handlers, list_reply_types
+from understudy.ui.web.actions.handler_table import find_handlers, list_reply_types
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.session import Redo, Undo
 from understudy.ui.web.session_host import SessionHost
