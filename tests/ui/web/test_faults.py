@@ -52,7 +52,9 @@ def test_a_fault_of_the_program(
     def broken(_: SessionHost, __: m.Undo) -> None:
         raise KeyError("nowhere")
 
-    monkeypatch.setattr(handler_table, "ACTIONS", MappingProxyType({**handler_table.ACTIONS, m.Undo: broken}))
+    monkeypatch.setattr(
+        handler_table, "HANDLERS", MappingProxyType({**handler_table.HANDLERS, m.Undo: broken})
+    )
     scenario = find_scenario("forage")
     made = StudioServer(SessionHost(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()))
     with caplog.at_level(logging.CRITICAL), served(made) as client, page(client) as person:

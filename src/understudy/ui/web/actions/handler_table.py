@@ -59,5 +59,5 @@ def _on_desk(function: Callable[[Trainer, Any], Data | StatusMessage | None]) ->
 
 MODULES = (session, world, library, coach, explanation, lesson_test, camera)
 """Those that have handlers of messages."""
-ACTIONS = find_handlers(*MODULES)
+HANDLERS = find_handlers(*MODULES)
 """What does what a message asks for, by the type of the message."""
