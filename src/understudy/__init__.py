@@ -7,247 +7,157 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from understudy.analysis.evaluation import Evaluation, evaluate
-    from understudy.errors import UnderstudyError
-    from understudy.learning.correction_diagnosis import CorrectionDiagnosis, diagnose_correction
-    from understudy.learning.explain import Explanation, explain
-    from understudy.learning.fit import learn, learn_automaton
-    from understudy.learning.mislabels import find_mislabels
-    from understudy.model.automaton import START, Automaton, State
-    from understudy.model.behaviors import (
-        Behavior,
-        Command,
-        behavior,
-        increment,
-        reset_counter,
-        reset_timer,
-        set_counter,
-        set_timer,
-    )
-    from understudy.model.binding import Binding, Target
-    from understudy.model.features import (
-        BoundFeature,
-        CounterFeature,
-        Feature,
-        FlagFeature,
-        TimeInState,
-        TimerFeature,
-        feature,
-    )
-    from understudy.model.kinds import BOOLEAN, TAU, Categorical, Continuous, Toroidal
-    from understudy.model.lesson import (
-        Example,
-        ExampleKind,
-        LearnerOptions,
-        Lesson,
-        SklearnOptions,
-        TreeOptions,
-    )
-    from understudy.model.library import Kit, Library, TrainedAutomaton
-    from understudy.model.tree import Tree
-    from understudy.runtime.body import Body, Channel, Reading
-    from understudy.runtime.decision_trace import DecisionTrace
-    from understudy.runtime.engine.engine import Engine
-    from understudy.runtime.interpreter import Interpreter
-    from understudy.runtime.program import link
-    from understudy.runtime.run_loop import Run
-    from understudy.runtime.team.coordinator_body import CoordinatorBody
-    from understudy.runtime.team.team import Team
-    from understudy.sim.forage import Forage, ForageSettings
-    from understudy.sim.scenario.files import load_scenario
-    from understudy.sim.team.libraries import collect_libraries, make_coordinator_body, make_team
-    from understudy.sim.world import World
-    from understudy.storage.library_folder import open_library, save_automaton
-    from understudy.training.lesson_design import new_lesson
-    from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
-    from understudy.training.session import Session
-    from understudy.training.session_view import SessionView
-    from understudy.training.trainee import Mode
+    from understudy.analysis.evaluation import Evaluation as Evaluation
+    from understudy.analysis.evaluation import evaluate as evaluate
+    from understudy.errors import UnderstudyError as UnderstudyError
+    from understudy.learning.correction_diagnosis import CorrectionDiagnosis as CorrectionDiagnosis
+    from understudy.learning.correction_diagnosis import diagnose_correction as diagnose_correction
+    from understudy.learning.explain import Explanation as Explanation
+    from understudy.learning.explain import explain as explain
+    from understudy.learning.fit import learn as learn
+    from understudy.learning.fit import learn_automaton as learn_automaton
+    from understudy.learning.mislabels import find_mislabels as find_mislabels
+    from understudy.model.automaton import START as START
+    from understudy.model.automaton import Automaton as Automaton
+    from understudy.model.automaton import State as State
+    from understudy.model.behaviors import Behavior as Behavior
+    from understudy.model.behaviors import Command as Command
+    from understudy.model.behaviors import behavior as behavior
+    from understudy.model.behaviors import increment as increment
+    from understudy.model.behaviors import reset_counter as reset_counter
+    from understudy.model.behaviors import reset_timer as reset_timer
+    from understudy.model.behaviors import set_counter as set_counter
+    from understudy.model.behaviors import set_timer as set_timer
+    from understudy.model.binding import Binding as Binding
+    from understudy.model.binding import Target as Target
+    from understudy.model.features import BoundFeature as BoundFeature
+    from understudy.model.features import CounterFeature as CounterFeature
+    from understudy.model.features import Feature as Feature
+    from understudy.model.features import FlagFeature as FlagFeature
+    from understudy.model.features import TimeInState as TimeInState
+    from understudy.model.features import TimerFeature as TimerFeature
+    from understudy.model.features import feature as feature
+    from understudy.model.kinds import BOOLEAN as BOOLEAN
+    from understudy.model.kinds import TAU as TAU
+    from understudy.model.kinds import Categorical as Categorical
+    from understudy.model.kinds import Continuous as Continuous
+    from understudy.model.kinds import Toroidal as Toroidal
+    from understudy.model.lesson import Example as Example
+    from understudy.model.lesson import ExampleKind as ExampleKind
+    from understudy.model.lesson import LearnerOptions as LearnerOptions
+    from understudy.model.lesson import Lesson as Lesson
+    from understudy.model.lesson import SklearnOptions as SklearnOptions
+    from understudy.model.lesson import TreeOptions as TreeOptions
+    from understudy.model.library import Kit as Kit
+    from understudy.model.library import Library as Library
+    from understudy.model.library import TrainedAutomaton as TrainedAutomaton
+    from understudy.model.tree import Tree as Tree
+    from understudy.runtime.body import Body as Body
+    from understudy.runtime.body import Channel as Channel
+    from understudy.runtime.body import Reading as Reading
+    from understudy.runtime.decision_trace import DecisionTrace as DecisionTrace
+    from understudy.runtime.engine.engine import Engine as Engine
+    from understudy.runtime.interpreter import Interpreter as Interpreter
+    from understudy.runtime.program import link as link
+    from understudy.runtime.run_loop import Run as Run
+    from understudy.runtime.team.coordinator_body import CoordinatorBody as CoordinatorBody
+    from understudy.runtime.team.team import Team as Team
+    from understudy.sim.forage import Forage as Forage
+    from understudy.sim.forage import ForageSettings as ForageSettings
+    from understudy.sim.scenario.files import load_scenario as load_scenario
+    from understudy.sim.team.libraries import collect_libraries as collect_libraries
+    from understudy.sim.team.libraries import make_coordinator_body as make_coordinator_body
+    from understudy.sim.team.libraries import make_team as make_team
+    from understudy.sim.world import World as World
+    from understudy.storage.library_folder import open_library as open_library
+    from understudy.storage.library_folder import save_automaton as save_automaton
+    from understudy.training.lesson_design import new_lesson as new_lesson
+    from understudy.training.reaction_time import ReactionEstimate as ReactionEstimate
+    from understudy.training.reaction_time import estimate_reaction_time as estimate_reaction_time
+    from understudy.training.session import Session as Session
+    from understudy.training.session_view import SessionView as SessionView
+    from understudy.training.trainee import Mode as Mode
 
-_HOMES = {
-    "analysis.evaluation": (
-        "Evaluation",
-        "evaluate",
-    ),
-    "errors": ("UnderstudyError",),
-    "learning.correction_diagnosis": (
-        "CorrectionDiagnosis",
-        "diagnose_correction",
-    ),
-    "learning.explain": (
-        "Explanation",
-        "explain",
-    ),
-    "learning.fit": (
-        "learn",
-        "learn_automaton",
-    ),
-    "learning.mislabels": ("find_mislabels",),
-    "model.automaton": (
-        "START",
-        "Automaton",
-        "State",
-    ),
-    "model.behaviors": (
-        "Behavior",
-        "Command",
-        "behavior",
-        "increment",
-        "reset_counter",
-        "reset_timer",
-        "set_counter",
-        "set_timer",
-    ),
-    "model.binding": (
-        "Binding",
-        "Target",
-    ),
-    "model.features": (
-        "BoundFeature",
-        "CounterFeature",
-        "Feature",
-        "FlagFeature",
-        "TimeInState",
-        "TimerFeature",
-        "feature",
-    ),
-    "model.kinds": (
-        "BOOLEAN",
-        "TAU",
-        "Categorical",
-        "Continuous",
-        "Toroidal",
-    ),
-    "model.lesson": (
-        "Example",
-        "ExampleKind",
-        "LearnerOptions",
-        "Lesson",
-        "SklearnOptions",
-        "TreeOptions",
-    ),
-    "model.library": (
-        "Kit",
-        "Library",
-        "TrainedAutomaton",
-    ),
-    "model.tree": ("Tree",),
-    "runtime.body": (
-        "Body",
-        "Channel",
-        "Reading",
-    ),
-    "runtime.decision_trace": ("DecisionTrace",),
-    "runtime.engine.engine": ("Engine",),
-    "runtime.interpreter": ("Interpreter",),
-    "runtime.program": ("link",),
-    "runtime.run_loop": ("Run",),
-    "runtime.team.coordinator_body": ("CoordinatorBody",),
-    "runtime.team.team": ("Team",),
-    "sim.forage": (
-        "Forage",
-        "ForageSettings",
-    ),
-    "sim.scenario.files": ("load_scenario",),
-    "sim.team.libraries": (
-        "collect_libraries",
-        "make_coordinator_body",
-        "make_team",
-    ),
-    "sim.world": ("World",),
-    "storage.library_folder": (
-        "open_library",
-        "save_automaton",
-    ),
-    "training.lesson_design": ("new_lesson",),
-    "training.reaction_time": (
-        "ReactionEstimate",
-        "estimate_reaction_time",
-    ),
-    "training.session": ("Session",),
-    "training.session_view": ("SessionView",),
-    "training.trainee": ("Mode",),
+_MODULES = {
+    "Evaluation": "analysis.evaluation",
+    "evaluate": "analysis.evaluation",
+    "UnderstudyError": "errors",
+    "CorrectionDiagnosis": "learning.correction_diagnosis",
+    "diagnose_correction": "learning.correction_diagnosis",
+    "Explanation": "learning.explain",
+    "explain": "learning.explain",
+    "learn": "learning.fit",
+    "learn_automaton": "learning.fit",
+    "find_mislabels": "learning.mislabels",
+    "START": "model.automaton",
+    "Automaton": "model.automaton",
+    "State": "model.automaton",
+    "Behavior": "model.behaviors",
+    "Command": "model.behaviors",
+    "behavior": "model.behaviors",
+    "increment": "model.behaviors",
+    "reset_counter": "model.behaviors",
+    "reset_timer": "model.behaviors",
+    "set_counter": "model.behaviors",
+    "set_timer": "model.behaviors",
+    "Binding": "model.binding",
+    "Target": "model.binding",
+    "BoundFeature": "model.features",
+    "CounterFeature": "model.features",
+    "Feature": "model.features",
+    "FlagFeature": "model.features",
+    "TimeInState": "model.features",
+    "TimerFeature": "model.features",
+    "feature": "model.features",
+    "BOOLEAN": "model.kinds",
+    "TAU": "model.kinds",
+    "Categorical": "model.kinds",
+    "Continuous": "model.kinds",
+    "Toroidal": "model.kinds",
+    "Example": "model.lesson",
+    "ExampleKind": "model.lesson",
+    "LearnerOptions": "model.lesson",
+    "Lesson": "model.lesson",
+    "SklearnOptions": "model.lesson",
+    "TreeOptions": "model.lesson",
+    "Kit": "model.library",
+    "Library": "model.library",
+    "TrainedAutomaton": "model.library",
+    "Tree": "model.tree",
+    "Body": "runtime.body",
+    "Channel": "runtime.body",
+    "Reading": "runtime.body",
+    "DecisionTrace": "runtime.decision_trace",
+    "Engine": "runtime.engine.engine",
+    "Interpreter": "runtime.interpreter",
+    "link": "runtime.program",
+    "Run": "runtime.run_loop",
+    "CoordinatorBody": "runtime.team.coordinator_body",
+    "Team": "runtime.team.team",
+    "Forage": "sim.forage",
+    "ForageSettings": "sim.forage",
+    "load_scenario": "sim.scenario.files",
+    "collect_libraries": "sim.team.libraries",
+    "make_coordinator_body": "sim.team.libraries",
+    "make_team": "sim.team.libraries",
+    "World": "sim.world",
+    "open_library": "storage.library_folder",
+    "save_automaton": "storage.library_folder",
+    "new_lesson": "training.lesson_design",
+    "ReactionEstimate": "training.reaction_time",
+    "estimate_reaction_time": "training.reaction_time",
+    "Session": "training.session",
+    "SessionView": "training.session_view",
+    "Mode": "training.trainee",
 }
-_HOME = {name: home for home, names in _HOMES.items() for name in names}
-
-__all__ = [
-    "BOOLEAN",
-    "START",
-    "TAU",
-    "Automaton",
-    "Behavior",
-    "Binding",
-    "Body",
-    "BoundFeature",
-    "Categorical",
-    "Channel",
-    "Command",
-    "Continuous",
-    "CoordinatorBody",
-    "CorrectionDiagnosis",
-    "CounterFeature",
-    "DecisionTrace",
-    "Engine",
-    "Evaluation",
-    "Example",
-    "ExampleKind",
-    "Explanation",
-    "Feature",
-    "FlagFeature",
-    "Forage",
-    "ForageSettings",
-    "Interpreter",
-    "Kit",
-    "LearnerOptions",
-    "Lesson",
-    "Library",
-    "Mode",
-    "ReactionEstimate",
-    "Reading",
-    "Run",
-    "Session",
-    "SessionView",
-    "SklearnOptions",
-    "State",
-    "Target",
-    "Team",
-    "TimeInState",
-    "TimerFeature",
-    "Toroidal",
-    "TrainedAutomaton",
-    "Tree",
-    "TreeOptions",
-    "UnderstudyError",
-    "World",
-    "behavior",
-    "collect_libraries",
-    "diagnose_correction",
-    "estimate_reaction_time",
-    "evaluate",
-    "explain",
-    "feature",
-    "find_mislabels",
-    "increment",
-    "learn",
-    "learn_automaton",
-    "link",
-    "load_scenario",
-    "make_coordinator_body",
-    "make_team",
-    "new_lesson",
-    "open_library",
-    "reset_counter",
-    "reset_timer",
-    "save_automaton",
-    "set_counter",
-    "set_timer",
-]
+"""The module that each public name is in, within `understudy`: the imports above, for a program that runs."""
+__all__ = list(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name not in _MODULES:
         raise AttributeError(f"module 'understudy' has no attribute {name!r}")
-    module = import_module(f"understudy.{_HOME[name]}")
+    module = import_module(f"understudy.{_MODULES[name]}")
     value = getattr(module, name)
     globals()[name] = value
     return value
