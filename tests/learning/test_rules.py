@@ -10,7 +10,7 @@ from tests.learning.lessons import ABSENT, KINDS, tree_of
 from tests.learning.reference import Row
 
 from understudy.learning.fit import learn
-from understudy.learning.splits import Gap, compute_arc, compute_threshold, vote
+from understudy.learning.thresholds import Gap, compute_arc, compute_threshold, vote
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree
 

@@ -18,7 +18,7 @@ from understudy.robots.inputs import compute_ranges_and_bearings
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Reading
-from understudy.sim.kernels import motion
+from understudy.sim.kernels import collisions
 from understudy.sim.scenario.schema import ElapsedSensor, RandomSensor, RobotType, StallSensor
 
 X, Y = Reading("x", Continuous(), "m"), Reading("y", Continuous(), "m")
@@ -43,7 +43,7 @@ def test_stuck_is_who_gets_nowhere_for_a_second() -> None:
 
 
 def test_the_share_is_that_of_simulated_worlds() -> None:
-    assert NOWHERE == motion.STUCK
+    assert NOWHERE == collisions.STUCK
     for share, is_stuck in ((0.05, 1.0), (0.15, 0.0)):  # as when it slides along a wall
         path = [(0.3 * share * tick / 10, 0.0) for tick in range(14)]
         assert stuck(path, [0.3] * 14)[-1] == is_stuck

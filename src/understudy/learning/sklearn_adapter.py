@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, UnderstudyError, join_names
 from understudy.learning._split_kernels import WATCHED
-from understudy.learning.splits import vote
+from understudy.learning.thresholds import vote
 from understudy.learning.training_set import TrainingSet
 from understudy.model.automaton import Transition
 from understudy.model.kinds import Categorical, Kind, Toroidal

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
 from understudy.learning import _split_kernels
-from understudy.learning.splits import Gap, compute_arc, compute_threshold, vote
+from understudy.learning.thresholds import Gap, compute_arc, compute_threshold, vote
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 

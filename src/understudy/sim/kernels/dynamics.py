@@ -6,7 +6,7 @@ from typing import Any
 from understudy._jit_kernels import inlined, inner, int64, njit, uint64
 from understudy.sim.kernels.angles import TAU, compute_cosine_and_sine
 from understudy.sim.kernels.clearance import find_free_place
-from understudy.sim.kernels.motion import (
+from understudy.sim.kernels.collisions import (
     CLEAR,
     limit_by_disc,
     limit_by_fixed,

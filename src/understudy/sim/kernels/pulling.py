@@ -8,7 +8,7 @@ import math
 from typing import Any
 
 from understudy._jit_kernels import inner, njit
-from understudy.sim.kernels.motion import STUCK, limit_by_fixed
+from understudy.sim.kernels.collisions import STUCK, limit_by_fixed
 from understudy.sim.kernels.nearest import find_nearest_object
 
 FINE = 2.0**40  # as of boxes that are pushed

@@ -6,6 +6,7 @@ from understudy._jit_kernels import inlined, inner, njit_entry, uint64
 from understudy.kernel_cache import hash_kernel_sources
 from understudy.runtime.engine._pulse_kernels import pulse_agent
 from understudy.runtime.team._squad_kernels import run_world_coordinators
+from understudy.sim.kernels.collisions import move_robot, propose_step, slide_along_walls
 from understudy.sim.kernels.dynamics import (
     add_push,
     limit_by_boxes,
@@ -17,7 +18,6 @@ from understudy.sim.kernels.dynamics import (
     update_objects,
 )
 from understudy.sim.kernels.grid import count_cells, note_robot_cell, place_in_spot
-from understudy.sim.kernels.motion import move_robot, propose_step, slide_along_walls
 from understudy.sim.kernels.nearest import gather_object_places
 from understudy.sim.kernels.pulling import (
     follow_pulled_box,

@@ -1,4 +1,4 @@
-"""Kernels of motion: what each robot means to do in a tick, and how far the free gaps let it.
+"""Kernels of motion and collisions: where each robot means to go in a tick, and how far the free gaps let it.
 
 A step is limited by the gap to everything solid: along the line to the nearest point of it, robot and thing may
 together close the gap and no more. Since all solid things are convex, nothing overlaps and nothing tunnels,
