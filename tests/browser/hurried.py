@@ -8,7 +8,8 @@ from time import monotonic
 
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
-from understudy.ui.web.app import listen, serve
+from understudy.ui.web.access import listen
+from understudy.ui.web.app import serve
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
 

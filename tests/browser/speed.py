@@ -180,8 +180,9 @@ def serve_crowd(robots: int, folder: Path) -> None:
     from understudy.sim.kit import make_scenario_kit
     from understudy.sim.scenario.files import parse_scenario
     from understudy.ui.controller.training_plan import LessonChoices
+    from understudy.ui.web.access import listen
     from understudy.ui.web.actions import session
-    from understudy.ui.web.app import listen, serve
+    from understudy.ui.web.app import serve
     from understudy.ui.web.server import StudioServer
     from understudy.ui.web.session_host import SessionHost
 

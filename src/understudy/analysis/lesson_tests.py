@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import MappingProxyType
 
 from understudy.analysis.expectations import ExpectationResult, run_expectation
 from understudy.analysis.lesson_replay import LessonReplay, replay_lesson
-from understudy.errors import join_names
+from understudy.errors import UnderstudyError, join_names
+from understudy.learning.fit import learn
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.expectation import Expectation
 from understudy.model.lesson import Lesson, ReadingLog, SklearnOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.team.libraries import Libraries
 from understudy.storage.document import fingerprint_automaton
+from understudy.storage.library_folder import make_file_stem, read_document
 
 NOBODY: Libraries = MappingProxyType({})
 MOST_NAMED = 3
@@ -260,3 +263,27 @@ def _anew(replay: LessonReplay) -> str:
         for each in replay.changes[:MOST_CHANGES]
     )
     return f"at {total} of {replay.before} moments before presses it decides anew: {said}"
+
+
+def find_regressions_since_saved(
+    folder: Path, library: Library, taught: TrainedAutomaton, libraries: Libraries = NOBODY
+) -> tuple[str, ...]:
+    """What worked with the version in the folder and no longer does with this one, a sentence each: see
+    `find_regressions`.
+    """
+    return find_regressions(
+        library,
+        taught,
+        _read_former_version(folder / f"{make_file_stem(taught.automaton.name)}.json", library),
+        libraries,
+    )
+
+
+def _read_former_version(path: Path, library: Library) -> TrainedAutomaton | None:
+    """The version before; None where there is none, or none that could be compared with."""
+    if not path.exists():
+        return None
+    try:
+        return read_document(path, library.kit, learn).taught
+    except UnderstudyError:
+        return None  # saving keeps it as a former version, whatever is wrong with it

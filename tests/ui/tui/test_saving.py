@@ -12,9 +12,9 @@ from tests.ui.tui.desks import GOTO, Wall, plan
 from understudy.errors import SessionError
 from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import open_library
+from understudy.ui.controller.formatting import format_saved_message
 from understudy.ui.controller.lesson_actions import add_expectation_here
 from understudy.ui.controller.open_session import begin_session
-from understudy.ui.controller.save_report import format_saved_message
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import make_session_start
 

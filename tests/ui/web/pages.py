@@ -18,7 +18,8 @@ from starlette.testclient import TestClient, WebSocketTestSession
 
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
-from understudy.ui.web.app import listen, make_app
+from understudy.ui.web.access import listen
+from understudy.ui.web.app import make_app
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
 

@@ -18,7 +18,7 @@ from understudy.errors import SettingError
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.ui.web import clients
-from understudy.ui.web.app import is_loopback, listen
+from understudy.ui.web.access import is_loopback, listen
 from understudy.ui.web.clients import Client
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
@@ -126,9 +126,10 @@ def test_a_page_that_does_not_read_holds_up_nobody(tmp_path: Path) -> None:
 
     with Served(made) as address:
         waited, server_ms, frames = asyncio.run(drive(address))
-    # Medians, as a busy disk may hold up one press; a page that is waited for holds up all.
-    assert median(server_ms) < 50
-    assert median(waited) < 0.05
+    # A page that is waited for holds up every press until it is given up, after seconds; how quick a press is
+    # otherwise is measured by `understudy bench looks`.
+    assert median(server_ms) < 500
+    assert median(waited) < 0.5
     assert frames > 20
 
 

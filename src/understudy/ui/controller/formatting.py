@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import degrees, inf, isnan, nan, radians
+from pathlib import Path
 
 from understudy.errors import KindError
 from understudy.model.describe import ABSENT, around_zero, format_values, is_angle
@@ -12,6 +13,8 @@ from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, ExampleKind
 from understudy.training.session_view import SessionView
 
+MOST_SAID = 2
+"""How many regressions the message of a save names."""
 SPARKS = "▁▂▃▄▅▆▇█"
 
 
@@ -96,3 +99,13 @@ def format_targets(view: SessionView) -> str:
     """What the parameters stand for: "(A = station)", or nothing."""
     inside = ", ".join(f"{parameter} = {target}" for parameter, target in view.targets.items())
     return f"({inside})" if inside else ""
+
+
+def format_saved_message(path: Path, worse: tuple[str, ...]) -> str:
+    """That it is saved, and what no longer works."""
+    if not worse:
+        return f"Saved in {path}"
+    more = (
+        f"; and {len(worse) - MOST_SAID} more, which understudy test tells" if len(worse) > MOST_SAID else ""
+    )
+    return f"Saved in {path}, but something that worked no longer does: {'; '.join(worse[:MOST_SAID])}{more}"

@@ -11,6 +11,7 @@ from itertools import product
 from pathlib import Path
 from typing import Unpack
 
+from understudy.analysis.lesson_tests import find_regressions_since_saved
 from understudy.errors import SessionError
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
@@ -28,7 +29,6 @@ from understudy.ui.controller.coach import CoachController, pause_for_question
 from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.interrupted_sessions import is_same_lesson
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
-from understudy.ui.controller.save_report import find_regressions_since_saved, format_saved_message
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status
 from understudy.ui.controller.training_plan import LessonChoices
 
@@ -408,7 +408,7 @@ class Trainer:
         taught = self.session.make_trained_automaton()
         worse = find_regressions_since_saved(self.folder, self.session.library, taught)
         path = self.save_unchecked(taught)
-        return StatusMessage(format_saved_message(path, worse), "error" if worse else "recorded")
+        return StatusMessage(formatting.format_saved_message(path, worse), "error" if worse else "recorded")
 
     def save_unchecked(self, taught: TrainedAutomaton) -> Path:
         """Save the automaton into the library, keeping the former version, without another look at what it does."""

@@ -1,18 +1,14 @@
-"""The studio's server: decides who may connect, runs ticks by wall clock, updates every page, answers messages."""
+"""The studio's server: runs the host's ticks by wall clock, updates every page, and answers their messages."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Collection
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
-from secrets import compare_digest
 from time import monotonic, perf_counter
-from urllib.parse import urlsplit
 
 import msgspec
 from msgspec import UNSET, UnsetType
-from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy.errors import SessionError
@@ -276,26 +272,6 @@ class StudioServer:
             for viewer in self.viewers:
                 viewer.show(news=_encode(_to(shown, directs=True)) if viewer is director else watching)
         return shown
-
-
-def find_connection_problem(
-    caller: HTTPConnection, token: str | None, hosts: Collection[str] | None
-) -> str | None:
-    """Return why a caller may not connect, or None.
-
-    Refused are pages of another site, calls by a name that is not in `hosts` (None: any name will do), and calls
-    without `token` (None: none is asked for).
-    """
-    host = caller.headers.get("host", "")
-    if hosts is not None and (urlsplit(f"//{host}").hostname or "") not in hosts:
-        return "the studio is not called by this name"
-    origin = caller.headers.get("origin")
-    if origin is not None and urlsplit(origin).netloc != host:
-        return "a page of another site may not connect"
-    given = caller.query_params.get("token", "")
-    if token is not None and not compare_digest(given.encode(), token.encode()):
-        return "the token is missing or wrong: open the link that the studio printed"
-    return None
 
 
 def _to(shown: SessionNewsData, *, directs: bool) -> SessionNewsData:

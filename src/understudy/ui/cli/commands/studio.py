@@ -45,7 +45,8 @@ def start_studio(
     from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import choose_scenario_name, find_kit, open_scenario
     from understudy.ui.cli.output import compile_once
-    from understudy.ui.web.app import listen, serve
+    from understudy.ui.web.access import listen
+    from understudy.ui.web.app import serve
     from understudy.ui.web.server import StudioServer
     from understudy.ui.web.session_host import SessionHost
     from understudy.ui.web.views.library import check_folder

@@ -15,7 +15,12 @@ from understudy.analysis.evaluation import (
     find_success_flag,
     link_for_evaluation,
 )
-from understudy.analysis.lesson_tests import LessonTestResult, list_dependencies, run_lesson_test
+from understudy.analysis.lesson_tests import (
+    LessonTestResult,
+    find_regressions_since_saved,
+    list_dependencies,
+    run_lesson_test,
+)
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
@@ -28,7 +33,6 @@ from understudy.storage.library_folder import list_versions, load_version
 from understudy.training.other_agents import SessionSnapshot
 from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.lesson_actions import preview_pruning
-from understudy.ui.controller.save_report import find_regressions_since_saved
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.review import (

@@ -1,0 +1,103 @@
+"""Who may connect to the studio, and on which address it listens."""
+
+from __future__ import annotations
+
+import errno
+import ipaddress
+import socket
+from collections.abc import Collection
+from dataclasses import dataclass
+from secrets import compare_digest, token_urlsafe
+from urllib.parse import urlsplit
+
+from starlette.requests import HTTPConnection
+
+from understudy.errors import SettingError
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+PORT = 8437
+TRIES = 100
+EVERYWHERE = ("0.0.0.0", "::")
+"""All addresses of this machine; a link to it says its name."""
+
+
+@dataclass(frozen=True)
+class ListenAddress:
+    """Where the studio listens; `token` is what it asks for, None on this machine's own address."""
+
+    listener: socket.socket
+    host: str
+    token: str | None
+
+    @property
+    def port(self) -> int:
+        """The port, which may be another than was asked for."""
+        port: int = self.listener.getsockname()[1]
+        return port
+
+    @property
+    def link(self) -> str:
+        """What to open in a browser."""
+        host = socket.gethostname() if self.host in EVERYWHERE else self.host
+        host = f"[{host}]" if ":" in host else host
+        return f"http://{host}:{self.port}/" + (f"?token={self.token}" if self.token else "")
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine can reach an address."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def listen(host: str, port: int, token: str | None) -> ListenAddress:
+    """Take the port, or the next free one; other machines need a token."""
+    if not token:
+        token = None if is_loopback(host) else token_urlsafe(18)
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    for each in range(port, min(port + TRIES, 65536)) if port else [0]:
+        # That it is TCP has to be said for asyncio to send at once: otherwise answers wait for the page to
+        # acknowledge what was sent before, which it may put off for 40 ms.
+        listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((host, each))
+            listener.listen(128)
+        except OSError as error:
+            listener.close()
+            if not _taken(error):
+                raise _wrong(
+                    "--host", f"is {host!r}: {error.strerror or error}", "give an address"
+                ) from error
+        else:
+            return ListenAddress(listener, host, token)
+    raise _wrong("--port", f"and the {TRIES} after it are taken from {port} on", "give another")
+
+
+def _taken(error: OSError) -> bool:
+    return error.errno in (errno.EADDRINUSE, errno.EACCES)
+
+
+def _wrong(setting: str, problem: str, remedy: str) -> SettingError:
+    return SettingError(where="understudy studio", setting=setting, problem=problem, remedy=remedy)
+
+
+def find_connection_problem(
+    caller: HTTPConnection, token: str | None, hosts: Collection[str] | None
+) -> str | None:
+    """Return why a caller may not connect, or None.
+
+    Refused are pages of another site, calls by a name that is not in `hosts` (None: any name will do), and calls
+    without `token` (None: none is asked for).
+    """
+    host = caller.headers.get("host", "")
+    if hosts is not None and (urlsplit(f"//{host}").hostname or "") not in hosts:
+        return "the studio is not called by this name"
+    origin = caller.headers.get("origin")
+    if origin is not None and urlsplit(origin).netloc != host:
+        return "a page of another site may not connect"
+    given = caller.query_params.get("token", "")
+    if token is not None and not compare_digest(given.encode(), token.encode()):
+        return "the token is missing or wrong: open the link that the studio printed"
+    return None
