@@ -7,7 +7,7 @@ from copy import copy
 import pytest
 
 from understudy.errors import FileError, UnderstudyError, UnknownName
-from understudy.robots.ros.transport import ExtraMissing
+from understudy.extras import ExtraMissing
 
 MADE = [
     UnknownName(what="reading", name="x", where="here", known=["y"]),

@@ -78,6 +78,9 @@ if TYPE_CHECKING:
     from understudy.training.session_view import SessionView as SessionView
     from understudy.training.trainee import Mode as Mode
 
+__version__ = "0.2.0.dev0"
+"""The version of this program; the distribution takes it from here."""
+
 _MODULES = {
     "Evaluation": "analysis.evaluation",
     "evaluate": "analysis.evaluation",

@@ -12,14 +12,13 @@ import pytest
 from tests.robots.rovers import ROVER, Wire
 from tests.ui.cli.commands import ROOT
 
-from understudy.robots.camera.opencv import import_opencv
+from understudy.extras import ExtraMissing, import_opencv
 from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.transport import ExtraMissing
 
 EXTRAS = ("cyclonedds", "rosbags", "mcap", "cv2", "mujoco", "zenoh")
 WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({EXTRAS}))\n"
-RECORDING, ROS = "a recording needs what is not installed here", "pip install 'understudy[ros2]'"
+RECORDING, ROS = "a recording needs an extra that is not installed", "pip install 'understudy-robots[ros2]'"
 CASES = [
     (["robots", "check", "{robot}"], ROS),
     (["robots", "stop", "{robot}"], ROS),
@@ -28,7 +27,7 @@ CASES = [
     (["studio", "--robot", "{robot}", "--no-browser"], RECORDING),
     (["run", "--replay", "{robot}"], RECORDING),
     (["learn", "--recording", "{robot}"], RECORDING),
-    (["robots", "color", "{folder}", "--name", "ball"], "pip install 'understudy[camera]'"),
+    (["robots", "color", "{folder}", "--name", "ball"], "pip install 'understudy-robots[camera]'"),
 ]
 
 
@@ -70,6 +69,6 @@ def test_a_camera_without_opencv_is_not_a_mistake_in_the_file(monkeypatch: pytes
     import_opencv.cache_clear()
     seen = '[camera]\ntopic = "image"\ntype = "sensor_msgs/msg/Image"\nview_deg = 60\n'
     color = "[camera.colors]\nball = { hue_deg = [10, 30], saturation = [0.4, 1], value = [0.1, 1] }\n"
-    with pytest.raises(ExtraMissing, match=r"^a camera needs what .* 'understudy\[camera\]'$"):
+    with pytest.raises(ExtraMissing, match=r"^a camera needs an extra .* 'understudy-robots\[camera\]'$"):
         SensorInputs(parse_robot(ROVER + seen + color), Wire())
     import_opencv.cache_clear()

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from tests.sim.laws import pieces
 from tests.sim.random_scenarios import made, random_commands, random_world
-from tests.sim.test_motion import drive
+from tests.sim.test_collisions import drive
 
 from understudy.model.features import ReadingKey
 from understudy.runtime.body import list_reading_keys

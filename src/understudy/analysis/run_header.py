@@ -12,6 +12,7 @@ import msgspec
 
 from understudy.analysis.run_trace import PARQUET, TraceRow
 from understudy.errors import FileError, SettingError
+from understudy.extras import format_install_command
 from understudy.robots.recording.header import RunInfo
 from understudy.runtime.program import Child, Instance
 from understudy.runtime.team.team import Team
@@ -130,7 +131,7 @@ def _parquet(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
         duckdb = import_module("duckdb")
     except ImportError:
         problem = "it is Parquet, which needs DuckDB"
-        raise _no_trace(path, problem, "pip install 'understudy[parquet]'") from None
+        raise _no_trace(path, problem, format_install_command("parquet")) from None
     with duckdb.connect() as database, path.open("rb"):
         try:
             about = database.execute(

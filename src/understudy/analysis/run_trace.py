@@ -17,6 +17,7 @@ import msgspec
 import numpy as np
 
 from understudy.errors import SettingError
+from understudy.extras import format_install_command
 from understudy.sim.view import WorldView
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
 
@@ -140,7 +141,7 @@ def _duckdb(path: Path) -> Any:
     try:
         return import_module("duckdb")
     except ImportError as missing:
-        remedy = f"pip install 'understudy[parquet]', or name a file that ends in {LINES}"
+        remedy = f"{format_install_command('parquet')}, or name a file that ends in {LINES}"
         problem = "is Parquet, which needs DuckDB"
         raise SettingError(
             where="trace", setting=repr(str(path)), problem=problem, remedy=remedy

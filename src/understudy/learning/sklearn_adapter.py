@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, UnderstudyError, join_names
+from understudy.extras import format_install_command
 from understudy.learning._split_kernels import WATCHED
 from understudy.learning.thresholds import vote
 from understudy.learning.training_set import TrainingSet
@@ -75,7 +76,7 @@ class SklearnMissing(UnderstudyError, json_type="ScikitMissing"):
         self.classifier = classifier
         super().__init__(
             f"this lesson is learned with {classifier} of scikit-learn, which is not installed; "
-            "install it with: pip install 'understudy[sklearn]'"
+            f"install it with: {format_install_command('sklearn')}"
         )
 
 

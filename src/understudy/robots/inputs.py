@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 from understudy.errors import FileError, UnderstudyError
+from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
 from understudy.robots.camera.config import CAMERA, CameraSpec
 from understudy.robots.camera.live_camera import LiveCamera
 from understudy.robots.robot_file import RobotFile, TargetPlaceSpec
 from understudy.robots.ros.fields import BEARING, SCAN, Extract, make_extractor, make_position_extractor
 from understudy.robots.ros.messages import MessageRefused, decode_message
-from understudy.robots.ros.transport import ExtraMissing, Transport
+from understudy.robots.ros.transport import Transport
 from understudy.runtime.body import Reading
 from understudy.sim.scenario.toml_decode import DecodeProblem
 from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS

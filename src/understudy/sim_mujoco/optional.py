@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from understudy.errors import UnderstudyError
-from understudy.robots.ros.transport import ExtraMissing
+from understudy.extras import ExtraMissing
 
 
 class RenderingUnavailable(UnderstudyError, json_type="NoDrawing"):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from understudy.extras import format_install_command
 from understudy_lab.baselines.compare import (
     BUDGETS,
     CHOSEN,
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TEACHINGS = range(55_000, 55_020)
-INSTALL = "pip install 'understudy[baselines]'"
+INSTALL = format_install_command("baselines")
 MODULES = {"scikit-learn": "sklearn", "PyTorch": "torch"}
 AT, AHEAD, WORST = 100, 30.0, ("forage", "servoing")
 """At so many decisions, so many percentage points ahead of the best net, on these."""

@@ -10,6 +10,7 @@ from time import perf_counter
 from typing import Any, Protocol
 
 from understudy.errors import UnderstudyError
+from understudy.extras import format_install_command
 
 Row = dict[str, Any]
 
@@ -20,7 +21,7 @@ class PeerMissing(UnderstudyError, json_type="PeerMissing"):
     def __init__(self, *, peer: str, extra: str = "bench") -> None:
         self.peer = peer
         super().__init__(
-            f"the comparison needs {peer}, not installed here; install it with: pip install 'understudy[{extra}]'"
+            f"the comparison needs {peer}, not installed here; install it with: {format_install_command(extra)}"
         )
 
 

@@ -20,6 +20,7 @@ from time import perf_counter
 from typing import Any
 
 from understudy.errors import UnderstudyError
+from understudy.extras import format_install_command
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target
@@ -164,7 +165,7 @@ def _peer() -> _PyTreesForager:
     except ImportError:
         raise UnderstudyError(
             "the comparison needs py_trees, which is not installed; "
-            "install it with: pip install 'understudy[bench]'"
+            f"install it with: {format_install_command('bench')}"
         ) from None
 
 

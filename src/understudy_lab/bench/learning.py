@@ -17,6 +17,7 @@ from understudy.analysis.lesson_replay import replay_lesson
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.uncertainty import UncertaintyModel
 from understudy.errors import UnderstudyError
+from understudy.extras import format_install_command
 from understudy.learning.change_attribution import attribute_condition_changes
 from understudy.learning.correction_diagnosis import diagnose_correction
 from understudy.learning.explain import explain
@@ -54,7 +55,7 @@ def run() -> dict[str, Any]:
     except ImportError:
         raise UnderstudyError(
             "the comparison needs scikit-learn, which is not installed; "
-            "install it with: pip install 'understudy[bench]'"
+            f"install it with: {format_install_command('bench')}"
         ) from None
     began = perf_counter()
     compile_tree_kernels()

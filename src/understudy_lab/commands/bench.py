@@ -9,6 +9,7 @@ from typing import Any
 
 import typer
 
+from understudy.extras import format_install_command
 from understudy.ui.cli.options import Json
 
 app = typer.Typer(help="Measure speed beside peers, in one run on this machine.", invoke_without_command=True)
@@ -200,7 +201,7 @@ def _speeds(result: dict[str, Any]) -> None:
     make_console().print(goals)
     for peer in result.get("missing", ()):
         extra = "bench-vmas" if "VMAS" in peer else "bench"
-        make_console().print(f"Not measured: {peer}. Install it with: pip install 'understudy\\[{extra}]'")
+        print(f"Not measured: {peer}. Install it with: {format_install_command(extra)}")
 
 
 def short(number: float) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from understudy.extras import format_install_command
 from understudy_lab.figures import COLORS, panels
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 from understudy_lab.unlearning.correct import CORRECTIONS, LEARNERS, compare_with_unlearning
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 REPEATS = range(61_000, 61_100)
 """The seeds of the published result: the method was tuned on seeds below 10 000."""
-INSTALL = "pip install 'understudy[sklearn]'"
+INSTALL = format_install_command("sklearn")
 NAMED = 6
 """So many settings that are not better are told by name."""
 BEATS, WORST, FOUND, LOST = 0.8, -0.01, 0.6, 0.1

@@ -38,7 +38,7 @@ def squares(*, share: float = 1.0) -> Study:
         conclude=conclude,  # type: ignore[arg-type]
         draw=lambda rows: panels()[0],
         worlds=(),
-        needs={"no_such_module": "pip install 'understudy[none]'"},
+        needs={"no_such_module": "pip install 'understudy-robots[none]'"},
     )
 
 
@@ -67,7 +67,7 @@ def test_all_are_listed() -> None:
 def test_as_published(here: Path) -> None:
     done = run("experiment", "forage", "--jobs", "1")
     assert done.exit_code == 0, done.output
-    assert "'understudy[none]'" in done.output
+    assert "'understudy-robots[none]'" in done.output
     assert "of [2]" in done.output
     assert {path.name for path in (here / "results" / "forage").iterdir()} == {
         "result.json", "figure.svg", "rows.jsonl",

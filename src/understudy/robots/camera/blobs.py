@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
+from understudy.extras import import_opencv
 from understudy.model.features import ReadingKey
 from understudy.robots.camera.color import Color, check_color, make_hsv_bounds
-from understudy.robots.camera.opencv import import_opencv
 
 Image: TypeAlias = NDArray[np.uint8]
 """Red, green and blue [H, W, 3]."""

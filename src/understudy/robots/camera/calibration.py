@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
+from understudy.extras import import_opencv
 from understudy.robots.camera.blobs import BlobDetector, Image, Mask
 from understudy.robots.camera.color import CIRCLE_DEG, STEPS, Color
-from understudy.robots.camera.opencv import import_opencv
 
 Pixels: TypeAlias = NDArray[np.uint8]
 """Red, green and blue [K, 3]."""

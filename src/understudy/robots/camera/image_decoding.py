@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import UnderstudyError, join_names
+from understudy.extras import import_opencv
 from understudy.robots.camera.blobs import Image
-from understudy.robots.camera.opencv import import_opencv
 
 Size: TypeAlias = tuple[int, int]
 """Width and height, pixels."""

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from understudy.errors import SettingError
+from understudy.extras import import_opencv
 from understudy.model.features import ReadingKey
 from understudy.robots.camera.blobs import BlobDetector, Image
 from understudy.robots.camera.calibration import PixelPoint, calibrate_from_clicks
 from understudy.robots.camera.color import Color
 from understudy.robots.camera.config import CameraSpec, check_color_name
 from understudy.robots.camera.image_decoding import decode_compressed_image, decode_image
-from understudy.robots.camera.opencv import import_opencv
 
 KEPT = 40
 """Images that can still be clicked into: a person looks at one for a moment."""

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
 from understudy.robots.ros.messages import decode_message, encode_message, load_typestore, make_message
-from understudy.robots.ros.transport import ExtraMissing
 
 READING, READINGS = "understudy_msgs/msg/Reading", "understudy_msgs/msg/Readings"
 STATES, TRANSITION = "understudy_msgs/msg/States", "understudy_msgs/msg/Transition"

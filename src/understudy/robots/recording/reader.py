@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import FileError, SettingError, UnderstudyError
+from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
 from understudy.robots.recording.header import METADATA, RecordingHeader, decode_header
@@ -27,7 +28,6 @@ from understudy.robots.recording.message_types import (
 from understudy.robots.recording.recorder import PRESSES, STEPS, TOPICS
 from understudy.robots.ros.messages import MessageRefused, decode_message
 from understudy.robots.ros.state_topic import resolve_topic_name
-from understudy.robots.ros.transport import ExtraMissing
 
 PRESS, TEST, TRAIN, RESTART, GO_ON = "press", "test", "train", "restart", "resume"
 """What a step of a session can be."""

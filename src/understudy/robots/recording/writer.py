@@ -14,10 +14,10 @@ from threading import Lock, Thread
 from typing import IO, Any, NamedTuple
 
 from understudy.errors import FileError
+from understudy.extras import ExtraMissing
 from understudy.robots.recording.header import METADATA
 from understudy.robots.recording.message_types import format_type_definition
 from understudy.robots.ros.messages import is_known_type
-from understudy.robots.ros.transport import ExtraMissing
 
 PROFILE, LIBRARY = "ros2", "understudy"
 CHUNK_S = 1.0

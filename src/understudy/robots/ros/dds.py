@@ -10,6 +10,7 @@ from functools import cache
 from threading import Lock, Thread
 from typing import Any
 
+from understudy.extras import ExtraMissing
 from understudy.robots.ros.messages import (
     ARRAY,
     BASE,
@@ -20,7 +21,7 @@ from understudy.robots.ros.messages import (
     list_message_fields,
     list_type_releases,
 )
-from understudy.robots.ros.transport import ExtraMissing, Publish, Publisher, Received, Unreachable
+from understudy.robots.ros.transport import Publish, Publisher, Received, Unreachable
 
 PREFIX = "rt"
 """What ROS 2 puts before the names of topics, as against services."""

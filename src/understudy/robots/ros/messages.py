@@ -7,7 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from understudy.errors import UnderstudyError
-from understudy.robots.ros.transport import ExtraMissing
+from understudy.extras import ExtraMissing
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore

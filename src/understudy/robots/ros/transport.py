@@ -40,14 +40,6 @@ class Transport(Protocol):
         ...
 
 
-class ExtraMissing(UnderstudyError, json_type="ExtraMissing"):
-    """Something needs an extra that is not installed."""
-
-    def __init__(self, *, what: str, extra: str) -> None:
-        self.what, self.extra = what, extra
-        super().__init__(f"{what} needs what is not installed here; pip install 'understudy[{extra}]'")
-
-
 class Unreachable(UnderstudyError, json_type="Unreachable"):
     """A transport that cannot be joined."""
 

@@ -13,6 +13,7 @@ from hashlib import blake2b
 from threading import Event, RLock, Thread, main_thread
 from typing import Any, Literal, NamedTuple, TypeAlias
 
+from understudy.extras import ExtraMissing
 from understudy.robots.ros.messages import (
     LONGEST_IMAGE,
     convert_to_dds_name,
@@ -20,7 +21,7 @@ from understudy.robots.ros.messages import (
     list_type_releases,
     load_typestore,
 )
-from understudy.robots.ros.transport import ExtraMissing, Publish, Publisher, Received, Unreachable
+from understudy.robots.ros.transport import Publish, Publisher, Received, Unreachable
 
 EndpointKind: TypeAlias = Literal["MP", "MS"]
 """Who a token stands for: one that publishes messages, or one that subscribes to them."""

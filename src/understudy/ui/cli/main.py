@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from understudy import __version__
 from understudy.ui.cli.commands import (
     advise,
     diff,
@@ -39,12 +40,7 @@ app = typer.Typer(
 
 def _version(asked: bool) -> None:
     if asked:
-        from importlib.metadata import PackageNotFoundError, version
-
-        try:
-            typer.echo(f"understudy {version('understudy')}")
-        except PackageNotFoundError:
-            typer.echo("understudy, from a folder where it is not installed")
+        typer.echo(f"understudy {__version__}")
         raise typer.Exit
 
 

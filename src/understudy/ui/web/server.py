@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import suppress
-from importlib.metadata import PackageNotFoundError, version
 from time import monotonic, perf_counter
 
 import msgspec
 from msgspec import UNSET, UnsetType
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
+from understudy import __version__
 from understudy.errors import SessionError
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST, WallClock
@@ -138,7 +138,7 @@ class StudioServer:
             self.host.robots.disarm(LEFT_ROBOTS)  # it comes again since its connection was lost
         scene, library = self._see_rebuilt()
         directs = viewer is self.viewers.director
-        hello = HelloData(version=_version(), key=viewer.key, directs=directs, scene=scene)
+        hello = HelloData(version=__version__, key=viewer.key, directs=directs, scene=scene)
         viewer.send_reply(_encode(hello))
         shown = self._show_session(library)
         viewer.show(news=_encode(_to(shown, directs=directs)), frame=self.host.frame())
@@ -297,10 +297,3 @@ def _stops(text: str | bytes) -> bool:
         return isinstance(text, str) and isinstance(m.parse_message(text), m.EmergencyStop)
     except m.InvalidMessage:
         return False
-
-
-def _version() -> str:
-    try:
-        return version("understudy")
-    except PackageNotFoundError:
-        return "unknown"
