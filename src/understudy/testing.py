@@ -25,6 +25,7 @@ from understudy.model.kinds import Column, Kind
 from understudy.runtime.body import Body, Commands, Rewindable, list_reading_keys
 
 TICKS = 60
+__all__ = ["LawBroken", "check_behavior", "check_body", "check_feature", "check_world"]
 
 
 class LawBroken(UnderstudyError, json_type="LawBroken"):
