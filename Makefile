@@ -20,7 +20,7 @@ endif
 
 PIP_INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo studio page protocol test soak bench experiments docs format lock clean moved
+.PHONY: help demo studio page protocol test soak bench experiments docs dist format lock clean moved
 .NOTPARALLEL:
 
 help: ## list the targets
@@ -55,9 +55,16 @@ bench: $(VENV)/.bench ## measure, beside the peers of the bench extra
 experiments: $(VENV)/.dev ## a small part of every published experiment, compared with what was published
 	$(BIN)/understudy experiment all --quick $(ARGS)
 
-docs: $(VENV)/.docs ## build the documentation site into site/; a warning fails the build
+docs: $(VENV)/.release ## build the documentation site into site/; a warning fails the build
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --builder html docs site
 	@echo "Open site/index.html"
+
+dist: $(VENV)/.release ## build wheel and sdist into dist/, check them, and try both in empty environments
+	rm -rf dist
+	$(BIN)/python -m hatchling build
+	$(BIN)/twine check --strict dist/*
+	$(BIN)/check-wheel-contents dist/*.whl
+	$(BIN)/python tools/smoke_test.py dist
 
 format: $(VENV)/.dev ## put the source in order
 	$(BIN)/ruff check --fix
@@ -72,7 +79,7 @@ lock: ## lock what pyproject.toml asks for, keeping versions that still fit (ARG
 	$(COMPILE) --output-file requirements.lock
 	$(COMPILE) --extra dev --constraints requirements.lock --output-file requirements-dev.lock
 	$(COMPILE) --extra dev --extra bench --constraints requirements-dev.lock --output-file requirements-bench.lock
-	$(COMPILE) --extra dev --extra docs --constraints requirements-dev.lock --output-file requirements-docs.lock
+	$(COMPILE) --extra dev --extra release --constraints requirements-dev.lock --output-file requirements-release.lock
 
 clean: ## remove everything that make made here
 	rm -rf $(VENV) build dist site docs/reference/api docs/reference/studies .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis page/node_modules
@@ -100,7 +107,7 @@ $(VENV)/.bench: $(VENV)/.dev requirements-bench.lock
 	@$(PIP_INSTALL) --require-hashes -r requirements-bench.lock
 	@touch $@
 
-$(VENV)/.docs: $(VENV)/.dev requirements-docs.lock
-	@echo "Installing requirements-docs.lock into $(VENV) (once)"
-	@$(PIP_INSTALL) --require-hashes -r requirements-docs.lock
+$(VENV)/.release: $(VENV)/.dev requirements-release.lock
+	@echo "Installing requirements-release.lock into $(VENV) (once)"
+	@$(PIP_INSTALL) --require-hashes -r requirements-release.lock
 	@touch $@

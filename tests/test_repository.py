@@ -14,7 +14,7 @@ from understudy.kernel_cache import KERNELS
 
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
-LOCKS = ("requirements.lock", "requirements-dev.lock", "requirements-bench.lock", "requirements-docs.lock")
+LOCKS = ("requirements.lock", "requirements-dev.lock", "requirements-bench.lock", "requirements-release.lock")
 PIN = re.compile(r"^(?P<name>[A-Za-z0-9._-]+)==(?P<version>\S+)( ; .+)? \\$")
 HASH = re.compile(r"^    --hash=sha256:[0-9a-f]{64}( \\)?$")
 MAX_LINES = 500
@@ -122,7 +122,9 @@ def test_lock_holds_pins_and_hashes_only(lock: str) -> None:
 def test_each_lock_holds_the_one_before() -> None:
     """`make demo`, `make test` and `make bench` share one environment."""
     assert pins("requirements.lock") <= pins("requirements-dev.lock")
-    assert pins("requirements-dev.lock") <= pins("requirements-bench.lock") & pins("requirements-docs.lock")
+    assert pins("requirements-dev.lock") <= pins("requirements-bench.lock") & pins(
+        "requirements-release.lock"
+    )
 
 
 def test_locks_hold_what_the_project_asks_for() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isclose
@@ -14,7 +15,8 @@ import msgspec
 from understudy.storage.atomic_write import convert_os_errors, write_atomically
 from understudy_lab.study import Row, Study, StudyFindings, folder_of
 
-EXPECTED = "expected.json"
+EXPECTED = ("expected.json", "expected.json.gz")
+"""The published result in a study's folder; compressed where it would be larger than a megabyte in the wheel."""
 CLOSE = 1e-6
 """Machines differ in their last digits; counts must agree."""
 NEAR, ENOUGH = 0.2, 10
@@ -34,24 +36,29 @@ class StudyResult:
 
 
 def save(result: StudyResult, path: Path) -> None:
-    """Put a result in a file, a row a line."""
+    """Put a result in a file, a row a line; compressed where its name ends in `.gz`."""
     head = msgspec.json.format(msgspec.json.encode(replace(result, rows=[])), indent=1)
     rows = b",\n".join(msgspec.json.encode(row) for row in result.rows)
     with convert_os_errors(path, "writing the result"):
-        write_atomically(path, head.replace(b'"rows": []', b'"rows": [\n' + rows + b"\n ]") + b"\n")
+        text = head.replace(b'"rows": []', b'"rows": [\n' + rows + b"\n ]") + b"\n"
+        write_atomically(path, gzip.compress(text, mtime=0) if path.suffix == ".gz" else text)
 
 
 def load_published(name: str) -> StudyResult | None:
     """The published result; None where there is none yet."""
-    path = folder_of(name) / EXPECTED
-    if not path.is_file():
-        return None
-    return read(path)
+    path = find_published(name)
+    return None if path is None else read(path)
+
+
+def find_published(name: str) -> Path | None:
+    """Find the file of an experiment's published result; None where there is none yet."""
+    return next((path for each in EXPECTED if (path := folder_of(name) / each).is_file()), None)
 
 
 def read(path: Path) -> StudyResult:
     """A result out of a file."""
-    return msgspec.json.decode(path.read_bytes(), type=StudyResult)
+    data = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
+    return msgspec.json.decode(data, type=StudyResult)
 
 
 def differences(rows: Sequence[Row], known: StudyResult, experiment: Study) -> list[str]:

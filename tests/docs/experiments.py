@@ -11,7 +11,7 @@ from textwrap import fill
 from tests.docs.pages import ROOT
 
 from understudy_lab import figures
-from understudy_lab.results import StudyResult, load_published
+from understudy_lab.results import StudyResult, find_published, load_published
 from understudy_lab.study import FOLDERS, QUESTIONS, ResultTable, StudyFindings, find_experiment
 
 PAGE = ROOT / "docs" / "experiments.md"
@@ -54,7 +54,9 @@ def told(result: StudyResult) -> Iterator[str]:
     for note in findings.notes:
         yield from wrapped(note)
     where = f"../src/understudy_lab/{FOLDERS.get(result.experiment, result.experiment)}"
-    yield f"[How it is done]({where}/README.md),\n[all rows]({where}/expected.json)\n"
+    kept = find_published(result.experiment)
+    assert kept is not None
+    yield f"[How it is done]({where}/README.md),\n[all rows]({where}/{kept.name})\n"
 
 
 def wrapped(text: str) -> Iterator[str]:
