@@ -92,7 +92,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
 def test_parquet_needs_duckdb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "duckdb", None)
     opening = write_trace(tmp_path / "run.parquet", **ABOUT)
-    with pytest.raises(SettingError, match=r"understudy\[parquet\]"), opening:
+    with pytest.raises(SettingError, match=r"understudy-robots\[parquet\]"), opening:
         pass
     assert not list(tmp_path.iterdir())
 

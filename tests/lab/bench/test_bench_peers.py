@@ -150,5 +150,5 @@ def _beams(place: Column, ways: Column, obstacles: Column, side: float) -> Colum
 @pytest.mark.parametrize("module", ["mesa", "torch"])
 def test_a_missing_peer_says_how_to_get_it(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(PeerMissing, match=r"understudy\[bench(-vmas)?\]"):
+    with pytest.raises(PeerMissing, match=r"understudy-robots\[bench(-vmas)?\]"):
         MesaBase(10) if module == "mesa" else VmasBase(10, worlds=1, threads=1)
