@@ -88,7 +88,7 @@ def test_what_is_not_allowed_is_refused() -> None:
 
 def test_without_scikit_learn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "sklearn.svm", None)
-    with pytest.raises(UnderstudyError, match=r"understudy\[sklearn\]"):
+    with pytest.raises(UnderstudyError, match=r"understudy-robots\[sklearn\]"):
         learn(taught("SVC"))
 
 
