@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 import typer
-from tests.docs import renew
+from tests.docs import command_line, renew
 from tests.docs.pages import PAGES, ROOT, Block, anchors, blocks, commands, links, said
 
 from understudy.model.library import Library
@@ -58,6 +58,11 @@ def test_the_index_names_every_page() -> None:
     assert {page.name for page in PAGES if page.parent == index.parent} - {"README.md", "index.md"} <= set(
         links(index)
     )
+
+
+def test_the_reference_of_the_command_line_is_up_to_date() -> None:
+    """If not: python -m tests.docs.command_line."""
+    assert command_line.PAGE.read_text(encoding="utf-8") == command_line.make_page()
 
 
 COMMANDS = sorted({command for page in PAGES for command in commands(page)})
