@@ -20,11 +20,11 @@ endif
 
 PIP_INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo studio page protocol test soak bench experiments docs dist format lock clean moved
+.PHONY: help demo studio page protocol test test-all soak bench experiments docs dist format lock clean moved
 .NOTPARALLEL:
 
 help: ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## /\1 /p' $(MAKEFILE_LIST) | while read -r target what; do \
+	@sed -n 's/^\([a-z-]*\):.*## /\1 /p' $(MAKEFILE_LIST) | while read -r target what; do \
 		printf '  make %-12s %s\n' "$$target" "$$what"; done
 
 demo: $(VENV)/.run ## train a robot to forage, and see how well it learned (ARGS="--seed 7" passes more)
@@ -39,12 +39,19 @@ page: ## build the page of the studio from page/ (needs Node and npm; what it bu
 protocol: $(VENV)/.run ## write the page's types of messages, which are generated from those of the studio
 	$(BIN)/python -m understudy.ui.web.protocol page/src/protocol.ts
 
-test: $(VENV)/.dev ## everything that must hold: style, types, layers, tests (ARGS passes more to pytest)
-	$(BIN)/ruff check
-	$(BIN)/ruff format --check
-	$(BIN)/mypy
-	$(BIN)/lint-imports
-	$(BIN)/pytest $(ARGS)
+CHECKS = $(BIN)/ruff check && $(BIN)/ruff format --check && $(BIN)/mypy && $(BIN)/lint-imports
+
+test: $(VENV)/.dev ## style, types, layers, and all quick tests (ARGS passes more to pytest)
+	@$(CHECKS)
+	$(BIN)/pytest --numprocesses auto -m "not soak and not long and not timed" $(ARGS)
+
+# Timed tests run beside the others, which give way to them.
+test-all: $(VENV)/.dev ## everything that must hold; tests in browsers and with robots are skipped where those are missing
+	@$(CHECKS)
+	@mkdir -p build
+	nice -n 19 $(BIN)/pytest --numprocesses auto -m "not soak and not timed" $(ARGS) > build/untimed.log 2>&1 & \
+		untimed=$$!; $(BIN)/pytest -m timed $(ARGS); timed=$$?; \
+		wait $$untimed; untimed=$$?; tail -n 60 build/untimed.log; exit $$((timed + untimed))
 
 soak: $(VENV)/.dev ## the tests that take long
 	$(BIN)/pytest -m soak $(ARGS)

@@ -43,11 +43,13 @@ def found(chosen: str) -> dict[str, Any]:
     return read
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chosen", [PYTHON, CHECKED])
 def test_modes_agree(chosen: str) -> None:
     assert found(chosen)["cases"] == found(COMPILED)["cases"]
 
 
+@pytest.mark.long
 def test_plain_python_goes_without_numba() -> None:
     assert not found(PYTHON)["numba"]
     assert found(COMPILED)["numba"]

@@ -50,7 +50,9 @@ def test_no_unwelcome_words(page: Path) -> None:
 def test_lines_are_short(page: Path) -> None:
     """Pages are read in terminals, too; tables and pictures are as wide as they are."""
     lines = page.read_text(encoding="utf-8").splitlines()
-    assert [line for line in lines if len(line) > 122 and not line.startswith(("|", "<img", "![", "understudy "))] == []
+    assert [
+        line for line in lines if len(line) > 122 and not line.startswith(("|", "<img", "![", "understudy "))
+    ] == []
 
 
 def test_the_index_names_every_page() -> None:
@@ -156,6 +158,7 @@ def test_published_results_are_those_shown() -> None:
     assert renew.between(renew.FORAGING, renew.RESULTS) == renew.tables(), RENEW
 
 
+@pytest.mark.long
 def test_the_demo_prints_what_the_readme_shows(tmp_path: Path) -> None:
     assert renew.between(renew.README, renew.DEMO) == renew.excerpt(renew.demo(tmp_path)), RENEW
 

@@ -94,6 +94,7 @@ def test_robocup_lessons() -> None:
     assert nodes <= 366  # the original's trees have 364
 
 
+@pytest.mark.long
 def test_large_noisy_lesson_repeats_and_is_pure() -> None:
     random = np.random.default_rng(3)
     values = random.random((3000, 3))

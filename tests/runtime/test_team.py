@@ -340,6 +340,7 @@ class Led(Played):
             self.act({channel.name: commands[:, at] for at, channel in enumerate(self.channels)})
 
 
+@pytest.mark.long
 @settings(max_examples=80, deadline=None)
 @given(CASES, st.integers(1, 6), st.integers(1, 3))
 def test_kernels_lead_as_coordinators_do(random: Random, robots: int, worlds: int) -> None:
