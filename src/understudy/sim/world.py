@@ -234,7 +234,7 @@ class World:
         )  # fmt: skip
         if robot["holding"]:
             self.state.objects["hands"][world, robot["holding"] - 1] -= 1
-        robot["x"], robot["y"], robot["heading"] = x, y, heading % tau % tau
+        robot["x"], robot["y"], robot["heading"] = x, y, float(heading) % tau % tau
         for name in ("speed", "spin", "loading", "unloading", "blocked", "holding"):
             robot[name] = 0
 
@@ -368,7 +368,7 @@ class World:
 
     def _finite(self, what: str, x: float, y: float, third: float) -> None:
         width, height = self.rules.width, self.rules.height
-        numbers = all(isinstance(each, int | float | np.floating) for each in (x, y, third))
+        numbers = all(isinstance(each, int | float | np.floating | np.integer) for each in (x, y, third))
         if not (numbers and 0 <= x <= width and 0 <= y <= height and isfinite(third)):
             problem = f"is ({x}, {y}{f', {third}' if third else ''})"
             where = f"x in [0, {width}] and y in [0, {height}]"
