@@ -10,12 +10,12 @@ from typing import Self
 
 import numpy as np
 
-from understudy.errors import SettingError, UnknownName
+from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
 from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot, connect_robot_body, describe_exit_reason
 from understudy.robots.robot_file import load_robot, load_team
-from understudy.runtime.body import Channel, Commands, Reading
+from understudy.runtime.body import Channel, Commands, Reading, check_reading_keys
 from understudy.sim.kit import MOVING
 from understudy.sim.scenario.schema import Scenario
 
@@ -56,7 +56,8 @@ class Fleet:
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """The last values, a column [N] each; NaN where absent."""
-        self._refuse_unknown(keys)
+        where = f"the robots of {self.name}"
+        check_reading_keys(keys, readings=self.readings, targets=self.targets, where=where)
         rows = [
             robot.sense([key for key in keys if self._can(agent, key)])
             for agent, robot in enumerate(self.robots)
@@ -139,18 +140,6 @@ class Fleet:
         if of_targets is None:
             return False
         return target in self.robots[agent].targets if of_targets else target is None
-
-    def _refuse_unknown(self, keys: Sequence[ReadingKey]) -> None:
-        known = {each.name: each.of_targets for each in self.readings}
-        for name, target in keys:
-            if known.get(name) is not (target is not None):
-                raise UnknownName(
-                    what="reading", name=name, where=f"the robots of {self.name}", known=[*known]
-                )
-            if target is not None and target not in self.targets:
-                raise UnknownName(
-                    what="target", name=target, where=f"the robots of {self.name}", known=self.targets
-                )
 
     def _check(self) -> None:
         if not self.robots:

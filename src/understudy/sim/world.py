@@ -20,7 +20,7 @@ from understudy.errors import FileError, SettingError, UnknownName, join_names
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.library import Kit
-from understudy.runtime.body import Channel, Commands, FusedPlan, Reading
+from understudy.runtime.body import Channel, Commands, FusedPlan, Reading, check_reading_keys
 from understudy.sim import state as snapshots
 from understudy.sim.kernel_context import (
     KernelContext,
@@ -388,13 +388,8 @@ class World:
             raise self._wrong(what, f"is ({x}, {y}), which overlaps {found}", "give a free place")
 
     def check_keys(self, keys: Sequence[ReadingKey]) -> tuple[ReadingKey, ...]:
-        """These keys, all of which its robots have or may have; UnknownName where one is none."""
-        of_targets = {reading.name: reading.of_targets for reading in self.readings}
-        for name, target in keys:
-            if name not in of_targets or of_targets[name] != (target is not None):
-                raise UnknownName(what="reading", name=name, where=self._where, known=list(of_targets))
-            if target is not None and target not in self.targets:
-                raise UnknownName(what="target", name=target, where=self._where, known=self.targets)
+        """These keys, all of which its robots have or may have; an error as of `check_reading_keys` otherwise."""
+        check_reading_keys(keys, readings=self.readings, targets=self.targets, where=self._where)
         return tuple(keys)
 
 
