@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import BOOLEAN, Column, Kind
-from understudy.model.squad import Assignment, Order, Squad, Statistic
+from understudy.model.squad import TELLING, Assignment, Order, Squad, Statistic
 from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading, check_reading_keys
 from understudy.runtime.team.comms import CommsChannel, MemberReports, Traffic, make_traffic
 from understudy.runtime.team.members import MemberGroup, Membership
@@ -242,5 +242,5 @@ def _reading(statistic: Statistic, readings: Mapping[str, Reading]) -> Reading:
     """What a statistic offers as a reading of the squad."""
     of = readings.get(statistic.reading or "")
     kind = statistic.kind(of.kind if of is not None else BOOLEAN)
-    unit = "s" if statistic.since else "" if of is None or kind == BOOLEAN else of.unit
+    unit = "s" if statistic.since else "" if of is None or statistic.how in TELLING else of.unit
     return Reading(statistic.name, kind, unit, of_targets=of is not None and of.of_targets, doc=statistic.doc)
