@@ -14,6 +14,7 @@ from understudy.errors import (
     DefinitionError,
     KindError,
     SessionError,
+    SettingError,
     UnboundParameter,
     UnderstudyError,
     UnknownName,
@@ -535,6 +536,10 @@ REFUSED: dict[str, tuple[Callable[[Session], Any], type[UnderstudyError], str]] 
         DefinitionError,
         "reaction_s",
     ),
+    "running back": (lambda s: s.run_for(-1), SettingError, "seconds are -1; give a finite number"),
+    "running for no number": (lambda s: s.run_for(float("nan")), SettingError, "seconds are nan"),
+    "running forever": (lambda s: s.run_for(float("inf")), SettingError, "seconds are inf"),
+    "running for a text": (lambda s: s.run_for("1"), SettingError, "seconds are '1'"),  # type: ignore[arg-type]
     "others unknown": (lambda s: s.set_other_agents("fly"), UnknownName, "'fly'"),
 }
 
