@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from tests.bodies import Scripted, kit
@@ -21,6 +21,7 @@ from understudy.errors import (
 )
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
 from understudy.model.library import Library
+from understudy.training.edits import DesignChange
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -576,3 +577,13 @@ def test_stand_for_unknown_targets() -> None:
     with pytest.raises(UnknownName, match="target 'moon'"):
         taught.bind_targets(A="moon")
     assert taught.view().targets == {"A": "ball"}
+
+
+@pytest.mark.parametrize("choice", ["states", "features", "flags", "parameters"])
+def test_one_text_where_a_list_is_expected(choice: str) -> None:
+    chosen: Any = {"states": ["forward"], "features": ["load"], choice: "left"}
+    said = rf"lesson 'taught': its {choice} are 'left', a single text; give a list: \['left'\]"
+    with pytest.raises(DefinitionError, match=said):
+        new_lesson(ROBOT, "taught", **chosen)
+    with pytest.raises(DefinitionError, match=said):
+        begun().change_design(**cast("DesignChange", {choice: "left"}))
