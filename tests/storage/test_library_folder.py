@@ -24,9 +24,11 @@ from understudy.model.library import Kit, TrainedAutomaton
 from understudy.storage import atomic_write
 from understudy.storage.library_folder import (
     LONGEST,
+    list_documents,
     list_versions,
     load_version,
     make_file_stem,
+    open_document,
     open_library,
     rename_automaton,
     save_automaton,
@@ -68,6 +70,18 @@ def test_renaming_takes_the_versions_along(tmp_path: Path) -> None:
     assert [each.number for each in kept] == [1, 2, 3]
     assert [lesson.options.reaction_s for lesson in lessons if lesson] == [0.4, 0.1, 0.2]
     assert list_versions(tmp_path, "goto") == ()
+
+
+def test_a_folder_may_be_given_as_a_text(tmp_path: Path) -> None:
+    folder = str(tmp_path / "library")
+    for reaction_s in (0.1, 0.2):
+        path = save_automaton(folder, variant(reaction_s))
+    assert list_documents(folder) == [path]
+    assert open_document(str(path), KIT).taught == variant(0.2)
+    assert load_version(folder, "goto", 1, KIT).taught == variant(0.1)
+    rename_automaton(folder, "goto", variant(0.2, "reach"))
+    assert [version.number for version in list_versions(folder, "reach")] == [1]
+    assert list(open_library(folder, KIT).library.taught) == ["reach"]
 
 
 def test_former_versions_are_kept(tmp_path: Path) -> None:

@@ -186,7 +186,7 @@ class Fleet:
         return SettingError(where=self.name, setting=setting, problem=problem, remedy=remedy)
 
 
-def connect_robot(path: Path, *, recorder: RunRecorder | None = None) -> Fleet:
+def connect_robot(path: Path | str, *, recorder: RunRecorder | None = None) -> Fleet:
     """The robot of a file, as a fleet of one, recorded or not."""
     robot = connect_robot_body(load_robot(path), path=path, recorder=recorder)
     with ExitStack() as undone:
@@ -196,7 +196,7 @@ def connect_robot(path: Path, *, recorder: RunRecorder | None = None) -> Fleet:
     return fleet
 
 
-def connect_team(path: Path, *, recorder: RunRecorder | None = None) -> Fleet:
+def connect_team(path: Path | str, *, recorder: RunRecorder | None = None) -> Fleet:
     """The robots of a team's file, all of them or none, recorded or not."""
     team, paths = load_team(path)
     with ExitStack() as undone:

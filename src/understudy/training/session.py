@@ -67,7 +67,7 @@ class Session:
         targets: Mapping[str, str] | None = None,
         agent: int = 0,
         clock: Callable[[], float] | None = None,
-        journal: Path | None = None,
+        journal: Path | str | None = None,
         about: Mapping[str, str | int | float | bool] | None = None,
     ) -> None:
         if not 0 <= agent < body.agents:
@@ -83,7 +83,7 @@ class Session:
 
     @classmethod
     def resume(
-        cls, journal: Path, body: Body, library: Library, *, clock: Callable[[], float] | None = None
+        cls, journal: Path | str, body: Body, library: Library, *, clock: Callable[[], float] | None = None
     ) -> Self:
         """Go on with a session that ended, however it ended: nothing acknowledged is lost.
 
