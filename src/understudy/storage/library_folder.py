@@ -20,7 +20,7 @@ from unicodedata import normalize
 from urllib.parse import unquote
 
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnknownName
-from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.model.library import Kit, Library, TrainedAutomaton, check_trained_automaton
 from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder, write_atomically
 from understudy.storage.document import Learn, LoadedDocument, decode_document, encode_document
 
@@ -156,6 +156,7 @@ def save_automaton(folder: Path | str, taught: TrainedAutomaton) -> Path:
 
     When it returns, the document will outlast a power cut; when it raises, the folder is as it was.
     """
+    check_trained_automaton(taught)
     folder = Path(folder)
     path = folder / f"{make_file_stem(taught.automaton.name)}.json"
     data = encode_document(taught)
@@ -180,6 +181,7 @@ def rename_automaton(folder: Path | str, former: str, taught: TrainedAutomaton) 
 
     Killed in between, the folder has it under both names, each version under one of them.
     """
+    check_trained_automaton(taught)
     folder = Path(folder)
     path, name = folder / f"{make_file_stem(former)}.json", make_file_stem(taught.automaton.name)
     renamed, data = folder / f"{name}.json", encode_document(taught)
