@@ -82,6 +82,10 @@ class Tree:
     def __post_init__(self) -> None:
         object.__setattr__(self, "_nested", _nested(self.nodes))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the nodes alone: what is nested in them may be deeper than Python recurses."""
+        return _make_tree, (self.nodes,)
+
     def decide(self, values: Sequence[float]) -> int:
         """The next state's index for a feature vector, or STAY; KindError where a value it asks for is none.
 
@@ -175,6 +179,18 @@ def _value(feature: int, values: Sequence[float]) -> str:
 
 def _wrong(problem: str, remedy: str) -> KindError:
     return KindError(where="feature vector", problem=problem, remedy=remedy)
+
+
+def _make_tree(nodes: Sequence[Node]) -> Tree:
+    """A tree that was pickled; what is absent is the one `nan`, by which equal nodes are equal."""
+    return Tree(
+        tuple(
+            node._replace(
+                low=nan if isnan(node.low) else node.low, high=nan if isnan(node.high) else node.high
+            )
+            for node in nodes
+        )
+    )
 
 
 def get_child(node: Node, step: PathStep) -> int:
