@@ -7,6 +7,7 @@ gaps let it, then loads, then objects come, go and walk.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import replace
 from functools import lru_cache
 from math import isfinite, nan, tau
@@ -56,17 +57,30 @@ class World:
         check_scenario(scenario)
         self.scenario = scenario
         seeds = self._listed(seeds)
+        self.worlds = len(seeds)
+        self._read_scenario(scenario)
+        self._has = find_world_contents(scenario, self.rules)
+        self.reset(seeds)
+
+    def _read_scenario(self, scenario: Scenario) -> None:
         self.rules, self.names = make_world_params(scenario), collect_names(scenario)
         self.readings: Sequence[Reading] = list_readings(scenario)
         self.channels: Sequence[Channel] = make_channels(scenario)
         self.targets: Sequence[str] = tuple(target.name for target in make_targets(scenario))
         self.columns = [COLUMNS.index(channel.name) for channel in self.channels]
-        self.worlds, self.robots = len(seeds), self.rules.robots
+        self.robots = self.rules.robots
         self.agents = self.worlds * self.robots
         self._planner = SensePlanner(scenario, self.rules, self.names)
-        self._has = find_world_contents(scenario, self.rules)
         self._plan = lru_cache(16)(self._planner.plan)
-        self.reset(seeds)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy is made of: all but what follows from the scenario and the state."""
+        return {name: value for name, value in vars(self).items() if name not in _REMADE}
+
+    def __setstate__(self, kept: dict[str, Any]) -> None:
+        vars(self).update(kept)
+        self._read_scenario(self.scenario)
+        self._begin(deepcopy(self.state))
 
     @property
     def kit(self) -> Kit:
@@ -391,6 +405,10 @@ class World:
         """These keys, all of which its robots have or may have; an error as of `check_reading_keys` otherwise."""
         check_reading_keys(keys, readings=self.readings, targets=self.targets, where=self._where)
         return tuple(keys)
+
+
+_REMADE = ("rules", "_planner", "_plan", "_kernel_worlds", "_room", "_context")
+"""Attributes of a world that are made anew in its copies: caches, and what kernels work with."""
 
 
 def _is_whole(value: object, most: int) -> bool:
