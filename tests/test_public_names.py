@@ -22,6 +22,12 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
         understudy.Understudies  # noqa: B018
 
 
+def test_only_public_names_and_modules_are_listed() -> None:
+    names = [name for name in dir(understudy) if not name.startswith("_")]
+    others = [name for name in names if f"understudy.{name}" not in sys.modules]
+    assert sorted(understudy.__all__) == others
+
+
 def test_importing_fetches_nothing() -> None:
     code = "import understudy, sys; print(sorted(n for n in sys.modules if n.startswith('understudy.')))"
     assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "[]"
