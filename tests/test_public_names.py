@@ -4,6 +4,8 @@ import ast
 import inspect
 import subprocess
 import sys
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -20,6 +22,12 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
         understudy.Understudies  # noqa: B018
 
 
+def test_only_public_names_and_modules_are_listed() -> None:
+    names = [name for name in dir(understudy) if not name.startswith("_")]
+    others = [name for name in names if f"understudy.{name}" not in sys.modules]
+    assert sorted(understudy.__all__) == others
+
+
 def test_importing_fetches_nothing() -> None:
     code = "import understudy, sys; print(sorted(n for n in sys.modules if n.startswith('understudy.')))"
     assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "[]"
@@ -33,3 +41,35 @@ def test_what_type_checkers_see_is_what_programs_get() -> None:
     )
     seen = {each.names[0].asname: str(each.module) for each in imports if each.names[0].asname}
     assert seen == {name: f"understudy.{module}" for name, module in understudy._MODULES.items()}
+
+
+def _functions(body: list[ast.stmt]) -> Iterator[ast.FunctionDef]:
+    for each in body:
+        if isinstance(each, ast.ClassDef) and not each.name.startswith("_"):
+            yield from _functions(each.body)
+        if isinstance(each, ast.FunctionDef) and (not each.name.startswith("_") or each.name == "__init__"):
+            yield each
+
+
+def _paths_only(function: ast.FunctionDef) -> Iterator[str]:
+    """Parameters of a function that are to be given as a Path."""
+    arguments = function.args
+    for each in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs):
+        kinds = set() if each.annotation is None else set(ast.unparse(each.annotation).split(" | "))
+        if "Path" in kinds and "str" not in kinds:
+            yield each.arg
+
+
+SOURCE = Path(understudy.__file__).parent
+LIBRARY = sorted(each for each in SOURCE.rglob("*.py") if "ui" not in each.relative_to(SOURCE).parts)
+
+
+def test_what_takes_a_path_takes_a_text() -> None:
+    assert len(LIBRARY) > 100
+    found = [
+        f"{path.relative_to(SOURCE)}: {function.name}({name})"
+        for path in LIBRARY
+        for function in _functions(ast.parse(path.read_text("utf-8")).body)
+        for name in _paths_only(function)
+    ]
+    assert found == []

@@ -12,7 +12,7 @@ from understudy.errors import UnderstudyError
 from understudy.model.behaviors import Behavior, Command, behavior
 from understudy.model.features import Feature, FlagFeature, Percept, ReadingKey, feature
 from understudy.model.kinds import BOOLEAN, Column, Continuous, Toroidal
-from understudy.runtime.body import Commands
+from understudy.runtime.body import Channel, Commands, Reading
 from understudy.sim.forage import Forage
 from understudy.testing import LawBroken, check_behavior, check_body, check_feature, check_world
 
@@ -67,7 +67,20 @@ def looks_at_others(_: Any, target: Any) -> Column:
     return np.asarray(target.range - target.range.mean())
 
 
+@feature(Continuous())
+def reads_nothing_there(robot: Any) -> Column:
+    return np.asarray(robot.sonar)
+
+
+@feature(Continuous())
+def fails_on_few(robot: Any) -> Column:
+    return np.asarray(robot.food_stored + float(robot.food_stored[1]))
+
+
 BAD_FEATURES = [
+    (reads_nothing_there, "it failed: AttributeError: the body has no reading 'sonar'"),
+    (fails_on_few, "it failed: IndexError: index 1 is out of bounds"),
+    (Feature("gives_nothing", Continuous(), function=lambda robot: None), "one column of floats"),  # type: ignore[arg-type, return-value]
     (unwrapped, "its values are toroidal"),
     (two, "its values are categorical"),
     (infinite, "its values are continuous"),
@@ -109,7 +122,19 @@ def drives_nan(_: Any) -> dict[str, Column]:
     return {"drive": np.full(len(_.food_stored), np.nan)}
 
 
+@behavior
+def drives_toward_nothing(robot: Any) -> dict[str, Column]:
+    return {"drive": robot.sonar}
+
+
+@behavior
+def gives_nothing(_: Any) -> dict[str, Column]:
+    return None  # type: ignore[return-value]
+
+
 BAD_BEHAVIORS = [
+    (drives_toward_nothing, "it failed: AttributeError: the body has no reading 'sonar'"),
+    (gives_nothing, "it returns a column for each channel; it returned None"),
     (flies, "commands channels of the body"),
     (Behavior("fly", Command(fly=1.0)), "commands channels of the body"),
     (drives_nan, "commands are finite"),
@@ -224,3 +249,31 @@ def test_bad_world(bad: Callable[[Sequence[int]], Forage], law: str) -> None:
         check_world(bad)
     assert isinstance(raised.value, UnderstudyError)
     assert raised.value.part.startswith(("world ", "body "))
+
+
+class Bare:
+    """A body of somebody who has not read on."""
+
+    agents, tick_s, time_s = 1, 0.1, 0.0
+    channels = (Channel("drive"),)
+    readings = (Reading("speed", Continuous()),)
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        return {key: np.zeros(1) for key in keys}
+
+    def act(self, commands: Commands) -> None:
+        pass
+
+
+def test_a_body_that_lacks_a_part() -> None:
+    body: Any = Bare()
+    law = "body Bare breaks a law: .*targets.*; it has no targets"
+    checks: list[Callable[[], None]] = [
+        lambda: check_body(body),
+        lambda: check_feature(half_way, body),
+        lambda: check_behavior(approach, body),
+        lambda: check_world(lambda seeds: body),
+    ]
+    for check in checks:
+        with pytest.raises(LawBroken, match=law):
+            check()

@@ -7,6 +7,7 @@ Every error is one paragraph: what was wrong, where, and what would be right. Ea
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -42,6 +43,13 @@ def join_names(names: Iterable[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
+def suggest_known_name(name: object, known: Iterable[str]) -> str:
+    """A question to put before what is known: "did you mean 'goto'? ", or nothing where no known name is similar."""
+    folded = {str(each).casefold(): str(each) for each in known}
+    similar = get_close_matches(str(name).casefold(), folded, n=1)
+    return f"did you mean {folded[similar[0]]!r}? " if similar else ""
+
+
 class KindError(UnderstudyError, json_type="KindError"):
     """A kind that makes no sense, or a value outside its kind."""
 
@@ -63,7 +71,9 @@ class UnknownName(UnderstudyError, json_type="UnknownName"):
 
     def __init__(self, *, what: str, name: str, where: str, known: Sequence[str]) -> None:
         self.what, self.name, self.where, self.known = what, name, where, tuple(known)
-        super().__init__(f"{where} has no {what} {name!r}; it has {join_names(known)}")
+        meant = suggest_known_name(name, known)
+        has = f"{meant}It has" if meant else "it has"
+        super().__init__(f"{where} has no {what} {name!r}; {has} {join_names(known)}")
 
 
 class RecursionRefused(UnderstudyError, json_type="RecursionRefused"):

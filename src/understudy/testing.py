@@ -15,10 +15,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from itertools import product
+from typing import Any, cast
 
 import numpy as np
 
-from understudy.errors import KindError, UnderstudyError
+from understudy.errors import KindError, UnderstudyError, join_names
 from understudy.model.behaviors import Behavior
 from understudy.model.features import AnyFeature, Feature, Percept, ReadingsView
 from understudy.model.kinds import Column, Kind
@@ -41,6 +42,7 @@ def check_feature(feature: AnyFeature, body: Body, *, ticks: int = TICKS, seed: 
     if not isinstance(feature, Feature):
         return  # it reads the automaton, not the body
     part = f"feature {feature.name!r}"
+    _check_parts(body)
     bindings = list(product(body.targets, repeat=len(feature.parameters)))
     _require(bool(bindings), part, "a feature of a target needs a body that has targets", "this one has none")
     with _put_back(body):
@@ -53,6 +55,7 @@ def check_feature(feature: AnyFeature, body: Body, *, ticks: int = TICKS, seed: 
 def check_behavior(behavior: Behavior, body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
     """Commands what the body obeys; finite; inputs untouched; repeatable; each row by itself."""
     part = f"behavior {behavior.name!r}"
+    _check_parts(body)
     channels = {channel.name for channel in body.channels}
     _check_channels(part, behavior.command, channels)
     if behavior.function is None:
@@ -74,6 +77,7 @@ def check_body(body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
     A Rewindable body also goes on from a snapshot exactly as it did before, and rests on channels left out.
     """
     part = f"body {type(body).__name__}"
+    _check_parts(body)
     _check_declarations(part, body)
     with _put_back(body):
         for percept in _percepts(body, ticks, seed):
@@ -92,6 +96,7 @@ def check_world(
     `make` takes seeds and gives a body: each world has as many rows as any other, in the order of the seeds.
     """
     body = make(seeds)
+    _check_parts(body)
     part = f"world {type(body).__name__}"
     rows, rest = divmod(body.agents, len(seeds))
     _require(
@@ -113,6 +118,25 @@ def check_world(
 def _require(kept: bool, part: str, law: str, found: str) -> None:
     if not kept:
         raise LawBroken(part=part, law=law, found=found)
+
+
+PARTS = ("agents", "readings", "targets", "channels", "tick_s", "time_s", "sense", "act")
+
+
+def _check_parts(body: Body) -> None:
+    missing = [name for name in PARTS if not hasattr(body, name)]
+    law = f"a body has {join_names(PARTS)}"
+    _require(not missing, f"body {type(body).__name__}", law, f"it has no {join_names(missing)}")
+
+
+def _call(part: str, function: Callable[..., Any], percept: Percept, targets: tuple[str, ...]) -> Any:
+    """Call a function of a feature or behavior; LawBroken where it fails."""
+    try:
+        return function(ReadingsView(percept), *(ReadingsView(percept, target) for target in targets))
+    except Exception as error:
+        law = "its function works for all that the body reads, and for any number of agents"
+        found = f"it failed: {type(error).__name__}: {error}"
+        raise LawBroken(part=part, law=law, found=found) from error
 
 
 def _same(one: Column, other: Column) -> bool:
@@ -173,7 +197,7 @@ def _put_back(body: Body) -> Iterator[None]:
 
 def _value(feature: Feature, targets: tuple[str, ...], part: str, percept: Percept) -> Column:
     if feature.function is not None:
-        return feature.function(ReadingsView(percept), *(ReadingsView(percept, target) for target in targets))
+        return cast("Column", _call(part, feature.function, percept, targets))
     key = (str(feature.reading), targets[0] if targets else None)
     _require(key in percept, part, "a feature reads what the body offers", f"there is no {_spelled(key)}")
     return percept[key]
@@ -182,7 +206,11 @@ def _value(feature: Feature, targets: tuple[str, ...], part: str, percept: Perce
 def _commanded(behavior: Behavior, targets: tuple[str, ...], percept: Percept) -> Mapping[str, Column]:
     if behavior.function is None:
         return {}
-    return behavior.function(ReadingsView(percept), *(ReadingsView(percept, target) for target in targets))
+    part = f"behavior {behavior.name!r}"
+    commanded = _call(part, behavior.function, percept, targets)
+    law = "it returns a column for each channel"
+    _require(isinstance(commanded, Mapping), part, law, f"it returned {commanded!r:.60}")
+    return cast("Mapping[str, Column]", commanded)
 
 
 def _channel(behavior: Behavior, targets: tuple[str, ...], channel: str, percept: Percept) -> Column:

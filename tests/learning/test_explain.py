@@ -1,13 +1,20 @@
-"""Who comes by which node of a tree: all at once as one by one."""
+"""Who comes by which node of a tree: all at once as one by one; what is no feature vector of a lesson."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from math import inf
+from typing import Any, cast
+
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
+from tests.model.lessons import goto
 
-from understudy.learning.explain import find_rows_by_node
+from understudy.errors import DefinitionError, KindError, UnderstudyError
+from understudy.learning.explain import explain, find_rows_by_node
 from understudy.model.kinds import Kind
 from understudy.model.tree import STAY
 
@@ -34,3 +41,48 @@ def test_as_each_goes_down_by_itself(
 def test_nobody_comes_by_any() -> None:
     tree = tree_of([Row((), 0, 1), Row((), 1, 1)], [])
     assert [here.tolist() for here in find_rows_by_node(tree, np.zeros((0, 0)))] == [[]]
+
+
+GOTO = goto()
+LESSON = GOTO.lesson
+LABELS = [str(bound) for bound in GOTO.automaton.features]
+
+
+def right() -> list[Any]:
+    """A feature vector of the lesson."""
+    assert LESSON is not None
+    return list(LESSON.examples[0].values)
+
+
+BAD_VECTORS: dict[str, tuple[Callable[[], Any], type[UnderstudyError], str]] = {
+    "short": (lambda: right()[:1], DefinitionError, f"it has 1 values; give {len(LABELS)}: distance_to"),
+    "long": (
+        lambda: [*right(), 0.0],
+        DefinitionError,
+        f"it has {len(LABELS) + 1} values; give {len(LABELS)}",
+    ),
+    "none": (lambda: None, DefinitionError, "it is None; give a list of numbers"),
+    "a number": (lambda: 1.0, DefinitionError, r"it is 1\.0; give a list of numbers"),
+    "of texts": (lambda: ["near"] * len(LABELS), KindError, "'near' is not a number"),
+    "of nothing": (lambda: [None] * len(LABELS), KindError, "None is not a number"),
+    "infinite": (lambda: [inf] * len(LABELS), KindError, "inf is not"),
+}
+
+
+@pytest.mark.parametrize(("vector", "error", "said"), BAD_VECTORS.values(), ids=BAD_VECTORS)
+def test_a_feature_vector_that_is_none_of_the_lesson(
+    vector: Callable[[], Any], error: type[UnderstudyError], said: str
+) -> None:
+    assert LESSON is not None
+    for state, transition in GOTO.automaton.transitions.items():
+        with pytest.raises(error, match=said):
+            explain(LESSON, state, vector(), transition)
+
+
+def test_a_feature_vector_of_numpy_is_as_good() -> None:
+    assert LESSON is not None
+    for example in LESSON.examples:
+        transition = GOTO.automaton.transitions[example.state]
+        expected = explain(LESSON, example.state, example.values, transition)
+        vector = cast("Sequence[float]", np.array(example.values))
+        assert explain(LESSON, example.state, vector, transition) == expected

@@ -12,8 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
-from understudy.model.squad import TELLING, Measuring, Statistic
+from understudy.model.squad import TELLING, Measuring, Role, Squad, Statistic
+from understudy.runtime.body import Reading
 from understudy.runtime.team.members import Member, Membership
+from understudy.runtime.team.squad_body import list_squad_readings
 from understudy.runtime.team.statistics import StatisticMemory, compute_statistic
 
 FIVE = Membership.from_squads(
@@ -288,3 +290,27 @@ def test_the_mean_direction_is_on_the_circle() -> None:
     """Also where rounding would take it a whole turn on."""
     (mean, _) = survey(of("mean"), (-1e-18, nan, nan, pi, nan), ANGLE)
     assert 0 <= mean < tau
+
+
+UNITS: list[tuple[Statistic, str]] = [
+    (of("count"), ""),
+    (of("fraction"), ""),
+    (of("count", below=2.0), ""),
+    (of("count", within_s=2.0), ""),
+    (of("any"), ""),
+    (of("any", since=True), "s"),
+    (of("mean"), "m"),
+    (of("maximum"), "m"),
+    (of("spread"), "m"),
+    (of("mean", within_s=2.0), "m"),
+    (of("count", flag="f"), ""),
+]
+
+
+@pytest.mark.parametrize(("statistic", "unit"), UNITS, ids=str)
+def test_what_is_measured_has_the_unit_of_its_reading_and_how_many_has_none(
+    statistic: Statistic, unit: str
+) -> None:
+    squad = Squad("pair", (Role("left", "robot", 2),), statistics=(statistic,))
+    (reading,) = list_squad_readings(squad, [Reading("r", LINE, "m")])
+    assert reading.unit == unit

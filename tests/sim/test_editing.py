@@ -93,6 +93,16 @@ def test_a_robot_is_put_somewhere() -> None:
     body.place(0, 7.5 - 0.2, 4.0, 0.0)
 
 
+@pytest.mark.parametrize("number", [np.float64, np.float32, np.int64])
+def test_numbers_of_numpy_put_a_robot_where_plain_ones_do(number: type[np.float64]) -> None:
+    body, plain = world(), world()
+    body.place(0, number(9), number(7), number(1))  # level with the polygon, on its right
+    plain.place(0, 9.0, 7.0, 1.0)
+    assert body.snapshot() == plain.snapshot()
+    with pytest.raises(SettingError, match="overlaps an obstacle"):
+        body.place(0, number(8), number(7), number(0))
+
+
 def test_objects_are_moved_added_and_removed() -> None:
     body = world((0, 1))
     body.move_object(FOOD, 5.0, 3.0)

@@ -13,6 +13,7 @@ from tests.sim.laws import pieces
 from tests.sim.random_scenarios import made, random_commands, random_world
 from tests.sim.test_collisions import drive
 
+from understudy.errors import SettingError, UnknownName
 from understudy.model.features import ReadingKey
 from understudy.runtime.body import list_reading_keys
 from understudy.sim.kernel_context import KernelContext
@@ -618,3 +619,14 @@ def test_nearest_of_many_robots(collides: bool) -> None:
     expected = np.where(apart.min(axis=1) <= 2.0, apart.min(axis=1), np.nan)
     assert (expected == 0.0).sum() == (0 if collides else 5)
     np.testing.assert_allclose(world.sense([("range", "anyone")])["range", "anyone"], expected, rtol=1e-12)
+
+
+def test_a_reading_of_a_target_is_asked_for_with_one() -> None:
+    sensors = (TargetLocator(), StallSensor(), ElapsedSensor(name="since_seen", of="range"))
+    world = world_of(*sensors)
+    with pytest.raises(SettingError, match="reading 'since_seen' needs a target; give one of flag, "):
+        world.sense([("since_seen", None)])
+    with pytest.raises(SettingError, match="reading 'stuck' takes no target, and 'flag' is given"):
+        world.sense([("stuck", "flag")])
+    with pytest.raises(UnknownName, match="no target 'flga'"):
+        world.sense([("range", "flga")])

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -20,13 +21,15 @@ from understudy.errors import DefinitionError, FileError, RecursionRefused, Unde
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior
 from understudy.model.lesson import LearnerOptions
-from understudy.model.library import Kit, TrainedAutomaton
+from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.storage import atomic_write
 from understudy.storage.library_folder import (
     LONGEST,
+    list_documents,
     list_versions,
     load_version,
     make_file_stem,
+    open_document,
     open_library,
     rename_automaton,
     save_automaton,
@@ -68,6 +71,41 @@ def test_renaming_takes_the_versions_along(tmp_path: Path) -> None:
     assert [each.number for each in kept] == [1, 2, 3]
     assert [lesson.options.reaction_s for lesson in lessons if lesson] == [0.4, 0.1, 0.2]
     assert list_versions(tmp_path, "goto") == ()
+
+
+def test_a_folder_may_be_given_as_a_text(tmp_path: Path) -> None:
+    folder = str(tmp_path / "library")
+    save_automaton(folder, variant(0.1))
+    path = save_automaton(folder, variant(0.2))
+    assert list_documents(folder) == [path]
+    assert open_document(str(path), KIT).taught == variant(0.2)
+    assert load_version(folder, "goto", 1, KIT).taught == variant(0.1)
+    rename_automaton(folder, "goto", variant(0.2, "reach"))
+    assert [version.number for version in list_versions(folder, "reach")] == [1]
+    assert list(open_library(folder, KIT).library.taught) == ["reach"]
+
+
+NO_AUTOMATA: dict[str, tuple[Any, str]] = {
+    "a lesson": (
+        goto().lesson,
+        r"lesson 'goto': .* give TrainedAutomaton\(learn_automaton\(lesson\), lesson\)",
+    ),
+    "an automaton": (goto().automaton, r"automaton 'goto': .* give TrainedAutomaton\(automaton\)"),
+    "a name": ("goto", "'goto': it is no trained automaton; give a TrainedAutomaton"),
+    "nothing": (None, "None: it is no trained automaton"),
+}
+
+
+@pytest.mark.parametrize(("given", "said"), NO_AUTOMATA.values(), ids=NO_AUTOMATA)
+def test_only_trained_automata_are_kept(given: Any, said: str, tmp_path: Path) -> None:
+    for keep in (
+        lambda: save_automaton(tmp_path, given),
+        lambda: rename_automaton(tmp_path, "goto", given),
+        lambda: Library(KIT).with_automaton(given),
+    ):
+        with pytest.raises(DefinitionError, match=said):
+            keep()
+    assert contents(tmp_path) == {}
 
 
 def test_former_versions_are_kept(tmp_path: Path) -> None:

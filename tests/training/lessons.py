@@ -43,7 +43,7 @@ def session(
     body: Scripted | None = None,
     targets: dict[str, str] | None = None,
     clock: Callable[[], float] | None = None,
-    journal: Path | None = None,
+    journal: Path | str | None = None,
 ) -> Session:
     lesson = new_lesson(
         library,

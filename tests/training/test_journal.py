@@ -261,6 +261,13 @@ def test_body_and_automaton_go_back_to_the_last_snapshot(tmp_path: Path) -> None
     assert resumed(tmp_path).body.time_s == 0.0  # and whenever the robot was put elsewhere
 
 
+def test_a_journal_may_be_named_by_a_text(tmp_path: Path) -> None:
+    path = str(tmp_path / "journal")
+    taught = play(session(["forward", "left"], ["done"], journal=path), "forward", 3)
+    resumed = Session.resume(path, Scripted(), Library(kit))
+    assert resumed.lesson == taught.lesson
+
+
 def test_about_is_kept(tmp_path: Path) -> None:
     body, first = Scripted(), session()
     Session(body, first.library, first.lesson, journal=tmp_path / "j", about={"world": "forage", "seed": 7})

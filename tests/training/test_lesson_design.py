@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from tests.bodies import Scripted, kit
@@ -14,12 +14,14 @@ from understudy.errors import (
     DefinitionError,
     KindError,
     SessionError,
+    SettingError,
     UnboundParameter,
     UnderstudyError,
     UnknownName,
 )
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
 from understudy.model.library import Library
+from understudy.training.edits import DesignChange
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -535,6 +537,10 @@ REFUSED: dict[str, tuple[Callable[[Session], Any], type[UnderstudyError], str]] 
         DefinitionError,
         "reaction_s",
     ),
+    "running back": (lambda s: s.run_for(-1), SettingError, "seconds are -1; give a finite number"),
+    "running for no number": (lambda s: s.run_for(float("nan")), SettingError, "seconds are nan"),
+    "running forever": (lambda s: s.run_for(float("inf")), SettingError, "seconds are inf"),
+    "running for a text": (lambda s: s.run_for("1"), SettingError, "seconds are '1'"),  # type: ignore[arg-type]
     "others unknown": (lambda s: s.set_other_agents("fly"), UnknownName, "'fly'"),
 }
 
@@ -571,3 +577,13 @@ def test_stand_for_unknown_targets() -> None:
     with pytest.raises(UnknownName, match="target 'moon'"):
         taught.bind_targets(A="moon")
     assert taught.view().targets == {"A": "ball"}
+
+
+@pytest.mark.parametrize("choice", ["states", "features", "flags", "parameters"])
+def test_one_text_where_a_list_is_expected(choice: str) -> None:
+    chosen: Any = {"states": ["forward"], "features": ["load"], choice: "left"}
+    said = rf"lesson 'taught': its {choice} are 'left', a single text; give a list: \['left'\]"
+    with pytest.raises(DefinitionError, match=said):
+        new_lesson(ROBOT, "taught", **chosen)
+    with pytest.raises(DefinitionError, match=said):
+        begun().change_design(**cast("DesignChange", {choice: "left"}))

@@ -8,6 +8,7 @@ import msgspec
 import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO
 
+from understudy.errors import SettingError, UnknownName
 from understudy.model.lesson import ExampleKind
 from understudy.model.library import Library
 from understudy.runtime.team.coordinator_body import CoordinatorBody
@@ -159,3 +160,13 @@ def test_what_members_do_not_know_cannot_be_chosen() -> None:
             assign_team_members(SCENARIO).squads[0][0], World(SCENARIO, [0]).readings
         )
     }
+
+
+def test_a_squad_refuses_readings_that_it_does_not_have() -> None:
+    body = coordinator_body()
+    with pytest.raises(UnknownName, match="squad 'patrol' has no reading 'all_gone'"):
+        body.sense([("all_gone", None)])
+    with pytest.raises(SettingError, match="reading 'someone_sees' needs a target; give one of "):
+        body.sense([("someone_sees", None)])
+    with pytest.raises(SettingError, match="reading 'all_done' takes no target, and 'home' is given"):
+        body.sense([("all_done", "home")])

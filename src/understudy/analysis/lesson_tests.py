@@ -266,7 +266,7 @@ def _anew(replay: LessonReplay) -> str:
 
 
 def find_regressions_since_saved(
-    folder: Path, library: Library, taught: TrainedAutomaton, libraries: Libraries = NOBODY
+    folder: Path | str, library: Library, taught: TrainedAutomaton, libraries: Libraries = NOBODY
 ) -> tuple[str, ...]:
     """What worked with the version in the folder and no longer does with this one, a sentence each: see
     `find_regressions`.
@@ -274,7 +274,7 @@ def find_regressions_since_saved(
     return find_regressions(
         library,
         taught,
-        _read_former_version(folder / f"{make_file_stem(taught.automaton.name)}.json", library),
+        _read_former_version(Path(folder) / f"{make_file_stem(taught.automaton.name)}.json", library),
         libraries,
     )
 

@@ -82,12 +82,13 @@ def _automata(child: Child) -> Iterator[str]:
             yield from _automata(below)
 
 
-def read_recorded_tick(path: Path, *, robot: int, time_s: float) -> RecordedTick:
+def read_recorded_tick(path: Path | str, *, robot: int, time_s: float) -> RecordedTick:
     """What a trace says of a robot at a moment: the last tick until then.
 
     FileError where it is no trace, or says nothing of how the run was made; SettingError where there is no such robot
     or moment in it.
     """
+    path = Path(path)
     with convert_os_errors(
         path, "reading the trace", remedy="name a file that `understudy run --trace` wrote"
     ):

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.errors import DefinitionError, KindError, join_names
 from understudy.learning.training_set import group_examples_by_state
-from understudy.model.automaton import Transition
+from understudy.model.automaton import Automaton, Transition
 from understudy.model.describe import list_shown_vectors as vectors_shown
 from understudy.model.kinds import Column
 from understudy.model.lesson import Example, Lesson
@@ -42,10 +44,12 @@ def explain(
 ) -> Explanation:
     """Why `transition`, learned from this lesson (None where there is none), decides so for a feature vector.
 
-    A classifier of scikit-learn has no path: only the decision is said.
+    A classifier of scikit-learn has no path: only the decision is said. DefinitionError or KindError where the vector
+    is none of the lesson's features.
     """
     automaton = lesson.automaton
     automaton.index(state)
+    values = _check_vector(automaton, values)
     if transition is None:
         return Explanation(state, state)
     outcome = transition.decide(values)
@@ -60,6 +64,25 @@ def explain(
     )
     held = describe_path(transition, steps, automaton.features, vectors_shown(lesson, state))
     return Explanation(state, following, held, alike, shown=leaf != STAY)
+
+
+def _check_vector(automaton: Automaton, values: Sequence[float]) -> tuple[float, ...]:
+    """A feature vector as numbers, one for each feature and of its kind."""
+    labels, what = [str(bound) for bound in automaton.features], "feature vector"
+    if isinstance(values, str | Mapping) or not hasattr(values, "__len__"):
+        problem = f"it is {values!r:.60}"
+        raise DefinitionError(what=what, problem=problem, remedy="give a list of numbers")
+    if len(values) != len(labels):
+        remedy = f"give {len(labels)}: {join_names(labels)}"
+        raise DefinitionError(what=what, problem=f"it has {len(values)} values", remedy=remedy)
+    for label, value in zip(labels, values, strict=True):
+        if not isinstance(value, Real):
+            problem, remedy = f"{value!r:.60} is not a number", "give a number, or NaN where it is absent"
+            raise KindError(where=f"{what}, {label}", problem=problem, remedy=remedy)
+    return tuple(
+        bound.kind.check(float(value), where=f"{what}, {label}")
+        for bound, label, value in zip(automaton.features, labels, values, strict=True)
+    )
 
 
 RowNumbers = NDArray[np.intp]

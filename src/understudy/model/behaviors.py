@@ -12,6 +12,7 @@ from math import isfinite
 from typing import Literal
 
 from understudy.errors import DefinitionError
+from understudy.model.features import PartWithFunction
 from understudy.model.kinds import Column
 from understudy.model.squad import Order
 
@@ -104,7 +105,7 @@ def reset_timer(name: str) -> StateEffect:
 
 
 @dataclass(frozen=True, slots=True)
-class Behavior:
+class Behavior(PartWithFunction):
     """A basic behavior: a constant command, a function of readings, or an order; and changes made once as it starts.
 
     A function takes the robot's Readings and one Readings per parameter, and returns channel -> column [N].

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from dataclasses import dataclass, field, fields
+from importlib import import_module
+from typing import Any, NamedTuple, Self, TypeAlias, cast
 
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
@@ -52,8 +53,60 @@ def call_user_function(by: str, function: Callable[..., Any], readings: Sequence
         ) from error
 
 
+class FunctionName(NamedTuple):
+    """Where the function of a feature or behavior is found, which is sent to other processes by name."""
+
+    module: str
+    qualified: str
+
+    def find(self) -> Any:
+        """What has this name; the function itself where a decorator made a feature or behavior of it."""
+        found: Any = import_module(self.module)
+        for name in self.qualified.split("."):
+            found = getattr(found, name)
+        return getattr(found, "function", found)
+
+
+class PartWithFunction:
+    """A frozen value that may hold a function: copied as it is, and pickled with the function's name."""
+
+    __slots__ = ()
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        values = {each.name: getattr(self, each.name) for each in fields(cast("Any", self))}
+        if values["function"] is not None:
+            values["function"] = self._name(values["function"])
+        return _make_part, (type(self), values)
+
+    def _name(self, function: Any) -> FunctionName:
+        name = FunctionName(getattr(function, "__module__", ""), getattr(function, "__qualname__", ""))
+        try:
+            found = name.find()
+        except (ImportError, AttributeError, ValueError):
+            found = None
+        if found is not function:
+            raise DefinitionError(
+                what=f"{type(self).__name__.lower()} {getattr(self, 'name', '')!r}",
+                problem="another process cannot find its function",
+                remedy="define it at the top level of a module",
+            )
+        return name
+
+
+def _make_part(kind: type[PartWithFunction], values: dict[str, Any]) -> PartWithFunction:
+    function = values["function"]
+    found = function.find() if isinstance(function, FunctionName) else function
+    return kind(**{**values, "function": found})
+
+
 @dataclass(frozen=True, slots=True)
-class Feature:
+class Feature(PartWithFunction):
     """A feature of the body: `reading` of the target bound to parameter `of`, or a function of readings.
 
     A function takes the robot's Readings and one Readings per parameter, and returns a column [N]. `fresh` (0 or 1) is

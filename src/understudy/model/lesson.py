@@ -6,11 +6,11 @@ Examples are the source; transition functions are a build product (ARCHITECTURE 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
-from math import isfinite
+from math import isfinite, isnan, nan
 from types import MappingProxyType
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,9 @@ class Example:
     binding: Binding = NOTHING_BOUND
     quarantined: str = ""
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _make_example, ({each.name: getattr(self, each.name) for each in fields(self)},)
+
     @property
     def is_from_press(self) -> bool:
         """Whether a press made it: everything but watched."""
@@ -65,6 +68,13 @@ class Example:
     def is_shown(self) -> bool:
         """Whether the demonstrator said it: a directive or a confirmation."""
         return self.kind in (ExampleKind.DIRECTIVE, ExampleKind.CONFIRMATION)
+
+
+def _make_example(kept: dict[str, Any]) -> Example:
+    """An example that was pickled; what is absent is the one `nan`, by which equal examples are equal."""
+    values = tuple(nan if isnan(value) else value for value in kept["values"])
+    own = {name: nan if isnan(value) else value for name, value in kept["own"].items()}
+    return Example(**{**kept, "values": values, "own": own})
 
 
 LEARNER_VERSION = 1

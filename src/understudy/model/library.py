@@ -69,6 +69,18 @@ class TrainedAutomaton:
     lesson: Lesson | None = None
 
 
+def check_trained_automaton(given: object) -> None:
+    """Refuse what is no trained automaton: a lesson teaches nothing until it is learned from."""
+    if isinstance(given, TrainedAutomaton):
+        return
+    what, remedy = f"{given!r:.60}", "give a TrainedAutomaton"
+    if isinstance(given, Lesson):
+        what, remedy = f"lesson {given.name!r}", "give TrainedAutomaton(learn_automaton(lesson), lesson)"
+    if isinstance(given, Automaton):
+        what, remedy = f"automaton {given.name!r}", "give TrainedAutomaton(automaton)"
+    raise DefinitionError(what=what, problem="it is no trained automaton", remedy=remedy)
+
+
 @dataclass(frozen=True)
 class Library:
     """A kit and the automata taught with it, by name. Frozen: `with_automaton` gives a new one."""
@@ -86,6 +98,7 @@ class Library:
 
     def with_automaton(self, taught: TrainedAutomaton) -> Self:
         """This library with an automaton added or replaced; refused if it would contain itself."""
+        check_trained_automaton(taught)
         name = taught.automaton.name
         if name in self.kit.behaviors:
             raise DefinitionError(

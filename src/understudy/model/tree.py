@@ -5,11 +5,14 @@ A tree maps a feature vector to the index of the next state, or to `STAY`. It ru
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from math import nan
+from math import isnan, nan
+from numbers import Real
 from typing import Any, NamedTuple, TypeAlias
+
+from understudy.errors import KindError
 
 STAY = -1  # as an outcome: keep the current state; as a child: nothing was ever shown there, so keep it too
 
@@ -79,36 +82,49 @@ class Tree:
     def __post_init__(self) -> None:
         object.__setattr__(self, "_nested", _nested(self.nodes))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the nodes alone: what is nested in them may be deeper than Python recurses."""
+        return _make_tree, (self.nodes,)
+
     def decide(self, values: Sequence[float]) -> int:
-        """The next state's index for a feature vector, or STAY."""
+        """The next state's index for a feature vector, or STAY; KindError where a value it asks for is none.
+
+        Values beyond the last one that it asks for are not looked at.
+        """
         node = self._nested
-        while True:
-            test, feature, low, high, yes, no, absent, branches = node
-            if test == 0:
-                return yes  # type: ignore[no-any-return]
-            x = values[feature]
-            if x != x:
-                node = yes if test == 3 else absent
-            elif test == 1:
-                node = yes if x < high else no
-            elif test == 4:
-                node = branches[int(x)]
-            elif test == 3:
-                node = no
-            elif low <= high:
-                node = yes if low <= x < high else no
-            else:
-                node = yes if x >= low or x < high else no
+        try:
+            while True:
+                test, feature, low, high, yes, no, absent, branches = node
+                if test == 0:
+                    return yes  # type: ignore[no-any-return]
+                x = values[feature]
+                if x != x:
+                    node = yes if test == 3 else absent
+                elif test == 1:
+                    node = yes if x < high else no
+                elif test == 4:
+                    node = branches[int(x)]
+                elif test == 3:
+                    node = no
+                elif low <= high:
+                    node = yes if low <= x < high else no
+                else:
+                    node = yes if x >= low or x < high else no
+        except _NO_VECTOR:  # tried only once it failed: every tick of every robot decides
+            raise _explain_failure(self.nodes, values) from None
 
     def path(self, values: Sequence[float]) -> tuple[tuple[PathStep, ...], int]:
         """The steps `decide` takes for a feature vector, and the leaf reached (STAY where it ends before one)."""
         steps = []
         index = 0
-        while index >= 0 and self.nodes[index].test != TestKind.LEAF:
-            node = self.nodes[index]
-            step = _step(index, node, values[node.feature])
-            steps.append(step)
-            index = get_child(node, step)
+        try:
+            while index >= 0 and self.nodes[index].test != TestKind.LEAF:
+                node = self.nodes[index]
+                step = _step(index, node, values[node.feature])
+                steps.append(step)
+                index = get_child(node, step)
+        except _NO_VECTOR:
+            raise _explain_failure(self.nodes, values) from None
         return tuple(steps), index
 
     def leaves(self) -> Iterator[tuple[tuple[PathStep, ...], int]]:
@@ -134,6 +150,47 @@ class Tree:
                 if following != STAY:
                     deepest[following] = deepest[index] + 1
         return max(deepest)
+
+
+_NO_VECTOR = (LookupError, TypeError, ValueError, OverflowError)
+"""What fails where a value is asked for that is not there, or is no number."""
+
+
+def _explain_failure(nodes: Sequence[Node], values: Sequence[float]) -> KindError:
+    """Find what is wrong with values that a tree could not decide on."""
+    asked = {node.feature: node for node in nodes if node.test != TestKind.LEAF}
+    if isinstance(values, Mapping) or not hasattr(values, "__len__"):
+        return _wrong(f"it is {values!r:.60}", "give a list of numbers")
+    if len(values) <= max(asked):
+        problem = f"it has {len(values)} values, and the tree asks for number {max(asked) + 1}"
+        return _wrong(problem, "give one for each feature")
+    for feature, node in sorted(asked.items()):
+        if not isinstance(values[feature], Real):
+            return _wrong(_value(feature, values), "give a number, or NaN where it is absent")
+        labels = len(node.branches)
+        if node.test == TestKind.LABEL and not (isnan(values[feature]) or 0 <= values[feature] < labels):
+            return _wrong(_value(feature, values), f"give the index of one of {labels} labels")
+    return _wrong(f"it is {values!r:.60}", "give a list of numbers")
+
+
+def _value(feature: int, values: Sequence[float]) -> str:
+    return f"value {feature + 1} is {values[feature]!r:.60}"
+
+
+def _wrong(problem: str, remedy: str) -> KindError:
+    return KindError(where="feature vector", problem=problem, remedy=remedy)
+
+
+def _make_tree(nodes: Sequence[Node]) -> Tree:
+    """A tree that was pickled; what is absent is the one `nan`, by which equal nodes are equal."""
+    return Tree(
+        tuple(
+            node._replace(
+                low=nan if isnan(node.low) else node.low, high=nan if isnan(node.high) else node.high
+            )
+            for node in nodes
+        )
+    )
 
 
 def get_child(node: Node, step: PathStep) -> int:

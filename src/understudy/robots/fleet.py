@@ -10,12 +10,12 @@ from typing import Self
 
 import numpy as np
 
-from understudy.errors import SettingError, UnknownName
+from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
 from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot, connect_robot_body, describe_exit_reason
 from understudy.robots.robot_file import load_robot, load_team
-from understudy.runtime.body import Channel, Commands, Reading
+from understudy.runtime.body import Channel, Commands, Reading, check_reading_keys
 from understudy.sim.kit import MOVING
 from understudy.sim.scenario.schema import Scenario
 
@@ -56,7 +56,8 @@ class Fleet:
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """The last values, a column [N] each; NaN where absent."""
-        self._refuse_unknown(keys)
+        where = f"the robots of {self.name}"
+        check_reading_keys(keys, readings=self.readings, targets=self.targets, where=where)
         rows = [
             robot.sense([key for key in keys if self._can(agent, key)])
             for agent, robot in enumerate(self.robots)
@@ -140,18 +141,6 @@ class Fleet:
             return False
         return target in self.robots[agent].targets if of_targets else target is None
 
-    def _refuse_unknown(self, keys: Sequence[ReadingKey]) -> None:
-        known = {each.name: each.of_targets for each in self.readings}
-        for name, target in keys:
-            if known.get(name) is not (target is not None):
-                raise UnknownName(
-                    what="reading", name=name, where=f"the robots of {self.name}", known=[*known]
-                )
-            if target is not None and target not in self.targets:
-                raise UnknownName(
-                    what="target", name=target, where=f"the robots of {self.name}", known=self.targets
-                )
-
     def _check(self) -> None:
         if not self.robots:
             raise self._wrong("robots", "are none", "give one at least")
@@ -197,7 +186,7 @@ class Fleet:
         return SettingError(where=self.name, setting=setting, problem=problem, remedy=remedy)
 
 
-def connect_robot(path: Path, *, recorder: RunRecorder | None = None) -> Fleet:
+def connect_robot(path: Path | str, *, recorder: RunRecorder | None = None) -> Fleet:
     """The robot of a file, as a fleet of one, recorded or not."""
     robot = connect_robot_body(load_robot(path), path=path, recorder=recorder)
     with ExitStack() as undone:
@@ -207,7 +196,7 @@ def connect_robot(path: Path, *, recorder: RunRecorder | None = None) -> Fleet:
     return fleet
 
 
-def connect_team(path: Path, *, recorder: RunRecorder | None = None) -> Fleet:
+def connect_team(path: Path | str, *, recorder: RunRecorder | None = None) -> Fleet:
     """The robots of a team's file, all of them or none, recorded or not."""
     team, paths = load_team(path)
     with ExitStack() as undone:

@@ -17,6 +17,7 @@ from typing import Any, Protocol, TypeAlias, TypeGuard, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.errors import SettingError, UnknownName, join_names
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column, Kind
 from understudy.model.squad import Order
@@ -156,6 +157,26 @@ class Fused(Protocol):
         body's choice). Agents pulse at the body's time.
         """
         ...
+
+
+def check_reading_keys(
+    keys: Sequence[ReadingKey], *, readings: Sequence[Reading], targets: Sequence[str], where: str
+) -> None:
+    """Refuse readings that a body does not have: UnknownName, or SettingError for a missing or needless target."""
+    of_targets = {reading.name: reading.of_targets for reading in readings}
+    for name, target in keys:
+        if name not in of_targets:
+            raise UnknownName(what="reading", name=name, where=where, known=list(of_targets))
+        if of_targets[name] and target is None:
+            remedy = f"give one of {join_names(targets)}: ({name!r}, TARGET)"
+            raise SettingError(
+                where=where, setting=f"reading {name!r}", problem="needs a target", remedy=remedy
+            )
+        if target is not None and not of_targets[name]:
+            problem, remedy = f"takes no target, and {target!r} is given", f"give ({name!r}, None)"
+            raise SettingError(where=where, setting=f"reading {name!r}", problem=problem, remedy=remedy)
+        if target is not None and target not in targets:
+            raise UnknownName(what="target", name=target, where=where, known=targets)
 
 
 def list_reading_keys(body: Body) -> tuple[ReadingKey, ...]:

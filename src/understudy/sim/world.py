@@ -7,6 +7,7 @@ gaps let it, then loads, then objects come, go and walk.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import replace
 from functools import lru_cache
 from math import isfinite, nan, tau
@@ -20,7 +21,7 @@ from understudy.errors import FileError, SettingError, UnknownName, join_names
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.library import Kit
-from understudy.runtime.body import Channel, Commands, FusedPlan, Reading
+from understudy.runtime.body import Channel, Commands, FusedPlan, Reading, check_reading_keys
 from understudy.sim import state as snapshots
 from understudy.sim.kernel_context import (
     KernelContext,
@@ -56,17 +57,30 @@ class World:
         check_scenario(scenario)
         self.scenario = scenario
         seeds = self._listed(seeds)
+        self.worlds = len(seeds)
+        self._read_scenario(scenario)
+        self._has = find_world_contents(scenario, self.rules)
+        self.reset(seeds)
+
+    def _read_scenario(self, scenario: Scenario) -> None:
         self.rules, self.names = make_world_params(scenario), collect_names(scenario)
         self.readings: Sequence[Reading] = list_readings(scenario)
         self.channels: Sequence[Channel] = make_channels(scenario)
         self.targets: Sequence[str] = tuple(target.name for target in make_targets(scenario))
         self.columns = [COLUMNS.index(channel.name) for channel in self.channels]
-        self.worlds, self.robots = len(seeds), self.rules.robots
+        self.robots = self.rules.robots
         self.agents = self.worlds * self.robots
         self._planner = SensePlanner(scenario, self.rules, self.names)
-        self._has = find_world_contents(scenario, self.rules)
         self._plan = lru_cache(16)(self._planner.plan)
-        self.reset(seeds)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy is made of: all but what follows from the scenario and the state."""
+        return {name: value for name, value in vars(self).items() if name not in _REMADE}
+
+    def __setstate__(self, kept: dict[str, Any]) -> None:
+        vars(self).update(kept)
+        self._read_scenario(self.scenario)
+        self._begin(deepcopy(self.state))
 
     @property
     def kit(self) -> Kit:
@@ -234,7 +248,7 @@ class World:
         )  # fmt: skip
         if robot["holding"]:
             self.state.objects["hands"][world, robot["holding"] - 1] -= 1
-        robot["x"], robot["y"], robot["heading"] = x, y, heading % tau % tau
+        robot["x"], robot["y"], robot["heading"] = x, y, float(heading) % tau % tau
         for name in ("speed", "spin", "loading", "unloading", "blocked", "holding"):
             robot[name] = 0
 
@@ -368,7 +382,7 @@ class World:
 
     def _finite(self, what: str, x: float, y: float, third: float) -> None:
         width, height = self.rules.width, self.rules.height
-        numbers = all(isinstance(each, int | float | np.floating) for each in (x, y, third))
+        numbers = all(isinstance(each, int | float | np.floating | np.integer) for each in (x, y, third))
         if not (numbers and 0 <= x <= width and 0 <= y <= height and isfinite(third)):
             problem = f"is ({x}, {y}{f', {third}' if third else ''})"
             where = f"x in [0, {width}] and y in [0, {height}]"
@@ -388,14 +402,13 @@ class World:
             raise self._wrong(what, f"is ({x}, {y}), which overlaps {found}", "give a free place")
 
     def check_keys(self, keys: Sequence[ReadingKey]) -> tuple[ReadingKey, ...]:
-        """These keys, all of which its robots have or may have; UnknownName where one is none."""
-        of_targets = {reading.name: reading.of_targets for reading in self.readings}
-        for name, target in keys:
-            if name not in of_targets or of_targets[name] != (target is not None):
-                raise UnknownName(what="reading", name=name, where=self._where, known=list(of_targets))
-            if target is not None and target not in self.targets:
-                raise UnknownName(what="target", name=target, where=self._where, known=self.targets)
+        """These keys, all of which its robots have or may have; an error as of `check_reading_keys` otherwise."""
+        check_reading_keys(keys, readings=self.readings, targets=self.targets, where=self._where)
         return tuple(keys)
+
+
+_REMADE = ("rules", "_planner", "_plan", "_kernel_worlds", "_room", "_context")
+"""Attributes of a world that are made anew in its copies: caches, and what kernels work with."""
 
 
 def _is_whole(value: object, most: int) -> bool:

@@ -20,13 +20,14 @@ _FRAME = Struct("<II")  # length, checksum
 class AppendLog:
     """An open log; `write` appends a record, and with `sync` it is on disk when the call returns."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._file = path.open("ab")
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self._file = self.path.open("ab")
 
     @classmethod
-    def create(cls, path: Path, magic: bytes) -> Self:
+    def create(cls, path: Path | str, magic: bytes) -> Self:
         """Begin a log; FileError where the file exists already."""
+        path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             path.touch(exist_ok=False)
@@ -48,7 +49,7 @@ class AppendLog:
         return log
 
     @classmethod
-    def append(cls, path: Path, magic: bytes) -> Self:
+    def append(cls, path: Path | str, magic: bytes) -> Self:
         """Go on with a log: what follows its last complete record is cut off."""
         end = len(magic)
         for payload in read_log(path, magic):
@@ -75,10 +76,10 @@ class AppendLog:
         self._file.close()
 
 
-def read_log(path: Path, magic: bytes) -> Iterator[bytes]:
+def read_log(path: Path | str, magic: bytes) -> Iterator[bytes]:
     """The complete records of a log, oldest first; FileError where it is no such log, or damaged in its middle."""
     try:
-        content = path.read_bytes()
+        content = Path(path).read_bytes()
     except OSError as error:
         raise FileError(
             path=path,

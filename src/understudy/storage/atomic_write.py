@@ -20,8 +20,9 @@ UNFINISHED = ".unfinished"
 """How the names of files end that are being written; their names begin with a dot."""
 
 
-def write_atomically(path: Path, data: bytes) -> None:
+def write_atomically(path: Path | str, data: bytes) -> None:
     """Put `data` at `path`: a temporary file beside it, synced, then renamed over it."""
+    path = Path(path)
     temporary = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     try:
         with temporary.open("wb") as file:
@@ -34,7 +35,7 @@ def write_atomically(path: Path, data: bytes) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path | str) -> None:
     """Make what was renamed or created in a folder outlast a power cut."""
     if os.name != "posix":
         return
@@ -46,7 +47,7 @@ def sync_folder(folder: Path) -> None:
 
 
 @contextmanager
-def lock_folder(folder: Path) -> Iterator[None]:
+def lock_folder(folder: Path | str) -> Iterator[None]:
     """Keep other processes from writing in a folder; what a killed one left unfinished is removed."""
     if fcntl is None:  # pragma: no cover
         yield
@@ -54,7 +55,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX)
-        for left in folder.glob(f".*{UNFINISHED}"):
+        for left in Path(folder).glob(f".*{UNFINISHED}"):
             left.unlink(missing_ok=True)
         yield
     finally:
@@ -63,7 +64,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def convert_os_errors(
-    path: Path, doing: str, remedy: str = "see that the folder exists and that you may use it"
+    path: Path | str, doing: str, remedy: str = "see that the folder exists and that you may use it"
 ) -> Iterator[None]:
     """Errors of the operating system inside become a FileError of this path."""
     try:

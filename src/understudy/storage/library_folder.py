@@ -20,7 +20,7 @@ from unicodedata import normalize
 from urllib.parse import unquote
 
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnknownName
-from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.model.library import Kit, Library, TrainedAutomaton, check_trained_automaton
 from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder, write_atomically
 from understudy.storage.document import Learn, LoadedDocument, decode_document, encode_document
 
@@ -92,7 +92,7 @@ class SavedVersion:
 def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> LoadedLibrary:
     """All automata of a folder. The first thing wrong is raised, naming the file and place."""
     library, rebuilt = Library(kit), {}
-    for path in list_documents(Path(folder)):
+    for path in list_documents(folder):
         opened = open_document(path, kit, learn)
         library = add_automaton(library, opened.taught, path)
         if opened.rebuilt is not None:
@@ -100,14 +100,16 @@ def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> Lo
     return LoadedLibrary(library, MappingProxyType(rebuilt))
 
 
-def list_documents(folder: Path) -> list[Path]:
+def list_documents(folder: Path | str) -> list[Path]:
     """The documents in a folder, in order of name; files that are still being written are no documents."""
+    folder = Path(folder)
     with convert_os_errors(folder, "opening the library"):
         return sorted(path for path in folder.iterdir() if path.suffix == ".json" and path.name[0] != ".")
 
 
-def open_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
+def open_document(path: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
     """The automaton in a file of a library; FileError where the file is not named after it."""
+    path = Path(path)
     opened = read_document(path, kit, learn)
     name = opened.taught.automaton.name
     expected = f"{make_file_stem(name)}.json"
@@ -119,8 +121,9 @@ def open_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Lo
     return opened
 
 
-def read_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
+def read_document(path: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
     """The automaton in any file."""
+    path = Path(path)
     if path.exists() and not path.is_file():  # a pipe would be waited for without end
         raise FileError(path=path, place="", problem="it is not a file", remedy="remove it, or rename it")
     with convert_os_errors(path, "reading", remedy="see that the file exists and that you may read it"):
@@ -128,7 +131,7 @@ def read_document(path: Path, kit: Kit | None, learn: Learn | None = None) -> Lo
     return decode_document(data, kit, path=path, learn=learn)
 
 
-def add_automaton(library: Library, taught: TrainedAutomaton, path: Path) -> Library:
+def add_automaton(library: Library, taught: TrainedAutomaton, path: Path | str) -> Library:
     """The library with the automaton from this file; FileError where its name is taken."""
     name = taught.automaton.name
     for other in library.taught:
@@ -153,6 +156,7 @@ def save_automaton(folder: Path | str, taught: TrainedAutomaton) -> Path:
 
     When it returns, the document will outlast a power cut; when it raises, the folder is as it was.
     """
+    check_trained_automaton(taught)
     folder = Path(folder)
     path = folder / f"{make_file_stem(taught.automaton.name)}.json"
     data = encode_document(taught)
@@ -172,11 +176,13 @@ def save_automaton(folder: Path | str, taught: TrainedAutomaton) -> Path:
     return path
 
 
-def rename_automaton(folder: Path, former: str, taught: TrainedAutomaton) -> Path:
+def rename_automaton(folder: Path | str, former: str, taught: TrainedAutomaton) -> Path:
     """Give an automaton another name, `taught` being it under that name; its former versions come along.
 
     Killed in between, the folder has it under both names, each version under one of them.
     """
+    check_trained_automaton(taught)
+    folder = Path(folder)
     path, name = folder / f"{make_file_stem(former)}.json", make_file_stem(taught.automaton.name)
     renamed, data = folder / f"{name}.json", encode_document(taught)
     with convert_os_errors(path, "renaming"), lock_folder(folder):
@@ -233,9 +239,9 @@ def _keep(path: Path, former: bytes) -> None:
     sync_folder(path.parent)
 
 
-def list_versions(folder: Path, name: str) -> tuple[SavedVersion, ...]:
+def list_versions(folder: Path | str, name: str) -> tuple[SavedVersion, ...]:
     """The former versions of an automaton, oldest first; the current one is not among them."""
-    return _versions(folder / VERSIONS / make_file_stem(name))
+    return _versions(Path(folder) / VERSIONS / make_file_stem(name))
 
 
 def _versions(folder: Path) -> tuple[SavedVersion, ...]:
@@ -254,7 +260,7 @@ def _date(text: str | None) -> datetime | None:
 
 
 def load_version(
-    folder: Path, name: str, number: int, kit: Kit | None, learn: Learn | None = None
+    folder: Path | str, name: str, number: int, kit: Kit | None, learn: Learn | None = None
 ) -> LoadedDocument:
     """A former version of an automaton."""
     kept = {version.number: version.path for version in list_versions(folder, name)}

@@ -14,7 +14,12 @@ from understudy.model.expectation import Expectation
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson
 from understudy.model.library import Library
-from understudy.training.lesson_design import check_binding_names, parse_feature, parse_state
+from understudy.training.lesson_design import (
+    check_binding_names,
+    parse_feature,
+    parse_state,
+    refuse_single_texts,
+)
 
 
 class DesignChange(TypedDict, total=False):
@@ -110,6 +115,8 @@ def change_design(
     A parameter that is new stood for its target all along.
     """
     old = lesson.automaton
+    lists = ("states", "features", "flags", "parameters")
+    refuse_single_texts(old.name, {what: given for what, given in choice.items() if what in lists})
     states = [state for state in old.states[1:] if state.flag is None]
     flags = [state for state in old.states[1:] if state.flag is not None]
     if "states" in choice:

@@ -166,8 +166,8 @@ _decode = msgspec.msgpack.Decoder(AnyEntry, dec_hook=lambda kind, value: Binding
 class Journal:
     """A session's journal; without a path it keeps nothing."""
 
-    def __init__(self, path: Path | None = None) -> None:
-        self.path = path
+    def __init__(self, path: Path | str | None = None) -> None:
+        self.path = None if path is None else Path(path)
         self._log: AppendLog | None = None
         self._ticks: list[tuple[Sample, str]] = []
         self._first = 0
@@ -175,7 +175,7 @@ class Journal:
         self._snapshot_tick: int | None = None  # none since the robot was placed elsewhere
 
     @classmethod
-    def create(cls, path: Path | None, entry: SessionStarted, *, rows: int) -> Self:
+    def create(cls, path: Path | str | None, entry: SessionStarted, *, rows: int) -> Self:
         """A new journal for a session whose lesson has a record of so many rows; FileError if the file
         exists.
         """
@@ -187,7 +187,7 @@ class Journal:
         return journal
 
     @classmethod
-    def resume(cls, path: Path, *, ticks: int, rows: int) -> Self:
+    def resume(cls, path: Path | str, *, ticks: int, rows: int) -> Self:
         """Go on with a journal that holds `ticks` ticks and `rows` rows of the lesson's record."""
         journal = cls(path)
         journal._log = AppendLog.append(path, MAGIC)
@@ -260,7 +260,7 @@ class Journal:
             self._log.close()
 
 
-def read_journal(path: Path) -> Iterator[AnyEntry]:
+def read_journal(path: Path | str) -> Iterator[AnyEntry]:
     """The entries of a journal, oldest first; FileError where it is none."""
     for index, payload in enumerate(read_log(path, MAGIC)):
         try:

@@ -131,7 +131,9 @@ class ReplayedSession:
         )
 
     @classmethod
-    def from_journal(cls, path: Path, library: Library, keys: Sequence[ReadingKey] | None = None) -> Self:
+    def from_journal(
+        cls, path: Path | str, library: Library, keys: Sequence[ReadingKey] | None = None
+    ) -> Self:
         """The past that a journal holds; FileError where it holds no session, or one with other readings."""
         entries = read_journal(path)
         began = next(entries, None)
@@ -156,7 +158,7 @@ class ReplayedSession:
             past.apply_entry(entry, library, path)
         return past
 
-    def apply_entry(self, entry: AnyEntry, library: Library, path: Path) -> None:
+    def apply_entry(self, entry: AnyEntry, library: Library, path: Path | str) -> None:
         """Do again what a journal's entry says was done."""
         match entry:
             case TicksLogged():
@@ -221,7 +223,7 @@ def encode_journal_lesson(lesson: Lesson) -> bytes:
     return encode_document(TrainedAutomaton(lesson.automaton, lesson))
 
 
-def decode_journal_lesson(data: bytes, library: Library, path: Path) -> Lesson:
+def decode_journal_lesson(data: bytes, library: Library, path: Path | str) -> Lesson:
     """A lesson from the journal."""
     opened = decode_document(data, library.kit, path=path, learn=lambda lesson: {})
     if opened.taught.lesson is None:
@@ -246,7 +248,7 @@ def diff_lessons(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Exam
     return design, different, [number for number in old if number not in new]
 
 
-def apply_lesson_step(lesson: Lesson, step: LessonChanged, library: Library, path: Path) -> Lesson:
+def apply_lesson_step(lesson: Lesson, step: LessonChanged, library: Library, path: Path | str) -> Lesson:
     """The lesson after a step of a journal."""
     base = lesson
     if step.design is not None:

@@ -31,6 +31,8 @@ def new_lesson(
     options: LearnerOptions | None = None,
 ) -> Lesson:
     """An empty lesson for an automaton `name`: a start state, these states, and a state per flag."""
+    lists = {"states": states, "features": features, "flags": flags, "parameters": parameters}
+    refuse_single_texts(name, lists)
     automaton = Automaton(
         name,
         states=(
@@ -44,6 +46,15 @@ def new_lesson(
     )
     check_binding_names(library, automaton)
     return Lesson(automaton, options=options or LearnerOptions())
+
+
+def refuse_single_texts(lesson: str, choices: Mapping[str, object]) -> None:
+    """Refuse a text where a list is expected: its letters would be taken for names."""
+    for what, given in choices.items():
+        if isinstance(given, str):
+            problem = f"its {what} are {given!r:.60}, a single text"
+            remedy = f"give a list: [{given!r:.60}]"
+            raise DefinitionError(what=f"lesson {lesson!r}", problem=problem, remedy=remedy)
 
 
 def parse_state(library: Library, text: str | State) -> State:

@@ -8,6 +8,8 @@ session.test()
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from math import isfinite
+from numbers import Real
 from pathlib import Path
 from typing import Self, Unpack
 
@@ -65,7 +67,7 @@ class Session:
         targets: Mapping[str, str] | None = None,
         agent: int = 0,
         clock: Callable[[], float] | None = None,
-        journal: Path | None = None,
+        journal: Path | str | None = None,
         about: Mapping[str, str | int | float | bool] | None = None,
     ) -> None:
         if not 0 <= agent < body.agents:
@@ -81,7 +83,7 @@ class Session:
 
     @classmethod
     def resume(
-        cls, journal: Path, body: Body, library: Library, *, clock: Callable[[], float] | None = None
+        cls, journal: Path | str, body: Body, library: Library, *, clock: Callable[[], float] | None = None
     ) -> Self:
         """Go on with a session that ended, however it ended: nothing acknowledged is lost.
 
@@ -232,7 +234,11 @@ class Session:
         self._log.log_silence(outcome, moment, binding)
 
     def run_for(self, seconds: float) -> None:
-        """Tick for so long of the body's time."""
+        """Tick for so long of the body's time; SettingError where that is no finite number from 0 up."""
+        if not (isinstance(seconds, Real) and isfinite(seconds) and seconds >= 0):
+            where, problem = f"session of {self.automaton.name!r}", f"are {seconds!r:.60}"
+            remedy = "give a finite number, 0 or more"
+            raise SettingError(where=where, setting="seconds", problem=problem, remedy=remedy)
         until = self.body.time_s + seconds - self.body.tick_s / 2
         while self.body.time_s < until:
             self.tick()

@@ -96,8 +96,9 @@ def insert_color(content: str, name: str, color: Color, path: Path | str = "robo
     return changed
 
 
-def write_color(path: Path, name: str, color: Color) -> None:
+def write_color(path: Path | str, name: str, color: Color) -> None:
     """Put a color into a robot file, which is the old one or the new one at every moment; FileError where it cannot."""
+    path = Path(path)
     try:
         content = path.read_bytes().decode("utf-8-sig")
     except (OSError, ValueError) as error:

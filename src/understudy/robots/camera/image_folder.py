@@ -32,10 +32,10 @@ class DetectionResult(NamedTuple):
     rest: float | None
 
 
-def read_image_folder(folder: Path) -> tuple[CalibrationImage, ...]:
+def read_image_folder(folder: Path | str) -> tuple[CalibrationImage, ...]:
     """The images of a folder, by name; FileError where there is none, or one cannot be read."""
     try:
-        files = sorted(file for file in folder.iterdir() if file.suffix.lower() in ENDINGS)
+        files = sorted(file for file in Path(folder).iterdir() if file.suffix.lower() in ENDINGS)
     except OSError as error:
         problem = error.strerror or str(error)
         raise FileError(path=folder, place="", problem=problem, remedy="give a folder of images") from None

@@ -47,7 +47,7 @@ class RecordingFailed(UnderstudyError, json_type="RecordingFailed"):
 
     exit_code = 1
 
-    def __init__(self, *, path: Path, problem: str) -> None:
+    def __init__(self, *, path: Path | str, problem: str) -> None:
         self.path, self.problem = str(path), problem
         super().__init__(f"{path}: recording ended: {problem}; make room, or go on without a recording")
 

@@ -89,10 +89,11 @@ def list_recorded_presses(recording: Recording, agent: int = 0) -> Sequence[Reco
     return recording.presses[agent]
 
 
-def read_presses(path: Path, recording: Recording) -> Sequence[RecordedPress]:
+def read_presses(path: Path | str, recording: Recording) -> Sequence[RecordedPress]:
     """Presses from a table with columns time_s (as the recording counts; it acts at the first tick from then on), state
     (empty confirms the current one) and, if wanted, `does`. FileError naming the line where one cannot be.
     """
+    path = Path(path)
     try:
         rows = list(csv.reader(io.StringIO(path.read_text("utf-8-sig"), newline=""), strict=True))
     except (OSError, ValueError, csv.Error) as error:

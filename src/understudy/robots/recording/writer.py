@@ -37,11 +37,12 @@ class _ChannelSpec(NamedTuple):
 class RecordingWriter:
     """A file of MCAP that grows; FileError where it is there already, or cannot be. Any thread may hand things over."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path | str) -> None:
         writer = _mcap()
         self.problem = ""
         """Why nothing more is written; empty while all is well."""
-        self._path, self._file = path, _opened(path)
+        self._path = Path(path)
+        self._file = _opened(self._path)
         self._queue: SimpleQueue[Any] = SimpleQueue()
         self._waiting, self._lock, self._closed = 0, Lock(), False
         self._whole = 0  # bytes that hold whole chunks

@@ -48,7 +48,7 @@ def find_stop_log(file: RobotFile, path: Path | str) -> Path:
     return path.with_suffix(ENDING) if file.safety.log is None else path.parent / file.safety.log
 
 
-def append_stop(path: Path, stop: StopEvent | None = None) -> None:
+def append_stop(path: Path | str, stop: StopEvent | None = None) -> None:
     """Append a stop to a log in one write; without one, only try whether the log can be opened. Raises OSError."""
     line = b"" if stop is None else msgspec.json.encode(stop) + b"\n"
     log = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
@@ -62,7 +62,7 @@ def append_stop(path: Path, stop: StopEvent | None = None) -> None:
 class StopLog:
     """Keep the stops of one robot since it was connected in memory, and append them to a file if there is one."""
 
-    def __init__(self, robot: str, path: Path | None = None) -> None:
+    def __init__(self, robot: str, path: Path | str | None = None) -> None:
         self._robot, self._path = robot, path
         self.stops: list[StopEvent] = []
         """Oldest first."""
@@ -85,10 +85,10 @@ class StopLog:
                 append_stop(self._path, stop)
 
 
-def read_stops(path: Path) -> Sequence[StopEvent]:
+def read_stops(path: Path | str) -> Sequence[StopEvent]:
     """Read the stops of a log as they were written; none where there is no log. FileError where a line is no stop."""
     try:
-        lines = path.read_bytes().splitlines()
+        lines = Path(path).read_bytes().splitlines()
     except FileNotFoundError:
         return ()
     stops = []

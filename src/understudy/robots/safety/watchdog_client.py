@@ -51,8 +51,8 @@ class WatchdogClient:
     called with it while the robot is armed.
     """
 
-    def __init__(self, file: RobotFile, *, log: Path) -> None:
-        self._file, self._log = file, log
+    def __init__(self, file: RobotFile, *, log: Path | str) -> None:
+        self._file, self._log = file, Path(log)
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = 0
         self._answered_s, self._stopped = 0.0, False

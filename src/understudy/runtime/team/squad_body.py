@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import BOOLEAN, Column, Kind
-from understudy.model.squad import Assignment, Order, Squad, Statistic
-from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading
+from understudy.model.squad import TELLING, Assignment, Order, Squad, Statistic
+from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading, check_reading_keys
 from understudy.runtime.team.comms import CommsChannel, MemberReports, Traffic, make_traffic
 from understudy.runtime.team.members import MemberGroup, Membership
 from understudy.runtime.team.order_dispatch import OrderDispatcher
@@ -69,6 +69,7 @@ class SquadBody:
         self.targets: Sequence[str] = ground.targets
         self._statistics = {each.name: each for each in squad.statistics}
         self._memories: dict[ReadingKey, StatisticMemory] = {}
+        self._checked: set[ReadingKey] = set()
         self.reports = MemberReports(roster, self.bands, radio, squad.drops, self.tick_s)
         self.ordering = OrderDispatcher(squad, roster, self.bands, radio)
         self._roles: dict[str | None, NDArray[np.bool_]] = {None: np.ones(len(roster), np.bool_)}
@@ -113,9 +114,16 @@ class SquadBody:
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Statistics [S] over what the members have sensed in this tick, and the flags that they raised before it."""
+        self._check(keys)
         now = self.time_s
         self._counted = self.reports.select_present(now)
         return {key: self._sensed(key, now) for key in self._remembered(keys)}
+
+    def _check(self, keys: Sequence[ReadingKey]) -> None:
+        if not self._checked.issuperset(keys):  # asked at every tick, mostly for what it was asked before
+            where = f"squad {self.squad.name!r}"
+            check_reading_keys(keys, readings=self.readings, targets=self.targets, where=where)
+            self._checked.update(keys)
 
     def _sensed(self, key: ReadingKey, now: float) -> Column:
         statistic, target = self._statistics[key[0]], key[1]
@@ -234,5 +242,5 @@ def _reading(statistic: Statistic, readings: Mapping[str, Reading]) -> Reading:
     """What a statistic offers as a reading of the squad."""
     of = readings.get(statistic.reading or "")
     kind = statistic.kind(of.kind if of is not None else BOOLEAN)
-    unit = "s" if statistic.since else "" if of is None or kind == BOOLEAN else of.unit
+    unit = "s" if statistic.since else "" if of is None or statistic.how in TELLING else of.unit
     return Reading(statistic.name, kind, unit, of_targets=of is not None and of.of_targets, doc=statistic.doc)

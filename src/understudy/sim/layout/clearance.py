@@ -121,6 +121,7 @@ def find_overlap(
     It is a robot (its id in its world), the object in a slot, or something new. Robots that do not collide may
     overlap each other; an obstacle that `stays` may overlap walls and other obstacles.
     """
+    x, y = float(x), float(y)  # comparisons of NumPy numbers cannot be counted with
     least = radius - CLOSE
     if not stays:
         if not (least <= x <= rules.width - least and least <= y <= rules.height - least):

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from difflib import get_close_matches
 from typing import NamedTuple, NoReturn
 
-from understudy.errors import SettingError, join_names
+from understudy.errors import SettingError, join_names, suggest_known_name
 from understudy.sim.scenario.schema import Scenario
 
 
@@ -31,10 +30,8 @@ class ScenarioErrors:
 def suggest_name(name: str, names: Iterable[str], *, what: str) -> str:
     """What to give instead of an unknown name."""
     names = list(names)
-    close = get_close_matches(name, names, n=1)
-    meant = f"did you mean {close[0]!r}? " if close else ""
     return (
-        f"{meant}known are {join_names(map(repr, names))}"
+        f"{suggest_known_name(name, names)}known are {join_names(map(repr, names))}"
         if names
         else f"declare a {what} of this name first"
     )

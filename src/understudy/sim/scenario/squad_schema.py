@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import Any, Literal
 
 from msgspec import UNSET, Struct, UnsetType, field
+from msgspec.structs import fields
 
 from understudy.model.squad import How
 
 
 class StrictStruct(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
     """What all parts of a scenario, or of a robot's file, have in common: frozen, keys by name, no unknown key."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle without defaults: a copy of a default is another object, and would be written out in files."""
+        values = {each.name: (getattr(self, each.name), each.default) for each in fields(self)}
+        given = {name: value for name, (value, default) in values.items() if value is not default}
+        return _make_struct, (type(self), given)
+
+
+def _make_struct(kind: type[StrictStruct], given: dict[str, Any]) -> StrictStruct:
+    return kind(**given)
 
 
 class RoleSpec(StrictStruct, frozen=True, kw_only=True):

@@ -48,13 +48,13 @@ def collect_libraries(
     return MappingProxyType(found)
 
 
-def find_type_folders(scenario: Scenario, folder: Path, kit: Kit) -> Mapping[str, tuple[Path, Kit]]:
+def find_type_folders(scenario: Scenario, folder: Path | str, kit: Kit) -> Mapping[str, tuple[Path, Kit]]:
     """Where the automata of each type are kept, and the kit that they are taught with.
 
     Types that can be taught the same share the folder itself. Others have one of their name in it each; but one that
     has none while there are automata in the folder itself, as before there were such, knows these.
     """
-    kits = make_type_kits(scenario, kit)
+    folder, kits = Path(folder), make_type_kits(scenario, kit)
     if not have_different_kits(kits):
         return dict.fromkeys(kits, (folder, kit))
     former = folder.is_dir() and bool(list_documents(folder))
@@ -65,7 +65,7 @@ def find_type_folders(scenario: Scenario, folder: Path, kit: Kit) -> Mapping[str
 
 
 def load_type_libraries(
-    scenario: Scenario, folder: Path, kit: Kit, look: Callable[[Path, Kit], Library]
+    scenario: Scenario, folder: Path | str, kit: Kit, look: Callable[[Path, Kit], Library]
 ) -> Mapping[str, Library]:
     """What each type of robots knows, as `look` finds it in folders, each once; types that share one share it."""
     places = find_type_folders(scenario, folder, kit)
