@@ -245,14 +245,19 @@ def test_unknown_names() -> None:
         "stones": lambda: body.add_object("stones", 1.0, 1.0),
         "smell": lambda: body.sense([("smell", None)]),
         "nobody": lambda: body.sense([("range", "nobody")]),
-        "range": lambda: body.sense([("range", None)]),
-        "ahead": lambda: body.sense([("ahead", "food")]),
         "jump": lambda: body.act({"drive": np.ones(2), "jump": np.ones(2)}),
     }
     for name, attempt in attempts.items():
         with pytest.raises(UnknownName, match=name):
             attempt()
     assert states(body) == before
+
+
+def test_targets_that_are_missing_or_too_many() -> None:
+    body = world()
+    for name, key in {"range": ("range", None), "ahead": ("ahead", "food")}.items():
+        with pytest.raises(UnderstudyError, match=f"{name}.*target"):
+            body.sense([key])
 
 
 def test_commands_that_are_none() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -169,5 +170,6 @@ def test_what_could_not_be_opened_again_is_not_stored() -> None:
 
 
 def test_no_pickle() -> None:
-    for module in Path("src/understudy/model").glob("*.py"):
-        assert "pickle" not in module.read_text()
+    """Values can be pickled for process pools, but nothing is ever unpickled here."""
+    for module in Path("src").rglob("*.py"):
+        assert re.findall(r"import pickle|pickle\.load|Unpickler", module.read_text()) == []
