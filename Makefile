@@ -39,7 +39,7 @@ page: ## build the page of the studio from page/ (needs Node and npm; what it bu
 protocol: $(VENV)/.run ## write the page's types of messages, which are generated from those of the studio
 	$(BIN)/python -m understudy.ui.web.protocol page/src/protocol.ts
 
-CHECKS = $(BIN)/ruff check && $(BIN)/ruff format --check && $(BIN)/mypy && $(BIN)/lint-imports
+CHECKS = $(BIN)/ruff check && $(BIN)/ruff format --check && $(BIN)/pydoclint src && $(BIN)/mypy && $(BIN)/lint-imports
 
 test: $(VENV)/.dev ## style, types, layers, and all quick tests (ARGS passes more to pytest)
 	@$(CHECKS)

@@ -72,21 +72,21 @@ class Guard:
 
     Parameters
     ----------
-    file : RobotFile
+    file
         Limits, deadlines and topics of the robot.
-    send : callable
+    send
         Send speeds (m/s, rad/s) at once. An exception makes the guard leave the robot to the watchdog.
-    danger : callable
+    danger
         Return why the robot's readings forbid it to move at a time (s, of `clock`), or None.
-    peers : callable
+    peers
         List the publishers of other processes on the robot's network.
-    heard : collection of str
+    heard
         Topics of the robot's sensors: the watchdog has to discover their publishers before it counts as ready.
-    clock : callable
+    clock
         Monotonic time, s, that messages are stamped with on arrival. It must not jump; do not pass the time of day.
-    log : StopLog, optional
+    log
         Where stops are logged; in memory only if left out.
-    watchdog : WatchdogClient, optional
+    watchdog
         Connection to the robot's watchdog process. Without it there is no watchdog and no thread, and the caller has to
         call `check`: for tests and replays only. `connect_robot_body` always passes one.
     """

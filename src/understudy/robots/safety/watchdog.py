@@ -86,14 +86,20 @@ def watch_heartbeats(
 
     Parameters
     ----------
-    hear : callable
+    hear
         Wait for heartbeats, at most so long (s). Several may come at once: the last one counts, and any TAKEN_OVER.
-    answer, stop, log : callable
-        Answer a heartbeat, send one stop, log a stop with its cause. None may raise.
-    deadline_s : float
+    answer
+        Answer a heartbeat. Must not raise.
+    stop
+        Send one stop. Must not raise.
+    log
+        Log a stop with its cause. Must not raise.
+    deadline_s
         How long heartbeats may be missing while the robot may be moving, s.
-    clock, sleep : callable
-        Monotonic time, s, and waiting.
+    clock
+        Return monotonic time, s.
+    sleep
+        Wait for so long, s.
     """
     moving, frozen, until = False, False, 0.0
     while True:
