@@ -24,8 +24,8 @@ export function Bars() {
     <div class="bar" role="status">
       <span>
         {studio.told.directed
-          ? "Somebody else directs. You see everything, and can take over when nobody directs any more."
-          : "Nobody directs: take over, and the robot is yours."}
+          ? "Someone else is in control. You can watch, and take control when nobody is."
+          : "No one is in control. Take control to teach the robot."}
       </span>
       <button type="button" class="small" onClick={() => void studio.ask({ do: "take" })}>
         Take

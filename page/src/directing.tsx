@@ -1,4 +1,4 @@
-/** The row of buttons that direct the robot: one for each state, and "keep doing this". */
+/** The row of buttons that direct the robot: one for each state, and "Confirm". */
 
 import { useStudio } from "./context";
 import type { Session, State } from "./protocol";
@@ -29,10 +29,10 @@ export function Directing() {
             role="switch"
             aria-checked={!desk.watching}
             disabled={!studio.directs}
-            title={desk.watching ? "You watch: silence is consent" : "Silence is no consent now"}
+            title={desk.watching ? "Learning from silence: on" : "Learning from silence: off"}
             onClick={() => void studio.ask({ do: "watch" })}
           >
-            {desk.watching ? "" : "✓ "}I am not watching
+            {desk.watching ? "" : "✓ "}Stop learning from silence
           </button>
         )}
         <button
@@ -42,7 +42,7 @@ export function Directing() {
           aria-keyshortcuts="Enter"
           onClick={(event) => void studio.confirm(event.timeStamp)}
         >
-          keep doing this <kbd aria-hidden="true">↵</kbd>
+          Confirm <kbd aria-hidden="true">↵</kbd>
         </button>
       </div>
     </div>

@@ -104,8 +104,7 @@ function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Adv
       };
     return { text: "Begin goto, or open it again, and the tour goes on.", at: ".shelf-new" };
   }
-  if (studio.told?.paused === true)
-    return { text: "The robot is paused. Space lets it go on.", at: ".pause" };
+  if (studio.told?.paused === true) return { text: "Paused. Press Space to resume.", at: ".pause" };
   if (tour.step === 3 && tour.same(moment))
     return { text: "Two examples are better than one: go to a new world.", at: NEW_WORLD };
   if (tour.step < 4) return drives(moment, desk);

@@ -16,7 +16,7 @@ export function Header() {
       <span class="divider" />
       <span class="what cut">
         {desk === null ? (
-          <span class="soft">nothing is trained yet</span>
+          <span class="soft">No automaton open</span>
         ) : (
           <b>
             {desk.name}
@@ -100,15 +100,11 @@ function Saving({ studio }: { studio: Studio }) {
       {desk !== null && (
         <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
           <span class={className("dot", (desk.unsaved || !saved) && "open")} />
-          {desk.unsaved ? "every press kept" : saved ? "in the library" : "nothing yet"}
+          {desk.unsaved ? "presses saved, not in the library yet" : saved ? "in the library" : "nothing yet"}
         </span>
       )}
       {(told?.viewers ?? 1) > 1 && studio.directs && (
-        <button
-          type="button"
-          title="Let somebody else direct"
-          onClick={() => void studio.ask({ do: "hand_over" })}
-        >
+        <button type="button" title="Hand over control" onClick={() => void studio.ask({ do: "hand_over" })}>
           Hand over
         </button>
       )}

@@ -9,7 +9,7 @@ export function Latency() {
   const inside = server === null ? "" : `; ${server.toFixed(1)} ms of it in the studio`;
   return (
     <span class="tiny latency" title={`From the key until the press was in the journal${inside}`}>
-      key to journal {whole.toFixed(whole < 10 ? 1 : 0)} ms
+      Saved in {whole.toFixed(whole < 10 ? 1 : 0)} ms
     </span>
   );
 }

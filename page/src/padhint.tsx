@@ -14,7 +14,7 @@ export function PadHint() {
   const flag = studio.desk.states.find((state) => state.flag);
   const hints = [
     ["✚", "direct"],
-    ["A", "keep doing this"],
+    ["A", "confirm"],
     ...(flag === undefined ? [] : [["X", flag.name]]),
     ["Y", studio.desk.mode === "training" ? "testing" : "training"],
     ["B", "undo"],

@@ -40,7 +40,7 @@ export function Robots() {
       <button
         type="button"
         disabled={!studio.directs || all}
-        title="Let it move from now on"
+        title="Arm the robot"
         onClick={() => void studio.ask({ do: "arm" })}
       >
         {all ? "Armed" : "Arm"}

@@ -19,10 +19,10 @@ export function Running({ studio }: { studio: Studio }) {
         type="button"
         class="pause"
         disabled={off}
-        aria-label={paused ? "Go on" : "Pause"}
+        aria-label={paused ? "Resume" : "Pause"}
         onClick={() => void studio.ask({ do: "pause", paused: !paused })}
       >
-        {paused ? "▶ Go on" : "❚❚ Pause"} <kbd>␣</kbd>
+        {paused ? "▶ Resume" : "❚❚ Pause"} <kbd>␣</kbd>
       </button>
       <button
         type="button"

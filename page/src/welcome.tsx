@@ -39,7 +39,7 @@ export function Welcome() {
         disabled={!studio.directs}
         onClick={() => panel.choose("new")}
       >
-        New automaton
+        Teach something new
       </button>
       {shows && (
         <button

@@ -119,10 +119,10 @@ class Forager(Teacher):
         """Fill in the form for an automaton; for the first one it proposes all but the options."""
         form = self.page.locator("form.choice")
         if about is GOTO:
-            self.click("New automaton")
+            self.click("Teach something new")
             form.get_by_label("Reaction time").fill("0.2")
         else:
-            self.click("+ new automaton")
+            self.click("+ Teach something new")
             form.get_by_role("textbox", name="Name", exact=True).fill(about.topic.name)
             if not about.flags:
                 form.get_by_label("Flags").fill("")
@@ -130,7 +130,7 @@ class Forager(Teacher):
             self.actions += 1
             form.get_by_role("checkbox", name=label, exact=True).check()
         self.actions += 1
-        form.get_by_role("checkbox", name="Silence is consent").check()
+        form.get_by_role("checkbox", name="Learn from silence").check()
 
     def _begun(self, name: str) -> None:
         """It is trained now; what the robot did since the last was saved is saved first, where that is asked."""
@@ -189,7 +189,7 @@ class Forager(Teacher):
 
     def afresh(self) -> None:
         """The automaton from its start state, the robot where it is."""
-        self.click("start afresh")
+        self.click("Restart automaton")
         expect(self.directing("start")).to_have_attribute("aria-pressed", "true")
         self.page.wait_for_timeout(250)
 
@@ -340,7 +340,7 @@ class Forager(Teacher):
     def standing_still(self) -> Iterator[None]:
         """Let time stand still meanwhile."""
         self.press("Space")
-        expect(self.page.get_by_role("button", name="Go on")).to_be_visible()
+        expect(self.page.get_by_role("button", name="Resume")).to_be_visible()
         yield
         self.press("Space")
         expect(self.page.get_by_role("button", name="Pause")).to_be_visible()

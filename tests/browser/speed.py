@@ -116,7 +116,7 @@ def main() -> None:
                 page.add_init_script(WATCH)
                 page.goto(address)
                 page.get_by_role("toolbar", name="Direct the robot").wait_for()
-                page.get_by_role("button", name="Go on").click()
+                page.get_by_role("button", name="Resume").click()
                 _say(str(measured(page, process, robots)))
                 page.close()
         browser.close()

@@ -24,7 +24,7 @@ class Teacher:
 
     def begin_goto(self) -> None:
         """Begin the automaton that the page proposes where nothing was taught: goto, with A for the station."""
-        self.click("New automaton")
+        self.click("Teach something new")
         self.click("Begin")
         expect(self.directing("forward")).to_be_visible()
         expect(self.page.get_by_role("complementary")).to_contain_text(DISTANCE)

@@ -111,9 +111,9 @@ def test_nothing_is_in_the_way_of_anybody(
     look("why and simpler")
     teacher.click("Leave")
     page.get_by_role("tab", name=re.compile("Lesson")).click()
-    teacher.click("+ promise")
+    teacher.click("+ expected outcome")
     look("promise")
-    teacher.click("Promise")
+    teacher.click("Expect it")
     teacher.click("Test lessons")
     expect(page.get_by_role("region", name="Tested")).to_be_visible()
     look("tested")
@@ -132,7 +132,7 @@ def nests(teacher: Teacher) -> None:
     """Begin an automaton that runs goto, and open goto in its graph."""
     page = teacher.page
     page.get_by_role("tab", name="Automaton").click()
-    teacher.click("+ new automaton")
+    teacher.click("+ Teach something new")
     page.get_by_label("Name", exact=True).fill("carry")
     page.get_by_label("goto(station)", exact=True).check()
     page.get_by_label("food_stored", exact=True).check()
@@ -144,7 +144,7 @@ def nests(teacher: Teacher) -> None:
 def test_goto_is_taught_and_saved_without_a_mouse(visit: Callable[[], Page], studio: Studio) -> None:
     teacher = Teacher(visit())
     page = teacher.page
-    tab_to(page, "New automaton")
+    tab_to(page, "Teach something new")
     page.keyboard.press("Enter")
     tab_to(page, "Begin")
     page.keyboard.press("Enter")

@@ -74,7 +74,7 @@ def test_what_to_show_next_is_set_up_shown_and_said_no_more(teacher: Teacher, sn
     behind.get_by_role("button", name="Set up").click()
     expect(behind).to_contain_text("There it is, in forward, as I meant it")
     expect(teacher.directing("forward")).to_have_attribute("aria-pressed", "true")
-    expect(page.get_by_role("button", name="Go on", exact=True)).to_be_visible()
+    expect(page.get_by_role("button", name="Resume", exact=True)).to_be_visible()
     expect(page.get_by_role("complementary")).to_contain_text(re.compile(r"angle_to\(A\)\s*−?1[3-8]\d°"))
     snap(page, "coach")
     before = teacher.examples

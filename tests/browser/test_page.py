@@ -166,6 +166,6 @@ def test_back_on_the_timeline(teacher: Teacher) -> None:
     near = teacher.reading()
     assert near != far
     assert teacher.examples == before
-    teacher.page.get_by_role("button", name=re.compile("Go on")).click()
+    teacher.page.get_by_role("button", name=re.compile("Resume")).click()
     teacher.page.wait_for_timeout(700)
     assert teacher.reading() != near

@@ -70,7 +70,7 @@ def test_a_robot_is_armed_taught_and_stopped(
     expect(camera).to_be_visible()
     assert camera.evaluate("image => [image.naturalWidth, image.naturalHeight]") == [160, 120]
 
-    teacher.click("New automaton")
+    teacher.click("Teach something new")
     form = page.locator("form.choice")
     form.get_by_role("textbox", name="Name", exact=True).fill("servo")
     for label in ("turn_left", "turn_right", "walk_forward", "blob_x(ball)", "blob_size(ball)"):

@@ -115,7 +115,7 @@ def test_what_was_deleted_is_brought_back_where_it_is_said(teacher: Teacher) -> 
 def test_one_behavior_in_two_ways(teacher: Teacher) -> None:
     """To the station and to the food: two states that run goto."""
     page = teacher.page
-    page.get_by_role("tabpanel").get_by_role("button", name="new automaton").click()
+    page.get_by_role("tabpanel").get_by_role("button", name="Teach something new").click()
     page.get_by_label("Name", exact=True).fill("fetch")
     for chosen in ("goto(station)", "goto(nearest_food)", "load_food", "food_stored"):
         page.get_by_role("checkbox", name=chosen, exact=True).check(force=True)

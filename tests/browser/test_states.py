@@ -15,7 +15,7 @@ def test_two_states_that_run_forward(visit: Callable[[], Page], snap: Callable[[
     """Servoing: forward_left has seen the ball on its left, forward_right on its right."""
     page = visit()
     teacher = Teacher(page)
-    teacher.click("New automaton")
+    teacher.click("Teach something new")
     page.get_by_label("Name", exact=True).fill("servo")
     expect(page.get_by_role("textbox", name=FORWARD)).to_have_count(0)
     teacher.click("Names of the states")

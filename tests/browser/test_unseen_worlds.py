@@ -100,7 +100,7 @@ def test_it_says_how_far_it_is_while_the_world_goes_on_and_is_cancelled(
         page = chromium.new_page(viewport={"width": 1280, "height": 800})
         page.goto(studio.address)
         teacher = Teacher(page)
-        teacher.click("New automaton")
+        teacher.click("Teach something new")
         page.get_by_label("stored_twice", exact=True).check()
         teacher.click("Begin")
         for key in ("ArrowLeft", "ArrowUp", "ArrowLeft"):

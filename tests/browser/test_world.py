@@ -26,7 +26,7 @@ def teacher(visit: Callable[[], Page]) -> Teacher:
 
 
 def latencies(teacher: Teacher) -> list[float]:
-    """From key to journal and back, ms, as the page measures it, press by press."""
+    """From Saved in and back, ms, as the page measures it, press by press."""
     page, found = teacher.page, []
     for number in range(PRESSES):
         page.keyboard.press(("ArrowUp", "ArrowLeft", "ArrowRight")[number % 3])
@@ -57,7 +57,7 @@ def test_as_fast_as_it_goes(teacher: Teacher) -> None:
     before = teacher.clock_s
     page.wait_for_timeout(2000)
     teacher.press("Space")
-    expect(page.get_by_role("button", name="Go on")).to_be_visible()
+    expect(page.get_by_role("button", name="Resume")).to_be_visible()
     assert teacher.clock_s - before > 2 * 16
     page.get_by_role("slider", name="Rewind").press("ArrowLeft")
     expect(page.get_by_text("going on begins here", exact=True)).to_be_visible()
@@ -124,7 +124,7 @@ def test_time_before_a_lesson(visit: Callable[[], Page]) -> None:
     page = visit()
     teacher = Teacher(page)
     assert teacher.clock_s == 0
-    teacher.click("Go on")
+    teacher.click("Resume")
     page.wait_for_timeout(700)
     teacher.click("Pause")
     passed = teacher.clock_s

@@ -5,8 +5,8 @@ import type { Studio } from "../studio";
 import { clock } from "../words";
 
 const WAYS: Readonly<Record<AskWhenName, readonly [name: string, about: string]>> = {
-  never: ["no", "In testing it decides without a word."],
-  pause: ["pause", "In testing it stops where it is unsure, and your press is the answer."],
+  never: ["no", "Never asks."],
+  pause: ["pause", "Pauses when unsure; your next press answers."],
   mark: ["mark", "In testing it goes on where it is unsure, and marks the moment here and on the time line."],
 };
 

@@ -20,7 +20,7 @@ const OF_FEATURES: ReadonlySet<string> = new Set(["separating", "disagreement", 
 export function CoachTab() {
   const studio = useStudio();
   const { desk } = studio;
-  if (desk === null) return <p class="empty">Here a coach will say what to show the robot next.</p>;
+  if (desk === null) return <p class="empty">Suggestions for your next demonstrations appear here.</p>;
   return (
     <>
       <AskingPart desk={desk} studio={studio} />
@@ -82,7 +82,7 @@ function Advised({ desk, studio }: Part) {
     <>
       {late !== null && <LateCard late={late} studio={studio} />}
       <h3>What to show next</h3>
-      {advice.length === 0 && <p class="empty">Nothing comes to mind: what was shown hangs together.</p>}
+      {advice.length === 0 && <p class="empty">No suggestions: the lesson is consistent.</p>}
       <ol class="advices" aria-label="Advice">
         {listed.map((each) => (
           <AdviceItem
@@ -221,7 +221,7 @@ function LateCard({ late, studio }: { late: Late; studio: Studio }) {
           type="button"
           class="small primary"
           disabled={!studio.directs}
-          title="Takes all presses that much earlier; undo takes it back"
+          title="Shift all presses earlier by this much (can be undone)"
           onClick={() => void studio.change({ do: "use_reaction", reaction_s }, { do: "undo" })}
         >
           Use {reaction_s} s

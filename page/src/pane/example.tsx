@@ -56,12 +56,12 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
         type="button"
         class="small"
         disabled={!studio.directs}
-        title={example.quarantined === "" ? "Keep it, but let it teach nothing" : example.quarantined}
+        title={example.quarantined === "" ? "Ignore this example when learning" : example.quarantined}
         onClick={() =>
           void studio.ask({ do: example.quarantined === "" ? "quarantine" : "release", numbers: [number] })
         }
       >
-        {example.quarantined === "" ? "Quarantine" : "Let it teach again"}
+        {example.quarantined === "" ? "Ignore" : "Use it again"}
       </button>
       {desk.features.length > 0 && (
         <button type="button" class="link" aria-expanded={asked} onClick={() => setAsked(!asked)}>
@@ -71,7 +71,9 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
       {example.time_s !== null && <span class="tiny">shown at {clock(example.time_s)}</span>}
       {asked && <Values example={example} desk={desk} studio={studio} edit={edit} />}
       {example.quarantined !== "" && <p class="tiny warn">In quarantine. {example.quarantined}</p>}
-      {example.contradicts && <p class="tiny warn">Another press shows otherwise for the same reading.</p>}
+      {example.contradicts && (
+        <p class="tiny warn">Contradicts another example: same readings, different press.</p>
+      )}
     </div>
   );
 }

@@ -104,7 +104,7 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
         ))}
         <td class="kind">
           {contradicts && (
-            <span class="warn" title="Another press shows otherwise for the same reading">
+            <span class="warn" title="Contradicts another example: same readings, different press">
               ≠{" "}
             </span>
           )}

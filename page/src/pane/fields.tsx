@@ -69,7 +69,7 @@ export function Options({ draft, change }: PartProps) {
           checked={draft.watched}
           onChange={(event) => change({ watched: event.currentTarget.checked })}
         />
-        Silence is consent: while you watch and do not press, it is doing right.
+        Learn from silence: while you watch and do not press, what it does counts as right.
       </label>
       <label class="option">
         <input

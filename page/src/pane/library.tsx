@@ -35,7 +35,7 @@ export function LibraryTab() {
       </ul>
       <p class="padded">
         <button type="button" disabled={!directs} onClick={() => panel.choose("new")}>
-          + new automaton
+          + Teach something new
         </button>
       </p>
       <h3>Basic behaviors</h3>

@@ -36,10 +36,10 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
             class="link"
             aria-expanded={adding}
             disabled={!directs}
-            title="What shall come of it from here on: it is tried whenever the lesson is tested"
+            title="Expected outcome from this moment (checked by Test lessons)"
             onClick={() => add(!adding)}
           >
-            + promise
+            + expected outcome
           </button>
         )}
         <button
@@ -62,7 +62,7 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
               type="button"
               class="link"
               disabled={!directs}
-              title="Go to where it was promised"
+              title="Go to the moment it starts from"
               onClick={() => void studio.ask({ do: "visit", outcome: index })}
             >
               go there
@@ -71,8 +71,8 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
               type="button"
               class="link"
               disabled={!directs}
-              aria-label={`Promise no longer: ${said}`}
-              title="Promise it no longer"
+              aria-label={`Remove expectation: ${said}`}
+              title="Remove expectation"
               onClick={() => void studio.change({ do: "withdraw", outcome: index }, { do: "undo" })}
             >
               ×
@@ -247,7 +247,7 @@ function Came({ outcome }: { outcome: Tested["outcomes"][number] | undefined }) 
     );
   }
   return (
-    <span class="came" title="It came, after so long">
+    <span class="came" title="Time until the outcome">
       ✓ {outcome.took_s.toFixed(1)} s
     </span>
   );
@@ -283,7 +283,7 @@ function Promising({ desk, studio, close }: { desk: Session; studio: Studio; clo
         s
       </label>
       <button type="submit" class="small primary" disabled={!studio.directs || !sensible}>
-        Promise
+        Expect it
       </button>
       <p class="tiny">
         Where everything stands now is kept with the lesson; the automaton starts afresh there.
@@ -305,8 +305,8 @@ function Results({ studio }: { studio: Studio }) {
           {trial.testing !== null
             ? "Testing"
             : bad === 0
-              ? "All as shown and promised"
-              : `Not as shown or promised: ${bad} of ${found.length}`}
+              ? "Everything as shown and expected"
+              : `Not as shown or expected: ${bad} of ${found.length}`}
         </b>
         {trial.testing === null && !trial.fresh && (
           <span class="tiny">before the lesson changed; test it again</span>

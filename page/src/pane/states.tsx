@@ -73,7 +73,7 @@ function Names({ chosen, choose }: Omit<StatesProps, "offers">) {
             type="button"
             class="link"
             aria-label={`${state.runs} once more`}
-            title="Another state that runs the same"
+            title="Duplicate state"
             onClick={() => choose(onceMore(chosen, index))}
           >
             once more

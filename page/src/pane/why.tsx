@@ -33,7 +33,7 @@ export function Why() {
         title="The automaton from its start state, the robot where it is"
         onClick={() => void studio.ask({ do: "restart" })}
       >
-        start afresh
+        Restart automaton
       </button>
       {asked && <Reasons studio={studio} close={() => panel.askWhy(null)} />}
     </div>

@@ -16,8 +16,8 @@ export function atWork(studio: Studio, robots: readonly number[]): string {
 export function doing(studio: Studio, robot: number): string {
   const number = studio.motion.last?.robots.doing[robot] ?? -1;
   const { desk } = studio;
-  if (studio.sort !== null && desk !== null) return desk.doing[number] ?? "idles";
+  if (studio.sort !== null && desk !== null) return desk.doing[number] ?? "idle";
   const state = desk?.states[number];
   if (state !== undefined) return state.name;
-  return studio.desk?.others ? called(studio.desk.others) : "idles";
+  return studio.desk?.others ? called(studio.desk.others) : "idle";
 }

@@ -33,7 +33,7 @@ export function Shelf() {
               type="button"
               class={className("row", name === desk?.name && "on")}
               onClick={() => panel.showBehavior(name)}
-              title={complete ? "Go to it in the tab Library" : "It is not complete"}
+              title={complete ? "Go to it in the tab Library" : "Some choices are missing"}
             >
               <span aria-hidden="true">{name === desk?.name ? "◆" : "◇"}</span>
               <b>{name}</b>
@@ -57,7 +57,7 @@ export function Shelf() {
             disabled={!directs}
             onClick={() => panel.choose("new")}
           >
-            + new automaton
+            + Teach something new
           </button>
         </li>
       </ul>

@@ -79,7 +79,7 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
           )}
         </select>
       )}
-      {tool !== null && <p class="tools placing-hint">Click where it shall stand. Escape: not now.</p>}
+      {tool !== null && <p class="tools placing-hint">Click to place it. Esc cancels.</p>}
     </>
   );
 }
