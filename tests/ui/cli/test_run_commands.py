@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pty
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -62,7 +63,24 @@ def test_eval_elsewhere(library: Path, tmp_path: Path) -> None:
     ] * 2
     text = run("eval", mine, "-l", library, "--seeds", "0:2", "--each").stdout
     assert "yardstick" not in text
-    assert f"understudy run {mine} --behavior forage --seed" in text
+    assert f"understudy run {mine} --behavior forage --library {library} --seed" in text
+
+
+def test_the_run_that_eval_advises_runs(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It names the library, the kit and the bindings, too, and every name survives a shell."""
+    folder = tmp_path / "my library"
+    library.rename(folder)
+    (tmp_path / "eval_kit.py").write_text("from understudy.sim.forage import FORAGE_KIT as kit\n")
+    mine = tmp_path / "mine.toml"
+    mine.write_text(run("worlds", "forage").stdout.replace("limit_s", "limit_s = 1 #"))
+    monkeypatch.chdir(tmp_path)
+    chosen = ("-l", folder, "--behavior", "goto", "--bind", "A=station", "--kit", "eval_kit:kit")
+    text = run("eval", mine, *chosen, "--seeds", "0:1").stdout
+    (line,) = (line for line in text.splitlines() if line.startswith("Watch one: understudy "))
+    told = said(*shlex.split(line.removeprefix("Watch one: understudy ")))
+    assert (told["behavior"], told["seed"]) == ("goto", 0)
 
 
 def test_run(library: Path, tmp_path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,6 +23,8 @@ from understudy.ui.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from understudy.analysis.evaluation import Evaluation
 
 MOST_SEEDS = 1_000_000
@@ -77,7 +81,8 @@ def evaluate_behavior(
     if as_json:
         print_json({**to_builtins(found), "results": make_world_rows(judged)} if each else found)
     else:
-        _show(found, make_world_rows(judged) if each else [], named, flag=judged.flag)
+        watch = format_run_command(named, behavior, library, bind=bind or [], kit=kit)
+        _show(found, make_world_rows(judged) if each else [], watch, flag=judged.flag)
     raise typer.Exit(0)
 
 
@@ -149,7 +154,19 @@ def make_world_rows(judged: Evaluation) -> list[dict[str, Any]]:
     ]
 
 
-def _show(found: EvaluationResult, each: list[dict[str, Any]], named: str, *, flag: str | None) -> None:
+def format_run_command(
+    world: str, behavior: str, library: Path, *, bind: Sequence[str] = (), kit: str | None = None
+) -> str:
+    """Write the command, but for the seed, that runs a behavior as it was evaluated."""
+    words = ["understudy", "run", *([] if world == WORLD else [world]), "--behavior", behavior]
+    words += [] if library == LIBRARY else ["--library", str(library)]
+    words += [] if kit is None else ["--kit", kit]
+    for pair in bind:
+        words += ["--bind", pair]
+    return shlex.join(words)
+
+
+def _show(found: EvaluationResult, each: list[dict[str, Any]], watch: str, *, flag: str | None) -> None:
     from rich.markup import escape
 
     from understudy.ui.cli.output import make_console
@@ -173,9 +190,7 @@ def _show(found: EvaluationResult, each: list[dict[str, Any]], named: str, *, fl
     if failed:
         shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")
         out.print(f"  not finished        seeds {shown}")
-        world = "" if named == WORLD else f"{named} "
-        watch = f"understudy run {world}--behavior {found.behavior} --seed {failed[0]}"
-        out.print(f"[dim]Watch one: {escape(watch)}[/]", soft_wrap=True)
+        out.print(f"[dim]Watch one: {escape(f'{watch} --seed {failed[0]}')}[/]", soft_wrap=True)
 
 
 def _show_each(each: list[dict[str, Any]]) -> None:
