@@ -124,6 +124,28 @@ def test_a_squad_runs_what_it_was_taught(tmp_path: Path) -> None:
     assert alone["behavior"] == "patrol"
 
 
+def test_eval_judges_a_coordinator_with_its_robots(tmp_path: Path) -> None:
+    """Found as run finds it; the run that is advised names it the same way."""
+    folder, mine = tmp_path / "library", tmp_path / "mine.toml"
+    for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
+        save_automaton(folder, TrainedAutomaton(automaton))
+    save_automaton(folder / "patrol", TrainedAutomaton(lead()))
+    mine.write_text(
+        run("worlds", "patrol").stdout.replace("limit_s = 600", "limit_s = 20")
+        + '\n[goal]\ntarget = "intruder"\nwithin = 0.5\n'
+    )
+    for name in ("lead", "patrol/lead"):
+        told = said("eval", mine, "-l", folder, "--behavior", name, "--seeds", "0:3", "--each")
+        assert (told["behavior"], told["worlds"], told["expert_median_s"]) == ("lead", 3, None)
+        for row in told["results"]:
+            seed = ("--seed", str(row["seed"]))
+            seen = said("run", mine, "-l", folder, "--behavior", name, *seed)
+            assert row["success"] == seen["success"]
+            assert row["seconds"] == (seen["seconds"] if seen["success"] else None)
+    text = run("eval", mine, "-l", folder, "--behavior", "patrol/lead", "--seeds", "0:3").stdout
+    assert f"run {mine} --behavior patrol/lead --library {folder} --seed" in text
+
+
 def test_types_that_differ_run_what_is_in_their_folders(tmp_path: Path) -> None:
     """Others idle; and a name that two types know has to say whose."""
     for kind, behavior in (("scout", "forward"), ("carrier", "rotate_left")):

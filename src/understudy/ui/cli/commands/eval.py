@@ -55,33 +55,30 @@ def evaluate_behavior(
     """
     from msgspec import to_builtins
 
-    from understudy.analysis.evaluation import evaluate as judge
-    from understudy.analysis.evaluation import link_for_evaluation as judged_program
-    from understudy.ui.cli.options import (
-        choose_behavior,
-        choose_scenario_name,
-        find_kit,
-        open_behavior_library,
-        open_scenario,
-        parse_bindings,
-    )
+    from understudy.analysis.evaluation import evaluate as evaluate_robots
+    from understudy.analysis.evaluation import evaluate_team, link_for_evaluation
+    from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
     from understudy.ui.cli.output import compile_once, print_json, show_progress
 
     chosen, named = parse_seeds(seeds), choose_scenario_name(scenario, world)
     where, parts = open_scenario(named), find_kit(kit, named)
-    taught = open_behavior_library(behavior, library, parts)
-    behavior = choose_behavior(taught, behavior, library)
-    bound = parse_bindings(bind)
-    judged_program(taught, behavior, where, bound)  # mistakes are told at once, not when all is compiled
+    assigned = assign_run(where, behavior, library, parts, bind)
+    taught, ran, bound = assigned.libraries[assigned.sort], assigned.behavior, assigned.binding
+    link_for_evaluation(taught, ran, where, bound)  # mistakes are told at once, not when all is compiled
     compile_once(world=where, quiet=as_json)
     began = perf_counter()
     with show_progress("Worlds run", quiet=as_json) as report:
-        judged = judge(taught, behavior, where, chosen, binding=bound, progress=report)
+        if set(assigned.roots) == set(where.types):
+            judged = evaluate_robots(taught, ran, where, chosen, binding=bound, progress=report)
+        else:
+            judged = evaluate_team(
+                assigned.libraries, assigned.sort, ran, where, chosen, binding=bound, progress=report
+            )
     found = summarize_evaluation(judged, seconds=perf_counter() - began)
     if as_json:
         print_json({**to_builtins(found), "results": make_world_rows(judged)} if each else found)
     else:
-        watch = format_run_command(named, behavior, library, bind=bind or [], kit=kit)
+        watch = format_run_command(named, behavior or ran, library, bind=bind or [], kit=kit)
         _show(found, make_world_rows(judged) if each else [], watch, flag=judged.flag)
     raise typer.Exit(0)
 

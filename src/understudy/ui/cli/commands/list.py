@@ -19,14 +19,14 @@ from understudy.ui.cli.options import (
 def list_automata(
     library: LibraryOption = LIBRARY, world: SomeWorld = None, kit: KitName = None, as_json: Json = False
 ) -> None:
-    """List the automata of a library.
+    """List the automata of a library, those of squads and types of robots as SORT/NAME.
 
     [dim]understudy list --library demo/library[/]
     """
     from rich.markup import escape
 
-    from understudy.ui.cli.library_data import open_each_automaton, summarize_automaton
-    from understudy.ui.cli.options import find_optional_kit
+    from understudy.ui.cli.library_data import open_all_libraries, summarize_automaton
+    from understudy.ui.cli.options import find_optional_kit, open_scenario
     from understudy.ui.cli.output import (
         format_count,
         format_saved_time,
@@ -35,11 +35,21 @@ def list_automata(
         print_json,
     )
 
-    listing = open_each_automaton(
-        library, find_optional_kit(kit, world), lambda _: {}
-    )  # a list needs no transition functions
-    rows = [summarize_automaton(library, listing.library, opened) for opened in listing.opened.values()]
-    problems = {name: str(error) for name, error in listing.problems.items()}
+    where = None if world is None else open_scenario(world)
+    listings = open_all_libraries(
+        library, where, find_optional_kit(kit, world), lambda _: {}
+    )  # it needs no trees
+    rows = [
+        {**row, "name": f"{prefix}{row['name']}"}
+        for prefix, listing in listings.items()
+        for opened in listing.opened.values()
+        for row in [summarize_automaton(listing.folder, listing.library, opened)]
+    ]
+    problems = {
+        f"{prefix}{name}": str(error)
+        for prefix, listing in listings.items()
+        for name, error in listing.problems.items()
+    }
     if as_json:
         print_json({"library": str(library), "automata": rows, "problems": problems})
     else:
