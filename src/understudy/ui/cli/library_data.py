@@ -155,6 +155,36 @@ def find_misfits(folder: Path, scenario: Scenario) -> dict[str, UnderstudyError]
     return find_problems(folder, listings, scenario)
 
 
+def find_fitting_world(folder: Path) -> str:
+    """The first built-in scenario whose agents know all that the automata of a folder name.
+
+    Where a file is broken in any scenario its error is raised; else SettingError says which scenarios were tried.
+    """
+    from understudy.sim.catalog import find_scenario
+    from understudy.sim.scenario.files import list_builtin_scenarios
+    from understudy.ui.cli.options import WORLD
+
+    if not list_documents(folder) and not list_sort_folders(folder):
+        remedy = "name a folder with automata, or the scenario they were taught in"
+        raise SettingError(where=str(folder), setting="--world", problem="cannot be found out", remedy=remedy)
+    for error in find_broken_documents(folder).values():
+        raise error
+    tried: dict[str, dict[str, UnderstudyError]] = {}
+    for world in dict.fromkeys((WORLD, *list_builtin_scenarios())):
+        tried[world] = find_misfits(folder, find_scenario(world))
+        if not tried[world]:
+            return world
+    nearest = min(tried, key=lambda world: len(tried[world]))
+    wrong = next(iter(tried[nearest].values()))
+    raise SettingError(
+        where=str(folder),
+        setting="--world",
+        problem=f"cannot be found out: none of the scenarios {join_names(tried)} has all that its automata name "
+        f"({nearest} comes nearest: {wrong})",
+        remedy="name the scenario, such as --world my-scenario.toml",
+    )
+
+
 def find_broken_documents(folder: Path) -> dict[str, UnderstudyError]:
     """What is wrong in any scenario, with any kit, by [SORT/]NAME."""
     return {
