@@ -226,6 +226,21 @@ def test_diff(tmp_path: Path) -> None:
     assert "nothing changed" in run("diff", "walk", "--from", folder / "walk.json", "-l", folder).stdout
 
 
+def test_diff_says_what_is_learned_before_what_was_shown(tmp_path: Path) -> None:
+    """And of many examples the first; all of them where they are asked for."""
+    table, folder = tmp_path / "lesson.csv", tmp_path / "library"
+    table.write_text(TABLE)
+    run("learn", table, "-l", folder, "-n", "walk")
+    more = "".join(f"forward,done,directive,{0.5 + 0.01 * number:g},yes\n" for number in range(30))
+    table.write_text(TABLE + more)
+    run("learn", table, "-l", folder, "-n", "walk")
+    text = run("diff", "walk", "-l", folder).stdout
+    assert text.index("\nconditions\n") < text.index("\nbecause of\n") < text.index("\nexamples\n")
+    assert (text.count("\n  + "), text.endswith("\n10 more: --all\n")) == (21, True)
+    assert run("diff", "walk", "-l", folder, "--all").stdout.count("\n  + ") == 31
+    assert list(said("diff", "walk", "-l", folder)["changes"]) == ["conditions", "examples"]
+
+
 def test_learn(tmp_path: Path) -> None:
     table, rows = tmp_path / "lesson.csv", tmp_path / "rows.csv"
     table.write_text(TABLE)
