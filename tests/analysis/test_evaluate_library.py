@@ -7,15 +7,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.analysis import evaluation
-from understudy.analysis.evaluation import LENIENCE, evaluate, measure_outcomes, measure_program_outcomes
+from understudy.analysis.evaluation import (
+    LENIENCE,
+    evaluate,
+    evaluate_team,
+    measure_outcomes,
+    measure_program_outcomes,
+)
 from understudy.errors import SettingError, UnboundParameter, UnknownName
 from understudy.model.automaton import Automaton
-from understudy.model.features import BoundFeature, feature
+from understudy.model.features import BoundFeature, TimeInState, feature
 from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Library
+from understudy.model.tree_builder import build_automaton, split_below
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
@@ -24,6 +32,7 @@ from understudy.sim.forage import FORAGE_KIT, ForageSettings
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import Goal, Scenario
+from understudy.sim.team.libraries import collect_libraries
 from understudy.sim.world import World
 
 FORAGE, TEAM, ARENA = (find_scenario(name) for name in ("forage", "forage-team", "arena"))
@@ -209,3 +218,21 @@ def test_parameters_are_bound() -> None:
 def test_seeds_that_are_no_list_are_refused() -> None:
     with pytest.raises(SettingError, match="seeds are 5; give a list"):
         evaluate(LIBRARY, "forage", FORAGE, 5)  # type: ignore[arg-type]
+
+
+def test_a_coordinator_is_done_when_it_says_so() -> None:
+    """After two seconds of its order to wander, in every world; robots of a type are asked for theirs alone."""
+    below = {"time": BoundFeature(TimeInState())}
+    brief = build_automaton(
+        "brief",
+        {"start": "out", "out": split_below("time", 2.0, "out", "done")},
+        readings=below,
+        flags=("done",),
+        runs={"out": "wander"},
+    )
+    known = collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.from_automata(kit, brief))
+    judged = evaluate_team(known, "patrol", "brief", SCENARIO, range(3))
+    assert (judged.flag, judged.success) == ("done", 1.0)
+    assert judged.taught.seconds == pytest.approx([2.2] * 3, abs=0.11)
+    with pytest.raises(SettingError, match="seeds are none"):
+        evaluate_team(known, "patrol", "brief", SCENARIO, [])

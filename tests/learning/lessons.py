@@ -86,11 +86,14 @@ def _values(kind: Kind) -> st.SearchStrategy[float]:
     )
 
 
-def robocup_folder() -> Path:
-    """Lessons of the RoboCup team, which stay outside the repository; see the variable for another place."""
-    named = os.environ.get("UNDERSTUDY_ROBOCUP_LESSONS")
-    root = Path(__file__).parents[2]
-    return Path(named) if named else root.parent / "shared" / "data" / "robocup-lessons"
+ROBOCUP_FOLDER = "UNDERSTUDY_ROBOCUP_LESSONS"
+"""The variable that names the folder of the RoboCup team's lessons, which stay outside the repository."""
+
+
+def robocup_folder() -> Path | None:
+    """The folder that the variable names; None where it names none: what lies beside a checkout is nobody's guess."""
+    named = os.environ.get(ROBOCUP_FOLDER)
+    return Path(named) if named else None
 
 
 def robocup(path: Path) -> list[tuple[str, list[Kind], list[Row], int]]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import nan
 
+import numpy as np
 import pytest
 
 from understudy.learning import change_attribution
@@ -14,7 +15,7 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
-from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
+from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, ReadingLog, SklearnOptions
 from understudy.model.library import TrainedAutomaton
 
 FAR = BoundFeature(Feature("far", Continuous(), reading="range"))
@@ -113,6 +114,29 @@ def test_one_feature(
         (each.next, each.what, [(who.number, who.happened, who.how) for who in each.examples])
         for each in found
     ] == expected
+
+
+def recorded(shown: Shown, *, began_s: float) -> TrainedAutomaton:
+    """As `taught`, by presses of which there is a record, one each second."""
+    bare = taught(shown)
+    assert bare.lesson is not None
+    pairs = enumerate(bare.lesson.examples)
+    examples = tuple(replace(example, moment=row) for row, example in pairs)
+    seconds = began_s + np.arange(len(examples), dtype=np.float64)
+    log = ReadingLog((("range", ""),), np.array([example.values for example in examples]), seconds)
+    return TrainedAutomaton(bare.automaton, replace(bare.lesson, examples=examples, record=log))
+
+
+def test_examples_of_a_lesson_begun_anew_are_others() -> None:
+    """They have the numbers of former ones, and nobody edited those."""
+    anew = {1: (8.0, "go"), 2: (5.0, "turn"), 3: (4.0, "done")}
+    first, second = recorded(BASE, began_s=0.0), recorded(anew, began_s=70.0)
+    for before, after in ((first, second), (second, first)):
+        found = attribute_condition_changes(before, after)
+        assert {who.happened for each in found for who in each.examples} == {"shown anew"}
+    corrected = recorded({**BASE, 3: (2.0, "turn")}, began_s=0.0)
+    found = attribute_condition_changes(first, corrected)
+    assert {who.happened for each in found for who in each.examples} == {"edited"}
 
 
 def test_into_quarantine_and_out_again() -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import ABSENT, robocup, robocup_folder, tables, tree_of
+from tests.learning.lessons import ABSENT, ROBOCUP_FOLDER, robocup, robocup_folder, tables, tree_of
 from tests.learning.reference import Learner, Row, nested
 
 from understudy.errors import DefinitionError
@@ -69,11 +69,21 @@ def misses(tree: Tree, rows: list[Row]) -> list[Row]:
     ]
 
 
+def test_the_robocup_lessons_are_where_they_are_said_to_be(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A folder called shared beside a checkout may hold anything."""
+    monkeypatch.delenv(ROBOCUP_FOLDER, raising=False)
+    assert robocup_folder() is None
+    monkeypatch.setenv(ROBOCUP_FOLDER, str(tmp_path))
+    assert robocup_folder() == tmp_path
+
+
 def test_robocup_lessons() -> None:
-    """Every example that contradicts no other is decided as shown; the data must be beside the repository."""
+    """Every example that contradicts no other is decided as shown, in the lessons of the folder that is named."""
     folder = robocup_folder()
-    if "UNDERSTUDY_ROBOCUP_LESSONS" not in os.environ and not folder.parents[1].exists():
-        pytest.skip(f"{folder} is not here: the lessons are other people's and stay outside the repository")
+    if folder is None:
+        pytest.skip(f"{ROBOCUP_FOLDER} names no folder: the lessons are other people's and stay outside")
     states = [state for path in sorted(folder.glob("*.json")) for state in robocup(path)]
     taught = [(kinds, rows, current) for _, kinds, rows, current in states if rows]
     assert sum(len(rows) for _, rows, _ in taught) == 385

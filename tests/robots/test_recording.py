@@ -32,7 +32,7 @@ from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, Wire, odometry, s
 
 from understudy.errors import FileError
 from understudy.robots.recording import writer
-from understudy.robots.recording.header import RunInfo
+from understudy.robots.recording.header import BODY, FORMAT, RUN, RunInfo, decode_header
 from understudy.robots.recording.message_types import (
     READINGS,
     ReadingsEncoder,
@@ -352,6 +352,11 @@ def test_what_is_no_recording_is_refused(content: bytes | None, problem: str, tm
         path.write_bytes(content)
     with pytest.raises(FileError, match=problem):
         read_recording(path)
+
+
+def test_a_head_that_is_nested_too_deeply_is_told() -> None:
+    head = {"format": FORMAT, BODY: '{"more":' + "[" * 3000 + "]" * 3000 + "}", RUN: "{}"}
+    assert "its head cannot be read (it is nested too deeply" in str(decode_header(head))
 
 
 def test_a_recording_without_decisions_is_refused(tmp_path: Path) -> None:

@@ -47,6 +47,19 @@ def test_no_log_yet_and_one_that_is_none(tmp_path: Path) -> None:
         read_stops(tmp_path / "log")
 
 
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        (b'{"robot": "\xff"}', "it is not UTF-8"),
+        (b'{"more":' + b"[" * 3000 + b"]" * 3000 + b"}", "it is nested too deeply"),
+    ],
+)
+def test_a_damaged_log_is_refused(line: bytes, problem: str, tmp_path: Path) -> None:
+    (tmp_path / "log").write_bytes(line + b"\n")
+    with pytest.raises(FileError, match=f"log at line 1: is no stop .{problem}"):
+        read_stops(tmp_path / "log")
+
+
 def test_two_who_write_at_once_lose_nothing(tmp_path: Path) -> None:
     def write(who: str) -> None:
         for _ in range(200):

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ import pytest
 pytest.importorskip("zenoh", reason="needs the extra ros2")
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
+from rosbags.typesys import Stores, get_typestore
 from tests.robots.routers import Router, free_port
 from tests.robots.rovers import RANGE, ROVER, TWIST, sonar
 
@@ -30,6 +32,7 @@ from understudy.robots.ros.zenoh import (
     Endpoint,
     ZenohSession,
     ZenohTransport,
+    hash_type_definition,
     make_attachment,
     make_topic_keys,
     parse_liveliness_token,
@@ -59,6 +62,29 @@ NOBODY = [
     "/" * 12,
 ]
 
+INT64, BOOL, TEXT = ((1, (of, 0)) for of in ("int64", "bool", "string"))
+Fields: TypeAlias = list[tuple[str, Any]]
+SERVICES: list[tuple[str, Fields, Fields, str]] = [  # the first from the documentation of rmw_zenoh
+    (
+        "example_interfaces/srv/AddTwoInts",
+        [("a", INT64), ("b", INT64)],
+        [("sum", INT64)],
+        "e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a",
+    ),
+    (
+        "std_srvs/srv/Trigger",
+        [],
+        [("success", BOOL), ("message", TEXT)],
+        "eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f",
+    ),
+    (
+        "std_srvs/srv/SetBool",
+        [("data", BOOL)],
+        [("success", BOOL), ("message", TEXT)],
+        "abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a",
+    ),
+]
+
 
 @pytest.fixture(scope="module")
 def router() -> Iterator[Router]:
@@ -81,6 +107,37 @@ def wait_for(what: Callable[[], object], seconds: float = 10.0) -> None:
 @pytest.mark.parametrize(("domain", "topic", "key"), KEYS)
 def test_keys_are_those_of_the_documentation(domain: int, topic: str, key: str) -> None:
     assert make_topic_keys(domain, topic, STRING) == (key, key.replace(HASH, "TypeHashNotSupported"))
+
+
+@pytest.mark.parametrize(
+    ("type", "request_", "response", "published"), SERVICES, ids=[row[0] for row in SERVICES]
+)
+def test_hashes_of_services_are_those_published(
+    type: str, request_: Fields, response: Fields, published: str
+) -> None:
+    """A service has a request, a response, and an event, in which there are 16 char of who called."""
+    typestore = get_typestore(Stores.ROS2_JAZZY)
+    parts = {part: (2, f"{type}_{part}") for part in ("Request", "Response", "Event")}
+    typestore.fielddefs |= {
+        f"{type}_Request": ([], request_),
+        f"{type}_Response": ([], response),
+        f"{type}_Event": (
+            [],
+            [
+                ("info", (2, "service_msgs/msg/ServiceEventInfo")),
+                ("request", (4, (parts["Request"], 1))),
+                ("response", (4, (parts["Response"], 1))),
+            ],
+        ),
+        type: ([], [(f"{part.lower()}_message", of) for part, of in parts.items()]),
+    }
+    assert hash_type_definition(type, typestore) == f"RIHS01_{published}"
+
+
+def test_hashes_of_messages_with_char_are_those_published() -> None:
+    published = "41bcbbe07a75c9b52bc96bfd5c24d7f0fc0a08c0cb7921b3373c5732345a6f45"
+    assert hash_type_definition("service_msgs/msg/ServiceEventInfo") == f"RIHS01_{published}"
+    assert hash_type_definition(STRING) == HASH
 
 
 def test_tokens_are_those_of_the_documentation() -> None:

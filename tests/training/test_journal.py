@@ -333,3 +333,19 @@ def test_refused(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="no session begins"):
         Session.resume(tmp_path / "empty", Scripted(), WITH_GO)
     assert taught.mode is Mode.TRAINING
+
+
+@pytest.mark.parametrize(
+    ("entry", "problem"),
+    [
+        (b"\x81\xa4more" + b"\x91" * 3000 + b"\x90", "it is nested too deeply"),
+        (b"\x81\xa4type\xa1\xff", "it is not UTF-8"),
+    ],
+)
+def test_a_damaged_entry_is_refused(entry: bytes, problem: str, tmp_path: Path) -> None:
+    path = tmp_path / "journal"
+    log = AppendLog.create(path, MAGIC)
+    log.write(entry)
+    log.close()
+    with pytest.raises(FileError, match=f"entry 1: it cannot be understood .{problem}"):
+        list(read_journal(path))

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO
 
-from understudy.errors import SettingError, UnknownName
+from understudy.errors import FileError, SettingError, UnknownName
 from understudy.model.lesson import ExampleKind
 from understudy.model.library import Library
 from understudy.runtime.team.coordinator_body import CoordinatorBody
@@ -111,6 +111,14 @@ def test_a_troop_is_rewound() -> None:
     assert again["blob_size", "home"].tolist() == pytest.approx(
         there["blob_size", "home"].tolist(), nan_ok=True
     )
+
+
+@pytest.mark.parametrize(
+    "snapshot", [b"\x81\xa4more" + b"\x91" * 3000 + b"\x90", b"\x81\xa1\xff\xc0", b"no snapshot"]
+)
+def test_a_damaged_snapshot_is_refused(snapshot: bytes) -> None:
+    with pytest.raises(FileError, match="is none of a troop"):
+        coordinator_body().restore(snapshot)
 
 
 def test_going_back_restarts_nobody_whose_messages_are_delayed() -> None:

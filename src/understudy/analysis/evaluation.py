@@ -8,7 +8,7 @@ gets three times the baseline's time to reach its goal; everything else is given
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from importlib.metadata import entry_points
 from math import sqrt
@@ -26,8 +26,10 @@ from understudy.model.library import Library
 from understudy.runtime.body import Commands
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program, link
+from understudy.runtime.team.team import Team
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import Libraries, list_running_sorts, make_team
 from understudy.sim.world import World
 
 DecideCommands: TypeAlias = Callable[[Percept], Commands]
@@ -269,6 +271,84 @@ def evaluate(
     One that can raise the flag `done` succeeds by raising it in time, any other by reaching the scenario's goal.
     """
     scenario = world if isinstance(world, Scenario) else find_scenario(world)
+    seeds = _read_seeds(seeds)
+    program = link_for_evaluation(library, behavior, scenario, binding)
+    flag = find_success_flag(library, behavior)
+
+    def measure(batch: Sequence[int], limits: float | Column, report: Progress) -> Outcomes:
+        return measure_program_outcomes(
+            World(scenario, batch), program, limit_s=limits, flag=flag, progress=report
+        )
+
+    return _evaluate(behavior, scenario, seeds, measure, flag=flag, progress=progress)
+
+
+def evaluate_team(
+    libraries: Libraries,
+    sort: str,
+    behavior: str,
+    scenario: Scenario,
+    seeds: Sequence[int],
+    *,
+    binding: Mapping[str, str] = NOTHING_BOUND,
+    progress: Progress | None = None,
+) -> Evaluation:
+    """Judge a behavior of coordinators, or of one of several types of robots, on one world per seed.
+
+    What counts as success is as in `evaluate`. All agents of the `sort` run it, or all robots that have it where it is
+    a basic one; coordinators order those below them about.
+    """
+    seeds = _read_seeds(seeds)
+    link_for_evaluation(libraries[sort], behavior, scenario, binding)
+    flag = find_success_flag(libraries[sort], behavior)
+    roots = dict.fromkeys(list_running_sorts(libraries, sort, behavior), (behavior, binding))
+
+    def measure(batch: Sequence[int], limits: float | Column, report: Progress) -> Outcomes:
+        team = make_team(scenario, batch, libraries, roots)
+        return measure_team_outcomes(team, roots, limit_s=limits, flag=flag, progress=report)
+
+    return _evaluate(behavior, scenario, seeds, measure, flag=flag, progress=progress)
+
+
+def measure_team_outcomes(
+    team: Team,
+    sorts: Collection[str],
+    *,
+    limit_s: float | Column,
+    flag: str | None = None,
+    progress: Progress = skip_progress,
+) -> Outcomes:
+    """As `measure_program_outcomes`, for a simulated team, tick by tick; the flag is one of the agents of `sorts`."""
+    world = team.ground
+    if not isinstance(world, World):
+        raise TypeError("a team of robots that are no simulation")
+    raised_s = np.full(world.worlds, np.nan)
+
+    def advance(ticks: int) -> None:
+        for _ in range(ticks):
+            team.tick()
+            if flag is not None:
+                raised = np.isnan(raised_s) & _have_raised(team, sorts, flag, world.worlds)
+                raised_s[raised] = world.time_s
+
+    def finished_s() -> Column:
+        return world.finished_s if flag is None else raised_s
+
+    return _measured(world, advance, finished_s, limit_s, at_once=1, progress=progress)
+
+
+def _have_raised(team: Team, sorts: Collection[str], flag: str, worlds: int) -> NDArray[np.bool_]:
+    """In which worlds all agents of these sorts have raised a flag [B]."""
+    found = np.ones(worlds, np.bool_)
+    for sort in sorts:
+        raised = team.find_raised(sort, [flag]).reshape(worlds, -1)
+        if sort in team.tree.types:  # robots of all types are in one layer
+            raised = raised[:, np.array(team.tree.type_of) == team.tree.types.index(sort)]
+        found &= raised.all(axis=1)
+    return found
+
+
+def _read_seeds(seeds: Sequence[int]) -> list[int]:
     try:
         seeds = list(seeds)
     except TypeError:  # one number, say
@@ -280,8 +360,19 @@ def evaluate(
         raise SettingError(
             where="evaluation", setting="seeds", problem="are none", remedy="give at least one"
         )
-    program = link_for_evaluation(library, behavior, scenario, binding)
-    flag = find_success_flag(library, behavior)
+    return seeds
+
+
+def _evaluate(
+    behavior: str,
+    scenario: Scenario,
+    seeds: Sequence[int],
+    measure: Callable[[Sequence[int], float | Column, Progress], Outcomes],
+    *,
+    flag: str | None,
+    progress: Progress | None,
+) -> Evaluation:
+    """Evaluate in batches of worlds with what measures one, beside the baseline where the goal is what counts."""
     baseline = find_baseline(scenario) if flag is None else None
     taught, expert = list[Outcomes](), list[Outcomes]()
     for first, batch in _batches(seeds):
@@ -295,8 +386,7 @@ def evaluate(
             by_hand = measure_baseline(baseline, batch, progress=lambda *_: report(0, 0))
             expert.append(by_hand)
             limits = LENIENCE * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
-        worlds = World(scenario, batch)
-        taught.append(measure_program_outcomes(worlds, program, limit_s=limits, flag=flag, progress=report))
+        taught.append(measure(batch, limits, report))
     joined = Outcomes.concatenate(expert) if expert else None
     return Evaluation(behavior, scenario.name, tuple(seeds), Outcomes.concatenate(taught), joined, flag)
 

@@ -21,6 +21,7 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.document import fingerprint_automaton, hash_content
+from understudy.storage.json_text import convert_decode_errors
 
 SOON_S = 1e-6
 """Times this near are one: those of a trace are rounded."""
@@ -121,7 +122,8 @@ def _lines(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
             whole = (
                 line for line in lines if line.endswith(b"\n")
             )  # a run that was killed ends within a line
-            rows = [decode(line) for line in whole if line.strip()]
+            with convert_decode_errors():
+                rows = [decode(line) for line in whole if line.strip()]
         except msgspec.MsgspecError as error:
             raise _no_trace(path, f"a line of it cannot be read ({error})", "restore it") from None
     return header, [row for row in rows if row.robot == robot]
@@ -148,7 +150,8 @@ def _parquet(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
 
 def _header(line: bytes, path: Path) -> TraceHeader:
     try:
-        found: dict[str, Any] = msgspec.json.decode(line)
+        with convert_decode_errors():
+            found: dict[str, Any] = msgspec.json.decode(line)
         if found.get("format") != "understudy trace":
             raise ValueError
         if found.get("run") and not found["run"].keys() >= set(RunInfo.__struct_fields__) - {"seed"}:

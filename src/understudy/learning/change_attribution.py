@@ -1,6 +1,7 @@
 """Who is responsible for a change: the examples behind every condition that moved, appeared or vanished.
 
-Between two versions of a lesson, examples are new, gone, edited, put in quarantine or let out of it. Such an example is
+Between two versions of a lesson, examples are new, gone, edited, put in quarantine or let out of it; and in a lesson
+begun anew another press has the number of a former one. Such an example is
 behind a change where it reaches what changed, showing it or saying otherwise, or where it bounds a cut that the other
 version has not. Where none does, the change came about elsewhere in the tree: then it is those without which, one at a
 time, it would not have come.
@@ -34,14 +35,17 @@ Numbered: TypeAlias = Mapping[int, Example]
 MOST_NAMED = 6
 MOST_TRIED = 20
 """Of more examples that changed, none is tried as it was."""
+SHOWN_ANEW = "shown anew"
 SIGNIFICANT = 1e-9
 """Values this near are one: those of a cut may be the next float above."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExampleAttribution:
-    """An example behind a change: what `happened` to it ("new", "gone", "edited", "in quarantine", "let out", or "read
-    anew" where the lesson's features or reaction time changed), and `how` it is behind it.
+    """An example behind a change: what `happened` to it, and `how` it is behind the change.
+
+    It is "new", "gone", "edited", "in quarantine", "let out", "read anew" where the lesson's features or reaction time
+    changed, or "shown anew" where another press has its number now, as in a lesson begun anew.
     """
 
     number: int
@@ -108,7 +112,9 @@ class _StateDiff:
         now = {each.number: each for each in self.new_lesson.examples}
         for number in sorted({*self.old, *self.new}):
             old, new = self.old.get(number), self.new.get(number)
-            if old is None:
+            if number in was and number in now and self._is_another(was[number], now[number]):
+                yield number, SHOWN_ANEW
+            elif old is None:
                 yield number, _into(was.get(number))
             elif new is None:
                 yield number, _out(now.get(number))
@@ -116,6 +122,21 @@ class _StateDiff:
                 yield number, "edited"
             elif not _same(old.values, new.values):
                 yield number, "edited" if new.edited else "read anew"
+
+    def _is_another(self, old: Example, new: Example) -> bool:
+        """Whether two examples of one number are of different presses, as where a lesson was begun anew.
+
+        Their moments differ then: in time, or in a reading that both lessons recorded. Those of a table have none.
+        """
+        if old.moment is None or new.moment is None:
+            return False
+        was, now = self.old_lesson.record, self.new_lesson.record
+        shared = [key for key in was.keys if key in now.keys]
+        first, second = (
+            (record.seconds[at], *(record.values[at, record.keys.index(key)] for key in shared))
+            for record, at in ((was, old.moment), (now, new.moment))
+        )
+        return not _same(first, second)
 
     def list_condition_changes(self) -> Iterator[ConditionChange]:
         """Next state by next state."""

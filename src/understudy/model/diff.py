@@ -18,8 +18,8 @@ def diff_automata(before: TrainedAutomaton, after: TrainedAutomaton) -> dict[str
         "states": _lines(_states(old), _states(new)),
         "features": _lines(_features(old), _features(new)),
         "options": _lines(_options(before), _options(after)),
-        "examples": _lines(_examples(before), _examples(after)),
         "conditions": _conditions(before, after),
+        "examples": _lines(_examples(before), _examples(after)),
     }
     return {topic: lines for topic, lines in found.items() if lines}
 

@@ -16,6 +16,7 @@ from msgspec import field
 
 from understudy.errors import FileError
 from understudy.robots.camera.config import CameraSpec, parse_toml
+from understudy.robots.ros.state_topic import TOPIC as STATE_TOPIC
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values
 from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
@@ -34,6 +35,8 @@ TOPIC = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 TYPE = re.compile(r"[a-z]\w*/msg/[A-Z]\w*", re.ASCII)
 ROUTER = re.compile(r"(tcp|udp|tls|quic|ws)/\S+:\d+")
 READING = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+LONGEST_TOPIC = 247
+"""Letters of a full topic name that ROS 2 takes (RMW_TOPIC_MAX_NAME_LENGTH of rmw)."""
 FASTEST_TICK_S, SLOWEST_TICK_S = 0.005, 1.0
 SHORTEST_DEADLINE_S = 0.04
 """Twice the time from one look of the guard to the next: with less it would stop for nothing."""
@@ -222,6 +225,10 @@ def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
         yield DecodeProblem("domain", f"is {robot.domain}", f"give one from 0 to {DOMAINS[-1]}")
     if robot.namespace and not TOPIC.fullmatch(robot.namespace):
         yield DecodeProblem("namespace", f"is {robot.namespace!r:.60}", "give letters, digits, _ and /")
+    room = LONGEST_TOPIC - len("//") - len(STATE_TOPIC)
+    if len(robot.namespace.strip("/")) > room:
+        problem = f"has {len(robot.namespace)} letters, too many for the topics in it"
+        yield DecodeProblem("namespace", problem, f"give one of at most {room}")
     yield from _range("tick_s", robot.tick_s, FASTEST_TICK_S, SLOWEST_TICK_S)
     yield from _range("limits.speed_m_s", limits.speed_m_s, 0.0, FASTEST_M_S)
     yield from _range("limits.turn_rad_s", limits.turn_rad_s, 0.0, FASTEST_RAD_S)
@@ -231,10 +238,10 @@ def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
             yield DecodeProblem(f"limits.{key}", f"is {value:g}", "give a positive number, or leave it out")
     yield from _range("commands.drive_m_s", commands.drive_m_s, 0.0, limits.speed_m_s)
     yield from _range("commands.turn_rad_s", commands.turn_rad_s, 0.0, limits.turn_rad_s)
-    yield from _wrong_topic("commands.topic", commands.topic)
+    yield from _wrong_topic(robot, "commands.topic", commands.topic)
     yield from _wrong_fence(robot)
     for name, reading in robot.readings.items():
-        yield from _wrong_reading(f"readings.{name}", name, reading)
+        yield from _wrong_reading(robot, f"readings.{name}", name, reading)
     yield from _wrong_names(robot)
     yield from _range("safety.deadline_s", robot.safety.deadline_s, SHORTEST_DEADLINE_S, 1.0)
     if robot.router is not None and robot.transport != "zenoh":
@@ -242,16 +249,16 @@ def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
     if robot.router is not None and not ROUTER.fullmatch(robot.router):
         yield DecodeProblem("router", f"is {robot.router!r:.60}", "give one as tcp/192.168.0.5:7447")
     for name, target in robot.targets.items():
-        yield from _wrong_target(f"targets.{name}", name, target)
+        yield from _wrong_target(robot, f"targets.{name}", name, target)
     if robot.camera is not None:
-        yield from _wrong_topic("camera.topic", robot.camera.topic)
+        yield from _wrong_topic(robot, "camera.topic", robot.camera.topic)
         yield from _wrong_times("camera", stale_s=robot.camera.stale_s, rate_hz=robot.camera.rate_hz)
 
 
-def _wrong_reading(key: str, name: str, reading: ReadingSpec) -> Iterator[DecodeProblem]:
+def _wrong_reading(robot: RobotFile, key: str, name: str, reading: ReadingSpec) -> Iterator[DecodeProblem]:
     if not READING.fullmatch(name):
         yield DecodeProblem(key, "is no name for a reading", "give letters, digits and _")
-    yield from _wrong_topic(f"{key}.topic", reading.topic)
+    yield from _wrong_topic(robot, f"{key}.topic", reading.topic)
     if not TYPE.fullmatch(reading.type):
         problem = f"is {reading.type!r:.60}, which is no type of messages"
         yield DecodeProblem(f"{key}.type", problem, "give one as sensor_msgs/msg/Range")
@@ -276,7 +283,7 @@ def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:
                 yield DecodeProblem(f"readings.{name}", f"is what {of} give, too", "give it another name")
 
 
-def _wrong_target(key: str, name: str, target: TargetPlaceSpec) -> Iterator[DecodeProblem]:
+def _wrong_target(robot: RobotFile, key: str, name: str, target: TargetPlaceSpec) -> Iterator[DecodeProblem]:
     if not READING.fullmatch(name):
         yield DecodeProblem(key, "is no name for a target", "give letters, digits and _")
     if (target.at is None) == (target.topic is None):
@@ -284,7 +291,7 @@ def _wrong_target(key: str, name: str, target: TargetPlaceSpec) -> Iterator[Deco
     if target.at is not None and not all(map(isfinite, target.at)):
         yield DecodeProblem(f"{key}.at", f"is {list(target.at)}", "give x and y in m")
     if target.topic is not None:
-        yield from _wrong_topic(f"{key}.topic", target.topic)
+        yield from _wrong_topic(robot, f"{key}.topic", target.topic)
     if not TYPE.fullmatch(target.type):
         problem = f"is {target.type!r:.60}, which is no type of messages"
         yield DecodeProblem(f"{key}.type", problem, "give one as geometry_msgs/msg/PoseStamped")
@@ -318,8 +325,11 @@ def _wrong_fence(robot: RobotFile) -> Iterator[DecodeProblem]:
             )
 
 
-def _wrong_topic(key: str, topic: str) -> Iterator[DecodeProblem]:
-    if not TOPIC.fullmatch(topic):
+def _wrong_topic(robot: RobotFile, key: str, topic: str) -> Iterator[DecodeProblem]:
+    if len(robot.topic(topic)) > LONGEST_TOPIC:
+        problem = f"has {len(robot.topic(topic))} letters with its namespace"
+        yield DecodeProblem(key, problem, f"give a name of a topic of at most {LONGEST_TOPIC}")
+    elif not TOPIC.fullmatch(topic):
         yield DecodeProblem(
             key, f"is {topic!r:.60}, which is no name of a topic", "give letters, digits, _ and /"
         )

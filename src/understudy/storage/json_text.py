@@ -14,6 +14,21 @@ import msgspec
 
 from understudy.errors import FileError, UnderstudyError
 
+
+@contextmanager
+def convert_decode_errors() -> Iterator[None]:
+    """Raise msgspec.DecodeError for all that is wrong with bytes decoded inside, JSON or MessagePack.
+
+    msgspec itself raises others for text that is not UTF-8, and for values nested deeper than Python's stack.
+    """
+    try:
+        yield
+    except UnicodeDecodeError as error:
+        raise msgspec.DecodeError("it is not UTF-8 text") from error
+    except RecursionError as error:
+        raise msgspec.DecodeError("it is nested too deeply") from error
+
+
 OPENED = (
     (),
     ("automaton",),

@@ -22,6 +22,7 @@ from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, ReadingLog
 from understudy.runtime.interpreter import StackFrame
 from understudy.storage.append_log import AppendLog, read_log
+from understudy.storage.json_text import convert_decode_errors
 from understudy.training.sample_buffer import Sample
 from understudy.training.trainee import FlagEntry, Mode, Press
 
@@ -264,7 +265,8 @@ def read_journal(path: Path | str) -> Iterator[AnyEntry]:
     """The entries of a journal, oldest first; FileError where it is none."""
     for index, payload in enumerate(read_log(path, MAGIC)):
         try:
-            yield _decode(payload)
+            with convert_decode_errors():
+                entry = _decode(payload)
         except msgspec.MsgspecError as error:
             raise FileError(
                 path=path,
@@ -272,6 +274,7 @@ def read_journal(path: Path | str) -> Iterator[AnyEntry]:
                 problem=f"it cannot be understood ({error})",
                 remedy="use the version of Understudy that wrote this journal",
             ) from None
+        yield entry
 
 
 def pack_rows(rows: NDArray[np.float64]) -> ReadingRows:

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from tests.coaching.lessons import goto
 from tests.model.lessons import goto as taught_goto
+from tests.sim.patrollers import ROBOTS, lead
 from tests.ui.cli.commands import ROOT, run, said
 
 from understudy.learning.fit import learn_automaton
@@ -50,6 +51,64 @@ def test_list_shows_the_rest_beside_a_bad_file(library: Path) -> None:
     told = json.loads(result.stdout)
     assert [row["name"] for row in told["automata"]] == ["deposit", "goto", "harvest"]
     assert "cut short" in told["problems"]["forage.json"]
+
+
+@pytest.fixture
+def crew(tmp_path: Path) -> Path:
+    """A library of patrol: robots' automata, and a coordinator's in the folder of its squad."""
+    folder = tmp_path / "patrol-library"
+    for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
+        save_automaton(folder, TrainedAutomaton(automaton))
+    save_automaton(folder / "patrol", TrainedAutomaton(lead()))
+    save_automaton(folder / "patrol", TrainedAutomaton(replace(lead(), transitions={})))
+    return folder
+
+
+@pytest.mark.parametrize("world", [(), ("--world", "patrol")])
+def test_squads_libraries_are_listed_and_shown(crew: Path, world: tuple[str, ...]) -> None:
+    told = said("list", "-l", crew, *world)
+    assert [row["name"] for row in told["automata"]] == ["patrol", "servo", "wander", "patrol/lead"]
+    assert told["automata"][-1]["versions"] == 1
+    assert "patrol/lead" in run("list", "-l", crew, *world).stdout
+    (crew / "patrol" / "broken.json").write_text("{")
+    result = run("list", "-l", crew, *world, "--json")
+    assert (result.exit_code, list(json.loads(result.stdout)["problems"])) == (2, ["patrol/broken.json"])
+    for name in ("lead", "patrol/lead"):
+        told = said("show", name, "-l", crew, *world)
+        assert (told["name"], len(told["versions"])) == ("lead", 1)
+        assert [state["behavior"] for state in told["states"]] == [None, "wander", "servo", "servo"]
+    refused = run("show", "boss", "-l", crew, *world)
+    assert "no automaton 'boss'; it has patrol, servo, wander, patrol/lead and patrol/broken" in " ".join(
+        refused.output.split()
+    )
+    assert "cut short" in " ".join(run("show", "patrol/broken", "-l", crew, *world).output.split())
+
+
+def test_a_folder_that_is_no_library_is_not_listed(library: Path) -> None:
+    (library / "notes").mkdir()
+    (library / "notes" / "settings.json").write_text("{}")
+    told = said("list", "-l", library)
+    assert (len(told["automata"]), told["problems"]) == (4, {})
+
+
+def test_squads_libraries_are_validated(crew: Path) -> None:
+    told = said("validate", "-l", crew, "--world", "patrol")
+    assert told["checked"] == ["patrol", "servo", "wander", "patrol/lead"]
+    assert said("validate", "patrol/lead", "-l", crew, "--world", "patrol")["checked"] == ["patrol/lead"]
+    assert said("validate", "lead", "-l", crew, "--world", "patrol")["checked"] == ["patrol/lead"]
+    (crew / "wander.json").unlink()
+    result = run("validate", "-l", crew, "--world", "patrol", "--json")
+    assert set(json.loads(result.stdout)["problems"]) == {"patrol", "patrol/lead"}
+
+
+def test_a_library_is_not_valid_unseen_in_a_world_that_lacks_its_squads(crew: Path) -> None:
+    """Robots' automata that need little fit many worlds; their coordinator's do not."""
+    for name in ("patrol", "servo", "wander"):
+        (crew / f"{name}.json").unlink()
+    result = run("validate", "-l", crew, "--world", "arena", "--json")
+    told = json.loads(result.stdout)
+    assert (result.exit_code, told["checked"]) == (2, ["patrol/lead"])
+    assert "scenario 'arena' has no squad or type of robots 'patrol'" in told["problems"]["patrol/lead"][0]
 
 
 def test_show(lessons: Path, library: Path) -> None:
@@ -165,6 +224,21 @@ def test_diff(tmp_path: Path) -> None:
     assert f"start → done appeared: example {done['examples'][0]['number']} (new, shows it)" in text
     assert said("diff", "walk", "--to", "1", "-l", folder)["changes"] == {}
     assert "nothing changed" in run("diff", "walk", "--from", folder / "walk.json", "-l", folder).stdout
+
+
+def test_diff_says_what_is_learned_before_what_was_shown(tmp_path: Path) -> None:
+    """And of many examples the first; all of them where they are asked for."""
+    table, folder = tmp_path / "lesson.csv", tmp_path / "library"
+    table.write_text(TABLE)
+    run("learn", table, "-l", folder, "-n", "walk")
+    more = "".join(f"forward,done,directive,{0.5 + 0.01 * number:g},yes\n" for number in range(30))
+    table.write_text(TABLE + more)
+    run("learn", table, "-l", folder, "-n", "walk")
+    text = run("diff", "walk", "-l", folder).stdout
+    assert text.index("\nconditions\n") < text.index("\nbecause of\n") < text.index("\nexamples\n")
+    assert (text.count("\n  + "), text.endswith("\n10 more: --all\n")) == (21, True)
+    assert run("diff", "walk", "-l", folder, "--all").stdout.count("\n  + ") == 31
+    assert list(said("diff", "walk", "-l", folder)["changes"]) == ["conditions", "examples"]
 
 
 def test_learn(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pty
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -62,7 +63,24 @@ def test_eval_elsewhere(library: Path, tmp_path: Path) -> None:
     ] * 2
     text = run("eval", mine, "-l", library, "--seeds", "0:2", "--each").stdout
     assert "yardstick" not in text
-    assert f"understudy run {mine} --behavior forage --seed" in text
+    assert f"understudy run {mine} --behavior forage --library {library} --seed" in text
+
+
+def test_the_run_that_eval_advises_runs(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It names the library, the kit and the bindings, too, and every name survives a shell."""
+    folder = tmp_path / "my library"
+    library.rename(folder)
+    (tmp_path / "eval_kit.py").write_text("from understudy.sim.forage import FORAGE_KIT as kit\n")
+    mine = tmp_path / "mine.toml"
+    mine.write_text(run("worlds", "forage").stdout.replace("limit_s", "limit_s = 1 #"))
+    monkeypatch.chdir(tmp_path)
+    chosen = ("-l", folder, "--behavior", "goto", "--bind", "A=station", "--kit", "eval_kit:kit")
+    text = run("eval", mine, *chosen, "--seeds", "0:1").stdout
+    (line,) = (line for line in text.splitlines() if line.startswith("Watch one: understudy "))
+    told = said(*shlex.split(line.removeprefix("Watch one: understudy ")))
+    assert (told["behavior"], told["seed"]) == ("goto", 0)
 
 
 def test_run(library: Path, tmp_path: Path) -> None:
@@ -104,6 +122,28 @@ def test_a_squad_runs_what_it_was_taught(tmp_path: Path) -> None:
     assert said("run", "patrol", "-l", tmp_path, "--seconds", "1")["behavior"] == "lead"
     alone = said("run", "patrol", "-l", tmp_path, "--behavior", "patrol", "--seconds", "1")
     assert alone["behavior"] == "patrol"
+
+
+def test_eval_judges_a_coordinator_with_its_robots(tmp_path: Path) -> None:
+    """Found as run finds it; the run that is advised names it the same way."""
+    folder, mine = tmp_path / "library", tmp_path / "mine.toml"
+    for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
+        save_automaton(folder, TrainedAutomaton(automaton))
+    save_automaton(folder / "patrol", TrainedAutomaton(lead()))
+    mine.write_text(
+        run("worlds", "patrol").stdout.replace("limit_s = 600", "limit_s = 20")
+        + '\n[goal]\ntarget = "intruder"\nwithin = 0.5\n'
+    )
+    for name in ("lead", "patrol/lead"):
+        told = said("eval", mine, "-l", folder, "--behavior", name, "--seeds", "0:3", "--each")
+        assert (told["behavior"], told["worlds"], told["expert_median_s"]) == ("lead", 3, None)
+        for row in told["results"]:
+            seed = ("--seed", str(row["seed"]))
+            seen = said("run", mine, "-l", folder, "--behavior", name, *seed)
+            assert row["success"] == seen["success"]
+            assert row["seconds"] == (seen["seconds"] if seen["success"] else None)
+    text = run("eval", mine, "-l", folder, "--behavior", "patrol/lead", "--seeds", "0:3").stdout
+    assert f"run {mine} --behavior patrol/lead --library {folder} --seed" in text
 
 
 def test_types_that_differ_run_what_is_in_their_folders(tmp_path: Path) -> None:

@@ -14,9 +14,12 @@ from tests.ui.cli.forage_parts import goto
 
 from understudy.analysis.expectations import add_expectation, make_expectation
 from understudy.learning.fit import learn_automaton
+from understudy.model.automaton import START, Automaton, State
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
+from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT, Forage
+from understudy.sim.kit import make_scenario_kit
 from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
@@ -64,7 +67,7 @@ def test_all_as_shown(fetching: Path) -> None:
     assert text.exit_code == 0
     assert "✓ fetch 3 examples, 1 outcome\n" in text.stdout
     assert "✓ goto nothing recorded\n" in text.stdout
-    assert text.stdout.endswith("library: 5 automata, all as shown\n")
+    assert text.stdout.endswith("library, in forage: 5 automata, all as shown\n")
 
 
 def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
@@ -147,6 +150,42 @@ def test_the_folder_as_an_option(fetching: Path, tmp_path: Path) -> None:
     refused = run("test", fetching, "-l", tmp_path)
     assert refused.exit_code == 2
     assert "name one of them" in " ".join(refused.output.split())
+
+
+@pytest.mark.parametrize("command", [("test",), ("rebuild", "-l")])
+def test_a_world_that_is_found_out_is_named(command: tuple[str, ...], library: Path, tmp_path: Path) -> None:
+    """A scenario of one's own cannot be guessed: that is said, with what was tried, and it can be named."""
+    assert said(*command, library)["world"] == "forage"
+    assert f"{library}, in forage: " in run(*command, library).stdout
+    mine = tmp_path / "mine.toml"
+    text = run("worlds", "forage").stdout.replace('name = "forage"', 'name = "mine"')
+    own = '[features]\nhunger = { reading = "food_stored", doc = "How empty it is." }'
+    mine.write_text(text.replace("[features]", own))
+    known = Library(make_scenario_kit(find_scenario(str(mine))))
+    lesson = new_lesson(known, "eat", states=["forward"], features=["hunger"])
+    folder = tmp_path / "mine"
+    save_automaton(folder, TrainedAutomaton(learn_automaton(lesson), lesson))
+    refused = run(*command, folder)
+    assert refused.exit_code == 2
+    told = " ".join(refused.output.split())
+    assert "--world cannot be found out: none of the scenarios forage, arena, boxes," in told
+    assert "has all that its automata name" in told
+    assert "name the scenario, such as --world my-scenario.toml" in told
+    assert said(*command, folder, "--world", mine)["world"] == "mine"
+
+
+def test_the_world_of_a_squads_library_is_found_out(tmp_path: Path) -> None:
+    """A coordinator's automaton belongs to it, however little the robots' automata need."""
+    roam = Automaton(
+        "roam", (START, State("forwards", "forwards")), (), (), False, {"start": Tree((make_leaf(1),))}
+    )
+    save_automaton(tmp_path, TrainedAutomaton(roam))
+    order = Automaton(
+        "order", (START, State("roam", "roam")), (), (), False, {"start": Tree((make_leaf(1),))}
+    )
+    save_automaton(tmp_path / "patrol", TrainedAutomaton(order))
+    assert said("rebuild", "-l", tmp_path)["world"] == "patrol"
+    assert set(found(tmp_path)) == {"roam", "patrol/order"}
 
 
 def test_mistakes(tmp_path: Path, library: Path) -> None:

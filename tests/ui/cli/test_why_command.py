@@ -240,6 +240,27 @@ def test_other_files(library: Path, tmp_path: Path) -> None:
         assert told in " ".join(refused.output.split())
 
 
+@pytest.mark.parametrize(
+    ("line", "content"),
+    [
+        (0, b'{"format": "understudy trace \xff"}\n'),
+        (0, b'{"format":' + b"[" * 3000 + b"]" * 3000 + b"}\n"),
+        (1, b'{"time_s": 0.1, "doing": "\xff"}\n'),
+        (1, b'{"more":' + b"[" * 3000 + b"]" * 3000 + b"}\n"),
+    ],
+)
+def test_a_damaged_trace_is_refused(line: int, content: bytes, library: Path) -> None:
+    """Bytes that are no UTF-8, and nesting deeper than any program can follow."""
+    path = record(library, "--seconds", "1")
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join([*lines[:line], content, *lines[line + 1 :]]))
+    refused = run("why", path, "--time", "1")
+    assert refused.exit_code == 2
+    assert ("it is no trace of a run", "a line of it cannot be read")[line] in " ".join(
+        refused.output.split()
+    )
+
+
 def test_a_run_that_was_killed(library: Path) -> None:
     """Its trace ends within a line: what is before that can be asked all the same."""
     path = record(library, "--seconds", "3")

@@ -9,6 +9,7 @@ import msgspec
 from understudy.errors import UnderstudyError
 from understudy.model.kinds import parse_kind
 from understudy.runtime.body import Body, Channel, Reading
+from understudy.storage.json_text import convert_decode_errors
 
 FORMAT = "understudy-recording/1"
 METADATA = "understudy"
@@ -101,8 +102,9 @@ def decode_header(entries: Mapping[str, str]) -> RecordingHeader | str:
     if entries.get("format") != FORMAT:
         return f"its format is {entries.get('format')!r:.60}, not {FORMAT!r}"
     try:
-        body = msgspec.json.decode(entries[BODY], type=_HeadBody)
-        ran = msgspec.json.decode(entries[RUN], type=RunInfo)
+        with convert_decode_errors():
+            body = msgspec.json.decode(entries[BODY], type=_HeadBody)
+            ran = msgspec.json.decode(entries[RUN], type=RunInfo)
         readings = [
             Reading(each.name, parse_kind(each.kind, where=each.name), each.unit, each.of_targets)
             for each in body.readings

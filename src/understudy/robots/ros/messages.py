@@ -44,6 +44,27 @@ def _types(release: str) -> Typestore:
     return get_typestore(Stores(f"ros2_{release}"))
 
 
+def make_hashable(typestore: Typestore) -> Typestore:
+    """The same definitions with uint8 for char, which ROS 2 means by it; rosbags hashes char as the type number 13.
+
+    Right hashes need it of ServiceEventInfo, and thereby of all services.
+    """
+    from rosbags.typesys.store import Typestore
+
+    def rename(field: tuple[int, Any]) -> tuple[int, Any]:
+        sort, of = field
+        if sort == BASE:
+            return (sort, ("uint8", of[1])) if of[0] == "char" else field
+        return field if sort == NAMED else (sort, (rename(of[0]), of[1]))
+
+    made = Typestore()
+    made.fielddefs = {
+        name: (constants, [(field, rename(each)) for field, each in fields])
+        for name, (constants, fields) in typestore.fielddefs.items()
+    }
+    return made
+
+
 def is_known_type(type: str) -> bool:
     """Whether there is a definition of this type."""
     return type in load_typestore().fielddefs

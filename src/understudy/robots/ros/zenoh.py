@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from hashlib import blake2b
 from threading import Event, RLock, Thread, main_thread
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 from understudy.extras import ExtraMissing
 from understudy.robots.ros.messages import (
@@ -20,8 +20,12 @@ from understudy.robots.ros.messages import (
     convert_to_ros_name,
     list_type_releases,
     load_typestore,
+    make_hashable,
 )
 from understudy.robots.ros.transport import Publish, Publisher, Received, Unreachable
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
 
 EndpointKind: TypeAlias = Literal["MP", "MS"]
 """Who a token stands for: one that publishes messages, or one that subscribes to them."""
@@ -86,9 +90,9 @@ def make_topic_keys(domain: int, topic: str, type: str) -> Sequence[str]:
     return tuple(f"{before}/{last}" for last in (hash_type_definition(type), UNHASHED))
 
 
-def hash_type_definition(type: str) -> str:
-    """The hash of a type's definition (REP 2016)."""
-    text: str = load_typestore(list_type_releases(type)[0]).hash_rihs01(type)
+def hash_type_definition(type: str, typestore: Typestore | None = None) -> str:
+    """The hash of a type's definition (REP 2016): as a typestore has it, otherwise the newest release that knows it."""
+    text: str = make_hashable(typestore or load_typestore(list_type_releases(type)[0])).hash_rihs01(type)
     return text
 
 

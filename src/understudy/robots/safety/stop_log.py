@@ -20,6 +20,7 @@ import msgspec
 
 from understudy.errors import FileError
 from understudy.robots.robot_file import RobotFile
+from understudy.storage.json_text import convert_decode_errors
 
 ENDING = ".stops.jsonl"
 
@@ -94,7 +95,8 @@ def read_stops(path: Path | str) -> Sequence[StopEvent]:
     stops = []
     for number, line in enumerate(lines, 1):
         try:
-            stops.append(msgspec.json.decode(line, type=StopEvent))
+            with convert_decode_errors():
+                stops.append(msgspec.json.decode(line, type=StopEvent))
         except msgspec.DecodeError as error:
             place, problem = f"line {number}", f"is no stop ({error})"
             raise FileError(path=path, place=place, problem=problem, remedy="remove that line") from None

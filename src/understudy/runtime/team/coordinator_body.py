@@ -26,6 +26,7 @@ from understudy.runtime.run_loop import Run
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.squad_body import SquadBody, SquadState
 from understudy.runtime.team.team import Team
+from understudy.storage.json_text import convert_decode_errors
 
 NO_SIMULATION = "its robots are no simulation"
 
@@ -109,7 +110,8 @@ class CoordinatorBody:
     def restore(self, snapshot: bytes) -> None:
         """Go back to a snapshot; FileError where it is none of such a body."""
         try:
-            kept = msgspec.msgpack.decode(snapshot, type=CoordinatorSnapshot)
+            with convert_decode_errors():
+                kept = msgspec.msgpack.decode(snapshot, type=CoordinatorSnapshot)
         except msgspec.MsgspecError as error:
             raise _refused(f"is none of a troop ({error})") from None
         layers = [layer for layer in (*self._below, self._own) if isinstance(layer.body, SquadBody)]

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from understudy.errors import UnderstudyError
+from understudy.errors import DefinitionError, SettingError, UnderstudyError, UnknownName, join_names
 from understudy.model.automaton import Automaton
 from understudy.model.describe import (
     convert_to_plain,
@@ -22,6 +22,7 @@ from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import describe_tree_outcomes as tree_conditions
 from understudy.storage.document import Learn, LoadedDocument
 from understudy.storage.library_folder import (
+    VERSIONS,
     add_automaton,
     list_documents,
     list_versions,
@@ -61,6 +62,152 @@ def open_each_automaton(folder: Path, kit: Kit | None, learn: Learn | None) -> L
         except UnderstudyError as error:
             problems[path.name] = error
     return LibraryListing(folder, library, opened, problems)
+
+
+def open_all_libraries(
+    folder: Path, scenario: Scenario | None, kit: Kit | None, learn: Learn | None
+) -> dict[str, LibraryListing]:
+    """Open the libraries in a folder file by file: its own by '', those of squads and types of robots by 'SORT/'.
+
+    With a scenario they are the folders that `understudy run` looks into, each with the kit of its sort of agents;
+    without one all folders in which there is an automaton, and features are as the documents say.
+    """
+    found: dict[str, LibraryListing] = {}
+
+    def look(place: Path, kit: Kit | None) -> Library:
+        prefix = "" if place == folder else f"{place.name}/"
+        if prefix not in found:
+            empty = LibraryListing(place, Library(Kit.from_parts() if kit is None else kit), {}, {})
+            there = not prefix or place.is_dir()
+            found[prefix] = open_each_automaton(place, kit, learn) if there else empty
+        return found[prefix].library
+
+    look(folder, kit)
+    if scenario is None or kit is None:
+        for place in list_sort_folders(folder):
+            look(place, None)
+        return found
+    from understudy.sim.team.libraries import collect_libraries, load_type_libraries
+
+    robots = load_type_libraries(scenario, folder, kit, look)
+    collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
+    return {prefix: each for prefix, each in found.items() if each.opened or each.problems or not prefix}
+
+
+def list_sort_folders(folder: Path) -> list[Path]:
+    """The folders in a library's folder that hold automata, in order of name: those of squads and types of robots."""
+
+    def holds_automata(place: Path) -> bool:
+        return place.is_dir() and bool(open_each_automaton(place, None, lambda _: {}).opened)
+
+    return [place for place in sorted(folder.iterdir()) if place.name != VERSIONS and holds_automata(place)]
+
+
+def find_listed(listings: Mapping[str, LibraryListing], name: str) -> tuple[str, str]:
+    """The library, by its prefix, and the name in it of an automaton or broken file named NAME or SORT/NAME.
+
+    UnknownName where there is none, SettingError where several sorts of agents have one.
+    """
+    known = [
+        (prefix, each)
+        for prefix, listing in listings.items()
+        for each in (*listing.opened, *(file.removesuffix(".json") for file in listing.problems))
+    ]
+    exact = [(prefix, each) for prefix, each in known if f"{prefix}{each}" == name]
+    found = exact or [(prefix, each) for prefix, each in known if each == name]
+    labels = [f"{prefix}{each}" for prefix, each in found or known]
+    if not found:
+        raise UnknownName(what="automaton", name=name, where="the library", known=labels)
+    if len(found) > 1:
+        problem, remedy = "is known to several sorts of agents", f"name it as {join_names(labels)}"
+        raise SettingError(where="library", setting=repr(name), problem=problem, remedy=remedy)
+    return found[0]
+
+
+def find_problems(
+    folder: Path, listings: Mapping[str, LibraryListing], scenario: Scenario
+) -> dict[str, UnderstudyError]:
+    """Why automata cannot be opened or could not run in a scenario, by [SORT/]NAME; `listings` are those in it."""
+    found: dict[str, UnderstudyError] = {}
+    for prefix, listing in listings.items():
+        found |= {f"{prefix}{file.removesuffix('.json')}": why for file, why in listing.problems.items()}
+        for name in listing.opened:
+            if (why := _find_unresolved_name(listing.library, name)) is not None:
+                found[f"{prefix}{name}"] = why
+    looked = {listing.folder for listing in listings.values()}
+    sorts = (*scenario.types, *scenario.squads)
+    for place in list_sort_folders(folder):
+        if place not in looked:
+            where = f"scenario {scenario.name!r}"
+            unknown = UnknownName(what="squad or type of robots", name=place.name, where=where, known=sorts)
+            found |= {f"{place.name}/{path.stem}": unknown for path in list_documents(place)}
+    return found
+
+
+def find_misfits(folder: Path, scenario: Scenario) -> dict[str, UnderstudyError]:
+    """Why automata of a folder, by [SORT/]NAME, are not of a scenario; by the folder's where it fits as a whole not."""
+    from understudy.sim.kit import make_scenario_kit
+
+    try:  # names need no transition functions
+        listings = open_all_libraries(folder, scenario, make_scenario_kit(scenario), lambda _: {})
+    except UnderstudyError as error:  # squads whose members know different things by one name
+        return {str(folder): error}
+    return find_problems(folder, listings, scenario)
+
+
+def find_fitting_world(folder: Path) -> str:
+    """The first built-in scenario whose agents know all that the automata of a folder name.
+
+    Where a file is broken in any scenario its error is raised; else SettingError says which scenarios were tried.
+    """
+    from understudy.sim.catalog import find_scenario
+    from understudy.sim.scenario.files import list_builtin_scenarios
+    from understudy.ui.cli.options import WORLD
+
+    if not list_documents(folder) and not list_sort_folders(folder):
+        remedy = "name a folder with automata, or the scenario they were taught in"
+        raise SettingError(where=str(folder), setting="--world", problem="cannot be found out", remedy=remedy)
+    for error in find_broken_documents(folder).values():
+        raise error
+    tried: dict[str, dict[str, UnderstudyError]] = {}
+    for world in dict.fromkeys((WORLD, *list_builtin_scenarios())):
+        tried[world] = find_misfits(folder, find_scenario(world))
+        if not tried[world]:
+            return world
+    nearest = min(tried, key=lambda world: len(tried[world]))
+    wrong = next(iter(tried[nearest].values()))
+    raise SettingError(
+        where=str(folder),
+        setting="--world",
+        problem=f"cannot be found out: none of the scenarios {join_names(tried)} has all that its automata name "
+        f"({nearest} comes nearest: {wrong})",
+        remedy="name the scenario, such as --world my-scenario.toml",
+    )
+
+
+def find_broken_documents(folder: Path) -> dict[str, UnderstudyError]:
+    """What is wrong in any scenario, with any kit, by [SORT/]NAME."""
+    return {
+        f"{prefix}{file.removesuffix('.json')}": error
+        for prefix, listing in open_all_libraries(folder, None, None, lambda _: {}).items()
+        for file, error in listing.problems.items()
+    }
+
+
+def _find_unresolved_name(library: Library, name: str) -> UnderstudyError | None:
+    """Why an automaton could not run: a name that stands for nothing, parameters bound to nothing."""
+    from understudy.runtime.program import link
+
+    targets = list(library.kit.targets)
+    parameters = library.automaton(name).parameters
+    if parameters and not targets:
+        problem = f"the kit has no target that its parameters ({', '.join(parameters)}) could stand for"
+        return DefinitionError(what=f"automaton {name!r}", problem=problem, remedy="add a target to the kit")
+    try:
+        link(library, name, dict.fromkeys(parameters, targets[0]) if parameters else {})
+    except UnderstudyError as error:
+        return error
+    return None
 
 
 def list_conditions_by_switch(taught: TrainedAutomaton) -> dict[tuple[str, str], list[str]]:

@@ -49,6 +49,16 @@ SomeWorld: TypeAlias = Annotated[
         help="Look features up in this scenario's kit, not in the documents.",
     ),
 ]
+FoundWorld: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--world",
+        "-w",
+        metavar="SCENARIO",
+        help="What it was taught in; found out among the built-in scenarios if left out.",
+        show_default=False,
+    ),
+]
 SameWorld: TypeAlias = Annotated[
     str | None, typer.Option("--world", "-w", metavar="SCENARIO", help="The scenario, as an option.")
 ]

@@ -10,8 +10,13 @@ import typer
 from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SomeWorld
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from understudy.learning.change_attribution import ConditionChange
     from understudy.model.library import Kit, TrainedAutomaton
+
+
+SHOWN = 20
 
 
 def show_diff(
@@ -25,6 +30,7 @@ def show_diff(
     library: LibraryOption = LIBRARY,
     world: SomeWorld = None,
     kit: KitName = None,
+    everything: Annotated[bool, typer.Option("--all", help="All examples that changed.")] = False,
     as_json: Json = False,
 ) -> None:
     """Say what changed between two versions of an automaton, and which examples are behind it.
@@ -55,7 +61,7 @@ def show_diff(
     if as_json:
         print_json(told)
     else:
-        _show(told)
+        _show(told, most=None if everything else SHOWN)
 
 
 def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> TrainedAutomaton:
@@ -69,7 +75,7 @@ def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> Tra
     return read_document(Path(which), kit, import_learner()).taught
 
 
-def _show(told: dict[str, Any]) -> None:
+def _show(told: dict[str, Any], *, most: int | None) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
@@ -79,15 +85,28 @@ def _show(told: dict[str, Any]) -> None:
     out.print(f"[bold]{escape(told['name'])}[/] from {_called(told['from'])} to {_called(told['to'])}")
     if not told["changes"]:
         out.print("nothing changed")
+    examples = told["changes"].get("examples", [])
     for group, lines in told["changes"].items():
-        out.print(f"\n[bold]{group}[/]")
-        for line in lines:
-            color = {"+": "green", "-": "red"}.get(line[0], "default")
-            out.print(Padding(f"[{color}]{escape(line)}[/]", (0, 0, 0, 2), expand=False))
+        if lines is not examples:
+            _show_lines(group, lines, out)
     if told["moved"]:
         out.print("\n[bold]because of[/]")
     for each in told["moved"]:
         out.print(Padding(escape(each["said"]), (0, 0, 0, 4), expand=False))
+    if examples:  # last: in a lesson begun anew they are all others
+        _show_lines("examples", examples[:most], out)
+    if len(examples) > len(examples[:most]):
+        out.print(f"[dim]{len(examples) - len(examples[:most])} more: --all[/]")
+
+
+def _show_lines(group: str, lines: list[str], out: Console) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    out.print(f"\n[bold]{group}[/]")
+    for line in lines:
+        color = {"+": "green", "-": "red"}.get(line[0], "default")
+        out.print(Padding(f"[{color}]{escape(line)}[/]", (0, 0, 0, 2), expand=False))
 
 
 def _moved(each: ConditionChange) -> dict[str, Any]:

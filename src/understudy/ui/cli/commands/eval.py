@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,6 +23,8 @@ from understudy.ui.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from understudy.analysis.evaluation import Evaluation
 
 MOST_SEEDS = 1_000_000
@@ -51,33 +55,31 @@ def evaluate_behavior(
     """
     from msgspec import to_builtins
 
-    from understudy.analysis.evaluation import evaluate as judge
-    from understudy.analysis.evaluation import link_for_evaluation as judged_program
-    from understudy.ui.cli.options import (
-        choose_behavior,
-        choose_scenario_name,
-        find_kit,
-        open_behavior_library,
-        open_scenario,
-        parse_bindings,
-    )
+    from understudy.analysis.evaluation import evaluate as evaluate_robots
+    from understudy.analysis.evaluation import evaluate_team, link_for_evaluation
+    from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
     from understudy.ui.cli.output import compile_once, print_json, show_progress
 
     chosen, named = parse_seeds(seeds), choose_scenario_name(scenario, world)
     where, parts = open_scenario(named), find_kit(kit, named)
-    taught = open_behavior_library(behavior, library, parts)
-    behavior = choose_behavior(taught, behavior, library)
-    bound = parse_bindings(bind)
-    judged_program(taught, behavior, where, bound)  # mistakes are told at once, not when all is compiled
+    assigned = assign_run(where, behavior, library, parts, bind)
+    taught, ran, bound = assigned.libraries[assigned.sort], assigned.behavior, assigned.binding
+    link_for_evaluation(taught, ran, where, bound)  # mistakes are told at once, not when all is compiled
     compile_once(world=where, quiet=as_json)
     began = perf_counter()
     with show_progress("Worlds run", quiet=as_json) as report:
-        judged = judge(taught, behavior, where, chosen, binding=bound, progress=report)
+        if set(assigned.roots) == set(where.types):
+            judged = evaluate_robots(taught, ran, where, chosen, binding=bound, progress=report)
+        else:
+            judged = evaluate_team(
+                assigned.libraries, assigned.sort, ran, where, chosen, binding=bound, progress=report
+            )
     found = summarize_evaluation(judged, seconds=perf_counter() - began)
     if as_json:
         print_json({**to_builtins(found), "results": make_world_rows(judged)} if each else found)
     else:
-        _show(found, make_world_rows(judged) if each else [], named, flag=judged.flag)
+        watch = format_run_command(named, behavior or ran, library, bind=bind or [], kit=kit)
+        _show(found, make_world_rows(judged) if each else [], watch, flag=judged.flag)
     raise typer.Exit(0)
 
 
@@ -149,7 +151,19 @@ def make_world_rows(judged: Evaluation) -> list[dict[str, Any]]:
     ]
 
 
-def _show(found: EvaluationResult, each: list[dict[str, Any]], named: str, *, flag: str | None) -> None:
+def format_run_command(
+    world: str, behavior: str, library: Path, *, bind: Sequence[str] = (), kit: str | None = None
+) -> str:
+    """Write the command, but for the seed, that runs a behavior as it was evaluated."""
+    words = ["understudy", "run", *([] if world == WORLD else [world]), "--behavior", behavior]
+    words += [] if library == LIBRARY else ["--library", str(library)]
+    words += [] if kit is None else ["--kit", kit]
+    for pair in bind:
+        words += ["--bind", pair]
+    return shlex.join(words)
+
+
+def _show(found: EvaluationResult, each: list[dict[str, Any]], watch: str, *, flag: str | None) -> None:
     from rich.markup import escape
 
     from understudy.ui.cli.output import make_console
@@ -173,9 +187,7 @@ def _show(found: EvaluationResult, each: list[dict[str, Any]], named: str, *, fl
     if failed:
         shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")
         out.print(f"  not finished        seeds {shown}")
-        world = "" if named == WORLD else f"{named} "
-        watch = f"understudy run {world}--behavior {found.behavior} --seed {failed[0]}"
-        out.print(f"[dim]Watch one: {escape(watch)}[/]", soft_wrap=True)
+        out.print(f"[dim]Watch one: {escape(f'{watch} --seed {failed[0]}')}[/]", soft_wrap=True)
 
 
 def _show_each(each: list[dict[str, Any]]) -> None:

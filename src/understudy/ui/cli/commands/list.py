@@ -8,25 +8,25 @@ from understudy.ui.cli.options import (
     LIBRARY,
     WORLD,
     AutomatonNames,
+    FoundWorld,
     Json,
     KitName,
     LibraryOption,
     SomeWorld,
-    WorldOption,
 )
 
 
 def list_automata(
     library: LibraryOption = LIBRARY, world: SomeWorld = None, kit: KitName = None, as_json: Json = False
 ) -> None:
-    """List the automata of a library.
+    """List the automata of a library, those of squads and types of robots as SORT/NAME.
 
     [dim]understudy list --library demo/library[/]
     """
     from rich.markup import escape
 
-    from understudy.ui.cli.library_data import open_each_automaton, summarize_automaton
-    from understudy.ui.cli.options import find_optional_kit
+    from understudy.ui.cli.library_data import open_all_libraries, summarize_automaton
+    from understudy.ui.cli.options import find_optional_kit, open_scenario
     from understudy.ui.cli.output import (
         format_count,
         format_saved_time,
@@ -35,11 +35,21 @@ def list_automata(
         print_json,
     )
 
-    listing = open_each_automaton(
-        library, find_optional_kit(kit, world), lambda _: {}
-    )  # a list needs no transition functions
-    rows = [summarize_automaton(library, listing.library, opened) for opened in listing.opened.values()]
-    problems = {name: str(error) for name, error in listing.problems.items()}
+    where = None if world is None else open_scenario(world)
+    listings = open_all_libraries(
+        library, where, find_optional_kit(kit, world), lambda _: {}
+    )  # it needs no trees
+    rows = [
+        {**row, "name": f"{prefix}{row['name']}"}
+        for prefix, listing in listings.items()
+        for opened in listing.opened.values()
+        for row in [summarize_automaton(listing.folder, listing.library, opened)]
+    ]
+    problems = {
+        f"{prefix}{name}": str(error)
+        for prefix, listing in listings.items()
+        for name, error in listing.problems.items()
+    }
     if as_json:
         print_json({"library": str(library), "automata": rows, "problems": problems})
     else:
@@ -67,7 +77,7 @@ def list_automata(
 def rebuild(
     names: AutomatonNames = None,
     library: LibraryOption = LIBRARY,
-    world: WorldOption = WORLD,
+    world: FoundWorld = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -75,21 +85,32 @@ def rebuild(
 
     Needed after editing a document by hand, or with a new version of the learner; the former version is kept.
     """
-    from understudy.storage.library_folder import open_library, save_automaton
-    from understudy.ui.cli.options import find_kit, import_learner
+    from rich.markup import escape
+
+    from understudy.storage.library_folder import save_automaton
+    from understudy.ui.cli.library_data import find_fitting_world, find_listed, open_all_libraries
+    from understudy.ui.cli.options import find_kit, import_learner, open_scenario
     from understudy.ui.cli.output import format_count, make_console, print_json
 
-    opened = open_library(library, find_kit(kit, world), import_learner())
-    for name in names or []:
-        opened.library.automaton(name)
+    named = world or (find_fitting_world(library) if kit is None else WORLD)
+    where = open_scenario(named)
+    listings = open_all_libraries(library, where, find_kit(kit, named), import_learner())
+    for listing in listings.values():
+        for error in listing.problems.values():
+            raise error
+    wanted = ["".join(find_listed(listings, name)) for name in names or []]
     rebuilt = {}
-    for name, reason in opened.rebuilt.items():
-        if (not names or name in names) and "classifier" not in reason:
-            save_automaton(library, opened.library.taught[name])
-            rebuilt[name] = reason
+    for prefix, listing in listings.items():
+        for name, opened in listing.opened.items():
+            reason, label = opened.rebuilt, f"{prefix}{name}"
+            if reason is not None and (not wanted or label in wanted) and "classifier" not in reason:
+                save_automaton(listing.folder, opened.taught)
+                rebuilt[label] = reason
     if as_json:
-        print_json({"library": str(library), "rebuilt": rebuilt})
+        print_json({"library": str(library), "world": where.name, "rebuilt": rebuilt})
         return
+    out = make_console()
     for name, reason in rebuilt.items():
-        make_console().print(name, "learned again and saved:", reason, markup=False)
-    make_console().print(f"{format_count(len(rebuilt), 'automaton', 'automata')} rebuilt")
+        out.print(name, "learned again and saved:", reason, markup=False)
+    found = format_count(len(rebuilt), "automaton", "automata")
+    out.print(f"{escape(str(library))}, in {escape(where.name)}: {found} rebuilt", soft_wrap=True)

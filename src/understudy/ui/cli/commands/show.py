@@ -18,7 +18,9 @@ SHOWN = 20
 
 
 def show_automaton(
-    name: Annotated[str, typer.Argument(help="The automaton.")],
+    name: Annotated[
+        str, typer.Argument(help="The automaton; SORT/NAME is that of a squad or type of robots.")
+    ],
     library: LibraryOption = LIBRARY,
     world: SomeWorld = None,
     kit: KitName = None,
@@ -29,15 +31,18 @@ def show_automaton(
 
     [dim]understudy show goto --library demo/library[/]
     """
-    from understudy.ui.cli.library_data import describe_automaton, open_each_automaton
-    from understudy.ui.cli.options import find_optional_kit, import_learner
+    from understudy.ui.cli.library_data import describe_automaton, find_listed, open_all_libraries
+    from understudy.ui.cli.options import find_optional_kit, import_learner, open_scenario
     from understudy.ui.cli.output import make_console, print_json
 
-    listing = open_each_automaton(library, find_optional_kit(kit, world), import_learner())
-    if name not in listing.opened and (error := listing.problems.get(f"{name}.json")):
-        raise error
+    where = None if world is None else open_scenario(world)
+    listings = open_all_libraries(library, where, find_optional_kit(kit, world), import_learner())
+    prefix, name = find_listed(listings, name)
+    listing = listings[prefix]
+    if name not in listing.opened:
+        raise listing.problems[f"{name}.json"]
     automaton = listing.library.automaton(name)
-    facts = describe_automaton(library, listing.library, listing.opened[name])
+    facts = describe_automaton(listing.folder, listing.library, listing.opened[name])
     if as_json:
         print_json(facts)
         return

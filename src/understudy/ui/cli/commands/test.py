@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName
+from understudy.ui.cli.options import LIBRARY, WORLD, FoundWorld, Json, KitName
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.analysis.lesson_tests import LessonTestResult
-    from understudy.errors import UnderstudyError
     from understudy.model.library import Kit, Library, TrainedAutomaton
     from understudy.sim.scenario.schema import Scenario
 
@@ -32,16 +31,7 @@ def run_library_tests(
     same: Annotated[
         Path | None, typer.Option("--library", "-l", help="The folder, as an option.", show_default=False)
     ] = None,
-    world: Annotated[
-        str | None,
-        typer.Option(
-            "--world",
-            "-w",
-            metavar="SCENARIO",
-            help="What it was taught in; found out if left out.",
-            show_default=False,
-        ),
-    ] = None,
+    world: FoundWorld = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -55,6 +45,7 @@ def run_library_tests(
     from understudy.analysis.lesson_tests import describe_test_result, run_lesson_test
     from understudy.errors import SettingError
     from understudy.storage.library_folder import list_documents
+    from understudy.ui.cli.library_data import find_fitting_world
     from understudy.ui.cli.options import find_kit, open_scenario, open_team_libraries
     from understudy.ui.cli.output import make_console, print_json
 
@@ -64,7 +55,7 @@ def run_library_tests(
         raise SettingError(where="--library", setting=str(same), problem=problem, remedy=remedy)
     library = folder or same or LIBRARY
     list_documents(library)  # a folder that is not there is the first thing to say
-    named = world or _fitting(library, kit)
+    named = world or (find_fitting_world(library) if kit is None else WORLD)
     where, parts = open_scenario(named), find_kit(kit, named)
     known = open_team_libraries(where, None, library, parts)
     found = []
@@ -85,30 +76,6 @@ def run_library_tests(
     else:
         _show(told, found, make_console())
     raise typer.Exit(0 if told["works"] else 1)
-
-
-def _fitting(folder: Path, kit: str | None) -> str:
-    """The first scenario whose robots know all that the automata of a folder name; where there is none, what is wrong
-    is what is wrong in the one that comes nearest.
-    """
-    from understudy.errors import SettingError
-    from understudy.sim.scenario.files import list_builtin_scenarios
-    from understudy.ui.cli.library_data import open_each_automaton
-    from understudy.ui.cli.options import find_kit
-
-    if kit is not None:
-        return WORLD
-    nearest: list[UnderstudyError] = []
-    for world in dict.fromkeys((WORLD, *list_builtin_scenarios())):
-        listing = open_each_automaton(folder, find_kit(None, world), lambda _: {})
-        if listing.opened and not listing.problems:
-            return world
-        if not nearest or 0 < len(listing.problems) < len(nearest):
-            nearest = list(listing.problems.values())
-    if nearest:
-        raise nearest[0]
-    remedy = "name a folder with automata, or the scenario they were taught in"
-    raise SettingError(where=str(folder), setting="--world", problem="cannot be found out", remedy=remedy)
 
 
 def _places(
@@ -197,7 +164,5 @@ def _show(told: dict[str, Any], found: list[tuple[dict[str, Any], list[str]]], o
         if bad
         else "[green]all as shown[/]"
     )
-    out.print(
-        f"{escape(told['library'])}: {format_count(len(found), 'automaton', 'automata')}, {said}",
-        soft_wrap=True,
-    )
+    tested = format_count(len(found), "automaton", "automata")
+    out.print(f"{escape(told['library'])}, in {escape(told['world'])}: {tested}, {said}", soft_wrap=True)

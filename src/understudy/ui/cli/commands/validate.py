@@ -18,8 +18,8 @@ from understudy.ui.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from understudy.model.library import Kit
-    from understudy.model.library import Library as LibraryOf
+    from collections.abc import Collection
+
     from understudy.storage.document import LoadedDocument
     from understudy.ui.cli.library_data import LibraryListing
 
@@ -37,24 +37,25 @@ def validate(
 
     [dim]understudy validate --library demo/library[/]
     """
-    from understudy.ui.cli.library_data import open_each_automaton
-    from understudy.ui.cli.options import find_kit, import_learner
+    from understudy.ui.cli.library_data import find_listed, find_problems, open_all_libraries
+    from understudy.ui.cli.options import find_kit, import_learner, open_scenario
     from understudy.ui.cli.output import make_console, print_json
 
-    parts = find_kit(kit, world)
-    listing = open_each_automaton(library, parts, import_learner())
-    for name in names or []:
-        if f"{name}.json" not in listing.problems:
-            listing.library.automaton(name)
-    problems = {file.removesuffix(".json"): [str(error)] for file, error in listing.problems.items()}
-    problems |= {
-        name: found for name in listing.opened if (found := find_unresolved_names(listing.library, name))
+    where = open_scenario(world)
+    listings = open_all_libraries(library, where, find_kit(kit, world), import_learner())
+    problems = {label: [str(error)] for label, error in find_problems(library, listings, where).items()}
+    labels = [f"{prefix}{name}" for prefix, listing in listings.items() for name in listing.opened]
+    names = ["".join(find_listed(listings, name)) if name not in problems else name for name in names or []]
+    noted = {
+        f"{prefix}{name}": found
+        for prefix, listing in listings.items()
+        for name in listing.opened
+        if (found := find_warnings(listing, name))
     }
-    noted = {name: found for name in listing.opened if (found := find_warnings(listing, name))}
-    checked = [name for name in dict.fromkeys([*listing.opened, *problems]) if not names or name in names]
+    checked = [name for name in dict.fromkeys([*labels, *problems]) if not names or name in names]
     problems = {name: problems[name] for name in checked if name in problems}
     noted = {name: noted[name] for name in checked if name in noted}
-    advice = suggest_other_scenario(listing) if problems and kit is None else None
+    advice = suggest_other_scenario(library, problems) if problems and kit is None else None
     if as_json:
         result = {"library": str(library), "valid": not problems, "checked": checked}
         print_json({**result, "problems": problems, "notes": noted, "advice": advice})
@@ -85,45 +86,18 @@ def _show(
     )
 
 
-def suggest_other_scenario(listing: LibraryListing) -> str | None:
+def suggest_other_scenario(folder: Path, problems: Collection[str]) -> str | None:
     """What to do about a library with problems if it is of another scenario; None where no kit could help."""
     from understudy.sim.scenario.files import list_builtin_scenarios
-    from understudy.ui.cli.library_data import open_each_automaton
-    from understudy.ui.cli.options import find_kit
+    from understudy.ui.cli.library_data import find_broken_documents, find_misfits
+    from understudy.ui.cli.options import open_scenario
 
-    def others(kit: Kit | None) -> LibraryListing:
-        return open_each_automaton(listing.folder, kit, lambda _: {})  # names need no transition functions
-
-    looked = {world: others(find_kit(None, world)) for world in list_builtin_scenarios()}
-    fitting = [f"--world {world}" for world, other in looked.items() if not _missing(other)]
-    if fitting:
-        return f"It is all valid in another scenario: give {' or '.join(fitting)}."
-    broken = others(None).problems
-    if _missing(listing) <= {file.removesuffix(".json") for file in broken}:
+    worlds = [world for world in list_builtin_scenarios() if not find_misfits(folder, open_scenario(world))]
+    if worlds:
+        return f"It is all valid in another scenario: give {' or '.join(f'--world {world}' for world in worlds)}."
+    if set(problems) <= set(find_broken_documents(folder)):
         return None
     return "If it was taught in another scenario, give --world SCENARIO; with a kit of your own, --kit MODULE:NAME."
-
-
-def _missing(listing: LibraryListing) -> set[str]:
-    """The automata that cannot be opened, or could not run."""
-    files = {file.removesuffix(".json") for file in listing.problems}
-    return files | {name for name in listing.opened if find_unresolved_names(listing.library, name)}
-
-
-def find_unresolved_names(library: LibraryOf, name: str) -> list[str]:
-    """Why an automaton could not run: names that stand for nothing, parameters bound to nothing."""
-    from understudy.errors import UnderstudyError
-    from understudy.runtime.program import link
-
-    targets = list(library.kit.targets)
-    parameters = library.automaton(name).parameters
-    if parameters and not targets:
-        return [f"the kit has no target that its parameters ({', '.join(parameters)}) could stand for"]
-    try:
-        link(library, name, dict.fromkeys(parameters, targets[0]) if parameters else {})
-    except UnderstudyError as error:
-        return [str(error)]
-    return []
 
 
 def find_warnings(listing: LibraryListing, name: str) -> list[str]:
