@@ -13,6 +13,10 @@ from tests.ui.web.pages import studio
 pytest.importorskip("sklearn", reason="needs the extra sklearn")
 
 
+MENDED = {"forage": {66: ('"happened": "edited"', '"happened": "shown anew"')}}
+"""Answers of 0.1.0 that were wrong, by line: examples of a lesson begun anew were called edited."""
+
+
 @pytest.mark.parametrize(
     ("name", "world", "library"), [("forage", "forage", "library"), ("squad", "patrol", "squad")]
 )
@@ -23,5 +27,8 @@ def test_the_same_messages_are_answered_the_same(name: str, world: str, library:
     said = [json.loads(line)["say"] for line in lines[1:]]
     again = transcript(studio(folder, world=world, seed=3), folder, said).splitlines()
     assert len(again) == len(lines)
+    for number, (wrong, right) in MENDED.get(name, {}).items():
+        assert wrong in lines[number]
+        lines[number] = lines[number].replace(wrong, right)
     for now, then in zip(again, lines, strict=True):
         assert json.loads(now) == json.loads(then)  # the order of keys means nothing

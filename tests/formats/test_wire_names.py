@@ -93,7 +93,7 @@ COMMANDS = {
     "bench squads": "--json",
     "bench swarm": "--json",
     "demo": "TASK --seed --out -o --json",
-    "diff": "NAME --from --to --library -l --world -w --kit --json",
+    "diff": "NAME --from --to --library -l --world -w --kit --all --json",
     "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --each --json",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --json",
     "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "
