@@ -14,7 +14,6 @@ from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
-from understudy.model.tree_builder import build_automaton, split_below
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot
 from understudy.robots.ros.open_transport import open_transport
@@ -23,6 +22,7 @@ from understudy.robots.safety.stop_log import find_stop_log
 from understudy.robots.safety.watchdog_client import WatchdogClient
 from understudy.runtime.program import Program, link
 from understudy.runtime.run_loop import Run
+from understudy_lab.tree_builder import build_automaton, split_below
 
 NAME, AVOID_NEAR_M = "avoid", 1.0
 

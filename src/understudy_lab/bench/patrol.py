@@ -13,7 +13,13 @@ from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.library import Library
-from understudy.model.tree_builder import (
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import Libraries, collect_libraries, make_team
+from understudy_lab.bench.harness import BenchCase, BenchGoal, Row, measure, result, speed
+from understudy_lab.bench.understudy_case import UnderstudyCase
+from understudy_lab.tree_builder import (
     TreeBranch,
     TreeTest,
     build_automaton,
@@ -21,12 +27,6 @@ from understudy.model.tree_builder import (
     split_on_flag,
     split_on_presence,
 )
-from understudy.sim.kit import make_scenario_kit
-from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.libraries import Libraries, collect_libraries, make_team
-from understudy_lab.bench.harness import BenchCase, BenchGoal, Row, measure, result, speed
-from understudy_lab.bench.understudy_case import UnderstudyCase
 
 BASICS = ("forwards", "left", "right")
 SECTORS = ("front_left", "front_right", "rear")

@@ -22,14 +22,6 @@ from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import TAU, Continuous, Toroidal
 from understudy.model.library import Kit, Library
-from understudy.model.tree_builder import (
-    TreeBranch,
-    build_automaton,
-    split_below,
-    split_on_flag,
-    split_on_left,
-    split_within,
-)
 from understudy.sim.scenario.schema import (
     ObjectClass,
     Obstacle,
@@ -40,6 +32,14 @@ from understudy.sim.scenario.schema import (
     Sonar,
     TargetLocator,
     TargetSpec,
+)
+from understudy_lab.tree_builder import (
+    TreeBranch,
+    build_automaton,
+    split_below,
+    split_on_flag,
+    split_on_left,
+    split_within,
 )
 
 Column = NDArray[np.float64]

@@ -14,7 +14,11 @@ from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.library import Kit, Library
-from understudy.model.tree_builder import (
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import ArenaRegion, ObjectClass, RobotGroup, Scenario
+from understudy.sim.team.libraries import Libraries, collect_libraries
+from understudy_lab.tree_builder import (
     TreeBranch,
     TreeTest,
     build_automaton,
@@ -24,10 +28,6 @@ from understudy.model.tree_builder import (
     split_on_presence,
     split_within,
 )
-from understudy.sim.kit import make_scenario_kit
-from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import ArenaRegion, ObjectClass, RobotGroup, Scenario
-from understudy.sim.team.libraries import Libraries, collect_libraries
 
 ROBOT, SQUAD, PLATOON, SWARM = "puller", "squad", "platoon", "swarm"
 EACH = 25
