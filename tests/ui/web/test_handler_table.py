@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import signature
 from types import ModuleType
 from typing import Any
 
 import pytest
 
 from understudy.ui.controller.status import StatusMessage
-from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.actions.handler_table import find_handlers, list_reply_types
-from understudy.ui.web.messages.base import Data
+from understudy.ui.web.actions.handler_table import (
+    MODULES,
+    TRAINER_ACTIONS,
+    find_handlers,
+    list_reply_types,
+    make_trainer_handler,
+)
+from understudy.ui.web.messages.base import Data, Message
+from understudy.ui.web.messages.coach import CorrectSlip
 from understudy.ui.web.messages.session import Redo, Undo
 from understudy.ui.web.session_host import SessionHost
 
@@ -31,9 +38,9 @@ def undo_too(host: SessionHost, message: Undo) -> None:
     """Take back the same."""
 
 
-def redo(trainer: Trainer, message: Redo) -> StatusMessage:
+def redo(host: SessionHost, message: Redo) -> StatusMessage:
     """Do something again."""
-    return StatusMessage(f"{trainer.name} {message.id}")
+    return StatusMessage(f"{host.seed} {message.id}")
 
 
 def helper(host: SessionHost, name: str) -> None:
@@ -54,23 +61,28 @@ class Trained:
     """As much of a host as a handler on the trainer needs."""
 
     frame_version = 0
-
-    class active_trainer:
-        """As much of a trainer."""
-
-        name = "goto"
+    active_trainer = "goto"
 
 
 def test_they_are_found_by_the_message_they_take() -> None:
     found = find_handlers(module(undo, helper, _redo), module(redo))
-    assert set(found) == {Undo, Redo}
-    assert found[Undo] is undo
+    assert found == {Undo: undo, Redo: redo}
 
 
-def test_one_that_acts_on_the_desk_is_given_what_is_trained_and_shows_it_anew() -> None:
+def test_an_action_on_the_trainer_is_given_the_fields_and_shows_it_anew() -> None:
     host: Any = Trained()
-    assert find_handlers(module(redo))[Redo](host, Redo(id=3)) == StatusMessage("goto 3")
+    done: list[tuple[Any, ...]] = []
+    handle = make_trainer_handler(lambda *given: done.append(given))
+    assert handle(host, CorrectSlip(id=1, number=3, next="fly")) is None
+    assert done == [("goto", 3, "fly")]
     assert host.frame_version == 1
+
+
+@pytest.mark.parametrize("message", TRAINER_ACTIONS)
+def test_an_action_on_the_trainer_takes_the_fields_of_its_message(message: type[Message]) -> None:
+    _, *fields = message.__struct_fields__
+    signature(TRAINER_ACTIONS[message]).bind("trainer", *fields)
+    assert message not in find_handlers(*MODULES)
 
 
 def test_two_for_one_message() -> None:

@@ -134,18 +134,3 @@ def handle_go_to_uncertain(host: SessionHost, message: m.GoToUncertain) -> None:
     else:
         host.go_back(question.instant)
     coach.pause_for_question(trainer, question)
-
-
-def handle_set_reaction_time(trainer: Trainer, message: m.SetReactionTime) -> None:
-    """Choose how late presses come."""
-    coach.change_reaction_time(trainer, message.reaction_s)
-
-
-def handle_correct_slip(trainer: Trainer, message: m.CorrectSlip) -> None:
-    """Say what a press was meant for."""
-    coach.correct_slip(trainer, message.number, message.next)
-
-
-def handle_confirm_press(host: SessionHost, message: m.ConfirmPress) -> None:
-    """Say that a press was meant."""
-    coach.confirm_doubted_press(host.active_trainer, message.number)

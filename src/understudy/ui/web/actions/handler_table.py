@@ -7,9 +7,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import MappingProxyType, ModuleType
 from typing import Any, TypeAlias, get_args, get_type_hints
 
+from msgspec import structs
+
+from understudy.ui.controller import coach as coach_actions
+from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.actions import camera, coach, library, session, world
+from understudy.ui.web.messages import coach as c
+from understudy.ui.web.messages import review as r
+from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views import explanation, lesson_test
@@ -21,14 +28,14 @@ Handler: TypeAlias = Callable[[SessionHost, Any], Data | StatusMessage | None]
 def find_handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:
     """Find the handlers that modules define, by the message they take.
 
-    A handler is a public function of two parameters whose second is annotated with a message. The first is the host,
-    or the trainer: then something has to be in training, and pages are shown how it looks afterwards.
+    A handler is a public function of the host and of a message, by which it is found: by the annotation of its second
+    parameter.
     """
     found: dict[type[Message], Handler] = {}
-    for function, (first, message, _) in _annotated(modules):
+    for function, (_, message, _) in _annotated(modules):
         if message in found:
             raise TypeError(f"two functions handle {message.__name__}: the second is {function.__qualname__}")
-        found[message] = _on_desk(function) if first is Trainer else function
+        found[message] = function
     return MappingProxyType(found)
 
 
@@ -48,16 +55,46 @@ def _annotated(modules: Iterable[ModuleType]) -> Iterator[tuple[Callable[..., An
                     yield function, types
 
 
-def _on_desk(function: Callable[[Trainer, Any], Data | StatusMessage | None]) -> Handler:
-    def act(host: SessionHost, message: Message) -> Data | StatusMessage | None:
-        came = function(host.active_trainer, message)
+def make_trainer_handler(action: Callable[..., object]) -> Handler:
+    """Handle a message by an action on the trainer that takes the message's fields, in their order, after the trainer.
+
+    Something has to be in training, and pages are shown how it looks afterwards.
+    """
+
+    def handle(host: SessionHost, message: Message) -> None:
+        _, *fields = structs.astuple(message)  # without its number
+        action(host.active_trainer, *fields)
         host.frame_version += 1
-        return came
 
-    return act
+    return handle
 
 
+TRAINER_ACTIONS: Mapping[type[Message], Callable[..., object]] = MappingProxyType(
+    {
+        m.ToggleMode: Trainer.toggle_mode,
+        m.RestartAutomaton: Trainer.restart,
+        m.BindTargets: Trainer.bind_targets,
+        m.ToggleWatching: Trainer.toggle_watching,
+        m.Undo: Trainer.undo,
+        m.Redo: Trainer.redo,
+        m.DeleteExample: Trainer.delete,
+        m.QuarantineExamples: lesson_actions.quarantine_examples,
+        m.ReleaseExamples: lesson_actions.release_examples,
+        r.AddExpectation: lesson_actions.add_expectation_here,
+        r.RemoveExpectation: lesson_actions.remove_expectation,
+        r.ApplyPruning: lesson_actions.change_pruning,
+        c.SetReactionTime: coach_actions.change_reaction_time,
+        c.CorrectSlip: coach_actions.correct_slip,
+        c.ConfirmPress: coach_actions.confirm_doubted_press,
+    }
+)
+"""By message, the action on the trainer that does what it asks for, where that needs nothing but its fields."""
 MODULES = (session, world, library, coach, explanation, lesson_test, camera)
-"""Those that have handlers of messages."""
-HANDLERS = find_handlers(*MODULES)
+"""Those that have handlers of the other messages."""
+HANDLERS: Mapping[type[Message], Handler] = MappingProxyType(
+    {
+        **{message: make_trainer_handler(action) for message, action in TRAINER_ACTIONS.items()},
+        **find_handlers(*MODULES),
+    }
+)
 """What does what a message asks for, by the type of the message."""

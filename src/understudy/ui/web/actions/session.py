@@ -10,18 +10,16 @@ from understudy.model.binding import Binding, format_bound_name
 from understudy.sim.world import World
 from understudy.training.journal import LessonChanged, PressReceived, SnapshotTaken, read_journal
 from understudy.training.other_agents import SessionSnapshot
-from understudy.ui.controller import coach, formatting, interrupted_sessions, lesson_actions
+from understudy.ui.controller import coach, formatting, interrupted_sessions
 from understudy.ui.controller.clock import FASTEST
 from understudy.ui.controller.open_session import begin_session, resume_session
 from understudy.ui.controller.status import StatusMessage
-from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import (
     LessonChoices,
     SessionStart,
     TrainingPlan,
     make_session_start,
 )
-from understudy.ui.web.messages import review as r
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.session import SetOtherAgents
 from understudy.ui.web.session_host import SessionHost
@@ -325,37 +323,7 @@ def handle_select_agent(host: SessionHost, message: m.SelectAgent) -> None:
     host.frame_version += 1
 
 
-def handle_toggle_mode(trainer: Trainer, _: m.ToggleMode) -> None:
-    """Go from training to testing, or back."""
-    trainer.toggle_mode()
-
-
-def handle_restart(trainer: Trainer, _: m.RestartAutomaton) -> None:
-    """Start the automaton afresh."""
-    trainer.restart()
-
-
-def handle_bind_targets(trainer: Trainer, message: m.BindTargets) -> None:
-    """Bind parameters to other targets."""
-    trainer.bind_targets(message.targets)
-
-
-def handle_toggle_watching(trainer: Trainer, _: m.ToggleWatching) -> None:
-    """Let silence be consent, or not."""
-    trainer.toggle_watching()
-
-
-def handle_undo(trainer: Trainer, _: m.Undo) -> None:
-    """Take back a step."""
-    trainer.undo()
-
-
-def handle_redo(trainer: Trainer, _: m.Redo) -> None:
-    """Do an undone step again."""
-    trainer.redo()
-
-
-def handle_change_design(trainer: Trainer, message: m.ChangeDesign) -> None:
+def handle_change_design(host: SessionHost, message: m.ChangeDesign) -> None:
     """Change states, features or options of the lesson."""
     choices = LessonChoices(
         states=message.states,
@@ -366,7 +334,8 @@ def handle_change_design(trainer: Trainer, message: m.ChangeDesign) -> None:
         reaction_s=message.reaction_s,
         unlearning=message.unlearning,
     )
-    trainer.change_design(choices)
+    host.active_trainer.change_design(choices)
+    host.frame_version += 1
 
 
 def handle_edit_example(host: SessionHost, message: m.EditExample) -> None:
@@ -380,33 +349,3 @@ def handle_edit_example(host: SessionHost, message: m.EditExample) -> None:
         for label, text in message.values.items()
     }
     host.active_trainer.edit(message.number, state=message.state, next=message.next, values=values)
-
-
-def handle_delete_example(trainer: Trainer, message: m.DeleteExample) -> None:
-    """Delete an example."""
-    trainer.delete(message.number)
-
-
-def handle_quarantine(trainer: Trainer, message: m.QuarantineExamples) -> None:
-    """Put examples into quarantine: the learner ignores them."""
-    lesson_actions.quarantine_examples(trainer, message.numbers)
-
-
-def handle_release(trainer: Trainer, message: m.ReleaseExamples) -> None:
-    """Release examples from quarantine."""
-    lesson_actions.release_examples(trainer, message.numbers)
-
-
-def handle_add_expectation(trainer: Trainer, message: r.AddExpectation) -> None:
-    """Let the lesson promise an outcome."""
-    lesson_actions.add_expectation_here(trainer, message.flag, message.within_s)
-
-
-def handle_remove_expectation(trainer: Trainer, message: r.RemoveExpectation) -> None:
-    """Let the lesson no longer promise an outcome."""
-    lesson_actions.remove_expectation(trainer, message.outcome)
-
-
-def handle_apply_pruning(trainer: Trainer, message: r.ApplyPruning) -> None:
-    """Learn with fewer questions from now on."""
-    lesson_actions.change_pruning(trainer, message.pruning)
