@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import zlib
+from dataclasses import fields
 from pathlib import Path
+
+from msgspec import structs
 
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.model.binding import Binding, format_bound_name
@@ -302,17 +305,15 @@ def handle_open(host: SessionHost, message: m.OpenAutomaton) -> None:
 
 def handle_new(host: SessionHost, message: m.NewAutomaton) -> None:
     """Begin a new automaton."""
-    choices = LessonChoices(
-        states=message.states,
-        features=message.features,
-        flags=message.flags,
-        parameters=message.parameters,
-        targets=message.targets,
-        watched=message.watched,
-        reaction_s=message.reaction_s,
-        unlearning=message.unlearning,
+    begin_automaton(host, message.name, _choices(message), discard=message.discard)
+
+
+def _choices(message: m.NewAutomaton | m.ChangeDesign) -> LessonChoices:
+    """What a message chooses for a lesson, by the names that choices have there, too."""
+    said = structs.asdict(message)
+    return LessonChoices(
+        **{each.name: said[each.name] for each in fields(LessonChoices) if each.name in said}
     )
-    begin_automaton(host, message.name, choices, discard=message.discard)
 
 
 def handle_select_agent(host: SessionHost, message: m.SelectAgent) -> None:
@@ -325,16 +326,7 @@ def handle_select_agent(host: SessionHost, message: m.SelectAgent) -> None:
 
 def handle_change_design(host: SessionHost, message: m.ChangeDesign) -> None:
     """Change states, features or options of the lesson."""
-    choices = LessonChoices(
-        states=message.states,
-        features=message.features,
-        flags=message.flags,
-        renamed=message.renamed,
-        watched=message.watched,
-        reaction_s=message.reaction_s,
-        unlearning=message.unlearning,
-    )
-    host.active_trainer.change_design(choices)
+    host.active_trainer.change_design(_choices(message))
     host.frame_version += 1
 
 
