@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from enum import StrEnum
+from dataclasses import dataclass, fields
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, ClassVar
 
 import typer
 
@@ -23,50 +21,60 @@ from understudy.ui.cli.options import (
 from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, TeamFileOption
 from understudy.ui.cli.robot_options import find_robots_file as real
 
-if TYPE_CHECKING:
-    pass
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """The options that mean something in every mode of `understudy run`; those of a mode are fields of its class."""
+
+    behavior: str | None
+    bind: list[str] | None
+    kit: str | None
+    as_json: bool
 
 
-class RunMode(StrEnum):
-    """The three things that `understudy run` does."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulatedRunOptions(RunOptions):
+    """The options of a run in a simulated world."""
 
-    SIMULATED = "simulated"
-    REPLAY = "replay"
-    ROBOTS = "robots"
+    scenario: str | None
+    world: str | None
+    seed: int
+    seconds: float | None
+    speed: float
+    record: Path | None
+    trace: Path | None
+    library: Path
 
 
-REFUSALS: Mapping[RunMode, str] = MappingProxyType(
-    {
-        RunMode.REPLAY: "means nothing to --replay: all is as it was recorded",
-        RunMode.ROBOTS: "means nothing to real robots, which are recorded as they are",
-    }
-)
-"""By mode, why an option of another mode is refused; a simulated run is what remains where there is none of those."""
-SIMULATED_ONLY = frozenset({RunMode.SIMULATED})
-ROBOTS_ONLY = frozenset({RunMode.ROBOTS})
-NOT_REPLAYED = SIMULATED_ONLY | ROBOTS_ONLY
-EVERYWHERE = frozenset(RunMode)
-OPTION_MODES: Mapping[str, frozenset[RunMode]] = MappingProxyType(
-    {
-        "scenario": SIMULATED_ONLY,
-        "world": SIMULATED_ONLY,
-        "seed": SIMULATED_ONLY,
-        "seconds": NOT_REPLAYED,
-        "speed": SIMULATED_ONLY,
-        "record": NOT_REPLAYED,
-        "trace": SIMULATED_ONLY,
-        "robot": ROBOTS_ONLY,
-        "team": ROBOTS_ONLY,
-        "no_record": ROBOTS_ONLY,
-        "replay": frozenset({RunMode.REPLAY}),
-        "behavior": EVERYWHERE,
-        "library": EVERYWHERE,
-        "bind": EVERYWHERE,
-        "kit": EVERYWHERE,
-        "as_json": EVERYWHERE,
-    }
-)
-"""By option, the modes in which it means something. Of several that mean nothing, the first here is refused."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotRunOptions(RunOptions):
+    """The options of a run on real robots."""
+
+    REFUSAL: ClassVar[str] = "means nothing to real robots, which are recorded as they are"
+    robot: Path | None
+    team: Path | None
+    record: Path | None
+    no_record: bool
+    seconds: float | None
+    library: Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayOptions(RunOptions):
+    """The options of deciding again over a recording; None for what is as it was recorded."""
+
+    REFUSAL: ClassVar[str] = "means nothing to --replay: all is as it was recorded"
+    replay: Path
+    library: Path | None
+
+
+def _names(*modes: type[RunOptions]) -> dict[str, None]:
+    """The options of modes, each once."""
+    return dict.fromkeys(each.name for mode in modes for each in fields(mode))
+
+
+OPTIONS = tuple(_names(SimulatedRunOptions, RobotRunOptions, ReplayOptions))
+"""All options. Of several that mean nothing in a mode, the first here is refused."""
 
 
 def run_behavior(
@@ -133,9 +141,9 @@ def run_behavior(
     each has a folder of its name, too; SORT/BEHAVIOR says whose behavior is meant.
     """
     if replay is not None:
-        from understudy.ui.cli.commands.run_replay import ReplayOptions, run_replay
+        from understudy.ui.cli.commands.run_replay import run_replay
 
-        _refuse_meaningless(context, RunMode.REPLAY)
+        _refuse_meaningless(context, ReplayOptions)
         run_replay(
             ReplayOptions(
                 replay=replay,
@@ -147,9 +155,9 @@ def run_behavior(
             )
         )
     elif real(robot, team, world=scenario or world) is not None:
-        from understudy.ui.cli.commands.run_robot import RobotRunOptions, run_robots
+        from understudy.ui.cli.commands.run_robot import run_robots
 
-        _refuse_meaningless(context, RunMode.ROBOTS)
+        _refuse_meaningless(context, RobotRunOptions)
         run_robots(
             RobotRunOptions(
                 robot=robot,
@@ -165,7 +173,7 @@ def run_behavior(
             )
         )
     else:
-        from understudy.ui.cli.commands.run_simulated import SimulatedRunOptions, run_simulated
+        from understudy.ui.cli.commands.run_simulated import run_simulated
 
         run_simulated(
             SimulatedRunOptions(
@@ -191,11 +199,12 @@ def _given(context: typer.Context, option: str) -> bool:
     return source is not None and source.name == "COMMANDLINE"
 
 
-def _refuse_meaningless(context: typer.Context, mode: RunMode) -> None:
+def _refuse_meaningless(context: typer.Context, mode: type[RobotRunOptions | ReplayOptions]) -> None:
     """Refuse the first option that was given and means nothing in a mode."""
     from understudy.errors import SettingError
 
-    for option, modes in OPTION_MODES.items():
-        if mode not in modes and _given(context, option):
+    meant = _names(mode)
+    for option in OPTIONS:
+        if option not in meant and _given(context, option):
             named = "SCENARIO" if option == "scenario" else f"--{option.replace('_', '-')}"
-            raise SettingError(where="run", setting=named, problem=REFUSALS[mode], remedy="leave it out")
+            raise SettingError(where="run", setting=named, problem=mode.REFUSAL, remedy="leave it out")

@@ -21,21 +21,10 @@ if TYPE_CHECKING:
     from understudy.robots.recording.reader import Recording
     from understudy.sim.scenario.schema import Scenario
     from understudy.sim.team.libraries import Libraries
+    from understudy.ui.cli.commands.run import ReplayOptions
 
 DIFFERENT = 1
 MOST_SHOWN = 12
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReplayOptions:
-    """The options of deciding again over a recording; None for what is as it was recorded."""
-
-    replay: Path
-    behavior: str | None
-    library: Path | None
-    bind: list[str] | None
-    kit: str | None
-    as_json: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from math import inf
-from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -21,28 +20,13 @@ from understudy.sim.team.libraries import Libraries
 if TYPE_CHECKING:
     from understudy.robots.fleet import Fleet
     from understudy.robots.twin import DigitalTwin
+    from understudy.ui.cli.commands.run import RobotRunOptions
     from understudy.ui.cli.options import RunAssignment
 
 
 LISTEN_S = 2.0
 SHOWN_S = 0.1
 BY = "the terminal"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RobotRunOptions:
-    """The options of a run on real robots."""
-
-    robot: Path | None
-    team: Path | None
-    record: Path | None
-    no_record: bool
-    seconds: float | None
-    behavior: str | None
-    library: Path
-    bind: list[str] | None
-    kit: str | None
-    as_json: bool
 
 
 @dataclass(frozen=True, slots=True)

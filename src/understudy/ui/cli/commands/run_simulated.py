@@ -18,29 +18,12 @@ if TYPE_CHECKING:
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Goal
     from understudy.sim.view import RunFrame, WorldView
+    from understudy.ui.cli.commands.run import SimulatedRunOptions
     from understudy.ui.cli.options import RunAssignment
 
 PICTURES = (".gif", ".png")
 FRAMES_PER_S = 12.0
 IDLES = "idles"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SimulatedRunOptions:
-    """The options of a run in a simulated world."""
-
-    scenario: str | None
-    world: str | None
-    seed: int
-    seconds: float | None
-    speed: float
-    record: Path | None
-    trace: Path | None
-    behavior: str | None
-    library: Path
-    bind: list[str] | None
-    kit: str | None
-    as_json: bool
 
 
 def run_simulated(options: SimulatedRunOptions) -> None:
