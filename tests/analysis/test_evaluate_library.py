@@ -23,7 +23,6 @@ from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature, TimeInState, feature
 from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Library
-from understudy.model.tree_builder import build_automaton, split_below
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
@@ -34,6 +33,7 @@ from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import Goal, Scenario
 from understudy.sim.team.libraries import collect_libraries
 from understudy.sim.world import World
+from understudy_lab.tree_builder import build_automaton, split_below
 
 FORAGE, TEAM, ARENA = (find_scenario(name) for name in ("forage", "forage-team", "arena"))
 LIBRARY = Library.from_automata(FORAGE_KIT, *AUTOMATA)

@@ -192,7 +192,8 @@ class Learner:
                 heavy,
                 -rank,
             )
-            yield Split(key, test, joined, side if absent else STAY)
+            pressed = any(row.group != WATCHED for row in absent)
+            yield Split(key, test, joined, side if pressed else STAY)
             if not absent:
                 return
 

@@ -188,6 +188,15 @@ def test_a_branch_that_was_only_watched_stays() -> None:
     assert grown.decide((2.0,)) == STAY
 
 
+@pytest.mark.parametrize("kind", [Continuous(), CIRCLE, Categorical(("x", "y", "z"))])
+def test_absence_that_was_only_watched_stays(kind: Kind) -> None:
+    """Silence while nothing was sensed does not say what to do then; a press at such a moment does."""
+    shown = [("directive", 1, 1), ("directive", 2, 2), *[("watched", 0, ABSENT)] * 3]
+    assert tree(*shown, kinds=[kind]).decide([ABSENT]) == STAY
+    assert tree(*shown, ("confirmation", 0, ABSENT), kinds=[kind]).decide([ABSENT]) == 0
+    assert tree(*shown, ("directive", 1, ABSENT), kinds=[kind]).decide([ABSENT]) == 1
+
+
 def test_watched_examples_weigh_a_tenth() -> None:
     """Two useful questions for the press-made ones; watched ones against the first choose the second."""
     pressed = [("directive", 1, 0, 0), ("directive", 1, 0, 0), ("default", 0, 1, 1), ("default", 0, 1, 1)]

@@ -117,8 +117,8 @@ def test_hashes_of_services_are_those_published(
 ) -> None:
     """A service has a request, a response, and an event, in which there are 16 char of who called."""
     typestore = get_typestore(Stores.ROS2_JAZZY)
-    parts = {part: (2, f"{type}_{part}") for part in ("Request", "Response", "Event")}
-    typestore.fielddefs |= {
+    parts: Any = {part: (2, f"{type}_{part}") for part in ("Request", "Response", "Event")}
+    defined: Any = {
         f"{type}_Request": ([], request_),
         f"{type}_Response": ([], response),
         f"{type}_Event": (
@@ -131,6 +131,7 @@ def test_hashes_of_services_are_those_published(
         ),
         type: ([], [(f"{part.lower()}_message", of) for part, of in parts.items()]),
     }
+    typestore.fielddefs |= defined
     assert hash_type_definition(type, typestore) == f"RIHS01_{published}"
 
 

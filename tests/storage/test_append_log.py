@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from understudy.errors import FileError
-from understudy.storage.append_log import AppendLog, read_log
+from understudy.storage.append_log import AppendLog, JournalLock, read_log
 
 MAGIC = b"a log 1\n"
 RECORDS = [b"one", b"two" * 20, b"\1\2", b"four"]
@@ -93,3 +93,17 @@ def test_a_log_is_never_written_over(tmp_path: Path) -> None:
 def test_the_folder_is_made(tmp_path: Path) -> None:
     written(tmp_path / "a" / "b" / "log", [b"x"])
     assert [path.name for path in (tmp_path / "a" / "b").iterdir()] == ["log"]
+
+
+def test_a_log_that_is_written_is_locked(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    log = AppendLog.create(path, MAGIC)
+    assert JournalLock.try_acquire(path) is None
+    with pytest.raises(FileError, match="another session is writing it"):
+        AppendLog.append(path, MAGIC)
+    log.close()
+    lock = JournalLock.acquire(path)
+    assert JournalLock.try_acquire(path) is None
+    lock.release()
+    lock.release()
+    AppendLog.append(path, MAGIC).close()

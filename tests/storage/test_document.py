@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,10 @@ from tests.model.lessons import goto, kit_of, taught
 
 from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import START, Automaton, State, Transition
-from understudy.model.lesson import LearnerOptions, Lesson, SklearnOptions
+from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
-from understudy.storage import schema
+from understudy.storage import document, schema
 from understudy.storage.document import decode_document, encode_document
 
 
@@ -173,3 +174,21 @@ def test_no_pickle() -> None:
     """Values can be pickled for process pools, but nothing is ever unpickled here."""
     for module in Path("src").rglob("*.py"):
         assert re.findall(r"import pickle|pickle\.load|Unpickler", module.read_text()) == []
+
+
+@pytest.mark.parametrize(("value", "changed"), [(1.0, False), (nan, True)])
+def test_trees_of_the_first_learner_are_built_again_only_where_they_differ(
+    value: float, changed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They do where a watched example has seen absence."""
+    original = goto()
+    assert original.lesson is not None
+    values = (value,) * len(original.automaton.features)
+    seen = Example(99, "start", values, "start", ExampleKind.WATCHED)
+    pressed = (example for example in original.lesson.examples if example.is_from_press)
+    lesson = replace(original.lesson, examples=(*pressed, seen))
+    monkeypatch.setattr(document, "LEARNER_VERSION", 1)
+    data = encode_document(replace(original, lesson=lesson))
+    monkeypatch.undo()
+    opened = decode_document(data, kit_of(original.automaton), path="x", learn=rebuilding)
+    assert (opened.rebuilt is not None) == changed

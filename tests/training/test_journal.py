@@ -15,27 +15,30 @@ from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, LearnerOptions
 from understudy.model.library import Kit, Library
 from understudy.runtime.body import Reading, list_reading_keys
-from understudy.storage.append_log import AppendLog
+from understudy.storage.append_log import AppendLog, JournalLock
 from understudy.training.journal import MAGIC, TicksLogged, read_journal, unpack_rows
 from understudy.training.journal_replay import ReplayedSession
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
+LOGS: list[AppendLog] = []
+
 
 @pytest.fixture(autouse=True)
 def killed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """What a killed process held is closed for it, and nothing is flushed that was not: writing flushes."""
-    logs: list[AppendLog] = []
     begin = AppendLog.__init__
 
-    def remembered(self: AppendLog, path: Path) -> None:
-        begin(self, path)
-        logs.append(self)
+    def remembered(self: AppendLog, path: Path, lock: JournalLock | None = None) -> None:
+        begin(self, path, lock)
+        LOGS.append(self)
 
     monkeypatch.setattr(AppendLog, "__init__", remembered)
     yield
-    for log in logs:
+    for log in LOGS:
         log._file.close()
+        log._lock.release()
+    LOGS.clear()
 
 
 BOTH = LearnerOptions(watched=True, reaction_s=0.2)
@@ -149,7 +152,9 @@ def journaled(folder: Path, body: Scripted | None = None) -> Session:
 
 
 def resumed(folder: Path, body: Scripted | None = None) -> Session:
-    """Go on as after a kill: what the former process held is gone."""
+    """Go on as after a kill: what the former process held is released."""
+    for log in LOGS:
+        log._lock.release()
     return Session.resume(folder / "journal", body or Scripted(), WITH_GO)
 
 
@@ -309,6 +314,7 @@ def test_cut_off_anywhere_it_is_the_lesson_of_some_moment(tmp_path: Path) -> Non
             continue
         assert not refused or cut > refused
         assert known(again)[:3] in moments
+        again.close()
         readable += 1
     assert readable > 100
 
@@ -316,11 +322,31 @@ def test_cut_off_anywhere_it_is_the_lesson_of_some_moment(tmp_path: Path) -> Non
 # What is refused
 
 
+def test_a_journal_that_a_session_is_writing(tmp_path: Path) -> None:
+    """Two writers would mix a lesson that nobody showed; the body is left as it is."""
+    taught = play(journaled(tmp_path), "forward", 5)
+    before, body = (tmp_path / "journal").read_bytes(), Scripted()
+    for _ in range(2):
+        with pytest.raises(FileError, match="another session is writing it; end that"):
+            Session.resume(tmp_path / "journal", body, WITH_GO)
+    assert (tmp_path / "journal").read_bytes() == before
+    assert body.tick == 0
+    taught.close()
+    without = Library(Kit.from_parts(*list(kit.parts)[4:]))
+    with pytest.raises(FileError, match="journal"):  # one that fails leaves the journal to others
+        Session.resume(tmp_path / "journal", Scripted(), without)
+    again = Session.resume(tmp_path / "journal", body, WITH_GO)
+    assert known(again) == known(taught)
+    with pytest.raises(FileError, match="another session"):
+        Session.resume(tmp_path / "journal", Scripted(), WITH_GO)
+
+
 def test_refused(tmp_path: Path) -> None:
     taught = journaled(tmp_path)
     path = tmp_path / "journal"
     with pytest.raises(FileError, match=r"journal.*exists already"):
         journaled(tmp_path)
+    taught.close()
     with pytest.raises(FileError, match="cannot be read"):
         Session.resume(tmp_path / "none", Scripted(), WITH_GO)
     other = Scripted()

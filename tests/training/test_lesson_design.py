@@ -19,10 +19,16 @@ from understudy.errors import (
     UnderstudyError,
     UnknownName,
 )
+from understudy.model.automaton import START, Automaton
+from understudy.model.binding import Binding
+from understudy.model.features import ReadingsView, feature
+from understudy.model.kinds import BOOLEAN, Column
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
-from understudy.model.library import Library
+from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.runtime.program import link
+from understudy.storage.document import decode_document, encode_document
 from understudy.training.edits import DesignChange
-from understudy.training.lesson_design import new_lesson
+from understudy.training.lesson_design import new_lesson, parse_state
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
@@ -46,6 +52,43 @@ STEPS: dict[str, tuple[Callable[[Session], Any], str]] = {
         "choose parameters and features",
     ),
 }
+
+
+@feature(BOOLEAN)
+def nearer(_: ReadingsView, start: ReadingsView, goal: ReadingsView) -> Column:
+    """Whether the start is nearer than the goal: declared otherwise than by alphabet."""
+    return (start.range < goal.range).astype(float)
+
+
+def test_labels_are_read_as_they_are_written() -> None:
+    """With two parameters they would swap what these stand for."""
+    library = Library(Kit.from_parts(*kit.parts, nearer))
+    labels = ["nearer(ball, goal)", "nearer(goal, ball)", "range_of(goal)"]
+    taught = session(features=labels, library=library)
+    before = taught.automaton
+    assert [str(bound) for bound in before.features] == labels
+    assert list(taught.view().features.items())[:2] == [
+        ("nearer(ball, goal)", 1.0),
+        ("nearer(goal, ball)", 0.0),
+    ]
+    taught.change_design(features=[str(bound) for bound in before.features])
+    assert taught.automaton == before
+    document = encode_document(play(taught, "forward", 2).make_trained_automaton())
+    opened = decode_document(document, library.kit, path="taught").taught
+    assert list(map(str, opened.automaton.features)) == labels
+
+
+def test_calls_are_read_as_they_are_written() -> None:
+    """In a state, too."""
+    between = Automaton("between", (START,), parameters=("here", "aim"))
+    library = Library(kit).with_automaton(TrainedAutomaton(between))
+    (state,) = session(["between(ball, goal)"], library=library).automaton.states[1:]
+    assert state.binding == Binding(here="ball", aim="goal")
+    call = library.format_call("between", state.binding)
+    assert call == "between(ball, goal)"
+    assert parse_state(library, call) == state
+    assert str(link(library, "between", state.binding).root) == call
+    assert library.format_call("unknown", state.binding) == "unknown(goal, ball)"
 
 
 def begun() -> Session:

@@ -313,14 +313,19 @@ def partition_rows(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
 
 @njit(cache=True)
 def assign_to_children(
-    column: Floats, segment: Ints, test: int, first: int, second: int, absent: int, flip: bool, side: Ints
-) -> int:
-    """Say of each example of a node which child it goes to; answers which one absent values go to."""
-    present = count_present(column, segment)
+    column: Floats, segment: Ints, group: Ints, test: int, first: int, second: int, absent: int, flip: bool,
+    side: Ints,
+) -> int:  # fmt: skip
+    """Say of each example of a node which child it goes to; answers which one absent values go to.
+
+    That is none where no press-made example is absent: watched ones never decide.
+    """
+    present, presses = count_present(column, segment), 0
     absent = 1 - absent if flip else absent
     for position in range(len(segment)):
         if position >= present:
             child = absent
+            presses += group[segment[position]] != WATCHED
         elif test == LABEL:
             child = int(column[segment[position]])
         elif test == ABSENT:
@@ -328,7 +333,7 @@ def assign_to_children(
         else:
             child = int((first < position <= second) == flip)
         side[segment[position]] = child
-    return absent if present < len(segment) else NOTHING
+    return absent if presses > 0 else NOTHING
 
 
 @njit(cache=True)
@@ -386,7 +391,9 @@ def grow_nodes(
         elif test == LABEL:
             children = int(extent[feature])
         nodes[node, KIND], nodes[node, OF] = test, feature
-        nodes[node, AWAY] = assign_to_children(column, segment, test, first, second, best[SIDE], flip, side)
+        nodes[node, AWAY] = assign_to_children(
+            column, segment, group, test, first, second, best[SIDE], flip, side
+        )
         sizes, presses_of = np.zeros(children, np.int64), np.zeros(children, np.int64)
         for example in here[0]:
             sizes[side[example]] += 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,9 +45,15 @@ class Binding(Mapping[str, str]):
 NOTHING_BOUND = Binding()
 
 
-def format_bound_name(name: str, binding: Mapping[str, str]) -> str:
-    """How a bound name is written: distance_to(A), or just done where there is nothing to bind."""
-    return f"{name}({', '.join(binding.values())})" if binding else name
+def format_bound_name(name: str, binding: Mapping[str, str], parameters: Sequence[str] = ()) -> str:
+    """How a bound name is written: distance_to(A), or just done where there is nothing to bind.
+
+    Arguments are in the order of the `parameters`, in which they are read again; in that of the binding, which is by
+    alphabet, where these are not known.
+    """
+    known = set(parameters) == set(binding)
+    ordered = [binding[parameter] for parameter in (parameters if known else binding)]
+    return f"{name}({', '.join(ordered)})" if ordered else name
 
 
 @dataclass(frozen=True, slots=True)

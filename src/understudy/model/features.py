@@ -224,7 +224,7 @@ class BoundFeature:
             )
 
     def __str__(self) -> str:
-        return format_bound_name(self.feature.name, self.binding)
+        return format_bound_name(self.feature.name, self.binding, self.feature.parameters)
 
     @property
     def kind(self) -> Kind:

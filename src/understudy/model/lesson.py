@@ -77,8 +77,10 @@ def _make_example(kept: dict[str, Any]) -> Example:
     return Example(**{**kept, "values": values, "own": own})
 
 
-LEARNER_VERSION = 1
-"""Raised whenever the same lesson would give another automaton, so that stored trees are built again."""
+LEARNER_VERSION = 2
+"""Raised whenever the same lesson would give another automaton, so that stored trees are built again. Version 1 let
+absence that only watched examples had seen decide.
+"""
 
 LONGEST_REACTION_S = 1.0
 """How long before a press its record reaches, so that `reaction_s` can be chosen afterwards."""

@@ -10,7 +10,7 @@ from typing import Self, TypeVar
 from understudy.errors import DefinitionError, RecursionRefused, UnknownName
 from understudy.model.automaton import Automaton
 from understudy.model.behaviors import Behavior
-from understudy.model.binding import Target
+from understudy.model.binding import Target, format_bound_name
 from understudy.model.features import AnyFeature, FlagFeature
 from understudy.model.lesson import Lesson
 
@@ -134,6 +134,13 @@ class Library:
     def parameters(self, name: str) -> tuple[str, ...]:
         """The parameters of the behavior of this name."""
         return self.behavior(name).parameters
+
+    def format_call(self, name: str, binding: Mapping[str, str]) -> str:
+        """A behavior with its arguments in the order that a lesson gives them in: goto(station). One that this library
+        does not have, with them by alphabet of its parameters.
+        """
+        known = name in self.taught or name in self.kit.behaviors
+        return format_bound_name(name, binding, self.parameters(name) if known else ())
 
     def find_users(self, name: str) -> tuple[str, ...]:
         """The automata with a state that runs this behavior."""

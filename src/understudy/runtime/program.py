@@ -30,7 +30,7 @@ class GroundBehavior:
     binding: Binding = NOTHING_BOUND
 
     def __str__(self) -> str:
-        return format_bound_name(self.behavior.name, self.binding)
+        return format_bound_name(self.behavior.name, self.binding, self.behavior.parameters)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class Instance:
     changes: tuple[tuple[StateEffect, ...], ...]
 
     def __str__(self) -> str:
-        return format_bound_name(self.automaton.name, self.binding)
+        return format_bound_name(self.automaton.name, self.binding, self.automaton.parameters)
 
 
 Child: TypeAlias = Instance | int

@@ -8,20 +8,66 @@ from __future__ import annotations
 import os
 import zlib
 from collections.abc import Iterator
+from io import BufferedReader
 from pathlib import Path
 from struct import Struct
 from typing import Self
 
 from understudy.errors import FileError
 
+try:
+    import fcntl
+except ImportError:  # pragma: no cover - Windows: a session that runs is not told from one that was killed
+    fcntl = None  # type: ignore[assignment]
+
 _FRAME = Struct("<II")  # length, checksum
 
 
-class AppendLog:
-    """An open log; `write` appends a record, and with `sync` it is on disk when the call returns."""
+class JournalLock:
+    """Says that somebody writes a log; the system releases it when the process ends, however it ends."""
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, file: BufferedReader) -> None:
+        self._file = file
+
+    @classmethod
+    def try_acquire(cls, path: Path) -> Self | None:
+        """The lock of a log, or None where another session has it; FileError where it cannot be read."""
+        try:
+            file = path.open("rb")
+        except OSError as error:
+            raise _unreadable(path, error) from None
+        if fcntl is not None:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                file.close()
+                return None
+        return cls(file)
+
+    @classmethod
+    def acquire(cls, path: Path) -> Self:
+        """The lock of a log; FileError where another session has it."""
+        lock = cls.try_acquire(path)
+        if lock is None:
+            raise FileError(
+                path=path, place="", problem="another session is writing it", remedy="end that session first"
+            )
+        return lock
+
+    def release(self) -> None:
+        """Let others write; once is enough."""
+        self._file.close()
+
+
+class AppendLog:
+    """An open log; `write` appends a record, and with `sync` it is on disk when the call returns.
+
+    It holds the log's lock until it is closed: records of two writers would mix.
+    """
+
+    def __init__(self, path: Path | str, lock: JournalLock | None = None) -> None:
         self.path = Path(path)
+        self._lock = lock or JournalLock.acquire(self.path)
         self._file = self.path.open("ab")
 
     @classmethod
@@ -49,13 +95,16 @@ class AppendLog:
         return log
 
     @classmethod
-    def append(cls, path: Path | str, magic: bytes) -> Self:
-        """Go on with a log: what follows its last complete record is cut off."""
-        end = len(magic)
-        for payload in read_log(path, magic):
-            end += _FRAME.size + len(payload)
-        os.truncate(path, end)
-        return cls(path)
+    def append(cls, path: Path | str, magic: bytes, *, lock: JournalLock | None = None) -> Self:
+        """Go on with a log: what follows its last complete record is cut off. `lock` is its lock, if it is held."""
+        lock = lock or JournalLock.acquire(Path(path))
+        try:
+            end = len(magic) + sum(_FRAME.size + len(payload) for payload in read_log(path, magic))
+            os.truncate(path, end)
+            return cls(path, lock)
+        except BaseException:
+            lock.release()
+            raise
 
     def write(self, payload: bytes, *, sync: bool = False) -> None:
         """Append a record."""
@@ -74,6 +123,7 @@ class AppendLog:
         """Put everything on disk and close."""
         self.sync()
         self._file.close()
+        self._lock.release()
 
 
 def read_log(path: Path | str, magic: bytes) -> Iterator[bytes]:
@@ -81,16 +131,11 @@ def read_log(path: Path | str, magic: bytes) -> Iterator[bytes]:
     try:
         content = Path(path).read_bytes()
     except OSError as error:
-        raise FileError(
-            path=path,
-            place="",
-            problem=f"cannot be read ({error.strerror})",
-            remedy="name a session's journal",
-        ) from None
+        raise _unreadable(Path(path), error) from None
     if not content.startswith(magic):
         known = magic.decode("ascii").strip()
         raise FileError(
-            path=path,
+            path=Path(path),
             place="its first bytes",
             problem="it is not a journal that this version can read",
             remedy=f"name a session's journal (it begins with {known!r})",
@@ -106,6 +151,11 @@ def read_log(path: Path | str, magic: bytes) -> Iterator[bytes]:
             problem="it is damaged there, though complete records follow",
             remedy="take it from a backup, or keep a copy and cut the file off there to go on from before",
         )
+
+
+def _unreadable(path: Path, error: OSError) -> FileError:
+    problem = f"cannot be read ({error.strerror})"
+    return FileError(path=path, place="", problem=problem, remedy="name a session's journal")
 
 
 def _record(content: bytes, at: int) -> bytes | None:

@@ -35,7 +35,7 @@ from understudy.model.lesson import (
 )
 from understudy.model.library import Kit
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
-from understudy.storage.encode import EVERY_STATE
+from understudy.storage.encode import EVERY_STATE, format_feature_label
 from understudy.storage.json_text import JsonSteps, Source
 from understudy.storage.packing import unpack_bytes, unpack_column
 from understudy.storage.schema import (
@@ -377,7 +377,7 @@ class _Nodes:
 
     def __init__(self, automaton: Automaton, length: int, source: Source) -> None:
         self.automaton, self.length, self.source = automaton, length, source
-        self.names = [str(bound) for bound in automaton.features]
+        self.names = [format_feature_label(bound) for bound in automaton.features]
 
     def node(self, doc: NodeDoc, index: int, here: JsonSteps) -> Node:
         if isinstance(doc, StayDoc):

@@ -23,7 +23,7 @@ from understudy.model.library import Kit, TrainedAutomaton
 from understudy.storage.decode import decode_automaton, decode_lesson, decode_trees
 from understudy.storage.encode import encode_automaton, encode_built_trees, encode_lesson, sort_examples
 from understudy.storage.json_text import Source, find_repeated_key, format_document, parse_json_path
-from understudy.storage.schema import FORMAT, MIGRATIONS, Document, FormatVersion, ScikitDoc
+from understudy.storage.schema import FORMAT, MIGRATIONS, Document, FormatVersion, LessonDoc, ScikitDoc
 
 Learn: TypeAlias = Callable[[Lesson], Mapping[str, Transition]]
 """Builds the transition functions of a lesson: `understudy.learning.fit.learn`."""
@@ -137,10 +137,17 @@ def _stale(document: Document, source: Source) -> str | None:
 def _hash(document: Document) -> str:
     """A hash over what the trees are made from, and the trees."""
     lesson, built = document.lesson, document.built
-    parts: list[Any] = [LEARNER_VERSION, document.automaton]
+    parts: list[Any] = [_learner_version(lesson), document.automaton]
     parts += [] if lesson is None else [lesson.options, lesson.examples, lesson.watched]
     parts += [] if built is None else [built.trees]
     return "sha256:" + hashlib.sha256(msgspec.json.encode(parts)).hexdigest()
+
+
+def _learner_version(lesson: LessonDoc | None) -> int:
+    """The first version of the learner that gives what this one does: trees of that version are used as they are."""
+    watched = [] if lesson is None else lesson.watched
+    absent = any(value is None for group in watched for column in group.values for value in column)
+    return LEARNER_VERSION if absent else 1
 
 
 def parse_document(data: bytes, *, path: Path | str) -> tuple[Document, Source]:

@@ -11,6 +11,7 @@ from msgspec import UNSET
 
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
+from understudy.model.binding import format_bound_name
 from understudy.model.expectation import Expectation
 from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimerFeature
 from understudy.model.kinds import Categorical
@@ -88,6 +89,11 @@ def _feature_doc(bound: BoundFeature) -> FeatureDoc:
         kind=str(bound.kind),
         unit=bound.feature.unit,
     )
+
+
+def format_feature_label(bound: BoundFeature) -> str:
+    """How a document's trees name a feature: its arguments follow the names of the parameters, by alphabet."""
+    return format_bound_name(bound.feature.name, bound.binding)
 
 
 def encode_lesson(lesson: Lesson) -> LessonDoc:
@@ -245,17 +251,18 @@ def _shared(transitions: Mapping[str, object], automaton: Automaton) -> bool:
 def _node_doc(node: Node, automaton: Automaton) -> NodeDoc:
     if node.test == TestKind.LEAF:
         return StayDoc() if node.yes == STAY else GoDoc(to=automaton.states[node.yes].name)
-    feature = automaton.features[node.feature]
+    bound = automaton.features[node.feature]
+    feature = format_feature_label(bound)
     yes, no, absent = _child(node.yes), _child(node.no), _child(node.absent)
     if node.test == TestKind.BELOW:
-        return BelowDoc(feature=str(feature), cut=node.high, yes=yes, no=no, absent=absent)
+        return BelowDoc(feature=feature, cut=node.high, yes=yes, no=no, absent=absent)
     if node.test == TestKind.ARC:
-        return ArcDoc(feature=str(feature), low=node.low, high=node.high, yes=yes, no=no, absent=absent)
+        return ArcDoc(feature=feature, low=node.low, high=node.high, yes=yes, no=no, absent=absent)
     if node.test == TestKind.ABSENT:
-        return AbsentDoc(feature=str(feature), yes=yes, no=no)
-    labels = cast(Categorical, feature.kind).labels
+        return AbsentDoc(feature=feature, yes=yes, no=no)
+    labels = cast(Categorical, bound.kind).labels
     branches = {label: _child(child) for label, child in zip(labels, node.branches, strict=True)}
-    return LabelDoc(feature=str(feature), branches=branches, absent=absent)
+    return LabelDoc(feature=feature, branches=branches, absent=absent)
 
 
 def _child(index: int) -> ChildDoc:

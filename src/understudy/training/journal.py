@@ -21,7 +21,7 @@ from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, ReadingLog
 from understudy.runtime.interpreter import StackFrame
-from understudy.storage.append_log import AppendLog, read_log
+from understudy.storage.append_log import AppendLog, JournalLock, read_log
 from understudy.storage.json_text import convert_decode_errors
 from understudy.training.sample_buffer import Sample
 from understudy.training.trainee import FlagEntry, Mode, Press
@@ -188,10 +188,10 @@ class Journal:
         return journal
 
     @classmethod
-    def resume(cls, path: Path | str, *, ticks: int, rows: int) -> Self:
-        """Go on with a journal that holds `ticks` ticks and `rows` rows of the lesson's record."""
+    def resume(cls, path: Path | str, *, ticks: int, rows: int, lock: JournalLock) -> Self:
+        """Go on with a journal that holds `ticks` ticks and `rows` rows of the lesson's record; `lock` is its lock."""
         journal = cls(path)
-        journal._log = AppendLog.append(path, MAGIC)
+        journal._log = AppendLog.append(path, MAGIC, lock=lock)
         journal._first, journal._kept_rows = ticks, rows
         return journal
 

@@ -25,6 +25,7 @@ from understudy.runtime.body import Body, Resettable, is_rewindable, list_readin
 from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
+from understudy.storage.append_log import JournalLock
 from understudy.training.edits import (
     DesignChange,
     ExampleChange,
@@ -87,8 +88,26 @@ class Session:
     ) -> Self:
         """Go on with a session that ended, however it ended: nothing acknowledged is lost.
 
-        The lesson is as it was; body and automaton are as at the last snapshot, if the body can be rewound.
+        The lesson is as it was; body and automaton are as at the last snapshot, if the body can be rewound. FileError
+        where another session is writing the journal.
         """
+        journal = Path(journal)
+        lock = JournalLock.acquire(journal)  # before it is read: another session may be adding to it
+        try:
+            return cls._resume(journal, body, library, clock, lock)
+        except BaseException:
+            lock.release()
+            raise
+
+    @classmethod
+    def _resume(
+        cls,
+        journal: Path,
+        body: Body,
+        library: Library,
+        clock: Callable[[], float] | None,
+        lock: JournalLock,
+    ) -> Self:
         past = ReplayedSession.from_journal(journal, library, list_reading_keys(body))
         goes_on = False
         if past.body is not None and is_rewindable(body):
@@ -96,7 +115,8 @@ class Session:
             goes_on = past.body_tick == past.ticks
         session = cls.__new__(cls)
         session._begin(body, library, past, clock)
-        session._log.journal = Journal.resume(journal, ticks=past.ticks, rows=len(past.recorder.record))
+        rows = len(past.recorder.record)
+        session._log.journal = Journal.resume(journal, ticks=past.ticks, rows=rows, lock=lock)
         if not goes_on:
             session._log.begin_episode()
         return session
@@ -398,7 +418,7 @@ class Session:
         return TrainedAutomaton(learn_automaton(lesson), lesson)
 
     def close(self) -> None:
-        """Put everything on disk."""
+        """Put everything on disk, and let go of the journal."""
         self._log.journal.close()
 
     def _turned(self) -> None:

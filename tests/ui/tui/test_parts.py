@@ -251,18 +251,6 @@ def test_only_the_last_ended_journals_are_kept_and_other_names_are_left_alone(tm
     assert left[-1] == "goto-2026-01-01-12.00.07.ended"
 
 
-def test_a_journal_in_use_is_locked(tmp_path: Path) -> None:
-    path = tmp_path / "a.journal"
-    path.touch()
-    lock = interrupted_sessions.JournalLock.try_acquire(path)
-    assert lock is not None
-    assert interrupted_sessions.JournalLock.try_acquire(path) is None
-    lock.release()
-    again = interrupted_sessions.JournalLock.try_acquire(path)
-    assert again is not None
-    again.release()
-
-
 @pytest.mark.parametrize("screen", [QuestionDialog, HelpScreen, LessonForm, LessonScreen, TeachingScreen])
 def test_style_sheets_name_widgets_that_there_are(screen: type[Screen[Any]]) -> None:
     """A selector of a class that is called otherwise now would select nothing, and say so nowhere."""

@@ -51,7 +51,7 @@ def make_hashable(typestore: Typestore) -> Typestore:
     """
     from rosbags.typesys.store import Typestore
 
-    def rename(field: tuple[int, Any]) -> tuple[int, Any]:
+    def rename(field: Any) -> Any:
         sort, of = field
         if sort == BASE:
             return (sort, ("uint8", of[1])) if of[0] == "char" else field

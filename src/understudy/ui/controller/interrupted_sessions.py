@@ -9,24 +9,18 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from datetime import datetime
-from io import BufferedReader
 from itertools import chain, count
 from math import isnan
 from pathlib import Path
-from typing import Self
 from urllib.parse import unquote
 
 from understudy.errors import UnderstudyError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
+from understudy.storage.append_log import JournalLock
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.library_folder import make_file_stem
 from understudy.training.journal_replay import ReplayedSession
-
-try:
-    import fcntl
-except ImportError:  # pragma: no cover - Windows: a session that runs is not told from one that was killed
-    fcntl = None  # type: ignore[assignment]
 
 FOLDER = ".journals"
 RUNNING, ENDED = ".journal", ".ended"
@@ -145,27 +139,3 @@ def _of(library: Path, name: str, ending: str) -> list[Path]:
 def _date(path: Path) -> datetime:
     found = re.search(r"\d{4}-\d\d-\d\d-\d\d\.\d\d\.\d\d", path.name)
     return datetime.strptime(found[0], "%Y-%m-%d-%H.%M.%S") if found else datetime.fromtimestamp(0)
-
-
-class JournalLock:
-    """Says to other terminals that a session still runs; the system lets go of it when the process ends."""
-
-    def __init__(self, file: BufferedReader) -> None:
-        self._file = file
-
-    @classmethod
-    def try_acquire(cls, path: Path) -> Self | None:
-        """The lock of a journal, or None where another process has it."""
-        with convert_os_errors(path, "opening the journal"):
-            file = path.open("rb")
-        if fcntl is not None:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                file.close()
-                return None
-        return cls(file)
-
-    def release(self) -> None:
-        """Let go of it."""
-        self._file.close()

@@ -13,17 +13,17 @@ from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.ui.controller.clock import RealTimeClock, WallClock
-from understudy.ui.controller.interrupted_sessions import JournalLock, make_journal_path
+from understudy.ui.controller.interrupted_sessions import make_journal_path
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import SessionStart, TrainingPlan
 
 
 class OpenSession:
-    """A trainer, the journal behind it, and the lock that tells others it is in use."""
+    """A trainer, and the journal behind it, which nobody else can write until this is closed."""
 
-    def __init__(self, trainer: Trainer, journal: Path, lock: JournalLock) -> None:
-        self.trainer, self.journal, self._lock = trainer, journal, lock
+    def __init__(self, trainer: Trainer, journal: Path) -> None:
+        self.trainer, self.journal = trainer, journal
         self._closed = False
 
     def close(self) -> None:
@@ -31,7 +31,6 @@ class OpenSession:
         if not self._closed:
             self._closed = True
             self.trainer.session.close()
-            self._lock.release()
 
 
 def begin_session(
@@ -61,14 +60,13 @@ def begin_session(
     trainer = Trainer(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
     trainer.status = StatusMessage(_welcome(trainer))
     _follow(session, ground)
-    return OpenSession(trainer, journal, _locked(journal))
+    return OpenSession(trainer, journal)
 
 
 def resume_session(
     plan: TrainingPlan, journal: Path, wall: WallClock, *, body: Ground | CoordinatorBody | None = None
 ) -> OpenSession:
     """A session that was cut off goes on, paused; a world that is there becomes as it was then."""
-    lock = _locked(journal)
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = _ground(body)
     pace = RealTimeClock(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
@@ -77,7 +75,7 @@ def resume_session(
     _follow(session, ground)
     trainer.pause()
     trainer.status = StatusMessage("Everything shown is back. Space goes on, n begins in a new world")
-    return OpenSession(trainer, journal, lock)
+    return OpenSession(trainer, journal)
 
 
 def _ground(body: Ground | CoordinatorBody) -> Ground:
@@ -106,13 +104,6 @@ def _follow(session: Session, ground: Ground) -> None:
 def _saved(plan: TrainingPlan) -> Lesson | None:
     taught = plan.library.taught.get(plan.name)
     return None if taught is None else taught.lesson
-
-
-def _locked(journal: Path) -> JournalLock:
-    lock = JournalLock.try_acquire(journal)
-    if lock is None:
-        raise SessionError(f"the session of {journal} is open elsewhere; end it there first")
-    return lock
 
 
 def _welcome(trainer: Trainer) -> str:

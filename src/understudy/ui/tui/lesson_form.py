@@ -159,7 +159,7 @@ class LessonForm(Screen[LessonChoices | None]):
 
     def on_mount(self) -> None:
         """Fill the lists."""
-        states = [_call(state) for state in self._now.states or ()]
+        states = [_call(state, self._library) for state in self._now.states or ()]
         self._fill(states, [str(feature) for feature in self._now.features or ()])
         self.query_one("#watched", MultiSelect).show_choices(
             [CONSENT], chosen=[CONSENT] if self._now.watched else []
@@ -210,7 +210,7 @@ class LessonForm(Screen[LessonChoices | None]):
             parameters = [parameter for parameter in parameters if parameter in used]
         stand = [pair.partition("=") for pair in _listed(text.get("targets", ""))]
         return LessonChoices(
-            states=_named(states, self._kept),
+            states=_named(states, self._kept, self._library),
             features=features,
             flags=_listed(text["flags"]),
             parameters=parameters,
@@ -257,17 +257,17 @@ def _calls(name: str, parameters: Sequence[str], known: Sequence[str]) -> list[s
     return [format_bound_name(name, dict(zip(parameters, way, strict=True))) for way in ways]
 
 
-def _call(state: str | State) -> str:
+def _call(state: str | State, library: Library) -> str:
     """How a state is written in the list: goto(station), or home=goto(station)."""
     if isinstance(state, str):
         return state
-    call = format_bound_name(state.behavior or START.name, state.binding)
+    call = START.name if state.behavior is None else library.format_call(state.behavior, state.binding)
     return call if state.name == state.behavior else f"{state.name}={call}"
 
 
-def _named(calls: Sequence[str], kept: dict[str, State]) -> list[str | State]:
+def _named(calls: Sequence[str], kept: dict[str, State], library: Library) -> list[str | State]:
     """States by what they run; of one that runs in several, each has what it is bound to in its name."""
-    written = {_call(state): state for state in kept.values()}
+    written = {_call(state, library): state for state in kept.values()}
     plain = [call.partition("(")[0] for call in calls if "=" not in call]
     named: list[str | State] = []
     for call in calls:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.model.automaton import Automaton
+    from understudy.model.library import Library
 
 SHOWN = 20
 
@@ -48,7 +49,7 @@ def show_automaton(
         return
     out = make_console()
     _head(facts, out)
-    _structure(automaton, out)
+    _structure(automaton, listing.library, out)
     _conditions(automaton, facts["conditions"], out)
     _examples(facts, out, everything=everything)
 
@@ -77,11 +78,10 @@ def _head(facts: dict[str, Any], out: Console) -> None:
     out.print(f"[dim]{escape('; '.join(lines))}[/]")
 
 
-def _structure(automaton: Automaton, out: Console) -> None:
+def _structure(automaton: Automaton, library: Library, out: Console) -> None:
     from rich.columns import Columns
     from rich.markup import escape
 
-    from understudy.model.binding import format_bound_name
     from understudy.ui.cli.output import make_table
 
     states = make_table("state", "does")
@@ -89,7 +89,7 @@ def _structure(automaton: Automaton, out: Console) -> None:
         does = (
             "[dim]idles[/]"
             if state.behavior is None
-            else escape(format_bound_name(state.behavior, state.binding))
+            else escape(library.format_call(state.behavior, state.binding))
         )
         states.add_row(escape(state.name), does if state.flag is None else f"raises {escape(state.flag)}")
     features = make_table("feature", "kind", "unit")

@@ -15,7 +15,6 @@ from msgspec import field
 
 from understudy.errors import FileError, SessionError, UnderstudyError, UnknownName
 from understudy.learning.fit import learn
-from understudy.model.binding import format_bound_name
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.program import link
 from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder
@@ -124,7 +123,7 @@ class LibraryView:
         taught = self.library.taught[name]
         states = taught.automaton.states
         runs = dict.fromkeys(
-            format_bound_name(each.behavior, each.binding) for each in states if each.behavior
+            self.library.format_call(each.behavior, each.binding) for each in states if each.behavior
         )
         why_not = self._why_not(name)
         lesson = taught.lesson

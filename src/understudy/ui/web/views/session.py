@@ -11,7 +11,6 @@ from understudy.analysis.evaluation import LENIENCE, Evaluation, interval_of_sha
 from understudy.learning.report import find_contradictions
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
-from understudy.model.binding import format_bound_name
 from understudy.model.describe import BY_CLASSIFIER, list_shown_vectors
 from understudy.model.lesson import Example, Lesson, TreeOptions
 from understudy.model.library import Library
@@ -97,7 +96,7 @@ def state_fields(state: State, library: Library) -> dict[str, Any]:
     return {
         "name": state.name,
         "flag": state.flag is not None,
-        "runs": None if state.behavior is None else format_bound_name(state.behavior, state.binding),
+        "runs": None if state.behavior is None else library.format_call(state.behavior, state.binding),
         "automaton": state.behavior if state.behavior in library.taught else None,
     }
 
