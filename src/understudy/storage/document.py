@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Mapping
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from json import JSONDecodeError
 from pathlib import Path
@@ -94,15 +96,16 @@ def _document(taught: TrainedAutomaton) -> Document:
 
 
 def decode_document(
-    data: bytes, kit: Kit | None, *, path: Path | str, learn: Learn | None = None
+    data: bytes, kit: Kit | None, *, path: Path | str, learn: Learn | None = None, checked: bool = False
 ) -> LoadedDocument:
     """The automaton and lesson of a document, its features looked up in `kit`
     (None: taken as the document says, good for looking at but not for running).
 
     FileError, naming the place, for whatever cannot be right. Where the stored trees are not what the lesson
-    gives, or it keeps none, `learn` builds them; without it that is an error too.
+    gives, or it keeps none, `learn` builds them; without it that is an error too. What `check_apart` has let through
+    is `checked`.
     """
-    document, source = parse_document(data, path=path)
+    document, source = parse_document(data, path=path, checked=checked)
     automaton = decode_automaton(document.automaton, kit, source)
     lesson = None if document.lesson is None else decode_lesson(document.lesson, automaton, source)
     trees = {} if document.built is None else decode_trees(document.built, automaton, source)
@@ -150,9 +153,29 @@ def _learner_version(lesson: LessonDoc | None) -> int:
     return LEARNER_VERSION if absent else 1
 
 
-def parse_document(data: bytes, *, path: Path | str) -> tuple[Document, Source]:
+def parse_document(data: bytes, *, path: Path | str, checked: bool = False) -> tuple[Document, Source]:
     """The document in these bytes, brought to the current format; FileError where there is none."""
     source = Source(path, data.decode("utf-8", errors="replace"))
+    if not checked:
+        _check_text(data, source)
+    try:
+        return _current(data, source), source
+    except msgspec.ValidationError as error:
+        problem, _, place = str(error).partition(" - at `")
+        steps = parse_json_path(place.rstrip("`"))
+        raise source.make_error(
+            steps, _lower(problem), "see docs/formats.md for what belongs there"
+        ) from error
+    except msgspec.DecodeError as error:  # what Python's reader takes and JSON does not: NaN, Infinity
+        at = re.search(r"\(byte (\d+)\)", str(error))
+        line = data.count(b"\n", 0, int(at[1])) + 1 if at else 1
+        problem = "it is no JSON: there is something that is no number, text, true, false or null"
+        raise _unreadable(path, f"line {line}", problem) from error
+
+
+def _check_text(data: bytes, source: Source) -> None:
+    """FileError where bytes are no JSON, or an object has a key twice. Other threads stand still meanwhile."""
+    path = source.path
     try:
         data.decode("utf-8")
         repeated = find_repeated_key(source.text)
@@ -170,19 +193,6 @@ def parse_document(data: bytes, *, path: Path | str) -> tuple[Document, Source]:
     if repeated is not None:
         problem = f"an object has the key {repeated!r} twice"
         raise FileError(path=path, place="", problem=problem, remedy="remove one of the two")
-    try:
-        return _current(data, source), source
-    except msgspec.ValidationError as error:
-        problem, _, place = str(error).partition(" - at `")
-        steps = parse_json_path(place.rstrip("`"))
-        raise source.make_error(
-            steps, _lower(problem), "see docs/formats.md for what belongs there"
-        ) from error
-    except msgspec.DecodeError as error:  # what Python's reader takes and JSON does not: NaN, Infinity
-        at = re.search(r"\(byte (\d+)\)", str(error))
-        line = data.count(b"\n", 0, int(at[1])) + 1 if at else 1
-        problem = "it is no JSON: there is something that is no number, text, true, false or null"
-        raise _unreadable(path, f"line {line}", problem) from error
 
 
 def _current(data: bytes, source: Source) -> Document:
@@ -219,3 +229,55 @@ def fingerprint_automaton(taught: TrainedAutomaton) -> str:
 def hash_content(content: bytes) -> str:
     """The same for two contents only if they are the same."""
     return hashlib.sha256(content).hexdigest()[:16]
+
+
+# Apart
+
+SLOWEST_CHECK_S = 60.0
+
+
+def check_apart(documents: Sequence[tuple[str, bytes]]) -> None:
+    """Parse documents, each with its name, in a process of their own; FileError for the first that is none.
+
+    Python parses JSON without letting any other thread run, which a large document would hold up for seconds.
+    """
+    command = [sys.executable, "-P", "-m", __name__]
+    try:
+        answer = subprocess.run(
+            command,
+            input=msgspec.msgpack.encode(documents),
+            capture_output=True,
+            timeout=SLOWEST_CHECK_S,
+            check=True,
+        )
+    except (subprocess.SubprocessError, OSError) as error:  # killed for its memory, say
+        place, remedy = f"{len(documents)} documents", "give fewer or smaller ones"
+        problem = f"they cannot be read ({type(error).__name__})"
+        raise FileError(path=place, place="", problem=problem, remedy=remedy) from error
+    wrong = msgspec.json.decode(answer.stdout, type=_Wrong | None)
+    if wrong is not None:
+        raise FileError(path=wrong.path, place=wrong.place, problem=wrong.problem, remedy=wrong.remedy)
+
+
+class _Wrong(msgspec.Struct, frozen=True):
+    """A FileError from the other process."""
+
+    path: str
+    place: str
+    problem: str
+    remedy: str
+
+
+def _check_input() -> None:
+    """The other process: documents on standard input, and what is wrong on standard output."""
+    wrong = None
+    try:
+        for name, data in msgspec.msgpack.decode(sys.stdin.buffer.read(), type=list[tuple[str, bytes]]):
+            parse_document(data, path=name)
+    except FileError as error:
+        wrong = _Wrong(str(error.path), error.place, error.problem, error.remedy)
+    sys.stdout.buffer.write(msgspec.json.encode(wrong))
+
+
+if __name__ == "__main__":
+    _check_input()

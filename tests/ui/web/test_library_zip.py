@@ -6,6 +6,8 @@ import json
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
+from threading import Event, Thread
+from time import monotonic
 from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
@@ -170,12 +172,39 @@ def test_broken_and_boundless_zips(rig: Rig, monkeypatch: pytest.MonkeyPatch) ->
         assert (status, "cannot be read as a zip" in answer["error"]) == (400, True), answer
     bomb = zipped(("bomb.json", b" " * (65 * 2**20)))
     assert len(bomb) < 2**17
-    assert "more than 64 MB" in rig.give(bomb)[1]["error"]
+    assert "bomb.json in the zip: it is longer than 16 MB" in rig.give(bomb)[1]["error"]
+    bombs = zipped(*((f"bomb{number}.json", b" " * (15 * 2**20)) for number in range(5)))
+    assert "more than 64 MB" in rig.give(bombs)[1]["error"]
     assert "more than 1000 files" in rig.give(zipped(*((f"a{n}.json", "") for n in range(1_001))))[1]["error"]
     monkeypatch.setattr("understudy.ui.web.library_zip.MOST_PACKED", 100)
     status, answer = rig.give(parcel)
     assert status == 413
     assert rig.contents() == before
+
+
+@pytest.mark.parametrize(("mb", "said"), [(60, "longer than 16 MB"), (15, "expected `object`, got `array`")])
+def test_an_upload_holds_up_nobody_while_it_is_read(rig: Rig, mb: int, said: str) -> None:
+    """Whatever is in it: the studio's robot goes on beside it."""
+    parcel = zipped(("reach.json", b"[" + b"[]," * (mb * 2**20 // 3) + b"1]"))
+    gaps, done = [0.0], Event()
+
+    def live() -> None:
+        before = monotonic()
+        while not done.wait(0.005):
+            now = monotonic()
+            gaps.append(now - before)
+            before = now
+
+    living = Thread(target=live)
+    living.start()
+    try:
+        status, answer = rig.give(parcel)
+    finally:
+        done.set()
+        living.join()
+    assert (status, said in answer["error"]) == (400, True), answer
+    assert "reach.json in the zip" in answer["error"]
+    assert max(gaps) < 0.3
 
 
 def test_only_who_directs_imports(rig: Rig) -> None:

@@ -22,7 +22,7 @@ from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.storage.atomic_write import convert_os_errors
-from understudy.storage.document import decode_document, encode_document, parse_document
+from understudy.storage.document import check_apart, decode_document, encode_document, parse_document
 from understudy.storage.library_folder import list_documents, make_file_stem, save_automaton
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.server import StudioServer
@@ -33,7 +33,10 @@ MOST_PACKED = 16 * 2**20
 """Bytes of a zip that is taken in."""
 MOST_UNPACKED = 64 * 2**20
 """Bytes of all that is in it."""
+MOST_DOCUMENT = 16 * 2**20
+"""Bytes of one document in it."""
 MOST_FILES = 1_000
+UNCHANGED = "nothing was changed"
 _UNUSABLE = (BadZipFile, EOFError, NotImplementedError, OSError, RuntimeError, ValueError, ZlibError)
 """What reading a zip raises where it is cut, broken, encrypted or packed in another way."""
 
@@ -58,14 +61,22 @@ def unzip_library(data: bytes, kit: Kit) -> Library:
             if not 0 < len(members) <= MOST_FILES:
                 problem = "it is empty" if not members else f"it has more than {MOST_FILES} files"
                 raise _wrong("the zip", problem, "give one with the documents of a library")
+            contents: list[tuple[str, bytes]] = []
             for member in members:
                 _check_name(member)
-                content = _read(archive, member, left)
-                left -= len(content)
-                library = _joined(library, member.filename, content)
+                contents.append((member.filename, _read(archive, member, left)))
+                left -= len(contents[-1][1])
     except _UNUSABLE as error:
         problem = f"it cannot be read as a zip: {str(error) or type(error).__name__}"
         raise _wrong("the zip", problem, "give one that is whole and not encrypted") from error
+    try:
+        check_apart([(f"{file} in the zip", content) for file, content in contents])
+    except FileError as error:
+        raise FileError(
+            path=error.path, place=error.place, problem=error.problem, remedy=f"{error.remedy}; {UNCHANGED}"
+        ) from error
+    for file, content in contents:
+        library = _joined(library, file, content)
     return library
 
 
@@ -81,7 +92,10 @@ def _check_name(member: ZipInfo) -> None:
 def _read(archive: ZipFile, member: ZipInfo, most: int) -> bytes:
     """What a file of the zip holds, read no further than it may be long."""
     with archive.open(member) as file:
-        content = file.read(most + 1)
+        content = file.read(min(most, MOST_DOCUMENT) + 1)
+    if len(content) > MOST_DOCUMENT:
+        where, problem = f"{member.filename} in the zip", f"it is longer than {MOST_DOCUMENT // 2**20} MB"
+        raise _wrong(where, problem, "leave it out")
     if len(content) > most:
         problem = f"it holds more than {MOST_UNPACKED // 2**20} MB"
         raise _wrong("the zip", problem, "give several smaller ones")
@@ -90,12 +104,12 @@ def _read(archive: ZipFile, member: ZipInfo, most: int) -> bytes:
 
 def _joined(library: Library, file: str, content: bytes) -> Library:
     shown = f"{file} in the zip"
-    lesson = parse_document(content, path=shown)[0].lesson
+    lesson = parse_document(content, path=shown, checked=True)[0].lesson
     if lesson is not None:  # its columns are packed once more
         columns = 1 + len(lesson.record.readings)
         if 8 * lesson.record.moments * columns > MOST_UNPACKED:
             raise _wrong(shown, f"its record is longer than {MOST_UNPACKED // 2**20} MB", "leave it out")
-    taught = decode_document(content, library.kit, path=shown, learn=learn).taught
+    taught = decode_document(content, library.kit, path=shown, learn=learn, checked=True).taught
     name = taught.automaton.name
     if file != f"{make_file_stem(name)}.json":
         raise _wrong(shown, f"it holds automaton {name!r}", f"call it {make_file_stem(name)}.json")
@@ -108,7 +122,7 @@ def _joined(library: Library, file: str, content: bytes) -> Library:
 
 
 def _wrong(where: str, problem: str, remedy: str) -> FileError:
-    return FileError(path=where, place="", problem=problem, remedy=f"{remedy}; nothing was changed")
+    return FileError(path=where, place="", problem=problem, remedy=f"{remedy}; {UNCHANGED}")
 
 
 Taken: TypeAlias = Literal["refuse", "replace", "keep"]
