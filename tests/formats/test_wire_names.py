@@ -103,15 +103,16 @@ COMMANDS = {
     "robots": "",
     "robots check": "FILE --seconds --json",
     "robots color": "FOLDER --name -n --robot --json",
-    "robots simulate": "WORLD --seed --domain --rate --router --write-files --apart --only --parent --seconds",
-    "robots stop": "FILE",
+    "robots simulate": "WORLD --seed --domain --rate --router --write-files --apart --only --parent --seconds "
+    "--json",
+    "robots stop": "FILE --json",
     "robots stops": "FILE --last --json",
     "run": "[SCENARIO] --behavior --library -l --world -w --seed --record -r --trace --seconds --speed --replay "
     "--bind -b --robot --team --no-record --kit --json",
     "show": "NAME --library -l --world -w --kit --all --json",
     "simplify": "NAME --library -l --pruning -p --keep --world -w --kit --json",
     "studio": "[SCENARIO] --world -w --library -l --kit --host --port --token --no-browser --seed --robot --team "
-    "--no-record",
+    "--no-record --json",
     "teach": "NAME --world -w --library -l --states --features --parameters --targets --flags --watched --plain "
     "--reaction --seed --robot --no-record --kit --json",
     "test": "[LIBRARY] --library -l --world -w --kit --json",

@@ -82,7 +82,7 @@ def test_stops_are_shown(tmp_path: Path) -> None:
             file.with_suffix(".stops.jsonl"),
             StopEvent(time=NOON, robot=robot, cause=f"no {number}", by="guard"),
         )
-    assert [each["cause"] for each in said("robots", "stops", file)] == ["no 0", "no 2"]
+    assert [each["cause"] for each in said("robots", "stops", file)["stops"]] == ["no 0", "no 2"]
     shown = run("robots", "stops", file, "--last", 1).stdout
     assert "no 2" in shown
     assert "no 0" not in shown

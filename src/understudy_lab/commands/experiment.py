@@ -82,7 +82,8 @@ def _list(*, as_json: bool) -> None:
     from understudy.ui.cli.output import make_console, make_table, print_json
 
     if as_json:
-        print_json([{"name": name, "question": question} for name, question in QUESTIONS.items()])
+        rows = [{"name": name, "question": question} for name, question in QUESTIONS.items()]
+        print_json({"experiments": rows})
         return
     made = make_table("experiment", "~question")
     for row in QUESTIONS.items():

@@ -59,9 +59,8 @@ def use(experiment: Study, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_all_are_listed() -> None:
-    assert [each["name"] for each in json.loads(run("experiment", "list", "--json").stdout)] == list(
-        study.QUESTIONS
-    )
+    told = json.loads(run("experiment", "list", "--json").stdout)["experiments"]
+    assert [each["name"] for each in told] == list(study.QUESTIONS)
 
 
 def test_as_published(here: Path) -> None:

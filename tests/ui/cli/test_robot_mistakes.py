@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 from pathlib import Path
 
@@ -123,6 +124,9 @@ def test_a_team_is_stopped_though_one_of_its_files_is_wrong(
     monkeypatch.setattr("understudy.robots.safety.emergency_stop.send_emergency_stop", heard)
     assert run("robots", "stop", files / "team.toml").exit_code == 0
     assert sorted(halted) == [103, 104]
+    told = json.loads(run("robots", "stop", files / "team.toml", "--json").stdout)
+    assert [(each["domain"], each["heard"]) for each in told["robots"]] == [(103, True), (104, True)]
+    halted.clear()
     result = run("robots", "stop", files / "lone.toml")
-    assert (result.exit_code, halted[2:]) == (2, [103])
+    assert (result.exit_code, halted) == (2, [103])
     assert "missing.toml: there is no such file" in result.stderr

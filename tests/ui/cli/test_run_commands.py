@@ -24,7 +24,7 @@ from understudy_lab.bench.patrol import lead
 
 
 def test_worlds(tmp_path: Path) -> None:
-    told = said("worlds")
+    told = said("worlds")["worlds"]
     assert [(row["name"], row["robots"]) for row in told] == [
         ("arena", 1), ("boxes", 20), ("forage", 1), ("forage-team", 4), ("patrol", 4), ("regions", 16), ("rooms", 1),
         ("salvage", 12), ("soccer", 1), ("swarm", 200),

@@ -6,12 +6,16 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer
 from typer.testing import CliRunner, Result
 
 from understudy.ui.cli.main import app
+from understudy.ui.cli.output import print_json
 
 ROOT = Path(__file__).parents[3]
 SELF = "state,next,kind,x:continuous\nloop,other,directive,1\n"
@@ -24,6 +28,51 @@ def process(*arguments: object, into: str = "", **environment: str) -> subproces
         with Path(into).open("wb") as out:
             return subprocess.run(command, stdout=out, stderr=subprocess.PIPE, env=usual, check=False)
     return subprocess.run(command, capture_output=True, env=usual, check=False)
+
+
+def leaves(name: str, command: Any) -> Iterator[tuple[str, Any]]:
+    """All commands that are no groups of others, by their words."""
+    children: dict[str, Any] = getattr(command, "commands", {})
+    if not children:
+        yield name.strip(), command
+    for child, below in children.items():
+        yield from leaves(f"{name} {child}", below)
+
+
+COMMANDS = dict(leaves("", typer.main.get_command(app)))
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_prints_for_programs(name: str) -> None:
+    """No exemptions: servers print where they are."""
+    assert "--json" in {option for each in COMMANDS[name].params for option in each.opts}
+
+
+OBJECTS = {
+    "worlds": ((), "worlds"),
+    "experiment": (("list",), "experiments"),
+    "list": ((), "automata"),
+    "show": (("goto",), "name"),
+    "validate": ((), "valid"),
+    "test": ((), "works"),
+    "rebuild": ((), "rebuilt"),
+}
+"""What some print, by a key of it; that it is one object holds of all, for nothing else can be printed."""
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_what_is_printed_for_programs_is_one_object(name: str, library: Path) -> None:
+    arguments, key = OBJECTS[name]
+    of = () if name in ("worlds", "experiment") else ("-l", str(library))
+    done = CliRunner().invoke(app, [name, *arguments, *of, "--json"])
+    assert done.exit_code == 0, done.output
+    assert key in json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("result", [[], [1], "text", 3, None])
+def test_nothing_but_an_object_is_printed(result: object) -> None:
+    with pytest.raises(TypeError, match="one object"):
+        print_json(result)
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252"])

@@ -20,8 +20,13 @@ if TYPE_CHECKING:
 
 
 def print_json(result: Any) -> None:
-    """Print one result for programs, on stdout: plain data, or a type's fields in order; what is absent is null."""
+    """Print one result for programs, on stdout: plain data, or a type's fields in order; what is absent is null.
+
+    TypeError where it is no object: programs find what they know by its key, and others can be added beside it.
+    """
     text = msgspec.json.format(msgspec.json.encode(result, enc_hook=_plain), indent=2) + b"\n"
+    if not text.startswith(b"{"):
+        raise TypeError(f"a command prints one object, and this is a {type(result).__name__}")
     if sys.stdout is not None:  # it is none where a program was started without
         sys.stdout.flush()
         sys.stdout.buffer.write(text)  # UTF-8, whatever letters the terminal has

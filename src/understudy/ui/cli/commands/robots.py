@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,6 +24,7 @@ def stop_robots(
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="The file of a robot, or of a team.", show_default=False)
     ],
+    as_json: Json = False,
 ) -> None:
     """Stop a robot, or a team, whoever drives it: stop is sent for two seconds, and a program of ours that drives it is
     disarmed.
@@ -35,25 +37,37 @@ def stop_robots(
 
     from understudy.robots.robot_file import list_robot_files, load_robot
     from understudy.robots.safety import emergency_stop
-    from understudy.ui.cli.output import make_console
+    from understudy.ui.cli.output import make_console, print_json
 
-    def stopped(path: Path) -> tuple[str, bool]:
+    def stopped(path: Path) -> RobotStopResult:
         robot = load_robot(path)
-        there = emergency_stop.send_emergency_stop(robot, path=path, by="robots stop")
-        return f"{robot.name}: stop was sent on {robot.topic(robot.commands.topic)}.", there
+        heard = emergency_stop.send_emergency_stop(robot, path=path, by="robots stop")
+        return RobotStopResult(robot.name, robot.domain, robot.topic(robot.commands.topic), heard)
 
     files = list_robot_files(file)
     with ThreadPoolExecutor(
         len(files)
     ) as all_at_once:  # a file that is wrong keeps no other from being stopped
         stops = [all_at_once.submit(stopped, each) for each in files]
-    out = make_console()
-    for said, there in [each.result() for each in stops]:
-        out.print(said, markup=False)
-        if not there:
+    found, out = [each.result() for each in stops], make_console()
+    if as_json:
+        print_json({"robots": found})
+    for each in () if as_json else found:
+        out.print(f"{each.name}: stop was sent on {each.topic}.", markup=False)
+        if not each.heard:
             out.print("Nothing was heard of the robot: look whether it stands.", markup=False)
-    if not all(each.result()[1] for each in stops):
+    if not all(each.heard for each in found):
         raise typer.Exit(1)
+
+
+@dataclass(frozen=True, slots=True)
+class RobotStopResult:
+    """That stop was sent to a robot, as --json prints it; `heard` is whether anything came from the robot."""
+
+    name: str
+    domain: int
+    topic: str
+    heard: bool
 
 
 def show_stops(
@@ -73,7 +87,7 @@ def show_stops(
     log = find_stop_log(robot, file)
     found = [each for each in read_stops(log) if each.robot == robot.name][-last:]
     if as_json:
-        print_json(found)
+        print_json({"robot": robot.name, "log": log, "stops": found})
         return
     out = make_console()
     if not found:

@@ -17,7 +17,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from understudy.ui.cli.options import Json
+
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from understudy.robots.ros.transport import Transport
     from understudy.sim.scenario.schema import Scenario
     from understudy.sim_mujoco.processes import ObjectServer, RobotProcess
@@ -50,6 +54,7 @@ def simulate_robots(
     ] = None,
     parent: Annotated[int, typer.Option("--parent", metavar="PID", help="Who began it.", hidden=True)] = 0,
     seconds: Annotated[float, typer.Option(help="End after so long; on Ctrl-C unless given.", min=0.1)] = inf,
+    as_json: Json = False,
 ) -> None:
     """Simulate the robots of a world in physics (MuJoCo), each as a ROS 2 robot in a namespace of its own.
 
@@ -67,9 +72,9 @@ def simulate_robots(
     from understudy.sim_mujoco.robot_files import check_ros, list_robot_names
     from understudy.sim_mujoco.ros_robots import drop_derived_readings
     from understudy.ui.cli.options import open_scenario
-    from understudy.ui.cli.output import make_console
+    from understudy.ui.cli.output import make_console, print_json
 
-    out = make_console()
+    out = make_console(err=as_json)
     scenario = open_scenario(world)
     check_physics(scenario)
     check_ros(scenario)
@@ -77,8 +82,17 @@ def simulate_robots(
     with _leaving_orderly() as left:
         if write_files is not None and only is None:
             known = str(Path(world).resolve()) if Path(world).is_file() else world
-            _write(write_files, scenario, world=known, domain=domain, rate_hz=rate, router=router)
-        if only is None:
+            _write(write_files, scenario, out, world=known, domain=domain, rate_hz=rate, router=router)
+        if only is None and as_json:
+            facts = {
+                "world": scenario.name,
+                "seed": seed,
+                "domain": domain,
+                "rate_hz": rate,
+                "router": router,
+            }
+            print_json({**facts, "robots": names})
+        elif only is None:
             said = ", ".join(f"/{name}" for name in names)
             out.print(
                 f"{scenario.name} (seed {seed}): {said} on domain {domain}, {rate:g} Hz. Ctrl-C ends it."
@@ -100,13 +114,19 @@ def simulate_robots(
 
 
 def _write(
-    folder: Path, scenario: Scenario, *, world: str, domain: int, rate_hz: float, router: str | None
+    folder: Path,
+    scenario: Scenario,
+    out: Console,
+    *,
+    world: str,
+    domain: int,
+    rate_hz: float,
+    router: str | None,
 ) -> None:
     """Write the files of all robots, and of the team; what is there and says something else is left, and told of."""
     from understudy.robots.robot_file import parse_robot
     from understudy.sim_mujoco.robot_files import format_robot_file, format_team_file, list_robot_names
     from understudy.storage.atomic_write import convert_os_errors, write_atomically
-    from understudy.ui.cli.output import make_console
 
     names = list_robot_names(scenario)
     files = {
@@ -127,7 +147,7 @@ def _write(
                 said = "Left {} as it is: it says something else; remove it, and it is written anew"
             else:
                 write_atomically(path, content.encode())
-            make_console().print(said.format(path), soft_wrap=True, markup=False)
+            out.print(said.format(path), soft_wrap=True, markup=False)
 
 
 @contextmanager

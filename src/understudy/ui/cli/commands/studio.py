@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, KitName, LibraryOption, SameWorld, ScenarioName
+from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SameWorld, ScenarioName
 from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, TeamFileOption, connect_twin
 from understudy.ui.cli.robot_options import find_robots_file as real
 
@@ -31,6 +31,7 @@ def start_studio(
     robot: RobotFileOption = None,
     team: TeamFileOption = None,
     no_record: NoRecording = False,
+    as_json: Json = False,
 ) -> None:
     """Train a robot in the browser: it shows the world, and you press what the robot is to do.
 
@@ -44,7 +45,7 @@ def start_studio(
 
     from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import choose_scenario_name, find_kit, open_scenario
-    from understudy.ui.cli.output import compile_once
+    from understudy.ui.cli.output import compile_once, print_json
     from understudy.ui.web.access import listen
     from understudy.ui.web.app import serve
     from understudy.ui.web.server import StudioServer
@@ -61,9 +62,12 @@ def start_studio(
             parts = make_scenario_kit(found) if kit is None else find_kit(kit, found.name)
         check_folder(library)
         address = listen(host, port, token)
-        compile_once(learner=True, world=found)
+        compile_once(learner=True, world=found, quiet=as_json)
         session_host = SessionHost(found, library, parts, seed=seed, twin=twin)
-        typer.echo(f"The studio is at {address.link}  (Ctrl C ends it)")
+        if as_json:
+            print_json({"world": found.name, "library": library, "link": address.link})
+        else:
+            typer.echo(f"The studio is at {address.link}  (Ctrl C ends it)")
 
         def ready() -> None:
             if not no_browser:

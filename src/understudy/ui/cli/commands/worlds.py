@@ -37,7 +37,7 @@ def list_worlds(
         return
     rows = [_summarize(open_scenario(each)) for each in list_builtin_scenarios()]
     if as_json:
-        print_json(rows)
+        print_json({"worlds": rows})
         return
     made = make_table("scenario", "#robots", "about")
     made.columns[-1].no_wrap = False
