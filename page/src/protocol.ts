@@ -306,7 +306,7 @@ export interface SessionNews {
   is: "desk";
   library: Library;
   desk: Session | null;
-  said: Status;
+  said: StatusMessage;
   viewers: number;
   paused: boolean;
   speed: SpeedFactor;
@@ -342,7 +342,7 @@ export interface Moved {
   what: "appeared" | "moved" | "vanished";
   gone: readonly string[];
   new: readonly string[];
-  examples: readonly Involved[];
+  examples: readonly ExampleAttribution[];
 }
 
 /** One thing the coach says of a lesson. */
@@ -394,7 +394,7 @@ export interface Tested {
 export interface Simpler {
   pruning: number;
   /** Null where there are too few examples to tell. */
-  suggested: Suggestion | null;
+  suggested: PruningSuggestion | null;
   /** So many examples would be enough. */
   enough: number;
   leaves: Leaves;
@@ -478,8 +478,8 @@ export interface Session extends Lesson {
   evaluation?: Evaluation;
 }
 
-/** The last status message. */
-export interface Status {
+/** The last thing the trainer said. */
+export interface StatusMessage {
   text: string;
   tone: Tone;
 }
@@ -497,8 +497,13 @@ export interface Run {
   from_s: number;
 }
 
-/** An example that is behind a change. */
-export interface Involved {
+/**
+ * An example behind a change: what `happened` to it, and `how` it is behind the change.
+ *
+ * It is "new", "gone", "edited", "in quarantine", "let out", "read anew" where the lesson's features or reaction time
+ * changed, or "shown anew" where another press has its number now, as in a lesson begun anew.
+ */
+export interface ExampleAttribution {
   number: number;
   happened: string;
   how: string;
@@ -532,8 +537,11 @@ export interface PromiseTested {
   problem: string;
 }
 
-/** How much to prune, and how many of the examples left out are decided wrong then. */
-export interface Suggestion {
+/**
+ * The pruning that decides fewest examples wrong, and of several the one that decides most simply: of the
+ * examples `left_out`, each in turn, so many were decided otherwise than shown without pruning, and with it.
+ */
+export interface PruningSuggestion {
   pruning: number;
   left_out: number;
   wrong: number;

@@ -7,10 +7,18 @@ import { Memory } from "./memory";
 import { News } from "./news";
 import { Past } from "./past";
 import { Trial } from "./trial";
-import type { Answer, News as ServerNews, Request, Scene, Session, SessionNews, Status } from "./protocol";
+import type {
+  Answer,
+  News as ServerNews,
+  Request,
+  Scene,
+  Session,
+  SessionNews,
+  StatusMessage,
+} from "./protocol";
 import { Motion } from "./world/motion";
 
-export interface Notice extends Status {
+export interface Notice extends StatusMessage {
   /** What takes it back, where something does. */
   undo?: Request;
 }

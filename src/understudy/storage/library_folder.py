@@ -11,15 +11,13 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from types import MappingProxyType
 from unicodedata import normalize
 from urllib.parse import unquote
 
-from understudy.errors import DefinitionError, FileError, RecursionRefused, UnknownName
+from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName
 from understudy.model.library import Kit, Library, TrainedAutomaton, check_trained_automaton
 from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder, write_atomically
 from understudy.storage.document import Learn, LoadedDocument, decode_document, encode_document
@@ -74,10 +72,17 @@ _VERSION = re.compile(r"(\d{4,})(?: (\d{4}-\d\d-\d\d \d\d\.\d\d\.\d\d))?\.json")
 
 @dataclass(frozen=True, slots=True)
 class LoadedLibrary:
-    """A library, and by name why transition functions were built anew."""
+    """A library's folder read file by file: what opened, by name, and what is wrong with the rest, by file."""
 
+    folder: Path
     library: Library
-    rebuilt: Mapping[str, str]
+    opened: dict[str, LoadedDocument]
+    problems: dict[str, UnderstudyError]
+
+    @property
+    def rebuilt(self) -> dict[str, str]:
+        """By name, why transition functions were built anew."""
+        return {name: each.rebuilt for name, each in self.opened.items() if each.rebuilt is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,13 +96,28 @@ class SavedVersion:
 
 def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> LoadedLibrary:
     """All automata of a folder. The first thing wrong is raised, naming the file and place."""
-    library, rebuilt = Library(kit), {}
+    found = open_each_automaton(Path(folder), kit, learn)
+    for problem in found.problems.values():
+        raise problem
+    return found
+
+
+def open_each_automaton(folder: Path, kit: Kit | None, learn: Learn | None = None) -> LoadedLibrary:
+    """Open each file of a library on its own, so that one bad file does not hide the others.
+
+    Without a kit features are as the documents say, so that any library can be looked at.
+    """
+    library = Library(Kit.from_parts() if kit is None else kit)
+    opened: dict[str, LoadedDocument] = {}
+    problems: dict[str, UnderstudyError] = {}
     for path in list_documents(folder):
-        opened = open_document(path, kit, learn)
-        library = add_automaton(library, opened.taught, path)
-        if opened.rebuilt is not None:
-            rebuilt[opened.taught.automaton.name] = opened.rebuilt
-    return LoadedLibrary(library, MappingProxyType(rebuilt))
+        try:
+            found = open_document(path, kit, learn)
+            library = add_automaton(library, found.taught, path)
+            opened[found.taught.automaton.name] = found
+        except UnderstudyError as error:
+            problems[path.name] = error
+    return LoadedLibrary(folder, library, opened, problems)
 
 
 def list_documents(folder: Path | str) -> list[Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
@@ -30,6 +31,13 @@ class PointData(Struct):
     y: float
 
 
+@dataclass(frozen=True)
+class Mark:
+    """What the product's own values look like."""
+
+    text: str = ""
+
+
 class ThingData(PointData):
     """Something somewhere."""
 
@@ -38,6 +46,7 @@ class ThingData(PointData):
     """Where it comes from."""
     corners: list[tuple[float, float]]
     next: PointData | None
+    marks: tuple[Mark, ...]
     by_name: dict[str, list[Color]]
     label: str | UnsetType = UNSET
     count: Count = 0
@@ -85,6 +94,7 @@ export interface Thing extends Point {
   from: string;
   corners: readonly (readonly [number, number])[];
   next: Point | null;
+  marks: readonly Mark[];
   by_name: Readonly<Record<string, readonly Color[]>>;
   label?: string;
   count: Count;
@@ -101,6 +111,11 @@ export type Count = number;
 
 /** How it is drawn. */
 export type Color = "blue" | "red";
+
+/** What the product's own values look like. */
+export interface Mark {
+  text: string;
+}
 """
 
 

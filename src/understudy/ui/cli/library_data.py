@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,11 +22,11 @@ from understudy.model.tree_text import describe_tree_outcomes as tree_conditions
 from understudy.storage.document import Learn, LoadedDocument
 from understudy.storage.library_folder import (
     VERSIONS,
-    add_automaton,
+    LoadedLibrary,
     list_documents,
     list_versions,
     make_file_stem,
-    open_document,
+    open_each_automaton,
 )
 
 if TYPE_CHECKING:
@@ -36,48 +35,20 @@ if TYPE_CHECKING:
     from understudy.sim.team.libraries import Libraries
 
 
-@dataclass(frozen=True)
-class LibraryListing:
-    """A library's folder looked at file by file: what opened, and what is wrong with what did not."""
-
-    folder: Path
-    library: Library
-    opened: dict[str, LoadedDocument]
-    problems: dict[str, UnderstudyError]
-
-
-def open_each_automaton(folder: Path, kit: Kit | None, learn: Learn | None) -> LibraryListing:
-    """Open each file of a library on its own, so that one bad file does not hide the others.
-
-    Without a kit features are as the documents say, so that any library can be looked at.
-    """
-    library = Library(Kit.from_parts() if kit is None else kit)
-    opened: dict[str, LoadedDocument] = {}
-    problems: dict[str, UnderstudyError] = {}
-    for path in list_documents(folder):
-        try:
-            found = open_document(path, kit, learn)
-            library = add_automaton(library, found.taught, path)
-            opened[found.taught.automaton.name] = found
-        except UnderstudyError as error:
-            problems[path.name] = error
-    return LibraryListing(folder, library, opened, problems)
-
-
 def open_all_libraries(
     folder: Path, scenario: Scenario | None, kit: Kit | None, learn: Learn | None
-) -> dict[str, LibraryListing]:
+) -> dict[str, LoadedLibrary]:
     """Open the libraries in a folder file by file: its own by '', those of squads and types of robots by 'SORT/'.
 
     With a scenario they are the folders that `understudy run` looks into, each with the kit of its sort of agents;
     without one all folders in which there is an automaton, and features are as the documents say.
     """
-    found: dict[str, LibraryListing] = {}
+    found: dict[str, LoadedLibrary] = {}
 
     def look(place: Path, kit: Kit | None) -> Library:
         prefix = "" if place == folder else f"{place.name}/"
         if prefix not in found:
-            empty = LibraryListing(place, Library(Kit.from_parts() if kit is None else kit), {}, {})
+            empty = LoadedLibrary(place, Library(Kit.from_parts() if kit is None else kit), {}, {})
             there = not prefix or place.is_dir()
             found[prefix] = open_each_automaton(place, kit, learn) if there else empty
         return found[prefix].library
@@ -103,7 +74,7 @@ def list_sort_folders(folder: Path) -> list[Path]:
     return [place for place in sorted(folder.iterdir()) if place.name != VERSIONS and holds_automata(place)]
 
 
-def find_listed(listings: Mapping[str, LibraryListing], name: str) -> tuple[str, str]:
+def find_listed(listings: Mapping[str, LoadedLibrary], name: str) -> tuple[str, str]:
     """The library, by its prefix, and the name in it of an automaton or broken file named NAME or SORT/NAME.
 
     UnknownName where there is none, SettingError where several sorts of agents have one.
@@ -125,7 +96,7 @@ def find_listed(listings: Mapping[str, LibraryListing], name: str) -> tuple[str,
 
 
 def find_problems(
-    folder: Path, listings: Mapping[str, LibraryListing], scenario: Scenario
+    folder: Path, listings: Mapping[str, LoadedLibrary], scenario: Scenario
 ) -> dict[str, UnderstudyError]:
     """Why automata cannot be opened or could not run in a scenario, by [SORT/]NAME; `listings` are those in it."""
     found: dict[str, UnderstudyError] = {}

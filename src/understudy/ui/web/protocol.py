@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from textwrap import dedent, indent
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec.inspect as mi
 from msgspec import NODEFAULT, Struct
@@ -39,14 +39,14 @@ class _Alias(NamedTuple):
 class TypeScript:
     """A TypeScript module under construction, formatted as prettier does.
 
-    Structs and the type aliases of `modules` are declared once, after what refers to them. Docstrings, those below
-    fields too, and the limits of values become comments.
+    Structs, dataclasses and the type aliases of `modules` are declared once, after what refers to them. Docstrings,
+    those below fields too, and the limits of values become comments.
     """
 
     def __init__(self, header: str, modules: Iterable[ModuleType]) -> None:
         self._parts = [_comment(header)]
         self._aliases = [alias for module in modules for alias in _aliases(module)]
-        self._waiting: list[type[Struct] | _Alias] = []
+        self._waiting: list[type[Any] | _Alias] = []
         self._declared: set[str] = set()
 
     def text(self) -> str:
@@ -69,7 +69,7 @@ class TypeScript:
         names = [each if isinstance(each, str) else self._name(each) for each in members]
         self._parts.append(f"{_comment(comment)}export type {name} = {' | '.join(names)};\n")
 
-    def interface(self, struct: type[Struct], *, partly: Iterable[type[Struct]] = ()) -> None:
+    def interface(self, struct: type[Any], *, partly: Iterable[type[Struct]] = ()) -> None:
         """Declare an interface, perhaps with the fields of the structs `partly` as optional ones."""
         if struct.__name__ in self._declared:
             return
@@ -102,15 +102,16 @@ class TypeScript:
             return short
         return f"{{\n{indent(''.join(lines), '    ')}  }}"
 
-    def _fields(self, struct: type[Struct], *, without: set[str], sent: bool = False) -> list[str]:
+    def _fields(self, struct: type[Any], *, without: set[str], sent: bool = False) -> list[str]:
         """A line for each field, below what is to be known of it.
 
         Whoever sends a request may leave out what has a default; the studio leaves out only what is UNSET.
         """
-        config, comments = struct.__struct_config__, _field_comments(struct)
-        lines = [] if config.tag is None else [f"{config.tag_field}: {json.dumps(config.tag)};\n"]
-        found = mi.type_info(struct)
-        for field in found.fields if isinstance(found, mi.StructType) else ():
+        found, comments = mi.type_info(struct), _field_comments(struct)
+        lines = []
+        if isinstance(found, mi.StructType) and found.tag is not None:
+            lines.append(f"{found.tag_field}: {json.dumps(found.tag)};\n")
+        for field in found.fields if isinstance(found, mi.StructType | mi.DataclassType) else ():
             if field.name not in without:
                 named, limits = self._named(field.type), _limits(field.type)
                 told = " ".join(filter(None, [comments.get(field.name), None if named else limits]))
@@ -130,7 +131,7 @@ class TypeScript:
         self._waiting.append(alias)
         return alias.name
 
-    def _name(self, struct: type[Struct]) -> str:
+    def _name(self, struct: type[Any]) -> str:
         self._waiting.append(struct)
         return _name(struct)
 
@@ -155,7 +156,7 @@ class TypeScript:
                 return f"Readonly<Record<{self.type_of(kind.key_type)}, {self.type_of(kind.value_type)}>>"
             case mi.UnionType():
                 return self._union(kind)
-            case mi.StructType():
+            case mi.StructType() | mi.DataclassType():
                 return self._name(kind.cls)
         raise TypeError(f"no TypeScript type for {kind}")
 
@@ -165,11 +166,11 @@ class TypeScript:
         return " | ".join(map(self.type_of, null_last))
 
 
-def _name(struct: type[Struct]) -> str:
+def _name(struct: type[Any]) -> str:
     return struct.__name__.removesuffix(SUFFIX)
 
 
-def _doc(struct: type[Struct]) -> str:
+def _doc(struct: type[Any]) -> str:
     return inspect.getdoc(struct) or ""
 
 
@@ -180,7 +181,7 @@ def _aliases(module: ModuleType) -> Iterator[_Alias]:
             yield _Alias(name, mi.type_info(getattr(module, name)), comments.get(name, ""))
 
 
-def _field_comments(struct: type[Struct]) -> dict[str, str]:
+def _field_comments(struct: type[Any]) -> dict[str, str]:
     (definition,) = ast.parse(dedent(inspect.getsource(struct))).body
     return dict(_comments_below(definition.body)) if isinstance(definition, ast.ClassDef) else {}
 

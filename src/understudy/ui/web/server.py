@@ -14,7 +14,7 @@ from understudy import __version__
 from understudy.errors import SessionError
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST, WallClock
-from understudy.ui.controller.status import StatusMessage, Tone
+from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.actions import handler_table
 from understudy.ui.web.clients import PER_SECOND, Client, Clients
 from understudy.ui.web.messages import session as m
@@ -33,13 +33,6 @@ SESSION_S = 1 / 20
 LEFT = "Nobody directs, so the robot was paused"
 LEFT_ROBOTS = "nobody directs in the studio"
 _encode = msgspec.json.Encoder().encode
-
-
-class StatusData(Data, frozen=True, kw_only=True):
-    """The last status message."""
-
-    text: str
-    tone: Tone
 
 
 class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
@@ -63,7 +56,7 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
 
     library: LibraryData
     desk: SessionData | None
-    said: StatusData
+    said: StatusMessage
     viewers: int
     paused: bool
     speed: m.SpeedFactor
@@ -255,7 +248,7 @@ class StudioServer:
         shown = SessionNewsData(
             library=library,
             desk=host.session_data(),
-            said=StatusData(text=host.status.text, tone=host.status.tone),
+            said=host.status,
             viewers=len(self.viewers),
             paused=host.paused,
             speed="fastest" if host.speed == FASTEST else host.speed,

@@ -35,7 +35,7 @@ def advise(
     """
     from understudy.coaching.give_advice import give_advice
     from understudy.learning.fit import learn
-    from understudy.ui.cli.library_data import open_each_automaton
+    from understudy.storage.library_folder import open_each_automaton
     from understudy.ui.cli.options import find_optional_kit, import_learner
     from understudy.ui.cli.output import compile_once, print_json
 

@@ -154,8 +154,7 @@ def _only_table(context: typer.Context) -> None:
 def _saved(folder: Path, taught: TrainedAutomaton) -> Path:
     """Where it was saved; refused where the automata of the folder would then contain themselves."""
     from understudy.model.library import Kit, Library
-    from understudy.storage.library_folder import save_automaton
-    from understudy.ui.cli.library_data import open_each_automaton
+    from understudy.storage.library_folder import open_each_automaton, save_automaton
 
     beside = (
         open_each_automaton(folder, None, lambda _: {}).library

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from understudy.storage.document import LoadedDocument
-    from understudy.ui.cli.library_data import LibraryListing
+    from understudy.storage.library_folder import LoadedLibrary
 
 
 def validate(
@@ -100,7 +100,7 @@ def suggest_other_scenario(folder: Path, problems: Collection[str]) -> str | Non
     return "If it was taught in another scenario, give --world SCENARIO; with a kit of your own, --kit MODULE:NAME."
 
 
-def find_warnings(listing: LibraryListing, name: str) -> list[str]:
+def find_warnings(listing: LoadedLibrary, name: str) -> list[str]:
     """What is worth a look: stale trees, contradictions, idle features, states never entered."""
     from understudy.errors import join_names
     from understudy.model.tree import Tree

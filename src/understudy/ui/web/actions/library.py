@@ -5,7 +5,12 @@ from __future__ import annotations
 from msgspec import field
 
 from understudy.errors import SessionError, UnknownName
-from understudy.learning.change_attribution import ConditionChange, HowMoved, attribute_condition_changes
+from understudy.learning.change_attribution import (
+    ConditionChange,
+    ExampleAttribution,
+    HowMoved,
+    attribute_condition_changes,
+)
 from understudy.learning.fit import learn
 from understudy.model import describe
 from understudy.model.diff import diff_automata
@@ -129,14 +134,6 @@ class ChangeData(Data, frozen=True, kw_only=True):
     """Lines that begin with + (new), - (gone), or neither."""
 
 
-class InvolvedData(Data, frozen=True, kw_only=True):
-    """An example that is behind a change."""
-
-    number: int
-    happened: str
-    how: str
-
-
 class MovedData(Data, frozen=True, kw_only=True):
     """When it goes from one state to another: what is gone of that, what is new, and because of which examples."""
 
@@ -145,7 +142,7 @@ class MovedData(Data, frozen=True, kw_only=True):
     what: HowMoved
     gone: list[str]
     new: list[str]
-    examples: list[InvolvedData]
+    examples: tuple[ExampleAttribution, ...]
 
 
 class ChangesReply(Data, frozen=True, kw_only=True):
@@ -190,9 +187,7 @@ def _moved(each: ConditionChange) -> MovedData:
         what=each.what,
         gone=[describe.format_condition(line) for line in each.gone],
         new=[describe.format_condition(line) for line in each.new],
-        examples=[
-            InvolvedData(number=who.number, happened=who.happened, how=who.how) for who in each.examples
-        ],
+        examples=each.examples,
     )
 
 

@@ -190,15 +190,6 @@ def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMess
     return StatusMessage(f"Here it was promised: {outcome}")
 
 
-class SuggestionData(Data, frozen=True, kw_only=True):
-    """How much to prune, and how many of the examples left out are decided wrong then."""
-
-    pruning: float
-    left_out: int
-    wrong: int
-    wrong_pruned: int
-
-
 class LeavesData(Data, frozen=True, kw_only=True):
     """How many answers all trees have."""
 
@@ -235,7 +226,7 @@ class SimplerData(Data, frozen=True, kw_only=True):
     """What the automaton would be with fewer questions."""
 
     pruning: float
-    suggested: SuggestionData | None
+    suggested: PruningSuggestion | None
     """Null where there are too few examples to tell."""
     enough: int
     """So many examples would be enough."""
@@ -260,7 +251,7 @@ def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> Simp
     return SimplifyReply(
         simpler=SimplerData(
             pruning=found.pruning,
-            suggested=_suggested(found.suggested),
+            suggested=found.suggested,
             enough=ENOUGH,
             leaves=LeavesData(before=found.leaves.before, after=found.leaves.after),
             states=[
@@ -280,17 +271,6 @@ def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> Simp
             examples=found.replayed.examples,
             moments=MomentsData(all=found.replayed.before, changed=changed),
         )
-    )
-
-
-def _suggested(found: PruningSuggestion | None) -> SuggestionData | None:
-    if found is None:
-        return None
-    return SuggestionData(
-        pruning=found.pruning,
-        left_out=found.left_out,
-        wrong=found.wrong,
-        wrong_pruned=found.wrong_pruned,
     )
 
 

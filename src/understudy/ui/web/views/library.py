@@ -19,12 +19,10 @@ from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.program import link
 from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder
 from understudy.storage.library_folder import (
-    add_automaton,
-    list_documents,
     list_versions,
     make_file_stem,
     normalize_name,
-    open_document,
+    open_each_automaton,
     save_automaton,
 )
 from understudy.ui.web.messages.base import Data
@@ -163,14 +161,12 @@ def check_folder(folder: Path) -> None:
 
 def read_library_folder(folder: Path, kit: Kit) -> LibraryView:
     """A library's folder as it is now; empty where it is still to be made."""
-    library = Library(kit)
-    problems: dict[str, str] = {}
-    for path in list_documents(folder) if folder.exists() else ():
-        try:
-            library = add_automaton(library, open_document(path, kit, learn).taught, path)
-        except UnderstudyError as error:
-            problems[unquote(path.stem)] = str(error)
-    return LibraryView(folder, library, problems, tuple(sorted({name for name, _, _ in _trashed(folder)})))
+    trash = tuple(sorted({name for name, _, _ in _trashed(folder)}))
+    if not folder.exists():
+        return LibraryView(folder, Library(kit), {}, trash)
+    found = open_each_automaton(folder, kit, learn)
+    problems = {unquote(Path(file).stem): str(error) for file, error in found.problems.items()}
+    return LibraryView(folder, found.library, problems, trash)
 
 
 def save_copy(library_view: LibraryView, taught: TrainedAutomaton, name: str) -> None:
