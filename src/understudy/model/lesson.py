@@ -104,6 +104,7 @@ class TreeOptions:
                 problem=f"their boundary is {self.boundary!r}",
                 remedy=f"give {' or '.join(map(repr, BOUNDARIES))}",
             )
+        object.__setattr__(self, "pruning", float(self.pruning))  # an int would be another hash
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +140,7 @@ class LearnerOptions:
                 problem=f"reaction_s is {self.reaction_s}",
                 remedy=f"give seconds between 0 and {LONGEST_REACTION_S}",
             )
+        object.__setattr__(self, "reaction_s", float(self.reaction_s))  # an int would be another hash
 
 
 @dataclass(frozen=True)
