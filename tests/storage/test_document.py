@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from dataclasses import replace
 from math import nan
 from pathlib import Path
@@ -133,6 +135,36 @@ def test_whole_numbers_in_kinds_and_trees() -> None:
     )
     opened = decode_document(encode_document(taught), Kit.from_parts(angle), path="x.json")
     assert opened.taught.automaton == taught.automaton
+
+
+NOTHING_LEFT: dict[str, Callable[[Lesson], Lesson]] = {
+    "watched": lambda lesson: replace(
+        lesson, examples=tuple(each for each in lesson.examples if not each.is_from_press)
+    ),
+    "quarantined": lambda lesson: replace(
+        lesson, examples=tuple(replace(each, quarantined="a slip") for each in lesson.examples)
+    ),
+    "defaults that do not teach": lambda lesson: replace(
+        lesson,
+        examples=(Example(1, "forward", (nan,) * 4, "forward", ExampleKind.DEFAULT),),
+        options=LearnerOptions(learner=TreeOptions(defaults=False)),
+    ),
+}
+
+
+@pytest.mark.parametrize("left", NOTHING_LEFT.values(), ids=NOTHING_LEFT)
+def test_a_lesson_that_teaches_nothing_needs_no_learner(left: Callable[[Lesson], Lesson]) -> None:
+    """Neither as it is written now, nor as 0.1.0 did, without trees."""
+    original = goto()
+    assert original.lesson is not None
+    lesson = left(original.lesson)
+    assert not lesson.teaches
+    data = encode_document(TrainedAutomaton(lesson.automaton, lesson))
+    assert b'"built": null' not in data
+    without = json.dumps({**json.loads(data), "built": None}).encode()
+    for each in (data, without):
+        opened = decode_document(each, kit_of(original.automaton), path="x")
+        assert (opened.rebuilt, opened.taught.automaton.transitions) == (None, {})
 
 
 def test_classifiers_are_fitted_on_opening() -> None:

@@ -196,3 +196,15 @@ class Lesson:
     def name(self) -> str:
         """The automaton's name."""
         return self.automaton.name
+
+    @property
+    def teaches(self) -> bool:
+        """Whether any state gets a transition function from it: a press in that state made an example that counts."""
+        learner, stateless = self.options.learner, self.automaton.stateless
+        defaults = isinstance(learner, SklearnOptions) or learner.defaults
+        lasting = {state.name for state in self.automaton.states if state.flag is None}
+        return any(
+            example.is_shown or (example.is_from_press and defaults and not stateless)
+            for example in self.examples
+            if example.state in lasting and not example.quarantined
+        )
