@@ -6,15 +6,20 @@ from dataclasses import replace
 from math import nan
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from tests.learning.lessons import lesson
+from tests.model.lessons import taught
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.learning.explain import explain
 from understudy.learning.fit import learn, learn_automaton
 from understudy.learning.report import find_contradictions, find_disagreements, learn_and_report
+from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import State
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import LearnerOptions, Lesson, TreeOptions
+from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
 
 APPROACH = lesson(
@@ -177,3 +182,12 @@ def test_explanations_count_watched_examples_of_the_leaf() -> None:
     )
     explained = explain(shown, "a", (0.0,), learn(shown)["a"])
     assert [example.number for example in explained.examples] == [0, 2]
+
+
+@given(taught(), st.booleans())
+@settings(max_examples=100, deadline=None)
+def test_a_lesson_knows_whether_it_teaches(original: TrainedAutomaton, defaults: bool) -> None:
+    assert original.lesson is not None
+    options = LearnerOptions(learner=TreeOptions(defaults=defaults))
+    for each in (original.lesson, replace(original.lesson, options=options)):
+        assert each.teaches == bool(group_examples_by_state(each))

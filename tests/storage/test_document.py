@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from math import nan
 from pathlib import Path
@@ -15,9 +17,11 @@ from tests.model.lessons import goto, kit_of, taught
 
 from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import START, Automaton, State, Transition
-from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
-from understudy.model.library import TrainedAutomaton
-from understudy.model.tree import Tree, make_leaf
+from understudy.model.features import BoundFeature, Feature
+from understudy.model.kinds import Toroidal
+from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions, TreeOptions
+from understudy.model.library import Kit, TrainedAutomaton
+from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.storage import document, schema
 from understudy.storage.document import decode_document, encode_document
 
@@ -100,6 +104,68 @@ def test_an_unlearned_lesson_is_learned_on_opening() -> None:
         decode_document(data, kit_of(original.automaton), path="x", learn=rebuilding).rebuilt
         == "it has none yet"
     )
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        LearnerOptions(reaction_s=0),
+        LearnerOptions(reaction_s=np.float64(0.2)),
+        LearnerOptions(learner=TreeOptions(pruning=1)),
+    ],
+    ids=["whole seconds", "NumPy", "whole pruning"],
+)
+def test_whole_numbers_are_as_good_as_others(options: LearnerOptions) -> None:
+    """Written as they were given, they made a document that misses its own hash, or none."""
+    original = goto()
+    assert original.lesson is not None
+    lesson = replace(original.lesson, options=options)
+    data = encode_document(replace(original, lesson=lesson))
+    opened = decode_document(data, kit_of(original.automaton), path="x.json")
+    assert opened.taught.lesson is not None
+    assert opened.taught.lesson.options == options
+
+
+def test_whole_numbers_in_kinds_and_trees() -> None:
+    angle = Feature("angle", Toroidal(360), "bearing")
+    nodes = Node(TestKind.ARC, 0, low=350, high=10, yes=1, no=STAY), make_leaf(1)
+    automaton = Automaton("goto", (START, State("forward", "forward")), (BoundFeature(angle),))
+    shown = Example(1, "start", (5.0,), "forward", ExampleKind.DIRECTIVE)
+    taught = TrainedAutomaton(
+        replace(automaton, transitions={"start": Tree(nodes)}), Lesson(automaton, (shown,))
+    )
+    opened = decode_document(encode_document(taught), Kit.from_parts(angle), path="x.json")
+    assert opened.taught.automaton == taught.automaton
+
+
+NOTHING_LEFT: dict[str, Callable[[Lesson], Lesson]] = {
+    "watched": lambda lesson: replace(
+        lesson, examples=tuple(each for each in lesson.examples if not each.is_from_press)
+    ),
+    "quarantined": lambda lesson: replace(
+        lesson, examples=tuple(replace(each, quarantined="a slip") for each in lesson.examples)
+    ),
+    "defaults that do not teach": lambda lesson: replace(
+        lesson,
+        examples=(Example(1, "forward", (nan,) * 4, "forward", ExampleKind.DEFAULT),),
+        options=LearnerOptions(learner=TreeOptions(defaults=False)),
+    ),
+}
+
+
+@pytest.mark.parametrize("left", NOTHING_LEFT.values(), ids=NOTHING_LEFT)
+def test_a_lesson_that_teaches_nothing_needs_no_learner(left: Callable[[Lesson], Lesson]) -> None:
+    """Neither as it is written now, nor as 0.1.0 did, without trees."""
+    original = goto()
+    assert original.lesson is not None
+    lesson = left(original.lesson)
+    assert not lesson.teaches
+    data = encode_document(TrainedAutomaton(lesson.automaton, lesson))
+    assert b'"built": null' not in data
+    without = json.dumps({**json.loads(data), "built": None}).encode()
+    for each in (data, without):
+        opened = decode_document(each, kit_of(original.automaton), path="x")
+        assert (opened.rebuilt, opened.taught.automaton.transitions) == (None, {})
 
 
 def test_classifiers_are_fitted_on_opening() -> None:

@@ -49,6 +49,7 @@ class Toroidal:
                 problem=f"its period is {self.period}",
                 remedy="give a positive, finite period",
             )
+        object.__setattr__(self, "period", float(self.period))  # as files spell it
 
     def __str__(self) -> str:
         return f"toroidal({self.period!r})"

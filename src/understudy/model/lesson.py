@@ -114,6 +114,7 @@ class TreeOptions:
                 problem=f"their boundary is {self.boundary!r}",
                 remedy=f"give {' or '.join(map(repr, BOUNDARIES))}",
             )
+        object.__setattr__(self, "pruning", float(self.pruning))  # an int would be another hash
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +150,7 @@ class LearnerOptions:
                 problem=f"reaction_s is {self.reaction_s}",
                 remedy=f"give seconds between 0 and {LONGEST_REACTION_S}",
             )
+        object.__setattr__(self, "reaction_s", float(self.reaction_s))  # an int would be another hash
 
 
 @dataclass(frozen=True)
@@ -204,3 +206,15 @@ class Lesson:
     def name(self) -> str:
         """The automaton's name."""
         return self.automaton.name
+
+    @property
+    def teaches(self) -> bool:
+        """Whether any state gets a transition function from it: a press in that state made an example that counts."""
+        learner, stateless = self.options.learner, self.automaton.stateless
+        defaults = isinstance(learner, SklearnOptions) or learner.defaults
+        lasting = {state.name for state in self.automaton.states if state.flag is None}
+        return any(
+            example.is_shown or (example.is_from_press and defaults and not stateless)
+            for example in self.examples
+            if example.state in lasting and not example.quarantined
+        )

@@ -85,8 +85,7 @@ def _prove(data: bytes, taught: TrainedAutomaton) -> None:
 def _document(taught: TrainedAutomaton) -> Document:
     """What a document holds of an automaton; no trees where they were not learned yet."""
     lesson = taught.lesson
-    teaches = lesson is not None and any(not example.quarantined for example in lesson.examples)
-    unlearned = teaches and not taught.automaton.transitions
+    unlearned = lesson is not None and lesson.teaches and not taught.automaton.transitions
     return Document(
         format=FORMAT,
         automaton=encode_automaton(taught.automaton),
@@ -110,6 +109,8 @@ def decode_document(
     lesson = None if document.lesson is None else decode_lesson(document.lesson, automaton, source)
     trees = {} if document.built is None else decode_trees(document.built, automaton, source)
     stale = _stale(document, source)
+    if document.built is None and lesson is not None and not lesson.teaches:
+        stale = None  # nothing is what is learned from it
     if lesson is None or stale is None:
         return LoadedDocument(TrainedAutomaton(replace(automaton, transitions=trees), lesson))
     if learn is None:

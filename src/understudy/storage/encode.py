@@ -255,9 +255,11 @@ def _node_doc(node: Node, automaton: Automaton) -> NodeDoc:
     feature = format_feature_label(bound)
     yes, no, absent = _child(node.yes), _child(node.no), _child(node.absent)
     if node.test == TestKind.BELOW:
-        return BelowDoc(feature=feature, cut=node.high, yes=yes, no=no, absent=absent)
+        return BelowDoc(feature=feature, cut=float(node.high), yes=yes, no=no, absent=absent)
     if node.test == TestKind.ARC:
-        return ArcDoc(feature=feature, low=node.low, high=node.high, yes=yes, no=no, absent=absent)
+        return ArcDoc(
+            feature=feature, low=float(node.low), high=float(node.high), yes=yes, no=no, absent=absent
+        )
     if node.test == TestKind.ABSENT:
         return AbsentDoc(feature=feature, yes=yes, no=no)
     labels = cast(Categorical, bound.kind).labels
