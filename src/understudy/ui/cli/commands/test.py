@@ -106,7 +106,7 @@ def _former(place: Path, library: Library) -> dict[str, tuple[int, TrainedAutoma
             try:
                 found[name] = (
                     kept[-1].number,
-                    read_document(kept[-1].path, library.kit, import_learner()).taught,
+                    read_document(kept[-1].file, library.kit, import_learner()).taught,
                 )
             except UnderstudyError as error:
                 typer.echo(f"Note: {name} is compared with no former version: {error}", err=True)
