@@ -74,7 +74,7 @@ def test_former_versions_open(tmp_path: Path) -> None:
         assert (version.number, version.saved) == (1, datetime(2026, 11, 18, 11, 6, 40, tzinfo=UTC))
         opened = load_version(FOLDER / "library", name, 1, FORAGE_KIT, learn)
         assert opened.rebuilt is None
-        assert encode_document(opened.taught) == version.path.read_bytes()
+        assert encode_document(opened.taught) == version.file.read_bytes()
 
 
 def test_what_a_lesson_holds_is_there() -> None:

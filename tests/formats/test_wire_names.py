@@ -23,7 +23,10 @@ import understudy_lab
 from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
 from understudy.analysis.simplify_preview import BeforeAfter, ChangedDecision, ChangedMoments
 from understudy.errors import UnderstudyError
+from understudy.learning.change_attribution import ConditionChange, ExampleAttribution
 from understudy.learning.pruning_suggestions import PruningSuggestion
+from understudy.model.automaton import State
+from understudy.storage.library_folder import SavedVersion
 from understudy.ui.cli.main import app
 from understudy_lab.ablation.feature_variants import kit as ablation_kit
 
@@ -246,6 +249,10 @@ def test_rows_of_commands_keep_their_keys() -> None:
         ChangedMoments: "state before after moments",
         BeforeAfter: "before after",
         PruningSuggestion: "pruning left_out wrong wrong_pruned",
+        ConditionChange: "state next what gone new said examples",
+        ExampleAttribution: "number happened how",
+        SavedVersion: "number saved file",
+        State: "name behavior binding flag",
     }
     for row, keys in rows.items():
         assert [field.name for field in dataclasses.fields(row)] == keys.split()

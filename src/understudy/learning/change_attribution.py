@@ -58,21 +58,18 @@ HowMoved: TypeAlias = Literal["moved", "appeared", "vanished"]
 
 @dataclass(frozen=True, slots=True)
 class ConditionChange:
-    """When a state is left for another: the conditions that are gone and those that are new, and who is behind it."""
+    """When a state is left for another: the conditions that are gone and those that are new, and who is behind it.
+
+    `said` is a sentence: "goto → done moved: examples 3 (gone, showed it) and 7 (new, shows it)".
+    """
 
     state: str
     next: str
+    what: HowMoved
     gone: tuple[str, ...]
     new: tuple[str, ...]
-    what: HowMoved
+    said: str
     examples: tuple[ExampleAttribution, ...]
-
-    def __str__(self) -> str:
-        """A sentence: "goto → done moved: examples 3 (gone, showed it) and 7 (new, shows it)"."""
-        named = [f"{who.number} ({who.happened}, {who.how})" for who in self.examples[:MOST_NAMED]]
-        more = [f"{len(self.examples) - len(named)} more"] if len(self.examples) > len(named) else []
-        which = f"example{'s' * (len(self.examples) > 1)} {join_names([*named, *more])}"
-        return f"{self.state} → {self.next} {self.what}: {which if named else 'it is learned otherwise'}"
 
 
 def attribute_condition_changes(
@@ -148,7 +145,8 @@ class _StateDiff:
             if gone or come:
                 what: HowMoved = "moved" if was and now else "appeared" if now else "vanished"
                 examples = self._responsible(following, gone, come)
-                yield ConditionChange(self.state, following, tuple(gone), tuple(come), what, examples)
+                said = f"{self.state} → {following} {what}: {_name_examples(examples)}"
+                yield ConditionChange(self.state, following, what, tuple(gone), tuple(come), said, examples)
 
     def _lines(self, taught: TrainedAutomaton, lesson: Lesson) -> Lines:
         automaton = taught.automaton
@@ -252,6 +250,15 @@ class _StateDiff:
         return (
             self._lines(TrainedAutomaton(automaton, lesson), lesson) if isinstance(function, Tree) else None
         )
+
+
+def _name_examples(examples: Sequence[ExampleAttribution]) -> str:
+    """Who is behind a change, the first of them by number."""
+    if not examples:
+        return "it is learned otherwise"
+    named = [f"{who.number} ({who.happened}, {who.how})" for who in examples[:MOST_NAMED]]
+    more = [f"{len(examples) - len(named)} more"] if len(examples) > len(named) else []
+    return f"example{'s' * (len(examples) > 1)} {join_names([*named, *more])}"
 
 
 def _into(former: Example | None) -> str:

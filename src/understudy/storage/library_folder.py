@@ -91,7 +91,7 @@ class SavedVersion:
 
     number: int
     saved: datetime | None
-    path: Path
+    file: Path
 
 
 def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> LoadedLibrary:
@@ -229,7 +229,7 @@ def _move_versions(source: Path, target: Path) -> None:
     there = _versions(target)
     number = there[-1].number if there else 0
     for offset, version in enumerate(moving, start=1):
-        version.path.rename(target / f"{number + offset:04}{version.path.name.lstrip('0123456789')}")
+        version.file.rename(target / f"{number + offset:04}{version.file.name.lstrip('0123456789')}")
     for each in (target, source, target.parent):
         sync_folder(each)
 
@@ -249,7 +249,7 @@ def _keep(path: Path, former: bytes) -> None:
     folder = path.parent / VERSIONS / path.stem
     folder.mkdir(parents=True, exist_ok=True)
     kept = _versions(folder)
-    if kept and kept[-1].path.read_bytes() == former:
+    if kept and kept[-1].file.read_bytes() == former:
         return
     saved = datetime.fromtimestamp(path.stat().st_mtime, UTC)
     number = kept[-1].number + 1 if kept else 1
@@ -283,7 +283,7 @@ def load_version(
     folder: Path | str, name: str, number: int, kit: Kit | None, learn: Learn | None = None
 ) -> LoadedDocument:
     """A former version of an automaton."""
-    kept = {version.number: version.path for version in list_versions(folder, name)}
+    kept = {version.number: version.file for version in list_versions(folder, name)}
     if number not in kept:
         where = f"automaton {name!r} in {folder}"
         raise UnknownName(what="version", name=str(number), where=where, known=[str(each) for each in kept])

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from understudy.model.features import ReadingKey
 from understudy.sim.kernels.dtypes import PART, STEP, TOUCH
 from understudy.sim.params import ScenarioNames
-from understudy.sim.scenario.schema import ElapsedSensor, Scenario, Sensor
+from understudy.sim.scenario.schema import Scenario, Sensor
 from understudy.sim.sensing.sectors import SECTOR
 from understudy.sim.sensing.sensor_row import SensorChannel, SensorContext
 from understudy.sim.sensing.sensor_table import find_sensor_row
@@ -114,10 +114,8 @@ class SensePlanner:
         for measures in self._by_type:
             for measure in measures:
                 for part in measure.parts:
-                    if isinstance(measure.sensor, ElapsedSensor) and (
-                        part.keys[0] in columns or part.keys[0] in needed
-                    ):
-                        needed.append((measure.sensor.of, part.keys[0][1]))
+                    if part.timed is not None and (part.keys[0] in columns or part.keys[0] in needed):
+                        needed.append(part.timed)
         width = len(keys)
         for key in dict.fromkeys(needed):
             if key not in columns:
@@ -127,7 +125,7 @@ class SensePlanner:
         of_type = []
         for kind, measures in enumerate(self._by_type):
             first = len(rows.steps)
-            for measure in sorted(measures, key=lambda each: isinstance(each.sensor, ElapsedSensor)):
+            for measure in sorted(measures, key=lambda each: any(part.timed for part in each.parts)):
                 self._add(kind, measure, columns, rows)
             of_type.append((first, len(rows.steps)))
         return SensePlan(
@@ -160,8 +158,8 @@ class SensePlanner:
             }
             held = self._slots.get((kind, part.keys[0]), NOWHERE)
             for a, b in zip_longest(*found, *[()] * (2 - len(found)), fillvalue=NOWHERE):
-                if isinstance(measure.sensor, ElapsedSensor):
-                    step["index"] = columns[measure.sensor.of, part.keys[0][1]][0]
+                if part.timed is not None:
+                    step["index"] = columns[part.timed][0]
                 if not (together and opened):
                     rows.steps.append({**step, "first": len(rows.parts)})
                     opened = True
@@ -180,10 +178,9 @@ class SensePlanner:
         for kind, measures in enumerate(self._by_type):
             slot = 0
             for measure in measures:
-                since = isinstance(measure.sensor, ElapsedSensor)
-                if not since and self._period(measure.sensor) == 1:
-                    continue
                 for part in measure.parts:
+                    if part.timed is None and self._period(measure.sensor) == 1:
+                        continue
                     self._slots[kind, part.keys[0]] = slot
                     slot += 2
                     kept.update((key, None) for key in part.keys)

@@ -74,6 +74,8 @@ class SensorChannel:
     sector: Any = None
     always: bool = False
     """Whether it is measured even if nothing asks for its readings, because other channels of the sensor need it."""
+    timed: ReadingKey | None = None
+    """The reading of another sensor since which it measures the time, and which is measured before it."""
 
 
 @dataclass(frozen=True)

@@ -193,7 +193,8 @@ def _list_elapsed_channels(sensor: ElapsedSensor, context: SensorContext) -> Ite
     )
     for name, target in keys:
         if name == sensor.of:
-            yield SensorChannel(((sensor.name, target),), {"what": dtypes.SINCE, "nearest": is_yes_or_no})
+            step = {"what": dtypes.SINCE, "nearest": is_yes_or_no}
+            yield SensorChannel(((sensor.name, target),), step, timed=(name, target))
 
 
 SENSORS: tuple[SensorRow[Any], ...] = (

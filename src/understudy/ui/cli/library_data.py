@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from understudy.errors import DefinitionError, SettingError, UnderstudyError, UnknownName, join_names
-from understudy.model.automaton import Automaton
+from understudy.model.automaton import Automaton, State
 from understudy.model.describe import (
     convert_to_plain,
     describe_options,
@@ -23,6 +24,7 @@ from understudy.storage.document import Learn, LoadedDocument
 from understudy.storage.library_folder import (
     VERSIONS,
     LoadedLibrary,
+    SavedVersion,
     list_documents,
     list_versions,
     make_file_stem,
@@ -195,23 +197,93 @@ def list_conditions_by_switch(taught: TrainedAutomaton) -> dict[tuple[str, str],
     }
 
 
-def summarize_automaton(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, Any]:
-    """One automaton in a line."""
+@dataclass(frozen=True, kw_only=True)
+class AutomatonSummary:
+    """One automaton in a line; most of it counted."""
+
+    name: str
+    parameters: Sequence[str]
+    states: int
+    features: int
+    examples: int
+    """Those of presses."""
+    watched: int
+    """Examples of silence."""
+    uses: Sequence[str]
+    used_by: Sequence[str]
+    versions: int
+    saved: datetime
+    rebuilt: str | None
+    """Why its transition functions were built anew."""
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureRow:
+    """A feature that an automaton looks at; `own` where it is of the automaton itself."""
+
+    name: str
+    kind: str
+    unit: str
+    own: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExampleRow:
+    """One example; categorical values as labels, absent ones None."""
+
+    number: int
+    state: str
+    next: str
+    kind: str
+    correction: bool
+    edited: bool
+    quarantined: str
+    values: Mapping[str, float | str | None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AutomatonDescription:
+    """Everything about one automaton: what its summary has, not counted but listed, and more."""
+
+    name: str
+    parameters: Sequence[str]
+    states: Sequence[State]
+    features: Sequence[FeatureRow]
+    examples: Sequence[ExampleRow]
+    watched: int
+    uses: Sequence[str]
+    used_by: Sequence[str]
+    versions: Sequence[SavedVersion]
+    saved: datetime
+    rebuilt: str | None
+    stateless: bool
+    conditions: Mapping[str, Sequence[str]]
+    options: Mapping[str, Any] | None
+
+
+def summarize_automaton(folder: Path, library: Library, opened: LoadedDocument) -> AutomatonSummary:
+    """Count what there is of one automaton."""
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
+    examples = () if lesson is None else lesson.examples
+    watched = sum(not each.is_from_press for each in examples)
+    return AutomatonSummary(
+        name=automaton.name,
+        parameters=automaton.parameters,
+        states=len(automaton.states),
+        features=len(automaton.features),
+        examples=len(examples) - watched,
+        watched=watched,
+        uses=list_used_automata(automaton, library),
+        used_by=library.find_users(automaton.name),
+        versions=len(list_versions(folder, automaton.name)),
+        saved=_find_saved_time(folder, automaton),
+        rebuilt=opened.rebuilt,
+    )
+
+
+def _find_saved_time(folder: Path, automaton: Automaton) -> datetime:
     path = folder / f"{make_file_stem(automaton.name)}.json"
-    return {
-        "name": automaton.name,
-        "parameters": automaton.parameters,
-        "states": len(automaton.states),
-        "features": len(automaton.features),
-        "examples": 0 if lesson is None else sum(example.is_from_press for example in lesson.examples),
-        "watched": 0 if lesson is None else sum(not example.is_from_press for example in lesson.examples),
-        "uses": list_used_automata(automaton, library),
-        "used_by": library.find_users(automaton.name),
-        "versions": len(list_versions(folder, automaton.name)),
-        "saved": datetime.fromtimestamp(path.stat().st_mtime, UTC),
-        "rebuilt": opened.rebuilt,
-    }
+    return datetime.fromtimestamp(path.stat().st_mtime, UTC)
 
 
 def list_used_automata(automaton: Automaton, library: Library) -> list[str]:
@@ -220,40 +292,44 @@ def list_used_automata(automaton: Automaton, library: Library) -> list[str]:
     return [name for name in runs if name in library.taught]
 
 
-def describe_automaton(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, Any]:
-    """Everything about one automaton."""
+def describe_automaton(folder: Path, library: Library, opened: LoadedDocument) -> AutomatonDescription:
+    """Tell everything about one automaton."""
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
-    return {
-        **summarize_automaton(folder, library, opened),
-        "states": automaton.states,
-        "features": [
-            {"name": str(bound), "kind": str(bound.kind), "unit": bound.feature.unit, "own": bound.is_own}
+    examples = () if lesson is None else lesson.examples
+    return AutomatonDescription(
+        name=automaton.name,
+        parameters=automaton.parameters,
+        states=automaton.states,
+        features=[
+            FeatureRow(str(bound), str(bound.kind), bound.feature.unit, bound.is_own)
             for bound in automaton.features
         ],
-        "stateless": automaton.stateless,
-        "conditions": describe_transitions(automaton, lesson),
-        "options": None if lesson is None else describe_options(lesson),
-        "examples": [] if lesson is None else [make_example_row(each, automaton) for each in lesson.examples],
-        "versions": [
-            {"number": version.number, "saved": version.saved, "file": version.path}
-            for version in list_versions(folder, automaton.name)
-        ],
-    }
+        examples=[make_example_row(each, automaton) for each in examples],
+        watched=sum(not each.is_from_press for each in examples),
+        uses=list_used_automata(automaton, library),
+        used_by=library.find_users(automaton.name),
+        versions=list_versions(folder, automaton.name),
+        saved=_find_saved_time(folder, automaton),
+        rebuilt=opened.rebuilt,
+        stateless=automaton.stateless,
+        conditions=describe_transitions(automaton, lesson),
+        options=None if lesson is None else describe_options(lesson),
+    )
 
 
-def make_example_row(example: Example, automaton: Automaton) -> dict[str, Any]:
-    """One example; categorical values as labels, absent ones null."""
+def make_example_row(example: Example, automaton: Automaton) -> ExampleRow:
+    """Say one example in words."""
     values = zip(automaton.features, example.values, strict=True)
-    return {
-        "number": example.number,
-        "state": example.state,
-        "next": example.next,
-        "kind": example.kind.value,
-        "correction": example.correction,
-        "edited": example.edited,
-        "quarantined": example.quarantined,
-        "values": {str(bound): convert_to_plain(value, bound) for bound, value in values},
-    }
+    return ExampleRow(
+        number=example.number,
+        state=example.state,
+        next=example.next,
+        kind=example.kind.value,
+        correction=example.correction,
+        edited=example.edited,
+        quarantined=example.quarantined,
+        values={str(bound): convert_to_plain(value, bound) for bound, value in values},
+    )
 
 
 ALONE = "robot"

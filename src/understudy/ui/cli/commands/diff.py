@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+from msgspec import Struct
 
 from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SomeWorld
 
@@ -54,14 +56,24 @@ def show_diff(
                 where=where, setting="--from", problem=problem, remedy="name a document to compare with"
             )
         before = str(kept[-1].number)
-    told: dict[str, Any] = {"name": name, "from": before, "to": after or "current"}
     former, later = _taught(library, name, before, parts), _taught(library, name, after, parts)
-    told["changes"] = diff_automata(former, later)
-    told["moved"] = [_moved(each) for each in attribute_condition_changes(former, later)]
+    changes, moved = diff_automata(former, later), attribute_condition_changes(former, later)
+    result = DiffResult(name=name, before=before, after=after or "current", changes=changes, moved=moved)
     if as_json:
-        print_json(told)
+        print_json(result)
     else:
-        _show(told, most=None if everything else SHOWN)
+        _show(result, most=None if everything else SHOWN)
+
+
+class DiffResult(Struct, frozen=True, kw_only=True, rename={"before": "from", "after": "to"}):
+    """What changed between two versions of an automaton, which are given as numbers or files."""
+
+    name: str
+    before: str
+    after: str
+    changes: Mapping[str, Sequence[str]]
+    """By topic, in words."""
+    moved: Sequence[ConditionChange]
 
 
 def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> TrainedAutomaton:
@@ -75,31 +87,31 @@ def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> Tra
     return read_document(Path(which), kit, import_learner()).taught
 
 
-def _show(told: dict[str, Any], *, most: int | None) -> None:
+def _show(result: DiffResult, *, most: int | None) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
     from understudy.ui.cli.output import make_console
 
     out = make_console()
-    out.print(f"[bold]{escape(told['name'])}[/] from {_called(told['from'])} to {_called(told['to'])}")
-    if not told["changes"]:
+    out.print(f"[bold]{escape(result.name)}[/] from {_called(result.before)} to {_called(result.after)}")
+    if not result.changes:
         out.print("nothing changed")
-    examples = told["changes"].get("examples", [])
-    for group, lines in told["changes"].items():
+    examples = result.changes.get("examples", ())
+    for group, lines in result.changes.items():
         if lines is not examples:
             _show_lines(group, lines, out)
-    if told["moved"]:
+    if result.moved:
         out.print("\n[bold]because of[/]")
-    for each in told["moved"]:
-        out.print(Padding(escape(each["said"]), (0, 0, 0, 4), expand=False))
+    for each in result.moved:
+        out.print(Padding(escape(each.said), (0, 0, 0, 4), expand=False))
     if examples:  # last: in a lesson begun anew they are all others
         _show_lines("examples", examples[:most], out)
     if len(examples) > len(examples[:most]):
         out.print(f"[dim]{len(examples) - len(examples[:most])} more: --all[/]")
 
 
-def _show_lines(group: str, lines: list[str], out: Console) -> None:
+def _show_lines(group: str, lines: Sequence[str], out: Console) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
@@ -107,18 +119,6 @@ def _show_lines(group: str, lines: list[str], out: Console) -> None:
     for line in lines:
         color = {"+": "green", "-": "red"}.get(line[0], "default")
         out.print(Padding(f"[{color}]{escape(line)}[/]", (0, 0, 0, 2), expand=False))
-
-
-def _moved(each: ConditionChange) -> dict[str, Any]:
-    return {
-        "state": each.state,
-        "next": each.next,
-        "what": each.what,
-        "gone": each.gone,
-        "new": each.new,
-        "said": str(each),
-        "examples": each.examples,
-    }
 
 
 def _called(which: str) -> str:

@@ -6,9 +6,10 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+from msgspec import UNSET, UnsetType
 
 from understudy.ui.cli.options import (
     LIBRARY,
@@ -53,8 +54,6 @@ def evaluate_behavior(
 
     [dim]understudy eval arena --library mine --behavior goto --bind A=red_flag[/]
     """
-    from msgspec import to_builtins
-
     from understudy.analysis.evaluation import evaluate as evaluate_robots
     from understudy.analysis.evaluation import evaluate_team, link_for_evaluation
     from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
@@ -74,12 +73,13 @@ def evaluate_behavior(
             judged = evaluate_team(
                 assigned.libraries, assigned.sort, ran, where, chosen, binding=bound, progress=report
             )
-    found = summarize_evaluation(judged, seconds=perf_counter() - began)
+    results = make_world_rows(judged) if each else UNSET
+    found = summarize_evaluation(judged, results, seconds=perf_counter() - began)
     if as_json:
-        print_json({**to_builtins(found), "results": make_world_rows(judged)} if each else found)
+        print_json(found)
     else:
         watch = format_run_command(named, behavior or ran, library, bind=bind or [], kit=kit)
-        _show(found, make_world_rows(judged) if each else [], watch, flag=judged.flag)
+        _show(found, watch, flag=judged.flag)
     raise typer.Exit(0)
 
 
@@ -101,6 +101,19 @@ def parse_seeds(text: str) -> range:
 
 
 @dataclass(frozen=True, slots=True)
+class WorldRow:
+    """How one world ended, and the yardstick in it, where it applies."""
+
+    seed: int
+    success: bool
+    seconds: float
+    delivered: float
+    gathered: float
+    expert_seconds: float | UnsetType = UNSET
+    relative: float | UnsetType = UNSET
+
+
+@dataclass(frozen=True, slots=True)
 class EvaluationResult:
     """What an evaluation came to, as --json prints it; None and NaN for what does not apply."""
 
@@ -115,10 +128,13 @@ class EvaluationResult:
     expert_median_s: float | None
     failed_seeds: list[int]
     seconds: float
+    results: Sequence[WorldRow] | UnsetType
 
 
-def summarize_evaluation(judged: Evaluation, *, seconds: float) -> EvaluationResult:
-    """What an evaluation came to, without the single worlds."""
+def summarize_evaluation(
+    judged: Evaluation, results: Sequence[WorldRow] | UnsetType, *, seconds: float
+) -> EvaluationResult:
+    """What an evaluation came to."""
     import numpy as np
 
     taught, expert = judged.taught, judged.expert
@@ -135,20 +151,18 @@ def summarize_evaluation(judged: Evaluation, *, seconds: float) -> EvaluationRes
         expert_median_s=None if expert is None else float(np.nanmedian(expert.seconds)),
         failed_seeds=[seed for seed, done in zip(judged.seeds, taught.finished, strict=True) if not done],
         seconds=round(seconds, 3),
+        results=results,
     )
 
 
-def make_world_rows(judged: Evaluation) -> list[dict[str, Any]]:
+def make_world_rows(judged: Evaluation) -> list[WorldRow]:
     """One world each."""
     taught, expert = judged.taught, judged.expert
-    columns = {"seconds": taught.seconds, "delivered": taught.delivered, "gathered": taught.gathered}
+    columns = [taught.finished, taught.seconds, taught.delivered, taught.gathered]
     if expert is not None:
-        columns |= {"expert_seconds": expert.seconds, "relative": judged.relative}
-    lists = [column.tolist() for column in columns.values()]
-    return [
-        {"seed": seed, "success": bool(done), **dict(zip(columns, values, strict=True))}
-        for seed, done, *values in zip(judged.seeds, taught.finished, *lists, strict=True)
-    ]
+        columns += [expert.seconds, judged.relative]
+    lists = [column.tolist() for column in columns]
+    return [WorldRow(*row) for row in zip(judged.seeds, *lists, strict=True)]
 
 
 def format_run_command(
@@ -163,15 +177,15 @@ def format_run_command(
     return shlex.join(words)
 
 
-def _show(found: EvaluationResult, each: list[dict[str, Any]], watch: str, *, flag: str | None) -> None:
+def _show(found: EvaluationResult, watch: str, *, flag: str | None) -> None:
     from rich.markup import escape
 
     from understudy.ui.cli.output import make_console
 
     out, seeds = make_console(), f"{found.seeds[0]}:{found.seeds[1]}"
     ended = "finished in time" if flag is None else f"{flag} in time"
-    if each:
-        _show_each(each)
+    if found.results:
+        _show_each(found.results)
     out.print(f"[bold]{found.behavior}[/] on {found.worlds} {found.world} worlds, seeds {seeds}")
     out.print(f"  {ended:<19} [bold]{found.success:.0%}[/]")
     taken = _number(found.median_s, 0)
@@ -190,20 +204,23 @@ def _show(found: EvaluationResult, each: list[dict[str, Any]], watch: str, *, fl
         out.print(f"[dim]Watch one: {escape(f'{watch} --seed {failed[0]}')}[/]", soft_wrap=True)
 
 
-def _show_each(each: list[dict[str, Any]]) -> None:
+def _show_each(rows: Sequence[WorldRow]) -> None:
     from understudy.ui.cli.output import make_console, make_table
 
-    columns = {"seconds": "#seconds", "expert_seconds": "#yardstick", "delivered": "#delivered"}
-    if any(row["gathered"] for row in each):
-        columns["gathered"] = "#gathered"
-    columns = {key: title for key, title in {**columns, "relative": "#relative"}.items() if key in each[0]}
-    made = make_table("#seed", "finished", *columns.values())
-    for row in each:
-        ended = "[green]yes[/]" if row["success"] else "[red]no[/]"
-        cells = (
-            _number(row[key], {"delivered": 0, "gathered": 0, "relative": 2}.get(key, 1)) for key in columns
-        )
-        made.add_row(str(row["seed"]), ended, *cells)
+    columns = {
+        "seconds": ("#seconds", 1),
+        "expert_seconds": ("#yardstick", 1),
+        "delivered": ("#delivered", 0),
+    }
+    if any(row.gathered for row in rows):
+        columns["gathered"] = ("#gathered", 0)
+    columns["relative"] = ("#relative", 2)
+    columns = {key: shown for key, shown in columns.items() if getattr(rows[0], key) is not UNSET}
+    made = make_table("#seed", "finished", *(title for title, _ in columns.values()))
+    for row in rows:
+        ended = "[green]yes[/]" if row.success else "[red]no[/]"
+        cells = (_number(getattr(row, key), digits) for key, (_, digits) in columns.items())
+        made.add_row(str(row.seed), ended, *cells)
     make_console().print(made)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import typer
 
 from understudy.ui.cli.options import (
@@ -40,10 +42,9 @@ def list_automata(
         library, where, find_optional_kit(kit, world), lambda _: {}
     )  # it needs no trees
     rows = [
-        {**row, "name": f"{prefix}{row['name']}"}
+        replace(summarize_automaton(listing.folder, listing.library, opened), name=f"{prefix}{name}")
         for prefix, listing in listings.items()
-        for opened in listing.opened.values()
-        for row in [summarize_automaton(listing.folder, listing.library, opened)]
+        for name, opened in listing.opened.items()
     ]
     problems = {
         f"{prefix}{name}": str(error)
@@ -56,12 +57,10 @@ def list_automata(
         made = make_table("automaton", "#states", "#shown", "#watched", "runs", "#former", "saved")
         made.columns[4].no_wrap = False
         for row in rows:
-            name = f"{row['name']}({', '.join(row['parameters'])})" if row["parameters"] else row["name"]
-            numbers = [str(row[key] or "") for key in ("states", "examples", "watched")]
-            saved = format_saved_time(row["saved"])
-            made.add_row(
-                escape(name), *numbers, escape(", ".join(row["uses"])), str(row["versions"] or ""), saved
-            )
+            name = f"{row.name}({', '.join(row.parameters)})" if row.parameters else row.name
+            numbers = [str(number or "") for number in (row.states, row.examples, row.watched)]
+            saved = format_saved_time(row.saved)
+            made.add_row(escape(name), *numbers, escape(", ".join(row.uses)), str(row.versions or ""), saved)
         out = make_console()
         out.print(
             f"[bold]{escape(str(library))}[/]: {format_count(len(rows), 'automaton', 'automata')}",

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from math import degrees
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SomeWorld
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from rich.console import Console
 
     from understudy.model.automaton import Automaton
     from understudy.model.library import Library
+    from understudy.ui.cli.library_data import AutomatonDescription, ExampleRow
 
 SHOWN = 20
 
@@ -50,22 +53,22 @@ def show_automaton(
     out = make_console()
     _head(facts, out)
     _structure(automaton, listing.library, out)
-    _conditions(automaton, facts["conditions"], out)
+    _conditions(automaton, facts.conditions, out)
     _examples(facts, out, everything=everything)
 
 
-def _head(facts: dict[str, Any], out: Console) -> None:
+def _head(facts: AutomatonDescription, out: Console) -> None:
     from rich.markup import escape
 
     from understudy.ui.cli.output import format_count, format_saved_time
 
-    called = facts["name"] + (f"({', '.join(facts['parameters'])})" if facts["parameters"] else "")
-    out.print(f"[bold]{escape(called)}[/]" + (" [dim]stateless[/]" if facts["stateless"] else ""))
-    kept = format_count(len(facts["versions"]), "former version")
-    lines = [f"saved {format_saved_time(facts['saved'])}, {kept}"]
-    if facts["used_by"]:
-        lines.append(f"used by {', '.join(facts['used_by'])}")
-    chosen = facts["options"]
+    called = facts.name + (f"({', '.join(facts.parameters)})" if facts.parameters else "")
+    out.print(f"[bold]{escape(called)}[/]" + (" [dim]stateless[/]" if facts.stateless else ""))
+    kept = format_count(len(facts.versions), "former version")
+    lines = [f"saved {format_saved_time(facts.saved)}, {kept}"]
+    if facts.used_by:
+        lines.append(f"used by {', '.join(facts.used_by)}")
+    chosen = facts.options
     if chosen is None:
         lines.append("written by hand: it has no examples")
     else:
@@ -102,7 +105,7 @@ def _kind(spelled: str) -> str:
     return {"categorical(no|yes)": "no or yes", "toroidal(6.283185307179586)": "angle"}.get(spelled, spelled)
 
 
-def _conditions(automaton: Automaton, conditions: dict[str, list[str]], out: Console) -> None:
+def _conditions(automaton: Automaton, conditions: Mapping[str, Sequence[str]], out: Console) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
@@ -116,26 +119,24 @@ def _conditions(automaton: Automaton, conditions: dict[str, list[str]], out: Con
                 )
 
 
-def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
+def _examples(facts: AutomatonDescription, out: Console, *, everything: bool) -> None:
     from rich.markup import escape
 
     from understudy.ui.cli.output import format_count, make_table
 
-    rows = [row for row in facts["examples"] if everything or row["kind"] != "watched"]
-    if not facts["examples"]:
+    rows = [row for row in facts.examples if everything or row.kind != "watched"]
+    if not facts.examples:
         return
-    beside = (
-        f" [dim]beside {format_count(facts['watched'], 'watched example')}[/]" if facts["watched"] else ""
-    )
+    beside = f" [dim]beside {format_count(facts.watched, 'watched example')}[/]" if facts.watched else ""
     out.print(f"\n[bold]What was shown[/]{'' if everything else beside}")
-    made = make_table("#", "state", "next", "kind", *(f"#{feature['name']}" for feature in facts["features"]))
+    made = make_table("#", "state", "next", "kind", *(f"#{feature.name}" for feature in facts.features))
     made.columns[0].justify = "right"
     for row in rows if everything else rows[:SHOWN]:
-        kind = row["kind"] + "*" * row["correction"] + "†" * row["edited"] + "‡" * bool(row["quarantined"])
-        following = "[dim]stay[/]" if row["next"] == row["state"] else escape(row["next"])
-        values = zip(row["values"].values(), facts["features"], strict=True)
-        told = (_value(value, feature["unit"]) for value, feature in values)
-        made.add_row(str(row["number"]), escape(row["state"]), following, kind, *told)
+        kind = row.kind + "*" * row.correction + "†" * row.edited + "‡" * bool(row.quarantined)
+        following = "[dim]stay[/]" if row.next == row.state else escape(row.next)
+        values = zip(row.values.values(), facts.features, strict=True)
+        told = (_value(value, feature.unit) for value, feature in values)
+        made.add_row(str(row.number), escape(row.state), following, kind, *told)
     for column in made.columns[4:]:
         column.no_wrap, column.overflow = False, "fold"
     out.print(made)
@@ -144,22 +145,22 @@ def _examples(facts: dict[str, Any], out: Console, *, everything: bool) -> None:
         ("†", "edited", "edited by hand"),
         ("‡", "quarantined", "in quarantine: it teaches nothing"),
     ):
-        if any(row[key] for row in rows):
+        if any(getattr(row, key) for row in rows):
             out.print(f"[dim]{mark} {what}[/]")
     _reasons(rows, out)
     if not everything and len(rows) > SHOWN:
         out.print(f"[dim]{len(rows) - SHOWN} more: --all[/]")
 
 
-def _reasons(rows: list[dict[str, Any]], out: Console) -> None:
+def _reasons(rows: list[ExampleRow], out: Console) -> None:
     """Why examples are in quarantine, a line for each reason."""
     from rich.markup import escape
     from rich.padding import Padding
 
     why: dict[str, list[str]] = {}
     for row in rows:
-        if row["quarantined"]:
-            why.setdefault(row["quarantined"], []).append(str(row["number"]))
+        if row.quarantined:
+            why.setdefault(row.quarantined, []).append(str(row.number))
     for reason, numbers in why.items():
         out.print(Padding(f"[dim]{', '.join(numbers)}: {escape(reason)}[/]", (0, 0, 0, 2), expand=False))
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from understudy.ui.cli.options import LIBRARY, WORLD, FoundWorld, Json, KitName
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rich.console import Console
 
+    from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
     from understudy.analysis.lesson_tests import LessonTestResult
     from understudy.model.library import Kit, Library, TrainedAutomaton
     from understudy.sim.scenario.schema import Scenario
@@ -67,15 +69,64 @@ def run_library_tests(
             version = former[name][0] if name in former else None
             label = str(place.relative_to(library) / name)
             found.append(
-                (_facts(label, seen, version), list(describe_test_result(seen, f"version {version}")))
+                (_make_row(label, seen, version), list(describe_test_result(seen, f"version {version}")))
             )
-    facts = [each for each, _ in found]
-    told = {"library": str(library), "world": where.name, "works": all(each["works"] for each in facts)}
+    rows = [row for row, _ in found]
+    result = LibraryTestResult(library, where.name, all(row.works for row in rows), rows)
     if as_json:
-        print_json({**told, "automata": facts})
+        print_json(result)
     else:
-        _show(told, found, make_console())
-    raise typer.Exit(0 if told["works"] else 1)
+        _show(result, found, make_console())
+    raise typer.Exit(0 if result.works else 1)
+
+
+@dataclass(frozen=True, slots=True)
+class OutcomeRow:
+    """An outcome that a lesson promises, when it came, and why it could not be tried."""
+
+    outcome: str
+    took_s: float | None
+    problem: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class FailedOutcomeRow:
+    """An outcome that did not come, and the automata with whose former versions it does."""
+
+    outcome: str
+    problem: str | None
+    comes_with_former: Sequence[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AutomatonTestRow:
+    """What came of testing one automaton on its lesson."""
+
+    name: str
+    works: bool
+    examples: int
+    moments_before: int
+    former: int | None
+    """The number of the former version."""
+    changed: bool
+    affected: Sequence[str]
+    no_longer: Sequence[str]
+    different: Sequence[ReplayedPress]
+    otherwise: Sequence[int]
+    """Numbers of examples that are decided otherwise than shown."""
+    changes_before: Sequence[DecisionChange]
+    outcomes: Sequence[OutcomeRow]
+    failed: Sequence[FailedOutcomeRow]
+
+
+@dataclass(frozen=True, slots=True)
+class LibraryTestResult:
+    """What came of testing a library."""
+
+    library: Path
+    world: str
+    works: bool
+    automata: Sequence[AutomatonTestRow]
 
 
 def _places(
@@ -106,63 +157,56 @@ def _former(place: Path, library: Library) -> dict[str, tuple[int, TrainedAutoma
             try:
                 found[name] = (
                     kept[-1].number,
-                    read_document(kept[-1].path, library.kit, import_learner()).taught,
+                    read_document(kept[-1].file, library.kit, import_learner()).taught,
                 )
             except UnderstudyError as error:
                 typer.echo(f"Note: {name} is compared with no former version: {error}", err=True)
     return found
 
 
-def _facts(label: str, seen: LessonTestResult, former: int | None) -> dict[str, Any]:
+def _make_row(label: str, seen: LessonTestResult, former: int | None) -> AutomatonTestRow:
     from understudy.analysis.lesson_tests import describe_lost_decisions
 
     replay = seen.replayed
-    return {
-        "name": label,
-        "works": seen.is_passing,
-        "examples": replay.examples,
-        "moments_before": replay.before,
-        "former": former,
-        "changed": seen.changed,
-        "affected": seen.affected,
-        "no_longer": list(describe_lost_decisions(replay)),
-        "different": replay.different,
-        "otherwise": [each.number for each in replay.mismatches],
-        "changes_before": replay.changes,
-        "outcomes": [
-            {"outcome": str(each.outcome), "took_s": each.took_s, "problem": each.problem or None}
-            for each in seen.outcomes
-        ],
-        "failed": [
-            {
-                "outcome": str(each.tried.outcome),
-                "problem": each.tried.problem or None,
-                "comes_with_former": each.since,
-            }
+    return AutomatonTestRow(
+        name=label,
+        works=seen.is_passing,
+        examples=replay.examples,
+        moments_before=replay.before,
+        former=former,
+        changed=seen.changed,
+        affected=seen.affected,
+        no_longer=list(describe_lost_decisions(replay)),
+        different=replay.different,
+        otherwise=[each.number for each in replay.mismatches],
+        changes_before=replay.changes,
+        outcomes=[OutcomeRow(str(each.outcome), each.took_s, each.problem or None) for each in seen.outcomes],
+        failed=[
+            FailedOutcomeRow(str(each.tried.outcome), each.tried.problem or None, each.since)
             for each in seen.failed
         ],
-    }
+    )
 
 
-def _show(told: dict[str, Any], found: list[tuple[dict[str, Any], list[str]]], out: Console) -> None:
+def _show(result: LibraryTestResult, found: list[tuple[AutomatonTestRow, list[str]]], out: Console) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
     from understudy.ui.cli.output import format_count
 
     for each, lines in found:
-        mark = "[red]✗[/]" if not each["works"] else "[yellow]•[/]" if lines else "[green]✓[/]"
-        about = format_count(each["examples"], "example") if each["examples"] else "nothing recorded"
-        if each["outcomes"]:
-            about += f", {format_count(len(each['outcomes']), 'outcome')}"
-        out.print(f"{mark} [bold]{escape(each['name'])}[/] [dim]{about}[/]")
+        mark = "[red]✗[/]" if not each.works else "[yellow]•[/]" if lines else "[green]✓[/]"
+        about = format_count(each.examples, "example") if each.examples else "nothing recorded"
+        if each.outcomes:
+            about += f", {format_count(len(each.outcomes), 'outcome')}"
+        out.print(f"{mark} [bold]{escape(each.name)}[/] [dim]{about}[/]")
         for line in lines:
             out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
-    bad = sum(not each["works"] for each, _ in found)
+    bad = sum(not each.works for each, _ in found)
     said = (
         f"[red]{format_count(bad, 'does', 'do')} not do what was shown[/]"
         if bad
         else "[green]all as shown[/]"
     )
     tested = format_count(len(found), "automaton", "automata")
-    out.print(f"{escape(told['library'])}, in {escape(told['world'])}: {tested}, {said}", soft_wrap=True)
+    out.print(f"{escape(str(result.library))}, in {escape(result.world)}: {tested}, {said}", soft_wrap=True)
