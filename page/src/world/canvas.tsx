@@ -67,7 +67,7 @@ export function WorldView() {
       <Welcome />
       {studio.told?.paused === true && studio.desk !== null && (
         <div class="tools paused">
-          paused <kbd>␣</kbd> goes on
+          Paused. <kbd>␣</kbd> resumes
         </div>
       )}
       <Latency />
