@@ -13,7 +13,8 @@ from understudy.model.automaton import Automaton
 from understudy.model.library import Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.decision_trace import DecisionTrace
-from understudy.runtime.interpreter import Interpreter, RunningAutomaton
+from understudy.runtime.engine import _pulse_kernels
+from understudy.runtime.interpreter import Interpreter, RunningAutomaton, measure_elapsed
 from understudy.runtime.program import link
 
 NEAR = 1.0
@@ -366,3 +367,15 @@ def test_a_leaf_that_answers_stay_was_shown() -> None:
     play(interpreter, [(), ()])
     assert not trace.switches
     assert not trace.unshown
+
+
+@pytest.mark.parametrize("began", [0.0, 4_000_000.0, 4_194_304.0, 1.7e9, 4.2e9])
+@pytest.mark.parametrize("tick_s", [0.1, 0.05])
+def test_equally_many_ticks_read_the_same_on_any_clock(began: float, tick_s: float) -> None:
+    """A robot's clock may count from 1970, where neighboring floats are 2.4e-7 s apart."""
+    times = [began + tick * tick_s for tick in range(200)]
+    for count in (1, 3, 17):
+        read = {measure_elapsed(now, since) for since, now in zip(times, times[count:], strict=False)}
+        assert read == {round(count * tick_s, 9)}
+        for since, now in zip(times, times[count:], strict=False):
+            assert _pulse_kernels.compute_elapsed(now, since) == measure_elapsed(now, since)

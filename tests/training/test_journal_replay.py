@@ -1,16 +1,17 @@
-"""Random sessions: their journal, cut off after any step, gives the lesson as it was then."""
+"""Random sessions: their journal, cut off after any step, gives the session as it was then."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.bodies import Scripted
-from tests.training.lessons import WITH_GO, session
-from tests.training.steps import do, drawn, told
+from tests.training.lessons import WITH_GO, play, session
+from tests.training.steps import Step, do, drawn, told
 
 from understudy.model.lesson import LearnerOptions
 from understudy.training.session import Session
@@ -46,3 +47,89 @@ def test_every_prefix(seed: int, count: int) -> None:
             assert told(again) == lesson
             found = (again.mode, view.waiting is not None, view.undoable, view.redoable, view.targets)
             assert found == seen
+
+
+ACTIONS: list[Step] = [
+    *(("direct", state) for state in ("forward", "left", "done", "failed", "start")),
+    ("confirm",),
+    *(("tick", count) for count in (1, 2, 12)),
+    *[("undo",)] * 2,
+    ("redo",),
+    ("test",),
+    ("go on testing",),
+    ("train",),
+    ("pause", True),
+    ("pause", False),
+    ("restart",),
+    ("reset", 0),
+    *(("delete", number) for number in (1, 2, 3)),
+    ("choose", {"states": ["forward"]}),
+    ("choose", {"states": ["forward", "left"]}),
+    ("choose", {"flags": ["done"]}),
+    ("choose", {"flags": ["failed", "done"]}),
+    *[("kill",)] * 2,
+]
+
+
+def act(taught: Session, step: Step) -> None:
+    if step[0] == "pause":
+        taught.paused = step[1]
+    elif step[0] == "go on testing":
+        taught.test(afresh=False)
+    else:
+        do(taught, step)
+
+
+def killed(taught: Session, path: Path) -> Session:
+    """The session as it goes on after a kill, in the tick in which it was killed."""
+    taught._log.journal.flush()
+    taught._log.journal._snapshot_tick = None
+    taught._keep_snapshot()
+    path.with_name("cut").write_bytes(path.read_bytes())
+    taught.close()
+    path.write_bytes(path.with_name("cut").read_bytes())
+    again = Session.resume(path, Scripted(), WITH_GO)
+    again.paused = taught.paused
+    return again
+
+
+def known(taught: Session) -> Any:
+    """What a demonstrator sees of a session, and where its flag was raised."""
+    view, entry = taught.view(), taught.trainee.entry
+    raised = (
+        None
+        if entry is None
+        else (entry.state, dict(entry.own), taught._log._recorder.record.values[entry.moment, 0])
+    )
+    return repr((told(taught), view, raised))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.sampled_from(ACTIONS), min_size=1, max_size=25))
+def test_a_session_that_is_killed_is_as_one_that_is_not(steps: list[Step]) -> None:
+    """From a flag on that what was learned has raised."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "journal"
+        both = [
+            session(
+                ["forward", "left"],
+                ["range_of(ball)"],
+                flags=["done", "failed"],
+                library=WITH_GO,
+                journal=journal,
+            )
+            for journal in (None, path)
+        ]
+        for each in both:
+            play(each, "forward", 10, "left", 3, "done", 1)
+            each.reset(0)
+            play(each, "test", 20)
+            assert each.view().flag == "done"
+        for step in steps:
+            if step == ("kill",):
+                both[1] = killed(both[1], path)
+            else:
+                for each in both:
+                    act(each, step)
+            assert known(both[0]) == known(both[1])
+        both[1].close()

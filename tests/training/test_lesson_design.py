@@ -144,10 +144,29 @@ def test_undo_in_another_world_has_no_negative_times() -> None:
 
 
 def test_undo_takes_back_a_press_that_waits() -> None:
-    taught = play(session(), "forward", 1, "left")
-    taught.undo()
+    """And nothing but that press; the next undo takes back the step before it."""
+    taught = play(session(), "forward", 1)
+    before = rows(taught)
+    play(taught, "left")
+    assert taught.view().undoable == "forward → left"
+    assert taught.undo() == "forward → left"
     play(taught, 1)
+    assert (rows(taught), taught.view().path) == (before, ("forward",))
+    taught.undo()
     assert rows(taught) == []
+
+
+def test_undo_of_a_first_press_that_waits() -> None:
+    taught = play(session(), 1, "left", "undo", 1)
+    assert (rows(taught), taught.view().path) == ([], ("start",))
+    assert taught.view().undoable is None
+
+
+def test_undo_of_a_correction_that_waits_goes_on_testing() -> None:
+    taught = play(session(), "forward", 2, "test", 1, "left", "undo")
+    assert taught.mode is Mode.TESTING
+    play(taught, 2, "right", 1)
+    assert [example.correction for example in taught.examples] == [False, False, True, True]
 
 
 def test_a_new_step_ends_redoing() -> None:

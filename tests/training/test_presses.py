@@ -10,6 +10,7 @@ from tests.bodies import RANGE, Scripted
 from tests.training.lessons import WITH_GO, play, rows, session, tried
 
 from understudy.errors import UnknownName
+from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
 # The ball is 100 m away at first, and one meter nearer each tick of 0.1 s.
@@ -199,6 +200,32 @@ def test_a_corrected_flag_is_no_longer_raised_there() -> None:
     taught = play(learned(), 20, "left", 1)
     assert tried(taught.make_trained_automaton().automaton, "left", 90.0) == "left"
     assert tried(taught.make_trained_automaton().automaton, "left", 80.0) == "left"
+
+
+def at_a_flag() -> Session:
+    """What was learned has raised done, at 90 m."""
+    taught = play(session(["forward", "left"], flags=["done"]), "forward", 10, "done", 1)
+    taught.reset(0)
+    return play(taught, "test", 13)
+
+
+def test_a_flag_can_be_corrected_after_an_edit_is_undone() -> None:
+    taught = at_a_flag()
+    taught.delete(2)
+    taught.undo()
+    assert taught.view().flag == "done"
+    play(taught, "forward", 1)
+    assert rows(taught)[3:] == [("forward", 90, "forward", "confirmation")]
+    assert taught.examples[-1].correction
+
+
+def test_a_flag_can_be_corrected_after_rewinding_to_it() -> None:
+    taught = at_a_flag()
+    instant = taught.capture()
+    play(taught, "restart", 5)
+    taught.rewind(instant)
+    play(taught, "forward", 1)
+    assert rows(taught)[3:] == [("forward", 90, "forward", "confirmation")]
 
 
 def test_switching_to_training_at_a_flag_records_nothing() -> None:

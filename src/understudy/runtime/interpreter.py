@@ -32,9 +32,11 @@ QueryObserver: TypeAlias = "Callable[[RunningAutomaton, int, int, Sequence[float
 def measure_elapsed(now: float, since: float) -> float:
     """Seconds from one time to another, rounded: equally many ticks read the same, whenever they began.
 
-    Rounded by plain arithmetic, which every engine and export can repeat bit for bit.
+    Rounded by plain arithmetic, which every engine and export can repeat bit for bit: to 1e-9, and to 1e-6 from 2**22 s
+    on, where floats are too far apart for that, as on a clock that counts from 1970.
     """
-    return floor((now - since) * 1e9 + 0.5) / 1e9
+    steps = 1e9 if now < 4194304.0 else 1e6
+    return floor((now - since) * steps + 0.5) / steps
 
 
 class RunningBehavior:

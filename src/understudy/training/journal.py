@@ -14,6 +14,7 @@ from typing import Self, TypeAlias
 
 import msgspec
 import numpy as np
+from msgspec import UNSET, UnsetType
 from numpy.typing import NDArray
 
 from understudy.errors import FileError
@@ -106,10 +107,13 @@ class WatchedAccepted(msgspec.Struct, frozen=True, tag="Accepted"):
 
 
 class FlagRaised(msgspec.Struct, frozen=True, tag="Raised"):
-    """What was learned raised a flag: where a correction of the flag would be recorded."""
+    """What was learned raised a flag: where a correction of the flag would be recorded. `state` is the flag state, of
+    an automaton that has several.
+    """
 
     entry: FlagEntry
     rows: ReadingRows
+    state: str | UnsetType = UNSET
 
 
 class UndoRedo(msgspec.Struct, frozen=True, tag="Went"):

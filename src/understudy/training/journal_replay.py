@@ -37,15 +37,16 @@ from understudy.training.journal import (
     unpack_rows,
 )
 from understudy.training.sample_buffer import Sample, SampleBuffer
-from understudy.training.trainee import Mode, Press
+from understudy.training.trainee import FlagEntry, Mode, Press
 
 
 @dataclass(frozen=True, slots=True)
 class HistoryStep:
-    """What a step changes: the lesson, and the run state of its automaton."""
+    """What a step changes: the lesson, the run state of its automaton, and where its flag was raised, if it was."""
 
     lesson: Lesson
     run: tuple[StackFrame, ...] = ()
+    raised: FlagEntry | None = None
 
 
 class History:
@@ -56,35 +57,33 @@ class History:
         self._done: list[tuple[str, HistoryStep, HistoryStep]] = []
         self._undone: list[tuple[str, HistoryStep, HistoryStep]] = []
 
-    def step(
-        self, what: str, lesson: Lesson, *, before: tuple[StackFrame, ...], after: tuple[StackFrame, ...]
-    ) -> None:
-        """Take a step: `what` was done to the lesson, from run state `before` to `after`."""
-        self._done.append((what, HistoryStep(self.lesson, before), HistoryStep(lesson, after)))
+    def step(self, what: str, before: HistoryStep, after: HistoryStep) -> None:
+        """Take a step: `what` was done to the lesson."""
+        self._done.append((what, before, after))
         self._undone.clear()
-        self.lesson = lesson
+        self.lesson = after.lesson
 
     def amend(self, *watched: Example) -> None:
         """Add watched examples to the current lesson: no step of their own."""
         self.lesson = replace(self.lesson, examples=(*self.lesson.examples, *watched))
 
-    def undo(self) -> tuple[str, tuple[StackFrame, ...]]:
-        """Go back one step: what it was, and the run state before it."""
+    def undo(self) -> tuple[str, HistoryStep]:
+        """Go back one step: what it was, and what was before it."""
         if not self._done:
             raise SessionError("there is nothing to undo: no step has changed this lesson yet")
         step = self._done.pop()
-        self._undone.append((step[0], step[1], HistoryStep(self.lesson, step[2].run)))
+        self._undone.append((step[0], step[1], replace(step[2], lesson=self.lesson)))
         self.lesson = step[1].lesson
-        return step[0], step[1].run
+        return step[:2]
 
-    def redo(self) -> tuple[str, tuple[StackFrame, ...]]:
-        """Do the last undone step again: what it was, and the run state after it."""
+    def redo(self) -> tuple[str, HistoryStep]:
+        """Do the last undone step again: what it was, and what was after it."""
         if not self._undone:
             raise SessionError("there is nothing to redo: nothing was undone since the last step")
         step = self._undone.pop()
-        self._done.append((step[0], HistoryStep(self.lesson, step[1].run), step[2]))
+        self._done.append((step[0], replace(step[1], lesson=self.lesson), step[2]))
         self.lesson = step[2].lesson
-        return step[0], step[2].run
+        return step[0], step[2]
 
     @property
     def undoable(self) -> str | None:
@@ -108,7 +107,8 @@ class ReplayedSession:
     mode: Mode = Mode.TRAINING
     presses: int = 0
     waiting: Press | None = None
-    raised: FlagRaised | None = None
+    raised: FlagEntry | None = None
+    flag_state: str | None = None  # the one that `raised` led to
     run: tuple[StackFrame, ...] = ()
     body: bytes | None = None
     ticks: int = 0
@@ -172,12 +172,17 @@ class ReplayedSession:
                 self.waiting, self.presses, self.mode = entry.press, entry.press.number, Mode.TRAINING
             case PressApplied():
                 self.waiting, self.run = None, tuple(entry.run)
+                self._drop_flag_unless_up()
             case LessonChanged():
                 self._keep(entry.rows)
                 before = self.history.lesson
                 after = apply_lesson_step(before, entry, library, path)
-                self.history.step(entry.what, after, before=tuple(entry.before), after=tuple(entry.after))
-                self.run = tuple(entry.after)
+                self.run = tuple(entry.before)
+                self._drop_flag_unless_up()
+                former = HistoryStep(before, self.run, self.raised)
+                self.run, self.history.lesson = tuple(entry.after), after
+                self._drop_flag_unless_up()
+                self.history.step(entry.what, former, HistoryStep(after, self.run, self.raised))
                 if entry.press is not None:
                     self.waiting = None
                     self.unlearning = (
@@ -188,13 +193,19 @@ class ReplayedSession:
                 self.history.amend(*entry.examples)
             case FlagRaised():
                 self._keep(entry.rows)
-                self.raised = entry
+                flags = [
+                    state.name for state in self.history.lesson.automaton.states if state.flag is not None
+                ]
+                self.raised, self.flag_state = entry.entry, entry.state or flags[0]
             case UndoRedo():
-                _, self.run = self.history.undo() if entry.back else self.history.redo()
-                self.waiting = None
+                _, there = self.history.undo() if entry.back else self.history.redo()
+                self.run, self.raised, self.waiting = there.run, there.raised, None
+                self.flag_state = there.run[0].state if there.run else None
+                self._drop_flag_unless_up()
             case ModeChanged():
                 self.mode, self.run, self.targets = entry.mode, tuple(entry.run), dict(entry.targets)
                 self.waiting = entry.waiting
+                self._drop_flag_unless_up()
             case OthersChanged():
                 self.others = entry
             case WatchingChanged():
@@ -208,6 +219,13 @@ class ReplayedSession:
                     problem="two sessions are in one journal",
                     remedy="keep one per session",
                 )
+
+    def _drop_flag_unless_up(self) -> None:
+        """A flag that what was learned raised can be corrected until its state is left, or the state before it gone."""
+        states = {state.name: state.flag for state in self.history.lesson.automaton.states}
+        is_up = bool(self.run) and self.run[0].state == self.flag_state and bool(states.get(self.flag_state))
+        if self.raised is not None and not (is_up and states.get(self.raised.state, "gone") is None):
+            self.raised = None
 
     def _keep(self, rows: ReadingRows) -> None:
         for moment in self._moments(rows):

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
+
+from msgspec import UNSET
 
 from understudy.learning.correction_diagnosis import CorrectionDiagnosis
 from understudy.model.binding import Binding
@@ -25,12 +27,19 @@ from understudy.training.journal import (
     WatchedAccepted,
     WatchingChanged,
 )
-from understudy.training.journal_replay import ReplayedSession, diff_lessons
+from understudy.training.journal_replay import HistoryStep, ReplayedSession, diff_lessons
 from understudy.training.sample_buffer import Sample, compact_reading_log
 from understudy.training.trainee import FlagEntry, Mode, Press, TickResult
 from understudy.training.watched_examples import WatchedBatch, WatchedBuffer, WatchedTick, make_example_key
 
 RunState: TypeAlias = tuple[StackFrame, ...]
+
+
+class TraineeState(NamedTuple):
+    """Where the automaton under training is, and where its flag was raised, if what was learned raised it."""
+
+    run: RunState
+    raised: FlagEntry | None
 
 
 class LessonLog:
@@ -114,8 +123,14 @@ class LessonLog:
     def log_flag(self, outcome: TickResult) -> FlagEntry:
         """What was learned raised a flag at this tick: where a correction of it belongs."""
         entry = FlagEntry(outcome.state, outcome.own, self._recorder.keep_last())
-        self.journal.write(FlagRaised(entry, self.journal.new_rows(self._recorder.record)))
+        self.log_raised(entry, outcome.next)
         return entry
+
+    def log_raised(self, entry: FlagEntry, state: str) -> None:
+        """The flag of this state is up, and this is where it was raised."""
+        several = sum(each.flag is not None for each in self.lesson.automaton.states) > 1
+        rows = self.journal.new_rows(self._recorder.record)
+        self.journal.write(FlagRaised(entry, rows, state if several else UNSET))
 
     def log_silence(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
         """A tick passed without a press: watched, if the lesson wants it and somebody watches."""
@@ -130,13 +145,19 @@ class LessonLog:
             self._watched.add_tick(WatchedTick(moment, example))
 
     def record(
-        self, outcome: TickResult, press: Press, binding: Binding, *, before: RunState, after: RunState
+        self,
+        outcome: TickResult,
+        press: Press,
+        binding: Binding,
+        *,
+        before: TraineeState,
+        after: TraineeState,
     ) -> None:
-        """A press acted at this tick: write down what it showed, from run state `before` to `after`."""
+        """A press acted at this tick: write down what it showed, from `before` to `after`."""
         self._watched.discard_recent(self._recorder.now, reaction_s=self.lesson.options.reaction_s)
         self.accept_watched()
         if not outcome.shown:
-            self.journal.write(PressApplied(press.number, list(after)))
+            self.journal.write(PressApplied(press.number, list(after.run)))
             return
         if outcome.shown[0].entry is not None:
             moment, window = outcome.shown[0].entry.moment, 0
@@ -213,8 +234,8 @@ class LessonLog:
         what: str,
         lesson: Lesson,
         *,
-        before: RunState,
-        after: RunState,
+        before: TraineeState,
+        after: TraineeState,
         press: int | None = None,
         stay: Example | None = None,
     ) -> None:
@@ -226,22 +247,24 @@ class LessonLog:
             return
         design, different, gone = diff_lessons(self.lesson, lesson)
         rows = self.journal.new_rows(self._recorder.record)
-        entry = LessonChanged(what, press, design, different, gone, rows, list(before), list(after), stay)
+        entry = LessonChanged(
+            what, press, design, different, gone, rows, list(before.run), list(after.run), stay
+        )
         self.journal.write(entry, sync=press is None)
-        self._history.step(what, lesson, before=before, after=after)
+        self._history.step(what, HistoryStep(self.lesson, *before), HistoryStep(lesson, *after))
 
     def recompute_values(self, lesson: Lesson) -> Lesson:
         """A lesson whose features or reaction time changed, with its examples' values computed again."""
         return recompute_example_values(self.lesson, lesson, self._recorder.record, steady=self._steady)
 
-    def undo(self) -> tuple[str, RunState]:
-        """Take the last step back: what it was, and the run state before it."""
+    def undo(self) -> tuple[str, HistoryStep]:
+        """Take the last step back: what it was, and what was before it."""
         undone = self._history.undo()
         self._went(back=True)
         return undone
 
-    def redo(self) -> tuple[str, RunState]:
-        """Do the last undone step again: what it was, and the run state after it."""
+    def redo(self) -> tuple[str, HistoryStep]:
+        """Do the last undone step again: what it was, and what was after it."""
         redone = self._history.redo()
         self._went(back=False)
         return redone

@@ -13,7 +13,7 @@ from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
 from understudy.training.journal import OthersChanged
-from understudy.training.trainee import Mode
+from understudy.training.trainee import FlagEntry, Mode
 
 RunStates: TypeAlias = tuple[tuple[StackFrame, ...], ...]
 
@@ -29,12 +29,15 @@ def require_rewindable(body: Body) -> Rewindable:
 
 
 class SessionSnapshot(NamedTuple):
-    """A moment of a session's run: the body, the run states of what is taught and of the others, and the mode."""
+    """A moment of a session's run: the body, the run states of what is taught and of the others, the mode, and where
+    what was learned raised the flag that is up, if it did.
+    """
 
     body: bytes
     run: tuple[StackFrame, ...]
     mode: Mode
     others: RunStates
+    raised: FlagEntry | None = None
 
 
 class OtherAgents:

@@ -42,9 +42,9 @@ from understudy.training.feature_values import (
     list_steady_readings,
 )
 from understudy.training.journal import Journal, SessionStarted
-from understudy.training.journal_replay import ReplayedSession, encode_journal_lesson
+from understudy.training.journal_replay import HistoryStep, ReplayedSession, encode_journal_lesson
 from understudy.training.lesson_design import check_binding_names, check_parameter_targets
-from understudy.training.lesson_log import LessonLog
+from understudy.training.lesson_log import LessonLog, TraineeState
 from understudy.training.other_agents import NO_SIMULATION, OtherAgents, SessionSnapshot, require_rewindable
 from understudy.training.sample_buffer import Sample
 from understudy.training.session_view import SessionView
@@ -135,7 +135,7 @@ class Session:
         check_binding_names(library, self.automaton)
         self.trainee = self._new_trainee(self._log.lesson, past.mode)  # another one after each change
         self.trainee.restore(past.run, now=body.time_s)
-        self.trainee.keep(past.waiting, past.raised.entry if past.raised else None)
+        self.trainee.keep(past.waiting, past.raised)
         self._run = self._new_run()
 
     # What there is to see
@@ -203,7 +203,7 @@ class Session:
             targets=dict(self._targets),
             waiting=None if press is None else press.state or machine.state_name,
             examples=self._log.press_count,
-            undoable=self._log.undoable,
+            undoable=self._log.undoable if press is None else self._describe_press(press),
             redoable=self._log.redoable,
         )
 
@@ -237,17 +237,17 @@ class Session:
         readings = tuple(float(percept[key][self.agent]) for key in self._keys)
         moment = Sample(self._clock(), readings)
         log.add_tick(moment, trainee.taught.state_name)
-        before = self.run_state if trainee.press else ()
+        before = self._trainee_state() if trainee.press else None
         commands = self._run.decide(percept)
         if self._driving is None:
             self._write_down(trainee.outcome, moment, before)
         self.body.act(commands)
         self._percept = None
 
-    def _write_down(self, outcome: TickResult, moment: Sample, before: tuple[StackFrame, ...]) -> None:
+    def _write_down(self, outcome: TickResult, moment: Sample, before: TraineeState | None) -> None:
         binding = Binding(self._targets)
-        if outcome.press is not None:
-            self._log.record(outcome, outcome.press, binding, before=before, after=self.run_state)
+        if outcome.press is not None and before is not None:
+            self._log.record(outcome, outcome.press, binding, before=before, after=self._trainee_state())
             return
         if outcome.raised:
             self.trainee.entry = self._log.log_flag(outcome)
@@ -295,7 +295,11 @@ class Session:
     def capture(self) -> SessionSnapshot:
         """This moment of the run, to come back to with `rewind`; SessionError where the body cannot be rewound."""
         return SessionSnapshot(
-            require_rewindable(self.body).snapshot(), self.run_state, self.mode, self.other_agents.snapshot()
+            require_rewindable(self.body).snapshot(),
+            self.run_state,
+            self.mode,
+            self.other_agents.snapshot(),
+            self.trainee.entry,
         )
 
     def rewind(self, instant: SessionSnapshot) -> None:
@@ -304,8 +308,14 @@ class Session:
         self.other_agents.restore(instant.others)
         self.note_moved()
         self.trainee.press, self.trainee.mode = None, instant.mode
+        if self.trainee.entry is not None:  # the journal says that this flag is no longer up
+            self.trainee.start(self.body.time_s)
+            self._turned()
         self.trainee.restore(instant.run, now=self.body.time_s)
+        self.trainee.keep(None, instant.raised)
         self._turned()
+        if self.trainee.entry is not None:
+            self._log.log_raised(self.trainee.entry, self.trainee.taught.state_name)
         self._keep_snapshot()
 
     def drive(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
@@ -352,22 +362,40 @@ class Session:
     # Changing the lesson
 
     def undo(self) -> str:
-        """Take back the last step that changed the lesson; the world stays. What the step was."""
-        return self._went(*self._log.undo())
+        """Take back a press that still waits, or else the last step that changed the lesson; the world stays.
+
+        What it was.
+        """
+        waiting = self.trainee.press
+        if waiting is None:
+            return self._went(*self._log.undo())
+        what, self.trainee.press = self._describe_press(waiting), None
+        self._relink(self._try_trainee(Mode.TESTING if waiting.correction else self.mode))
+        self._turned()
+        return what
 
     def redo(self) -> str:
         """Do the last undone step again. What it was."""
         return self._went(*self._log.redo())
 
-    def _went(self, what: str, run: tuple[StackFrame, ...]) -> str:
-        self.trainee.press = None
-        try:
-            trainee = self._new_trainee(self._log.lesson, self.mode)
-        except DefinitionError:  # what is left is too little for its classifier: nothing to test
-            trainee = self._new_trainee(self._log.lesson, Mode.TRAINING)
-        self._relink(trainee)
-        self.trainee.restore(run, now=self.body.time_s)
+    def _went(self, what: str, there: HistoryStep) -> str:
+        mode, self.trainee.press = self.mode, None
+        self._relink(self._try_trainee(mode))
+        self.trainee.restore(there.run, now=self.body.time_s)
+        self.trainee.keep(None, there.raised)
+        if self.mode is not mode:
+            self._turned()
         return what
+
+    def _try_trainee(self, mode: Mode) -> Trainee:
+        try:
+            return self._new_trainee(self._log.lesson, mode)
+        except DefinitionError:  # what is left is too little for its classifier: nothing to test
+            return self._new_trainee(self._log.lesson, Mode.TRAINING)
+
+    def _describe_press(self, press: Press) -> str:
+        state = self.trainee.taught.state_name
+        return f"{state} → {press.state or state}"
 
     def delete(self, *numbers: int) -> None:
         """Delete examples by number."""
@@ -406,10 +434,10 @@ class Session:
         except UnderstudyError:
             self._targets = former
             raise
-        run = self.run_state
+        here = self._trainee_state()
         if targets:
             self._turned()
-        self._log.step(what, lesson, before=run, after=run)
+        self._log.step(what, lesson, before=here, after=here)
         self._relink(trainee)
 
     def make_trained_automaton(self) -> TrainedAutomaton:
@@ -420,6 +448,9 @@ class Session:
     def close(self) -> None:
         """Put everything on disk, and let go of the journal."""
         self._log.journal.close()
+
+    def _trainee_state(self) -> TraineeState:
+        return TraineeState(self.run_state, self.trainee.entry)
 
     def _turned(self) -> None:
         self._log.log_mode(self.mode, self.run_state, self._targets, self.trainee.press)

@@ -38,7 +38,8 @@ def make_unsigned(index: int) -> int:
 @njit_inlined
 def compute_elapsed(now: float, since: float) -> float:
     """Seconds from one time to another, rounded as the interpreter does; NaN where `since` is."""
-    return float(np.floor((now - since) * 1e9 + 0.5) / 1e9)
+    steps = 1e9 if now < 4194304.0 else 1e6
+    return float(np.floor((now - since) * steps + 0.5) / steps)
 
 
 @njit_inlined

@@ -102,7 +102,8 @@ def update_timed_statistic(
     else:
         since[squad] = math.nan
     back = since[squad] if statistic.when == FOR else last[squad]
-    seconds = np.floor((now - back) * 1e9 + 0.5) / 1e9
+    steps = 1e9 if now < 4194304.0 else 1e6  # as the interpreter rounds
+    seconds = np.floor((now - back) * steps + 0.5) / steps
     if statistic.when == SINCE:
         return float(seconds)
     if statistic.when == WITHIN:

@@ -124,7 +124,8 @@ class StatisticMemory:
 
 def _seconds(now: float, since: Column) -> Column:
     """Seconds from then to now, rounded as the interpreter rounds them."""
-    seconds: Column = np.floor((now - since) * 1e9 + 0.5) / 1e9
+    steps = 1e9 if now < 4194304.0 else 1e6
+    seconds: Column = np.floor((now - since) * steps + 0.5) / steps
     return seconds
 
 
