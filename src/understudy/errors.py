@@ -1,7 +1,7 @@
-"""What can be wrong with something a user gave, said so that the user can put it right.
+"""The errors that users can put right.
 
-Every error is one paragraph: what was wrong, where, and what would be right. Each keeps its data as fields, and
-`exit_code` is what the command line ends with. None of them is raised after something was changed.
+Every message is one paragraph: what was wrong, where, and what would be right. Each error keeps its data in fields.
+`exit_code` is the exit status of the command line. Errors are raised before anything is changed.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ from typing import Any, ClassVar
 
 
 class UnderstudyError(Exception):
-    """Something the user gave cannot be used; nothing was changed."""
+    """The base class of errors about something that a user gave and that cannot be used; nothing was changed."""
 
     exit_code = 2
     json_type: ClassVar[str] = "UnderstudyError"
-    """What programs that read `--json` know it by: it stays, whatever the class is called."""
+    """The name of the error in `--json` output. It must stay the same even if the class is renamed."""
 
     def __init_subclass__(cls, *, json_type: str = "", **rest: Any) -> None:
-        """Name the class for `--json`; one of somebody else's may leave that to the name of the class."""
+        """Set the name of the error in `--json` output; by default it is the name of the class."""
         super().__init_subclass__(**rest)
         cls.json_type = json_type or cls.__name__
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Come whole out of another process: what is made of fields is not made again of its sentence."""
+        """Pickle the error with its fields, because `__init__` cannot be called with the message alone."""
         return _again, (type(self), self.args, vars(self))
 
 
@@ -36,7 +36,7 @@ def _again(kind: type[UnderstudyError], args: tuple[Any, ...], fields: dict[str,
 
 
 def join_names(names: Iterable[str]) -> str:
-    """Names for a sentence: 'a, b and c', or 'none'."""
+    """Join names for a sentence: "a, b and c", or "none"."""
     names = list(names)
     if not names:
         return "none"
@@ -44,14 +44,14 @@ def join_names(names: Iterable[str]) -> str:
 
 
 def suggest_known_name(name: object, known: Iterable[str]) -> str:
-    """A question to put before what is known: "did you mean 'goto'? ", or nothing where no known name is similar."""
+    """Return a question such as "did you mean 'goto'? " if a known name is similar, otherwise an empty text."""
     folded = {str(each).casefold(): str(each) for each in known}
     similar = get_close_matches(str(name).casefold(), folded, n=1)
     return f"did you mean {folded[similar[0]]!r}? " if similar else ""
 
 
 class KindError(UnderstudyError, json_type="KindError"):
-    """A kind that makes no sense, or a value outside its kind."""
+    """A feature kind with invalid settings, or a value that does not belong to its kind."""
 
     def __init__(self, *, where: str, problem: str, remedy: str) -> None:
         self.where, self.problem, self.remedy = where, problem, remedy
@@ -67,7 +67,7 @@ class DefinitionError(UnderstudyError, json_type="DefinitionError"):
 
 
 class UnknownName(UnderstudyError, json_type="UnknownName"):
-    """A name that stands for nothing here."""
+    """A name that does not exist where it was used; the message lists the names that do."""
 
     def __init__(self, *, what: str, name: str, where: str, known: Sequence[str]) -> None:
         self.what, self.name, self.where, self.known = what, name, where, tuple(known)
@@ -77,7 +77,7 @@ class UnknownName(UnderstudyError, json_type="UnknownName"):
 
 
 class RecursionRefused(UnderstudyError, json_type="RecursionRefused"):
-    """An automaton that contains itself."""
+    """An automaton that contains itself, directly or through others; `cycle` lists the names on the way."""
 
     def __init__(self, *, cycle: Sequence[str], path: Path | str | None = None) -> None:
         self.cycle, self.path = tuple(cycle), None if path is None else str(path)
@@ -88,7 +88,7 @@ class RecursionRefused(UnderstudyError, json_type="RecursionRefused"):
 
 
 class UnboundParameter(UnderstudyError, json_type="UnboundParameter"):
-    """A parameter with no target behind it where a run needs one."""
+    """A parameter that is bound to no target although a run needs one."""
 
     def __init__(self, *, behavior: str, parameter: str, targets: Sequence[str]) -> None:
         self.behavior, self.parameter, self.targets = behavior, parameter, tuple(targets)
@@ -99,7 +99,7 @@ class UnboundParameter(UnderstudyError, json_type="UnboundParameter"):
 
 
 class FileError(UnderstudyError, json_type="FileError"):
-    """A file that cannot be read as what it should be."""
+    """A file that cannot be read or has invalid content; `place` says where in the file."""
 
     def __init__(self, *, path: Path | str, place: str, problem: str, remedy: str) -> None:
         self.path, self.place, self.problem, self.remedy = str(path), place, problem, remedy
@@ -108,7 +108,7 @@ class FileError(UnderstudyError, json_type="FileError"):
 
 
 class SettingError(UnderstudyError, json_type="SettingError"):
-    """A setting of a world, body or command that makes no sense."""
+    """A setting of a world, body or command with an invalid value."""
 
     def __init__(self, *, where: str, setting: str, problem: str, remedy: str) -> None:
         self.where, self.setting, self.problem, self.remedy = where, setting, problem, remedy
@@ -116,4 +116,4 @@ class SettingError(UnderstudyError, json_type="SettingError"):
 
 
 class SessionError(UnderstudyError, json_type="SessionError"):
-    """A step that the session cannot take now."""
+    """A step that the session cannot take in its present state."""

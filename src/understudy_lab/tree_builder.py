@@ -1,4 +1,4 @@
-"""Automata written down by hand: trees as nested questions with the names of states for leaves."""
+"""Automata written by hand: trees as nested tests, with names of states as leaves."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ from understudy.model.tree import Node, TestKind, Tree, make_leaf
 
 @dataclass(frozen=True)
 class TreeTest:
-    """A test with what follows it: another test, or the name of the next state. Absent counts as no."""
+    """A test and what follows on each outcome: another test, or the name of the next state.
+
+    Give one of `below`, `arc` and `absent`; without any, the feature is a flag, tested for yes. An absent value
+    counts as "no". With `absent=True`, "yes" means present and "no" absent.
+    """
 
     feature: str
     yes: TreeBranch
@@ -28,27 +32,27 @@ TreeBranch = TreeTest | str
 
 
 def split_below(feature: str, value: float, yes: TreeBranch, no: TreeBranch) -> TreeTest:
-    """Is it less than `value`?"""
+    """Test whether a feature is less than `value`, in the feature's unit."""
     return TreeTest(feature, yes, no, below=value)
 
 
 def split_within(feature: str, half: float, yes: TreeBranch, no: TreeBranch) -> TreeTest:
-    """Is this angle at most `half` to either side of straight ahead?"""
+    """Test whether an angle is at most `half` radians to either side of straight ahead."""
     return TreeTest(feature, yes, no, arc=(tau - half, half))
 
 
 def split_on_left(feature: str, yes: TreeBranch, no: TreeBranch) -> TreeTest:
-    """Is this angle between straight ahead and straight back, to the left?"""
+    """Test whether an angle in radians points to the left, between straight ahead (0) and straight back (π)."""
     return TreeTest(feature, yes, no, arc=(0.0, pi))
 
 
 def split_on_presence(feature: str, yes: TreeBranch, no: TreeBranch) -> TreeTest:
-    """Is this reading there?"""
+    """Test whether a feature is present, not NaN."""
     return TreeTest(feature, yes, no, absent=True)
 
 
 def split_on_flag(flag: str, yes: TreeBranch, no: TreeBranch) -> TreeTest:
-    """Is this flag up in the automaton below?"""
+    """Test whether the automaton that the current state runs has raised a flag."""
     return TreeTest(flag, yes, no)
 
 
@@ -63,9 +67,11 @@ def build_automaton(
     bindings: Mapping[str, Binding] | None = None,
     parameters: tuple[str, ...] = (),
 ) -> Automaton:
-    """An automaton of one state per tree and per flag; a state named after one of `basics` runs it.
+    """Build an automaton with one state per tree in `asks` and one flag state per name in `flags`.
 
-    A name in a test that is none of `readings` is a flag of the automaton below.
+    `runs` gives the behavior of states by name; a state named in `basics` runs the behavior of its own name.
+    `bindings` gives the bindings of those behaviors by state. A name in a test that is not in `readings` is
+    taken for a flag.
     """
     below_it = {**{state: state for state in basics}, **(runs or {})}
     states = (
@@ -87,7 +93,7 @@ def _tree(ask: TreeBranch, features: list[str], states: list[str]) -> Tree:
     nodes: list[Node] = []
 
     def grow(ask: TreeBranch) -> int:
-        """The index of the first node of what grows here; children come after their parents."""
+        """Add the nodes of a test and of what follows it, parents before children; return the index of the first."""
         index = len(nodes)
         if isinstance(ask, str):
             nodes.append(make_leaf(states.index(ask)))

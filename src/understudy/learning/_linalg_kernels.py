@@ -1,4 +1,7 @@
-"""The inverse of a small matrix, without a library whose threads wait for each other on a busy machine."""
+"""The inverse of a small matrix, in compiled code of one thread.
+
+Linear algebra libraries use several threads, which wait for each other on a busy machine.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +13,9 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True)
 def invert_matrix(matrix: Floats) -> Floats:
-    """The inverse of a symmetric positive definite matrix [n, n]: Gauss and Jordan's elimination, no pivoting.
+    """Invert a symmetric positive definite matrix [n, n] by Gauss-Jordan elimination without pivoting.
 
-    Each row and column in turn is swept; every number is worked out in the same order on every machine.
+    Every number is computed in the same order on every machine, so results are reproducible.
     """
     n = len(matrix)
     swept = matrix.copy()

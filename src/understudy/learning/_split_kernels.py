@@ -1,11 +1,11 @@
-"""Growing a decision tree from arrays: the searching and the splitting, nothing of names or errors.
+"""Kernels that grow a decision tree from arrays: they search the best split of each node and sort the examples.
 
-Scores are integers so that they are exact and never depend on the order of examples: c log2 c comes from a
-table in fixed point (`UNIT` a bit), sums of it are updated while a cut slides, and ratios are compared in
-steps of 1e-9.
+Scores are integers so that they are exact and never depend on the order of examples: c log2 c comes from a table
+in fixed point (`UNIT` is one bit), sums of it are updated while a cut moves, and ratios are compared in steps of
+1e-9.
 
-`order` [F, n] lists the examples by rising value of each feature, absent ones last; every node of the tree is
-the same range start:stop of each row, and splitting reorders the rows within it, keeping them sorted.
+`order` [F, n] lists the examples by rising value of each feature, absent ones last. Every node of the tree is the
+same range start:stop of each row; splitting a node reorders the rows within its range and keeps them sorted.
 """
 
 from math import floor, isnan
@@ -40,9 +40,10 @@ def keep_if_better(
     best: Ints, gain: int, split: int, total: int, gap: int, feature: int, test: int, first: int, second: int,
     side: int, heavy: int,
 ) -> None:  # fmt: skip
-    """Keep a candidate if it beats the best so far: ratio, gain, gap, declared order, lowest cut, heavier.
+    """Keep a candidate split in `best` if it beats the best so far.
 
-    Of one feature, "is it absent?" comes before its other questions.
+    Compared are in turn: gain ratio, gain, width of the gap, declared order of features, the test for absence
+    before others of the feature, lower cuts, and the weight of the side that absent values join.
     """
     ratio = int(floor(gain / split * STEPS + 0.5))  # noqa: RUF046
     if ratio < best[RATIO]:
@@ -57,7 +58,7 @@ def keep_if_better(
 
 @njit(cache=True)
 def splits_presses(gain: int, here: int, there: int, need_gain: bool) -> bool:
-    """Whether a split tells press-made examples apart: with gain on them, or at least some on either side."""
+    """Return whether a split separates press-made examples: some on either side, with a gain if `need_gain`."""
     if here == 0 or there == 0:
         return False
     return not need_gain or gain / UNIT / (here + there) * STEPS >= 0.5
@@ -65,7 +66,7 @@ def splits_presses(gain: int, here: int, there: int, need_gain: bool) -> bool:
 
 @njit(cache=True)
 def sum_counts(counts: Ints) -> int:
-    """The sum of counts."""
+    """Return the sum of counts."""
     total = 0
     for count in counts:
         total += count
@@ -74,7 +75,7 @@ def sum_counts(counts: Ints) -> int:
 
 @njit(cache=True)
 def count_outcomes(segment: Ints, y: Ints, weight: Ints, group: Ints, weights: Ints, presses: Ints) -> None:
-    """Add a segment's examples to counts by outcome."""
+    """Add a segment's examples, by outcome, to `weights` and (if press-made) to `presses`."""
     for example in segment:
         weights[y[example]] += weight[example]
         if group[example] != WATCHED:
@@ -83,7 +84,7 @@ def count_outcomes(segment: Ints, y: Ints, weight: Ints, group: Ints, weights: I
 
 @njit(cache=True)
 def compute_split_gain(table: Ints, all_: Ints, part: Ints) -> int:
-    """The sum of c log2 c over outcomes, for a part of the examples and for the rest, less that for all."""
+    """Return the sum of c log2 c over outcomes for a part of the examples and for the rest, less that for all."""
     total = 0
     for k in range(len(all_)):
         total += table[part[k]] + table[all_[k] - part[k]] - table[all_[k]]
@@ -92,7 +93,7 @@ def compute_split_gain(table: Ints, all_: Ints, part: Ints) -> int:
 
 @njit(cache=True)
 def score_branches(weights: Ints, shown: Ints, feature: int, test: int, side: int, about: Search) -> None:
-    """Consider a split into several branches, given weights and numbers of press-made examples by outcome."""
+    """Score a split into several branches, given each branch's weights and press-made examples by outcome."""
     _, _, _, total, pressed, table, watched, need_gain, best = about
     presses, branches = sum_counts(pressed), 0
     gain = split = table[sum_counts(total)]
@@ -116,7 +117,7 @@ def score_branches(weights: Ints, shown: Ints, feature: int, test: int, side: in
 
 @njit(cache=True)
 def try_absence_split(segment: Ints, present: int, feature: int, about: Search) -> None:
-    """Try "is it absent?": the examples from `present` on are."""
+    """Try the test whether a feature is absent, which holds for the segment's examples from `present` on."""
     y, weight, group, total, _, _, _, _, _ = about
     weights, shown = np.zeros((2, len(total)), np.int64), np.zeros((2, len(total)), np.int64)
     count_outcomes(segment[present:], y, weight, group, weights[0], shown[0])
@@ -128,7 +129,7 @@ def try_absence_split(segment: Ints, present: int, feature: int, about: Search) 
 def try_label_split(
     column: Floats, segment: Ints, present: int, labels: int, feature: int, about: Search
 ) -> None:
-    """Try a branch for each label, absent values joining each of those shown here in turn."""
+    """Try a split with one branch per label; absent values join each branch that has examples in turn."""
     y, weight, group, total, _, _, _, _, _ = about
     for joined in range(labels):
         weights, shown = np.zeros((labels, len(total)), np.int64), np.zeros((labels, len(total)), np.int64)
@@ -144,10 +145,10 @@ def try_label_split(
 
 @njit(cache=True)
 def find_cut_gaps(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints:
-    """The last position before each gap worth cutting between values; the gap across the seam comes last.
+    """Return the last position before each gap worth cutting between values; the gap across the seam comes last.
 
-    Where all is press-made, a cut between two values that lead to one and the same outcome is always beaten
-    by one beside it (gain is convex there and split information concave), so it is not worth scoring.
+    If all examples are press-made, a cut between two values with one and the same outcome is never the best,
+    because gain is convex there and split information concave; such gaps are left out.
     """
     gaps, kept, start, stop = np.empty(len(segment), np.int64), 0, 0, 0
     before = opening = MIXED
@@ -176,7 +177,7 @@ def find_cut_gaps(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints
 
 @njit(cache=True)
 def measure_gap_width(column: Floats, segment: Ints, position: int, period: float) -> float:
-    """How far it is from the value at a position to the next one round the circle."""
+    """Return the distance from the value at a position to the next one, round the circle after the last."""
     value = float(column[segment[position]])
     if position + 1 < len(segment):
         return float(column[segment[position + 1]]) - value
@@ -185,7 +186,7 @@ def measure_gap_width(column: Floats, segment: Ints, position: int, period: floa
 
 @njit(cache=True)
 def is_inner_arc(column: Floats, segment: Ints, first: int, second: int, period: float) -> bool:
-    """Whether the arc from the gap after `first` to the gap after `second`, middle to middle, is narrower."""
+    """Return whether the arc from the gap after `first` to the gap after `second` is at most half the circle."""
     start = float(column[segment[first]]) + measure_gap_width(column, segment, first, period) * 0.5
     stop = float(column[segment[second]]) + measure_gap_width(column, segment, second, period) * 0.5
     return floor((stop - start) / period * STEPS + 0.5) <= floor(STEPS * 0.5)
@@ -195,9 +196,9 @@ def is_inner_arc(column: Floats, segment: Ints, first: int, second: int, period:
 def try_cuts(
     column: Floats, segment: Ints, present: int, arcs: bool, extent: float, feature: int, about: Search
 ) -> None:
-    """Try every threshold, or every arc between two gaps; absent values on either side of it.
+    """Try every threshold, or every arc between two gaps, with absent values on either side of it.
 
-    What lies below a threshold is what lies within an arc that starts before all values.
+    A threshold is treated as an arc that starts before all values.
     """
     y, weight, group, total, pressed, table, watched, need_gain, best = about
     values, away = segment[:present], segment[present:]
@@ -262,7 +263,7 @@ def try_cuts(
 
 @njit(cache=True)
 def is_default_value(column: Floats, segment: Ints, value: float, group: Ints) -> bool:
-    """Whether all examples in the node that have this value are defaults."""
+    """Return whether all examples of the node with this value are defaults."""
     shown = 0
     for example in segment:
         shown += column[example] == value and group[example] != DEFAULT
@@ -271,7 +272,7 @@ def is_default_value(column: Floats, segment: Ints, value: float, group: Ints) -
 
 @njit(cache=True)
 def count_present(column: Floats, segment: Ints) -> int:
-    """How many of a segment's examples have the reading; those without come last."""
+    """Return the number of a segment's examples whose value is present; absent ones come last."""
     present = len(segment)
     while present > 0 and isnan(column[segment[present - 1]]):
         present -= 1
@@ -280,7 +281,7 @@ def count_present(column: Floats, segment: Ints) -> int:
 
 @njit(cache=True)
 def find_best_split(columns: Floats, order: Ints, form: Ints, extent: Floats, about: Search) -> None:
-    """Put the best split of a node into the last of `about`; its RATIO stays negative where there is none."""
+    """Write the best split of a node into the last element of `about`; its RATIO stays negative if there is none."""
     for feature in range(len(columns)):
         column, segment, wide = columns[feature], order[feature], extent[feature]
         present = count_present(column, segment)
@@ -296,7 +297,7 @@ def find_best_split(columns: Floats, order: Ints, form: Ints, extent: Floats, ab
 
 @njit(cache=True)
 def partition_rows(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
-    """Reorder every row so that the children follow one another, each still sorted."""
+    """Reorder the examples in every row by child, keeping each child's examples sorted."""
     offsets = np.empty(len(sizes), np.int64)
     for row in order:
         at = 0
@@ -341,10 +342,10 @@ def grow_nodes(
     columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int,
     watched: bool, table: Ints,
 ) -> tuple[Ints, Floats]:  # fmt: skip
-    """A tree: its nodes, and the values on either side of both ends of their cuts.
+    """Grow a tree; return its nodes, and the values on either side of both ends of their cuts.
 
-    `form` says what each feature is, `extent` its range, period or number of labels. Nodes are numbered depth
-    first. At the end, a leaf's examples are those from START to STOP of order[0].
+    `form` is LINE, CIRCLE or LABELS for each feature; `extent` its range, period or number of labels. Nodes are
+    numbered depth first. A leaf's examples are those from START to STOP of order[0] when this returns.
     """
     n = len(y)
     nodes, cuts = np.full((2 * n, 10), NOTHING, np.int64), np.full((2 * n, 4), np.nan)

@@ -1,4 +1,4 @@
-"""Who is responsible for a change: the examples behind every condition that moved, appeared or vanished.
+"""Attribution of changes: which examples caused each condition of an automaton to move, appear or vanish.
 
 Between two versions of a lesson, examples are new, gone, edited, put in quarantine or let out of it; and in a lesson
 begun anew another press has the number of a former one. Such an example is
@@ -30,14 +30,14 @@ from understudy.model.tree_regions import Box
 from understudy.model.tree_text import describe_boxes, simplify_outcome_boxes
 
 Lines: TypeAlias = Mapping[str, Mapping[str, Box]]
-"""By next state, the conditions under which a state is left for it, and the vectors that fulfill each."""
+"""By next state, the conditions under which a state is left for it, each with its box of feature vectors."""
 Numbered: TypeAlias = Mapping[int, Example]
 MOST_NAMED = 6
 MOST_TRIED = 20
 """Of more examples that changed, none is tried as it was."""
 SHOWN_ANEW = "shown anew"
 SIGNIFICANT = 1e-9
-"""Values this near are one: those of a cut may be the next float above."""
+"""The distance below which values count as equal, since a cut may be the float after an example's value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,10 @@ class ConditionChange:
 def attribute_condition_changes(
     before: TrainedAutomaton, after: TrainedAutomaton
 ) -> tuple[ConditionChange, ...]:
-    """Every change of when states are left, of trees learned from lessons, with the examples responsible."""
+    """List every change of when states are left between two versions, with the examples that caused it.
+
+    The result is empty if one version has no lesson. Only decision trees have conditions.
+    """
     if before.lesson is None or after.lesson is None:
         return ()
     found = []
@@ -86,7 +89,7 @@ def attribute_condition_changes(
 
 
 class _StateDiff:
-    """The two versions of one state: what taught it, and what it learned."""
+    """Two versions of one state: its examples and its transition functions."""
 
     def __init__(
         self,
@@ -104,7 +107,7 @@ class _StateDiff:
         self.alike = before.automaton.features == after.automaton.features
 
     def _happened(self) -> Iterator[tuple[int, str]]:
-        """What happened to each example that is not as it was."""
+        """Yield the number of each example that differs between the versions, and what happened to it."""
         was = {each.number: each for each in self.old_lesson.examples}
         now = {each.number: each for each in self.new_lesson.examples}
         for number in sorted({*self.old, *self.new}):
@@ -136,7 +139,7 @@ class _StateDiff:
         return not _same(first, second)
 
     def list_condition_changes(self) -> Iterator[ConditionChange]:
-        """Next state by next state."""
+        """Yield the change of conditions for each next state that has one."""
         old, new = self._lines(self.before, self.old_lesson), self._lines(self.after, self.new_lesson)
         for following in dict.fromkeys([*old, *new]):
             was, now = old.get(following, {}), new.get(following, {})
@@ -184,7 +187,10 @@ class _StateDiff:
         )
 
     def _reaching(self, following: str, box: Box, *, lost: bool) -> Iterator[tuple[int, str]]:
-        """Examples whose vectors fulfill a condition that is new, or was `lost`."""
+        """Yield the changed examples that fulfill a condition, and how each causes the change.
+
+        The condition is new or, if `lost`, was removed.
+        """
         for number in self.happened:
             old, new = self.old.get(number), self.new.get(number)
             mine, other = (old, new) if lost else (new, old)
@@ -194,7 +200,7 @@ class _StateDiff:
                 yield number, "says otherwise there" if lost else "said otherwise there"
 
     def _heard_in(self, box: Box, example: Example, *, lost: bool) -> bool:
-        """Whether an example of the other version has its vector here, and was heeded there: it may be outvoted."""
+        """Return whether an example of the other version lies in this box and was decided as it shows there."""
         if not (self.alike and _inside(example, box)):
             return False
         automaton = (self.after if lost else self.before).automaton
@@ -203,7 +209,10 @@ class _StateDiff:
         return example.next == (self.state if outcome == STAY else automaton.state_names[outcome])
 
     def _bounding(self, boxes: Mapping[str, Box], taught: TrainedAutomaton, mine: Numbered) -> Iterator[int]:
-        """Examples next to a cut at which one of these conditions ends, and which the other version has not."""
+        """Yield the examples next to cuts that end one of these conditions and are new.
+
+        A cut is new if the other version does not have it.
+        """
         features, tree = taught.automaton.features, taught.automaton.transitions.get(self.state)
         if not (isinstance(tree, Tree) and boxes):
             return
@@ -225,14 +234,16 @@ class _StateDiff:
         return {(str(taught.automaton.features[node.feature]), cut) for node in nodes for cut in _ends(node)}
 
     def _needed(self, following: str) -> list[int]:
-        """Changed examples, each of which as it was would leave other conditions."""
+        """List the changed examples each of which, if it had not changed, would lead to other conditions."""
         now = set(self._lines(self.after, self.new_lesson).get(following, {}))
         return [number for number, lines in self._without.items() if set(lines.get(following, {})) != now]
 
     @cached_property
     def _without(self) -> Mapping[int, Lines]:
-        """What would have been learned were one changed example as it was; nothing where so many changed that no single
-        one matters, or where a classifier learns."""
+        """The conditions that would be learned if one changed example had not changed, by the number of that example.
+
+        Empty if more than MOST_TRIED examples changed or the features differ; classifiers have no conditions.
+        """
         found = {}
         for number in self.happened if self.alike and len(self.happened) <= MOST_TRIED else ():
             examples = {**self.new, number: self.old.get(number)}
@@ -262,21 +273,21 @@ def _name_examples(examples: Sequence[ExampleAttribution]) -> str:
 
 
 def _into(former: Example | None) -> str:
-    """Why an example teaches a state now that did not."""
+    """Say why an example is used for a state that was not used for it before."""
     if former is None:
         return "new"
     return "let out" if former.quarantined else "edited"
 
 
 def _out(now: Example | None) -> str:
-    """Why an example teaches a state no longer."""
+    """Say why an example is no longer used for a state."""
     if now is None:
         return "gone"
     return "in quarantine" if now.quarantined else "edited"
 
 
 def _same(first: Sequence[float], second: Sequence[float]) -> bool:
-    """Whether two vectors are the same, absent values too."""
+    """Return whether two vectors are equal, where absent equals absent."""
     return len(first) == len(second) and all(
         one == other or (one != one and other != other) for one, other in zip(first, second, strict=True)
     )
@@ -287,14 +298,14 @@ def _inside(example: Example, box: Box) -> bool:
 
 
 def _ends(node: Node) -> tuple[float, ...]:
-    """The numbers at which a node cuts."""
+    """Return the thresholds of a node."""
     if node.test == TestKind.BELOW:
         return (node.high,)
     return (node.low, node.high) if node.test == TestKind.ARC else ()
 
 
 def _nearest(examples: Sequence[Example], feature: int, cut: float, period: float | None) -> Iterator[int]:
-    """The examples next to a cut on either side, all that are equally near."""
+    """Yield the numbers of the examples nearest to a cut on either side, all of those that are equally near."""
     present = [(each.number, each.values[feature]) for each in examples]
     present = [(number, value) for number, value in present if value == value]
     if period is None:

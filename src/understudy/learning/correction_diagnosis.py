@@ -1,8 +1,8 @@
-"""What a correction says of the examples before it: whether bad ones misled the robot, and which, or too few.
+"""Diagnosis of a correction: whether bad examples misled the robot, and which, or whether there were too few.
 
-In the spirit of Sullivan, ElMolla, Squires and Luke, "Unlearning from Demonstration" (IJCAI 2013); the method is our
-own (docs/correcting.md). It looks at examples only, never into what was learned from them, so it is the same for trees
-and for every classifier.
+In the spirit of Sullivan, ElMolla, Squires and Luke, "Unlearning from Demonstration" (IJCAI 2013); the method
+is our own (docs/correcting.md). It uses examples only, not what was learned from them, so the diagnosis is the
+same for trees and for every classifier.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from understudy.learning.training_set import (
 from understudy.model.lesson import Example, Lesson
 
 ENOUGH = 6
-"""Examples beside the correction that it takes to doubt one of them."""
+"""The least number of examples beside the correction for which any is suspected."""
 DOUBTED = 0.5
-"""From here on the others speak so clearly against an example that it is suspected."""
+"""The least doubt with which an example is suspected."""
 NEAR = 0.1
-"""How like the correction an example must be, of 1, to have had a part in the mistake."""
+"""The least similarity to the correction, of 1, with which an example can have caused the mistake."""
 
 
 class MistakeCause(StrEnum):
-    """Where a mistake came from."""
+    """The cause of a mistake of the robot."""
 
     BAD = "bad examples"
     FEW = "too few examples"
@@ -53,7 +53,19 @@ class MistakeCause(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class CorrectionDiagnosis:
-    """What a correction came to: the verdict, why, and whom to suspect, the most doubtful first."""
+    """The result of `diagnose_correction`.
+
+    Parameters
+    ----------
+    correction
+        The correction that was examined.
+    verdict
+        The cause of the robot's mistake.
+    reason
+        A sentence for people that explains the verdict.
+    suspects
+        The examples that probably caused the mistake, the most doubtful first; empty unless the verdict is BAD.
+    """
 
     correction: Example
     verdict: MistakeCause
@@ -62,7 +74,7 @@ class CorrectionDiagnosis:
 
     @property
     def reasons(self) -> dict[int, str]:
-        """The suspects by number, each with its reason: what `Session.quarantine` takes."""
+        """The reason for each suspect by its number, as `Session.quarantine` takes it."""
         return {suspect.example.number: suspect.reason for suspect in self.suspects}
 
     def __str__(self) -> str:
@@ -70,11 +82,27 @@ class CorrectionDiagnosis:
 
 
 def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagnosis:
-    """Why the robot was wrong where this correction, one of the lesson's examples, was made.
+    """Find out why the robot was wrong where a correction was made.
 
-    Suspected are press-made examples of the same state (of all states in stateless lessons) that are like the
-    correction, say otherwise, and are contradicted by the others; never a correction. DefinitionError where the lesson
-    has no such example, or where it teaches nothing.
+    Suspected are press-made examples of the same state (of all states in stateless lessons) that are similar to the
+    correction, show another next state, and are contradicted by other examples. Corrections are never suspected.
+
+    Parameters
+    ----------
+    lesson
+        The lesson, with the correction among its examples.
+    correction
+        The directive or confirmation by which the demonstrator corrected the robot.
+
+    Returns
+    -------
+    CorrectionDiagnosis
+        The cause of the mistake, and the suspected examples. The lesson stays unchanged.
+
+    Raises
+    ------
+    DefinitionError
+        If the lesson has no such example, or does not learn from it.
     """
     pool = _pool(lesson, correction)
     rivals = _rivals(pool, correction)
@@ -97,7 +125,10 @@ def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagno
 
 
 def _pool(lesson: Lesson, correction: Example) -> tuple[Example, ...]:
-    """The press-made examples that teach what the correction does, in one order whatever order they came in."""
+    """List by number the press-made examples of the correction's state; refuse a correction that is not used.
+
+    In a stateless lesson they are the directives and confirmations of all states.
+    """
     stateless = lesson.automaton.stateless
     found = [
         example
@@ -114,7 +145,7 @@ def _pool(lesson: Lesson, correction: Example) -> tuple[Example, ...]:
 
 
 def _rivals(pool: Sequence[Example], correction: Example) -> list[Example]:
-    """Other corrections with the very same feature vector that say otherwise; defaults beside them said nothing."""
+    """List other corrections with the same feature vector that show another next state."""
     alike = next(group for group in group_by_feature_vector(pool).values() if correction in group)
     return [
         example
@@ -149,7 +180,10 @@ def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: LeaveOneO
 def _suspects(
     pool: Sequence[Example], against: NDArray[np.bool_], unlike: Square, seen: LeaveOneOut
 ) -> tuple[SuspectExample, ...]:
-    """The most doubtful first; each is left out before the next is looked at, so that bad ones hide no other."""
+    """List the suspected examples, the most doubtful first.
+
+    Each is left out before the others are examined again, since one bad example may hide another.
+    """
     found: list[tuple[int, float]] = []
     candidates = against & [not example.correction for example in pool]
     choices = int(seen.outcomes.max()) + 1
@@ -174,9 +208,10 @@ def _alone(place: int, seen: LeaveOneOut) -> bool:
 
 
 def _surrounded(place: int, unlike: Square, seen: LeaveOneOut) -> bool:
-    """Whether others lie on either side of an example: two of them see it at more than a right angle.
+    """Return whether an example has others on both sides: two of them are seen from it at more than a right angle.
 
-    The only example of an outcome is not suspected at an edge, where it may well begin a region of its own.
+    The only example of an outcome is not suspected at the edge of the others, where it may begin a region of
+    its own.
     """
     near = seen.here[(seen.like[place, seen.here] > NEAR) & (seen.here != place)]
     apart = unlike[np.ix_(near, near)]

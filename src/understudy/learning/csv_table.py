@@ -1,10 +1,10 @@
-"""Lessons as tables: one row per example, one column per feature with its kind in the header.
+"""Lessons as CSV tables: one row per example, one column per feature with its kind in the header.
 
     state,next,kind,distance:continuous,bearing:toroidal(6.283185307179586),ready:categorical(no|yes)
     forward,done,directive,0.31,,yes
 
-An empty cell is an absent reading. The automaton's states are `start` and then all that the table names, by
-alphabet, so that the order of rows makes no difference; each runs the behavior of its own name.
+An empty cell is an absent reading. The automaton's states are `start`, then all states that the table names in
+alphabetical order, so that the order of rows makes no difference. Each runs the behavior of its own name.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ NAMED = ("state", "next", "kind")
 
 
 class QueryRow(NamedTuple):
-    """One row to predict: a state and a feature vector."""
+    """A row whose next state is to be predicted: a state and a feature vector."""
 
     state: str
     values: tuple[float, ...]
 
 
 class _CsvTable:
-    """A table's header and rows, every error naming file, line and column."""
+    """The header and rows of a CSV table; its errors name file, line and column."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -65,7 +65,7 @@ class _CsvTable:
         return FileError(path=self.path, place=place, problem=problem, remedy=remedy)
 
     def column(self, title: str) -> int:
-        """The position of the column with this title; FileError where there is none."""
+        """Return the position of the column with this title; refuse a title that is not there."""
         if title not in self.header:
             raise self.make_error(
                 f"line {self.line}",
@@ -75,7 +75,7 @@ class _CsvTable:
         return self.header.index(title)
 
     def features(self) -> list[tuple[int, str, Kind]]:
-        """Position, name and kind of each column that is a feature."""
+        """List the position, name and kind of each column that is a feature."""
         found: list[tuple[int, str, Kind]] = []
         for column, title in enumerate(self.header):
             place = f"line {self.line}, column {title!r}"
@@ -101,7 +101,7 @@ class _CsvTable:
         return found
 
     def values(self, line: int, row: Sequence[str], columns: Iterable[tuple[int, Kind]]) -> tuple[float, ...]:
-        """The cells of a row's features as values."""
+        """Parse the cells of a row's features."""
         found = []
         for column, kind in columns:
             place = f"line {line}, column {self.header[column]!r}"
@@ -112,7 +112,7 @@ class _CsvTable:
         return tuple(found)
 
     def name(self, line: int, row: Sequence[str], title: str) -> str:
-        """The cell of a column that must not be empty."""
+        """Return the cell of a column that must not be empty."""
         cell = row[self.column(title)]
         if not cell:
             raise self.make_error(f"line {line}, column {title!r}", "it is empty", "name a state")
@@ -120,7 +120,7 @@ class _CsvTable:
 
 
 def _name_and_kind(title: str) -> tuple[str, str]:
-    """A feature's name and its kind as a header spells it; either may hold colons of its own."""
+    """Split a column's title into a feature's name and kind, both of which may contain colons."""
     names = [title[:end].strip() for end, letter in enumerate(title) if letter == ":"]
     kinds = [title[end + 1 :].strip() for end, letter in enumerate(title) if letter == ":"]
     for name, spelled in zip(names, kinds, strict=True):
@@ -145,7 +145,7 @@ def _text(path: Path) -> str:
 
 
 def read_lesson_table(path: Path | str, *, name: str | None = None) -> Lesson:
-    """The lesson in a CSV file; the automaton is called as the file unless it is given a name."""
+    """Read a lesson from a CSV file; its automaton is named after the file unless `name` is given."""
     table = _CsvTable(Path(path))
     for title in NAMED:
         table.column(title)
@@ -184,10 +184,9 @@ def _examples(table: _CsvTable, columns: Sequence[tuple[int, Kind]]) -> Iterator
 
 
 def read_query_rows(path: Path | str, lesson: Lesson) -> tuple[QueryRow, ...]:
-    """The rows to predict in a CSV file: a column `state` and one for each feature of the lesson, in any
-    order.
+    """Read the rows to predict from a CSV file with a column `state` and one for each feature of the lesson.
 
-    Columns `next` and `kind` may be there and are not read; other columns are refused.
+    Columns may come in any order. `next` and `kind` are allowed and ignored; other columns are refused.
     """
     table = _CsvTable(Path(path))
     table.column("state")

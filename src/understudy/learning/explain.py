@@ -1,4 +1,4 @@
-"""Why an automaton decided as it did: the conditions on the path, and the examples behind the leaf."""
+"""Explanations of decisions: the conditions that were fulfilled, and the examples with the same decision."""
 
 from __future__ import annotations
 
@@ -21,9 +21,20 @@ from understudy.model.tree_text import describe_path
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """One decision: the next state, what held, and what was shown there.
+    """The explanation of one decision, as `explain` returns it.
 
-    `shown` is False where nothing ever was (the state is kept), `examples` those that reach the same leaf.
+    Parameters
+    ----------
+    state
+        Name of the state in which the decision was made.
+    next
+        Name of the next state; equal to `state` if the automaton stays.
+    conditions
+        The conditions that were fulfilled, as text. Empty without a tree.
+    examples
+        The examples that reach the same leaf of the tree.
+    shown
+        False if no example was ever given for such a feature vector, so that the state is kept.
     """
 
     state: str
@@ -42,10 +53,39 @@ class Explanation:
 def explain(
     lesson: Lesson, state: str, values: Sequence[float], transition: Transition | None
 ) -> Explanation:
-    """Why `transition`, learned from this lesson (None where there is none), decides so for a feature vector.
+    """Explain how an automaton decides in a state for a feature vector.
 
-    A classifier of scikit-learn has no path: only the decision is said. DefinitionError or KindError where the vector
-    is none of the lesson's features.
+    Parameters
+    ----------
+    lesson
+        The lesson from which `transition` was learned.
+    state
+        Name of the state.
+    values
+        Feature vector: a number for each of the lesson's features, NaN where absent, for a label its index.
+    transition
+        The state's transition function. None if it has none, so that the state is kept.
+
+    Returns
+    -------
+    Explanation
+        The decision, the conditions and the examples. For a classifier of scikit-learn only the decision is known.
+
+    Raises
+    ------
+    UnknownName
+        If the automaton has no such state.
+    DefinitionError
+        If `values` is no list, or has not one number for each feature.
+    KindError
+        If a value is no number, or is outside its feature's kind.
+
+    Examples
+    --------
+    >>> from understudy import Automaton, BoundFeature, Continuous, Feature, Lesson
+    >>> distance = BoundFeature(Feature("distance", Continuous(), reading="distance", unit="m"))
+    >>> print(explain(Lesson(Automaton("approach", features=(distance,))), "start", [0.5], None))
+    stays in start; nothing was ever shown there
     """
     automaton = lesson.automaton
     automaton.index(state)
@@ -67,7 +107,7 @@ def explain(
 
 
 def _check_vector(automaton: Automaton, values: Sequence[float]) -> tuple[float, ...]:
-    """A feature vector as numbers, one for each feature and of its kind."""
+    """Convert a feature vector to floats; refuse one that does not fit the automaton's features."""
     labels, what = [str(bound) for bound in automaton.features], "feature vector"
     if isinstance(values, str | Mapping) or not hasattr(values, "__len__"):
         problem = f"it is {values!r:.60}"
@@ -89,7 +129,7 @@ RowNumbers = NDArray[np.intp]
 
 
 def find_rows_by_node(tree: Tree, values: NDArray[np.float64]) -> list[RowNumbers]:
-    """By node, the rows of feature vectors [n, F] that come by it, in order."""
+    """Return for each node the rows of the feature vectors [n, F] that pass it, in order."""
     passing = [np.zeros(len(values), np.bool_) for _ in tree.nodes]
     passing[0][:] = True
     found: list[RowNumbers] = []
@@ -104,7 +144,7 @@ def find_rows_by_node(tree: Tree, values: NDArray[np.float64]) -> list[RowNumber
 
 
 def _sides(node: Node, column: Column) -> Iterator[tuple[int, NDArray[np.bool_]]]:
-    """Each child with those values that lead to it."""
+    """Yield each child of a node with a mask of the values that lead to it."""
     absent = np.isnan(column)
     if node.test == TestKind.LABEL:
         yield node.absent, absent

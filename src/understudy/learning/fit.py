@@ -1,4 +1,4 @@
-"""Fit transition functions to a lesson, and predict next states with them."""
+"""Learning of transition functions from a lesson, and prediction of next states with them."""
 
 from __future__ import annotations
 
@@ -22,9 +22,29 @@ from understudy.model.tree import STAY
 
 
 def learn(lesson: Lesson) -> Mapping[str, Transition]:
-    """The transition function of every state that was pressed in; the same whatever the examples' order.
+    """Learn a transition function for every state of a lesson that has press-made examples.
 
-    In stateless mode one function, the very same object, for every state that raises no flag.
+    The order of the examples makes no difference.
+
+    Parameters
+    ----------
+    lesson
+        The lesson.
+
+    Returns
+    -------
+    Mapping[str, Transition]
+        Transition function by state name: decision trees, or classifiers if the lesson's options say so. In a
+        stateless lesson all states that raise no flag share one object.
+
+    Raises
+    ------
+    DefinitionError
+        If an example does not fit the automaton's features, or the classifier cannot be fitted.
+    UnknownName
+        If an example is of a state that the automaton does not have.
+    SklearnMissing
+        If the lesson needs scikit-learn, which is not installed.
     """
     taught = group_examples_by_state(lesson)
     if lesson.automaton.stateless:
@@ -34,17 +54,37 @@ def learn(lesson: Lesson) -> Mapping[str, Transition]:
 
 
 def learn_automaton(lesson: Lesson) -> Automaton:
-    """The lesson's automaton with the transition functions learned from it."""
+    """Learn a lesson's automaton: the one of the lesson, with transition functions.
+
+    Parameters
+    ----------
+    lesson
+        The lesson.
+
+    Returns
+    -------
+    Automaton
+        The automaton; the lesson stays unchanged.
+
+    Raises
+    ------
+    DefinitionError
+        If an example does not fit the automaton's features, or the classifier cannot be fitted.
+    UnknownName
+        If an example is of a state that the automaton does not have.
+    SklearnMissing
+        If the lesson needs scikit-learn, which is not installed.
+    """
     return replace(lesson.automaton, transitions=learn(lesson))
 
 
 def learn_state(lesson: Lesson, state: str, examples: tuple[Example, ...]) -> Transition:
-    """The transition function of one state from the examples that teach it."""
+    """Learn the transition function of one state from the given examples."""
     return make_fitter(lesson)(make_training_set(lesson, examples, state))
 
 
 def make_fitter(lesson: Lesson) -> Callable[[TrainingSet], Transition]:
-    """What makes a transition function of arrays of a lesson's examples, in the way that the lesson chose."""
+    """Make the function that learns a transition function from a training set, with the lesson's options."""
     automaton, learner = lesson.automaton, lesson.options.learner
     kinds = [bound.kind for bound in automaton.features]
     if isinstance(learner, SklearnOptions):
@@ -75,7 +115,7 @@ def _watches(lesson: Lesson) -> bool:
 def predict_next_states(
     transitions: Mapping[str, Transition], state_names: Sequence[str], rows: Iterable[QueryRow]
 ) -> list[str]:
-    """The next state of each row; a state without a transition function keeps itself."""
+    """Predict the next state of each row; a state without a transition function is kept."""
     found = []
     for row in rows:
         function = transitions.get(row.state)

@@ -1,8 +1,8 @@
-"""Predict every example from all others (leave-one-out), with the pairwise distances that this needs.
+"""Leave-one-out prediction of every example from all others, with the pairwise distances that this needs.
 
-A Gaussian process fits each outcome's 0 and 1 (least-squares classification); what it predicts for an example
-without that example follows from one inverse for all of them (Rasmussen and Williams, Gaussian Processes for Machine
-Learning, 2006, equations 5.12 and section 6.5). Far from every other example it says: no idea.
+A Gaussian process fits 0 and 1 for each outcome (least-squares classification); one matrix inverse gives its
+prediction for every example from the others (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006,
+equation 5.12 and section 6.5). Far from all other examples, all outcomes are predicted alike.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ Square = NDArray[np.float64]
 """A number for each pair of n examples [n, n]."""
 
 AWAY = sqrt(0.75)
-"""How far absence lies beside the middle of all values, so that it is 1 away from the farthest."""
+"""The distance of absence from the middle of all values, chosen so that it is 1 away from the farthest."""
 
 
 def compute_pairwise_distances(values: NDArray[np.float64], kinds: Sequence[Kind]) -> Square:
-    """The mean over features of the squared distance of each two of n feature vectors [n, F], each from 0 to 1.
+    """Compute the mean over features of the squared distance, 0 to 1, of each two of n feature vectors [n, F].
 
-    A continuous feature counts as a share of its range over the vectors, a toroidal one as a share of the circle's
-    diameter, straight across; labels are 0 or 1 apart. What is absent lies beside the middle. A feature that is the
-    same everywhere says nothing and is left out; 0 throughout where all are.
+    A continuous feature is measured in units of its range over the vectors, a toroidal one in diameters of the
+    circle (along the chord); different labels are 1 apart. Absent values lie beside the middle of the others. A
+    feature with the same value everywhere is left out; if all are, every distance is 0.
     """
     total, counted = np.zeros((len(values), len(values))), 0
     for column, kind in zip(values.T, kinds, strict=True):
@@ -43,7 +43,10 @@ def compute_pairwise_distances(values: NDArray[np.float64], kinds: Sequence[Kind
 
 
 def _axes(column: Column, kind: Kind) -> Iterator[Column]:
-    """Where values [n] lie, an axis at a time: as points of a plain space, which is what keeps likeness sound."""
+    """Yield the coordinates [n] of values, one axis at a time, in a Euclidean space.
+
+    Only with Euclidean distances is the similarity matrix of `fit_leave_one_out` positive definite.
+    """
     absent = np.isnan(column)
     if isinstance(kind, Categorical):
         for label in range(len(kind.labels)):
@@ -64,15 +67,16 @@ def _axes(column: Column, kind: Kind) -> Iterator[Column]:
 
 
 SCALES = (0.2, 0.35, 0.6, 1.0)
-"""How far likeness may reach, in median distances between examples; the one that predicts best is taken."""
+"""The length scales to try, in units of the median distance between examples."""
 
 
 @dataclass(frozen=True)
 class LeaveOneOut:
-    """Examples seen from the others: how `like` each two are [n, n], 0 to 1, and which `outcome` each has [n].
+    """A fit of examples from which each can be predicted by all others.
 
-    `inverse` [n, n] is that of the likeness with the doubt about each example added. Leaving an example out of it is
-    cheap, see `exclude`.
+    `like` [n, n] is the similarity of each two examples, 0 to 1. `outcomes` [n] is the index of each example's
+    outcome. `here` lists the examples not left out. `inverse` is that of their similarity matrix with noise
+    variances added to the diagonal.
     """
 
     like: Square
@@ -81,9 +85,10 @@ class LeaveOneOut:
     here: NDArray[np.int64]
 
     def score_mislabels(self, choices: int) -> Column:
-        """By how much the others speak for another outcome than each example's own [n]: about -1 to 1.
+        """Compute how strongly the others predict another outcome than each example's own [n], about -1 to 1.
 
-        0 where they say nothing; -1 for those left out. `choices` is how many outcomes there are.
+        0 means that the others predict nothing; -1 stands for examples left out. `choices` is the number of
+        outcomes.
         """
         own = _one_hot(self.outcomes[self.here], choices)
         predicted = _predicted(self.inverse, own)
@@ -93,7 +98,7 @@ class LeaveOneOut:
         return found
 
     def exclude(self, example: int) -> LeaveOneOut:
-        """The same without one more example, by its place."""
+        """Make the fit without one more example, given by its index among all; this is cheaper than a new fit."""
         at = int(np.flatnonzero(self.here == example)[0])
         rest = np.delete(np.arange(len(self.here)), at)
         column = self.inverse[rest, at]
@@ -102,10 +107,10 @@ class LeaveOneOut:
 
 
 def fit_leave_one_out(unlike: Square, outcomes: NDArray[np.int64], noise: Column) -> LeaveOneOut:
-    """Examples by how unlike each two are [n, n] and by their outcomes [n], each with its variance of `noise` [n].
+    """Fit a Gaussian process, given squared distances [n, n], outcomes [n] and noise variances [n] of examples.
 
-    The reach of likeness is the one under which the examples predict each other best (the highest leave-one-out
-    likelihood, its variance fitted).
+    Of SCALES, the length scale with the highest leave-one-out likelihood is used (Rasmussen and Williams 2006,
+    section 5.4.2); for each the signal variance is fitted too.
     """
     choices = int(outcomes.max()) + 1
     own = _one_hot(outcomes, choices)
@@ -126,7 +131,7 @@ def fit_leave_one_out(unlike: Square, outcomes: NDArray[np.int64], noise: Column
 
 
 def _predicted(inverse: Square, own: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What the others predict for each example [n, choices]; with none near, every outcome alike."""
+    """Predict each example's outcomes from the others [n, choices]; with none near, every outcome alike."""
     weights = inverse @ (own - 1 / own.shape[1])
     found: NDArray[np.float64] = own - weights / np.diag(inverse)[:, None]
     return found

@@ -1,7 +1,8 @@
-"""Find presses that are probably mislabeled: the other examples contradict them.
+"""Detection of presses that are probably mislabeled, because other examples contradict them.
 
-A press is looked at twice: among what was shown in its own state, and among all that was ever said, in whatever state,
-since a wrong button is mostly wrong there, too. Both predict it from the other examples, see `fit_leave_one_out`.
+A press is compared twice: with the examples of its own state, and with all directives and confirmations of all
+states, since a wrong button is mostly wrong there, too. Both predict it from the other examples, see
+`fit_leave_one_out`.
 """
 
 from __future__ import annotations
@@ -17,14 +18,17 @@ from understudy.learning.training_set import make_training_set, select_teaching_
 from understudy.model.lesson import Example, ExampleKind, Lesson
 
 TRUST_CORRECTION, TRUST_SAID, TRUST_DEFAULT = 0.02, 0.1, 0.2
-"""The variance of noise that is expected of each sort of example; who corrects has just seen what is wrong."""
+"""The noise variances expected of corrections, other directives and confirmations, and defaults.
+
+Corrections are most reliable: who corrects has just seen what is wrong.
+"""
 WITNESSES = 3
-"""How many examples a reason names at most."""
+"""The largest number of examples that a reason names."""
 
 
 @dataclass(frozen=True, slots=True)
 class SuspectExample:
-    """An example that may be bad: why, and how much the others speak against it (0 to 1)."""
+    """An example that may be bad: the reason, and how strongly the other examples contradict it (0 to 1)."""
 
     example: Example
     reason: str
@@ -32,14 +36,17 @@ class SuspectExample:
 
 
 def estimate_noise_variance(example: Example) -> float:
-    """The variance of noise that is expected of an example."""
+    """Return the noise variance expected of an example: lowest for corrections, highest for defaults."""
     if example.correction and example.is_shown:
         return TRUST_CORRECTION
     return TRUST_DEFAULT if example.kind is ExampleKind.DEFAULT else TRUST_SAID
 
 
 def describe_counterevidence(pool: Sequence[Example], place: int, seen: LeaveOneOut) -> str:
-    """Who speaks against an example: the most like it of those that say otherwise, none of them suspected."""
+    """Describe which examples contradict an example: the most similar ones with another next state.
+
+    `place` is the index of the example in `pool`. Examples that were left out of `seen` are not named.
+    """
     others = seen.here[seen.outcomes[seen.here] != seen.outcomes[place]]
     most = others[np.argsort(-seen.like[place, others], kind="stable")]
     outcome = pool[most[0]].next
@@ -53,15 +60,18 @@ def describe_counterevidence(pool: Sequence[Example], place: int, seen: LeaveOne
 
 
 def format_example_numbers(examples: Sequence[Example]) -> str:
-    """Examples by number: "example 3", "examples 3, 5 and 9"."""
+    """Format the numbers of examples, such as "example 3" or "examples 3, 5 and 9"."""
     *most, last = [str(number) for number in sorted(example.number for example in examples)]
     return f"examples {', '.join(most)} and {last}" if most else f"example {last}"
 
 
 ODD = 0.25
-"""From here on a press is worth a second look. It finds most slips, and as many presses that were meant."""
+"""The least doubt with which a press is suspected by default.
+
+It finds most slips, and as many presses that were intended.
+"""
 ENOUGH = 6
-"""So many others it takes to doubt a press."""
+"""The least number of other examples with which a press is doubted."""
 
 
 def find_mislabels(
@@ -71,11 +81,38 @@ def find_mislabels(
     meant: Mapping[int, float] = MappingProxyType({}),
     most: int | None = None,
 ) -> tuple[SuspectExample, ...]:
-    """Directives and confirmations that look like slips, the most doubtful first, corrections too.
+    """Find directives and confirmations, corrections included, that were probably given by mistake.
 
-    Doubted from `least` on is the mean of both looks, about -1 to 1. Each suspect is left out before the others are
-    looked at again, so that slips hide no other. `meant` are those that the demonstrator stands by, each with the
-    doubt at that time: they are suspected again once it has grown by `least`. So `most` are looked for (None: all).
+    The doubt about an example is about -1 to 1: how strongly the other examples predict another next state,
+    averaged over the examples of its state and those of all states. Each suspect is left out before the others
+    are examined again, since one slip may hide another.
+
+    Parameters
+    ----------
+    lesson
+        The lesson; it stays unchanged.
+    least
+        Doubt from which an example is suspected.
+    meant
+        Examples that the demonstrator has declared intended: by number, the doubt at that time. Such an example is
+        suspected again only when its doubt has grown by `least`.
+    most
+        Largest number of suspects to look for. None: all.
+
+    Returns
+    -------
+    tuple[SuspectExample, ...]
+        The suspects with reasons, in the order in which they were found, the most doubtful first.
+
+    Raises
+    ------
+    DefinitionError
+        If an example does not fit the automaton's features.
+
+    Notes
+    -----
+    Gaussian process with leave-one-out prediction: Rasmussen and Williams, Gaussian Processes for Machine Learning
+    (2006), equation 5.12 and section 6.5. The rule for suspects is our own.
     """
     looks = [_LeaveOneOutView(lesson, pool) for pool in _pools(lesson) if len(pool) > ENOUGH]
     doubted = {each.number: each for each in select_teaching_examples(lesson) if each.is_shown}
@@ -95,7 +132,7 @@ def find_mislabels(
 
 
 def list_press_examples(lesson: Lesson, number: int) -> tuple[int, ...]:
-    """The numbers of an example and of the default that the same press recorded, if it is still there."""
+    """Return the numbers of an example and of the default that the same press recorded, if that still exists."""
     example = next(each for each in lesson.examples if each.number == number)
     if example.moment is None:  # no press made it
         return (number,)
@@ -109,7 +146,10 @@ def list_press_examples(lesson: Lesson, number: int) -> tuple[int, ...]:
 
 
 def _pools(lesson: Lesson) -> Iterator[Sequence[Example]]:
-    """What was said in all states; and each state's own, with its defaults, in lessons that tell states apart."""
+    """Yield the examples to compare: those of all states, then those of each state with its defaults.
+
+    Stateless lessons do not tell states apart; the second list is then the first one again.
+    """
     taught = select_teaching_examples(lesson)
     yield [example for example in taught if example.is_shown]
     for state in lesson.automaton.state_names:
@@ -120,7 +160,7 @@ def _pools(lesson: Lesson) -> Iterator[Sequence[Example]]:
 
 
 class _LeaveOneOutView:
-    """Examples as each is seen from the others."""
+    """A set of examples, each predicted from the others."""
 
     def __init__(self, lesson: Lesson, pool: Sequence[Example]) -> None:
         self._pool = sorted(pool, key=lambda example: example.number)
@@ -134,21 +174,21 @@ class _LeaveOneOutView:
         )
 
     def score_mislabels(self) -> Mapping[int, float]:
-        """By how much the others speak against each example, by number; of none where all say one thing."""
+        """Compute the doubt about each example by number; empty if all examples have one outcome."""
         if self._choices == 1:
             return {}
         doubt = self._seen.score_mislabels(self._choices)
         return {number: float(doubt[place]) for number, place in self._places.items()}
 
     def describe_counterevidence(self, number: int) -> str:
-        """Who speaks against an example, "" where nobody here does."""
+        """Describe which examples contradict an example; an empty text if none does."""
         place = self._places.get(number)
         if place is None or self._seen.score_mislabels(self._choices)[place] <= 0:
             return ""
         return describe_counterevidence(self._pool, place, self._seen)
 
     def exclude(self, number: int) -> None:
-        """Look on without an example."""
+        """Leave an example out from now on."""
         place = self._places.pop(number, None)
         if place is not None:
             self._seen = self._seen.exclude(place)

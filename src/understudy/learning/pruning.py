@@ -1,8 +1,8 @@
-"""Pruning: questions of a tree taken back that set too few examples right, the least useful first.
+"""Pruning: tests of a tree that classify too few examples correctly are removed, the least useful first.
 
-Weakest-link pruning: Breiman, Friedman, Olshen and Stone, Classification and Regression Trees, 1984, chapter 3. What a
-question and all below it are worth is how many examples they set right for each leaf that they add. Its units are
-examples, so that people can say how much a leaf must be worth: with 1, whatever is held up by one example goes.
+Weakest-link pruning: Breiman, Friedman, Olshen and Stone, Classification and Regression Trees, 1984, chapter 3. The
+worth of a test, with all below it, is how many examples it saves from a wrong decision per leaf that it adds. It is
+measured in examples so that people can choose it: with 1, whatever is supported by one example is removed.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from understudy.learning.training_set import TrainingSet
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 
 PRESSED, SEEN = 10, 1
-"""What an example weighs: watched ones count a tenth, as in the score of splits."""
+"""The weights of press-made and of watched examples; watched ones count a tenth, as in the score of splits."""
 SAME = 1e-9
 
 
 def prune_tree(tree: Tree, shown: TrainingSet, pruning: float) -> Tree:
-    """The tree without the questions whose leaves do not each set more than `pruning` examples right."""
+    """Prune a tree: remove the tests that save at most `pruning` examples from a wrong decision per leaf they add."""
     for worth, simpler in list_pruning_steps(tree, shown):
         if worth > pruning + SAME:
             break
@@ -33,9 +33,9 @@ def prune_tree(tree: Tree, shown: TrainingSet, pruning: float) -> Tree:
 
 
 def list_pruning_steps(tree: Tree, shown: TrainingSet) -> Iterator[tuple[float, Tree]]:
-    """The tree pruned step by step, the weakest question first: what it was worth, in examples, and what is left.
+    """Yield, the weakest test first, the worth of the removed test in examples and the tree without it.
 
-    No step is worth less than the one before it; of several equally weak questions the topmost goes first.
+    No step is worth less than the one before it; of several equally weak tests the topmost is removed first.
     """
     worth, answers = 0.0, _answers(tree, shown)
     while len(tree.nodes) > 1:
@@ -49,14 +49,14 @@ def list_pruning_steps(tree: Tree, shown: TrainingSet) -> Iterator[tuple[float, 
 
 
 class _LeafCost(NamedTuple):
-    """What a node answers as a leaf, and the weight of the examples that show something else."""
+    """The outcome that a node would have as a leaf, and the weight of the examples it would then decide wrongly."""
 
     outcome: int
     wrong: int
 
 
 class _SplitCost(NamedTuple):
-    """A node that could become a leaf: with which outcome, and what it and those below it are worth."""
+    """A node that could become a leaf: its index, its outcome as a leaf, and the worth of its test."""
 
     node: int
     outcome: int
@@ -64,7 +64,7 @@ class _SplitCost(NamedTuple):
 
 
 def _answers(tree: Tree, shown: TrainingSet) -> list[_LeafCost | None]:
-    """By node; None for a question at which nothing was pressed."""
+    """Compute for each node its cost as a leaf; None for a test that no press-made example reaches."""
     weights = np.where(shown.groups == WATCHED, SEEN, PRESSED)
     found = []
     for node, here in zip(tree.nodes, find_rows_by_node(tree, shown.values), strict=True):
@@ -76,7 +76,7 @@ def _answers(tree: Tree, shown: TrainingSet) -> list[_LeafCost | None]:
 
 
 def _questions(tree: Tree, answers: Sequence[_LeafCost | None]) -> Iterator[_SplitCost]:
-    """All questions at which something was pressed."""
+    """Yield all tests that some press-made example reaches."""
     leaves, wrong = [1] * len(tree.nodes), [0] * len(tree.nodes)
     for index in reversed(range(len(tree.nodes))):  # children come after their parents
         node, answer = tree.nodes[index], answers[index]
@@ -92,7 +92,10 @@ def _questions(tree: Tree, answers: Sequence[_LeafCost | None]) -> Iterator[_Spl
 
 
 def _outcome(rows: RowNumbers, shown: TrainingSet) -> int | None:
-    """What most press-made examples show; a tie stays, or is what is declared first. None where nothing was pressed."""
+    """Return the outcome of most press-made examples, or None if there is none.
+
+    Of tied outcomes it is that of staying in the state, else that of the state declared first.
+    """
     pressed = shown.outcomes[rows[shown.groups[rows] != WATCHED]]
     if not len(pressed):
         return None
@@ -102,7 +105,7 @@ def _outcome(rows: RowNumbers, shown: TrainingSet) -> int | None:
 
 
 def _weigh_wrong(outcome: int, rows: RowNumbers, shown: TrainingSet, weights: NDArray[np.int64]) -> int:
-    """The weight of the examples that show something else."""
+    """Return the weight of the examples whose outcome is another."""
     decided = shown.current if outcome == STAY else outcome
     return int(weights[rows[shown.outcomes[rows] != decided]].sum())
 
@@ -112,7 +115,7 @@ def _children(node: Node) -> Sequence[int]:
 
 
 def _without(tree: Tree, question: _SplitCost) -> tuple[Tree, list[int]]:
-    """The tree with a question made a leaf, and which of its nodes are left: those that something leads to."""
+    """Replace a test by a leaf; return the tree, and which of its former nodes are left."""
     nodes = list(tree.nodes)
     nodes[question.node] = make_leaf(question.outcome)
     kept = [False] * len(nodes)

@@ -1,6 +1,6 @@
-"""Simplifying: how much of what was learned can go without loss, judged by examples that were left out of learning.
+"""Suggestions how far to simplify trees by pruning, judged by examples that were left out of learning.
 
-Nothing here changes a lesson: it says what pruning would come to, and a person decides.
+Nothing here changes a lesson; a person decides.
 """
 
 from __future__ import annotations
@@ -22,17 +22,22 @@ from understudy.model.lesson import Lesson, TreeOptions
 from understudy.model.tree import STAY, Tree, make_leaf
 
 ENOUGH = 30
-"""Fewer press-made examples say too little about examples to come; and each of them was meant."""
+"""The least number of press-made examples for which a pruning is suggested.
+
+Fewer are no basis for predictions about further examples, and each of them was given on purpose.
+"""
 MOST_TRIALS = 48
-"""So many times at most something is left out: of a larger lesson, several examples at once."""
+"""The largest number of trials; in larger lessons, each trial leaves out several examples at once."""
 
 Fit: TypeAlias = Callable[[TrainingSet], Transition]
 
 
 @dataclass(frozen=True, slots=True)
 class PruningSuggestion:
-    """The pruning that decides fewest examples wrong, and of several the one that decides most simply: of the
-    examples `left_out`, each in turn, so many were decided otherwise than shown without pruning, and with it.
+    """The pruning with the fewest wrong decisions, and the simplest of several.
+
+    `wrong` and `wrong_pruned` are how many of the `left_out` press-made examples are decided wrongly by trees
+    learned without them: without pruning and with it.
     """
 
     pruning: float
@@ -42,7 +47,7 @@ class PruningSuggestion:
 
 
 def replace_pruning(lesson: Lesson, pruning: float) -> Lesson:
-    """The lesson, learned with a pruning; 0 prunes nothing."""
+    """Return the lesson with another pruning in its options; lessons with classifiers are returned unchanged."""
     learner = lesson.options.learner
     if not isinstance(learner, TreeOptions):
         return lesson
@@ -50,9 +55,10 @@ def replace_pruning(lesson: Lesson, pruning: float) -> Lesson:
 
 
 def suggest_pruning(lesson: Lesson) -> PruningSuggestion | None:
-    """The pruning to try; None where a classifier learns, or where there are too few examples to tell.
+    """Suggest a pruning by cross-validation; None with a classifier, or if there are fewer than ENOUGH examples.
 
-    Of no pruning and those at which something changes, the one with the fewest wrong decisions; of several, the most.
+    Candidates are no pruning and those values at which the tree changes. Of the ones with the fewest wrong
+    decisions, the largest is suggested.
     """
     if not isinstance(lesson.options.learner, TreeOptions):
         return None
@@ -76,7 +82,7 @@ def suggest_pruning(lesson: Lesson) -> PruningSuggestion | None:
 
 
 def _states(lesson: Lesson) -> list[TrainingSet]:
-    """What teaches each transition function: one for all states in a stateless lesson."""
+    """List the training set of each transition function; one for all states in a stateless lesson."""
     found = [(state, examples) for state, examples in group_examples_by_state(lesson).items()]
     return [
         make_training_set(lesson, examples, state)
@@ -85,7 +91,7 @@ def _states(lesson: Lesson) -> list[TrainingSet]:
 
 
 def _tree(fit: Fit, shown: TrainingSet) -> Tree:
-    """The tree that is learned; it stays where nothing was pressed."""
+    """Learn a tree; without press-made examples, one that stays."""
     tree = fit(shown) if (shown.groups != WATCHED).any() else None
     return tree if isinstance(tree, Tree) else Tree((make_leaf(STAY),))
 
@@ -93,7 +99,7 @@ def _tree(fit: Fit, shown: TrainingSet) -> Tree:
 def _count_wrong_by_pruning(
     fit: Fit, shown: TrainingSet, out: RowNumbers, steps: Sequence[float]
 ) -> NDArray[np.int64]:
-    """By pruning, how many of the examples that were left out are decided otherwise than shown."""
+    """Count for each pruning in `steps` how many of the left-out examples are decided wrongly."""
     kept = np.delete(np.arange(len(shown.outcomes)), out)
     rest = TrainingSet((), shown.values[kept], shown.outcomes[kept], shown.groups[kept], shown.current)
     tree = _tree(fit, rest)

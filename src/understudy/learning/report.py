@@ -1,4 +1,4 @@
-"""What learning a lesson came to, state by state: conditions, sizes, contradictions and disagreements."""
+"""Reports on learning a lesson: conditions, sizes, contradictions and disagreements of each state."""
 
 from __future__ import annotations
 
@@ -22,7 +22,12 @@ from understudy.model.tree_text import describe_exits
 
 @dataclass(frozen=True, slots=True)
 class StateReport:
-    """What one state learned. `find_contradictions` and `find_disagreements` are how many there are (see below)."""
+    """The result of learning one state.
+
+    `conditions` describe in words when it is left. `nodes` and `depth` are the size of its tree, 0 for a
+    classifier. `contradictions` counts groups of examples that contradict each other, `disagreements` examples
+    that are decided otherwise than shown. `fit_ms` is the time to learn it, in ms.
+    """
 
     conditions: tuple[str, ...]
     nodes: int
@@ -34,16 +39,17 @@ class StateReport:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a lesson came to: the transition functions, and a report for each state that has one."""
+    """The result of learning a lesson: by state name, the transition functions and the reports."""
 
     transitions: Mapping[str, Transition]
     states: Mapping[str, StateReport]
 
 
 def learn_and_report(lesson: Lesson) -> Report:
-    """Learn a lesson and say what came of it. In stateless mode all states share one function and one fit.
+    """Learn a lesson, and report on each state that has a transition function.
 
-    `fit_ms` is from Example objects to a finished function, without the kernel's compilation.
+    In a stateless lesson all states share one function and its `fit_ms`, which is the time from Example objects
+    to a finished function, without compiling the kernel.
     """
     if isinstance(lesson.options.learner, TreeOptions):
         compile_tree_kernels()
@@ -78,7 +84,7 @@ def _sentences(lesson: Lesson, state: str, function: Transition) -> tuple[str, .
 
 
 def find_contradictions(lesson: Lesson, state: str) -> tuple[tuple[Example, ...], ...]:
-    """The state's directives and confirmations that contradict each other, grouped by feature vector."""
+    """Find directives and confirmations of a state that have equal feature vectors but different next states."""
     told = [example for example in group_examples_by_state(lesson).get(state, ()) if example.is_shown]
     return tuple(
         tuple(group)
@@ -88,7 +94,7 @@ def find_contradictions(lesson: Lesson, state: str) -> tuple[tuple[Example, ...]
 
 
 def find_disagreements(lesson: Lesson, state: str, function: Transition) -> tuple[Example, ...]:
-    """The state's press-made examples that its transition function decides otherwise than shown."""
+    """Find the press-made examples of a state whose next state is not what its transition function decides."""
     names = lesson.automaton.state_names
     found = []
     for example in select_teaching_examples(lesson):

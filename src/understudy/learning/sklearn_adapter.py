@@ -1,4 +1,4 @@
-"""Classifiers of scikit-learn in place of trees: an allowed list, fitted again on loading, never pickled."""
+"""Classifiers of scikit-learn in place of trees: only allowed ones, fitted again on loading, never pickled."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from understudy.model.tree import STAY, PathStep, Tree, make_leaf
 
 
 class AllowedClassifier(NamedTuple):
-    """Where a classifier lives, which of its parameters a lesson may set, and what is always set."""
+    """A classifier's module, the parameters that a lesson may set, and those that are always set."""
 
     module: str
     parameters: tuple[str, ...]
@@ -66,11 +66,11 @@ ALLOWED: Mapping[str, AllowedClassifier] = MappingProxyType(
 )
 
 ROWS_APART = ("DecisionTreeClassifier", "RandomForestClassifier")
-"""Those that answer a row bit for bit as they would alone; matrix products of the others round by their size."""
+"""The classifiers that decide rows together exactly as one by one; others round by the size of the batch."""
 
 
 class SklearnMissing(UnderstudyError, json_type="ScikitMissing"):
-    """A lesson needs scikit-learn, which is not installed."""
+    """The error that a lesson needs scikit-learn, which is not installed."""
 
     def __init__(self, *, classifier: str) -> None:
         self.classifier = classifier
@@ -82,38 +82,39 @@ class SklearnMissing(UnderstudyError, json_type="ScikitMissing"):
 
 @dataclass(frozen=True, slots=True)
 class ClassifierTransition:
-    """A transition function that asks a fitted classifier; it cannot say why."""
+    """A transition function that decides with a fitted classifier; it cannot report conditions."""
 
     classifier: Any
     kinds: tuple[Kind, ...]
 
     def decide(self, values: Sequence[float]) -> int:
-        """The next state's index for a feature vector."""
+        """Return the index of the next state for a feature vector."""
         return int(self.classifier.predict([encode_features(values, self.kinds)])[0])
 
     def decide_all(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
-        """The next state's index for each of n feature vectors [n, F], as `decide` answers it."""
+        """Return the index of the next state for each of n feature vectors [n, F], exactly as `decide` does."""
         rows = [encode_features(row, self.kinds) for row in values.tolist()]
         if type(self.classifier).__name__ in ROWS_APART:
             return np.asarray(self.classifier.predict(rows), np.int64)
         return np.array([self.classifier.predict([row])[0] for row in rows], np.int64)
 
     def decide_at_once(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
-        """As `decide_all`, in one go whatever the classifier, and many times as fast; a decision that hangs on the last
-        bit may be another one than `decide` makes.
+        """Return what `decide_all` returns, but in one call of the classifier, which is many times faster.
+
+        A decision that depends on the last bit may differ from that of `decide`.
         """
         rows = [encode_features(row, self.kinds) for row in values.tolist()]
         return np.asarray(self.classifier.predict(rows), np.int64) if rows else np.zeros(0, np.int64)
 
     def path(self, values: Sequence[float]) -> tuple[tuple[PathStep, ...], int]:
-        """Nothing: a classifier passes no tests."""
+        """Return no steps and STAY, since a classifier makes no tests."""
         return (), STAY
 
 
 def encode_features(values: Sequence[float], kinds: Sequence[Kind]) -> list[float]:
-    """A feature vector as classifiers want it: a column that says "absent" for each feature, and its value.
+    """Encode a feature vector for classifiers: for each feature whether it is absent (0 or 1), then its value.
 
-    A label is one-hot, a value on a circle is its sine and cosine; what is absent is 0 throughout.
+    A label is one-hot, a toroidal value its sine and cosine. All numbers of an absent value are 0.
     """
     row: list[float] = []
     for value, kind in zip(values, kinds, strict=True):
@@ -130,9 +131,9 @@ def encode_features(values: Sequence[float], kinds: Sequence[Kind]) -> list[floa
 
 
 def fit_classifier(learner: SklearnOptions, shown: TrainingSet, kinds: Sequence[Kind]) -> Transition:
-    """A classifier fitted to the press-made examples, or a leaf where all of them agree.
+    """Fit a classifier to the press-made examples; if all agree, return a tree with one leaf instead.
 
-    They are put in one order first, so that the order they were shown in makes no difference.
+    Examples are sorted first, so that their order in the lesson makes no difference.
     """
     classifier = _build(learner)
     pressed = shown.groups != WATCHED

@@ -1,4 +1,4 @@
-"""Where a boundary goes between two neighboring values, and what a leaf answers, in plain rules."""
+"""Rules for where a threshold lies between two neighboring values, and for the outcome of a leaf."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from understudy.learning._split_kernels import DEFAULT, SHOWN
 
 
 class Gap(NamedTuple):
-    """Two neighboring values, and where the default is: above (1), below (-1), or both or neither (0)."""
+    """Two neighboring values, and which of them belongs to defaults only.
+
+    `default` is 1 if the upper one does, -1 if the lower one does, and 0 if both or none do.
+    """
 
     lower: float
     upper: float
@@ -18,7 +21,10 @@ class Gap(NamedTuple):
 
 
 def compute_threshold(gap: Gap, *, midpoints: bool) -> float:
-    """The t of `x < t` for a cut in a gap: the default keeps the gap, otherwise the middle."""
+    """Compute the threshold t of the test `x < t` for a gap.
+
+    It lies in the middle or, if one value belongs to defaults only and not `midpoints`, beside the other value.
+    """
     lower, upper, default = gap
     if default and not midpoints:
         return nextafter(lower, inf) if default > 0 else upper
@@ -27,15 +33,16 @@ def compute_threshold(gap: Gap, *, midpoints: bool) -> float:
 
 
 def measure_gap_span(gap: Gap, period: float) -> float:
-    """How far it is from one value to the other round the circle."""
+    """Return the distance from the lower to the upper value of a gap, round the circle if needed."""
     return gap.upper - gap.lower if gap.lower < gap.upper else period - gap.lower + gap.upper
 
 
 def compute_arc(first: Gap, second: Gap, period: float, *, midpoints: bool) -> tuple[float, float]:
-    """The ends of an arc that starts in one gap and stops in another.
+    """Compute the ends of an arc that starts in one gap and stops in another.
 
-    Of the ends between a directive and a default the narrower is cut beside the directive (a tie: the first),
-    so that one directive between two defaults keeps an arc of some width; other ends go to the middle.
+    Ends lie in the middle of their gaps, except for the narrower of those gaps that have a default on one side
+    (the first of equal ones): without `midpoints` that end lies beside the other value. So a single directive
+    between two defaults gets an arc of some width.
     """
     follows = None
     if not midpoints:
@@ -58,10 +65,10 @@ def _arc_end(gap: Gap, period: float, follows: bool) -> float:
 
 
 def vote(votes: Iterable[tuple[int, int]], *, current: int) -> int:
-    """The outcome of examples (outcome, group) with one feature vector.
+    """Return the outcome of examples, given as (outcome, group), that have one feature vector.
 
-    Directives and confirmations decide; defaults where there are neither; watched ones never. A tie stays in
-    the current state if that is among the tied, else it is the state declared first.
+    Directives and confirmations decide; if there are none, defaults; watched examples never. Of tied outcomes
+    it is the current state if among them, else the state declared first.
     """
     heard: dict[int, int] = {}
     fallback: dict[int, int] = {}

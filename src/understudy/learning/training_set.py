@@ -1,4 +1,4 @@
-"""A lesson's examples as arrays: which of them teach a state, checked against the features' kinds."""
+"""A lesson's examples as arrays, checked against the features' kinds, and grouped by state."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ GROUPS = {
 
 @dataclass(frozen=True)
 class TrainingSet:
-    """What teaches one transition function: feature vectors [n, F], next states' indices [n] and groups [n].
+    """The examples of one transition function: feature vectors [n, F], indices of next states [n] and groups [n].
 
-    `current` is the index of the state it belongs to; STAY where it belongs to all of them (stateless mode).
+    Groups are DEFAULT, SHOWN (directives and confirmations) and WATCHED. `current` is the index of the state,
+    or STAY in a stateless lesson, where the examples belong to all states.
     """
 
     examples: tuple[Example, ...]
@@ -37,7 +38,7 @@ class TrainingSet:
 
 
 def select_teaching_examples(lesson: Lesson) -> tuple[Example, ...]:
-    """The examples that teach: all but those in quarantine, and automatic defaults where the lesson leaves them out."""
+    """Return the examples to learn from: all but those in quarantine and, if the options say so, defaults."""
     learner = lesson.options.learner
     defaults = isinstance(learner, SklearnOptions) or learner.defaults
     return tuple(
@@ -48,10 +49,10 @@ def select_teaching_examples(lesson: Lesson) -> tuple[Example, ...]:
 
 
 def group_examples_by_state(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
-    """The examples behind each state's transition function; only states that have one, in declared order.
+    """Return the examples of each state that gets a transition function, by name in declared order.
 
-    A state that was never pressed in has none, nor has a flag state. In stateless mode all share one:
-    directives and confirmations of all states pooled (paper section 3.2).
+    Flag states and states without press-made examples get none. In a stateless lesson all states share the
+    directives and confirmations of all states (paper section 3.2).
     """
     lasting = [state.name for state in lesson.automaton.states if state.flag is None]
     if lesson.automaton.stateless:
@@ -74,7 +75,7 @@ def group_examples_by_state(lesson: Lesson) -> dict[str, tuple[Example, ...]]:
 
 
 def make_training_set(lesson: Lesson, examples: tuple[Example, ...], state: str) -> TrainingSet:
-    """These examples as arrays; an error names the first outside its feature's kind or of no known state."""
+    """Convert examples to arrays; refuse values outside a feature's kind, and unknown next states."""
     automaton = lesson.automaton
     indices = {name: index for index, name in enumerate(automaton.state_names)}
     for example in examples:
@@ -128,7 +129,7 @@ def _remedy(kind: Kind) -> str:
 
 
 def group_by_feature_vector(examples: Sequence[Example]) -> dict[tuple[float | None, ...], list[Example]]:
-    """Examples by feature vector; absent readings are alike."""
+    """Group examples by feature vector, where absent equals absent; absent values are None in the keys."""
     found: dict[tuple[float | None, ...], list[Example]] = {}
     for example in examples:
         key = tuple(None if value != value else value for value in example.values)

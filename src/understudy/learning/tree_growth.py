@@ -1,4 +1,4 @@
-"""Grow a decision tree from arrays: the typed shell over the kernel."""
+"""Growing of decision trees from arrays: checks and conversions around the kernels."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 
 MOST_WEIGHT = 1_500_000
-"""The heaviest lesson of one state that the integers of scores hold: examples, or 10 for each press-made one
-where there are watched ones."""
+"""The largest weight of one state's examples for which the integer scores do not overflow.
+
+An example weighs 1; if there are watched ones, they weigh 1 and press-made ones 10.
+"""
 
 FORMS = {Categorical: _split_kernels.LABELS, Toroidal: _split_kernels.CIRCLE}
 
@@ -32,11 +34,11 @@ def grow_tree(
     current: int = STAY,
     midpoints: bool = False,
 ) -> Tree:
-    """The tree of examples: feature vectors [n, F], next states' indices [n] and groups [n].
+    """Grow the decision tree of feature vectors [n, F] with indices of next states [n] and groups [n].
 
-    A group is 0 for an automatic default, 1 for a directive or confirmation, 2 for watched; at least one
-    example is press-made. `current` is the state's own index, which wins ties (STAY: none does). Where any
-    example is watched, every cut is a midpoint.
+    A group is 0 for a default, 1 for a directive or confirmation, 2 for a watched example; at least one example
+    must be press-made. `current` is the index of the state itself, which wins ties (STAY: none does). If any
+    example is watched, thresholds are midpoints.
     """
     count, width = values.shape
     watched = bool((groups == _split_kernels.WATCHED).any())
@@ -62,13 +64,13 @@ def grow_tree(
 
 
 def compile_tree_kernels() -> None:
-    """Have the kernel compiled or loaded, so that no later call waits (seconds, once per installation)."""
+    """Compile the kernels or load them from the cache, so that no later call has to wait for this (seconds)."""
     two = np.arange(2)
     grow_tree(two.reshape(2, 1).astype(np.float64), two, two, [Continuous()], states=2)
 
 
 SAME = 1e-9
-"""Values that differ by less than such a part of them differ by rounding alone: there is no gap between them."""
+"""The relative difference below which values count as equal, since rounding alone may cause it."""
 
 
 def _extent(kind: Kind, column: NDArray[np.float64]) -> float:
@@ -88,7 +90,7 @@ def _table(weight: int) -> NDArray[np.int64]:
 
 @cache
 def _table_of_bits(bits: int) -> NDArray[np.int64]:
-    """The table of c log2 c for c below 2**bits, in the kernel's fixed point."""
+    """Compute c log2 c for c below 2**bits, in the kernel's fixed-point format."""
     c = np.arange(1, min(1 << bits, MOST_WEIGHT + 1), dtype=np.float64)
     table: NDArray[np.int64] = np.zeros(len(c) + 1, np.int64)
     table[1:] = np.rint(c * np.log2(c) * _split_kernels.UNIT)
@@ -104,7 +106,7 @@ def _nodes(
     *,
     midpoints: bool,
 ) -> tuple[Node, ...]:
-    """The kernel's rows as nodes: cuts put where they belong in their gaps, and the leaves' votes counted."""
+    """Convert the kernel's rows to nodes, with thresholds placed in their gaps and leaves decided by vote."""
     rows = nodes.tolist()
     outcomes, groups, order = ballots
     children = {

@@ -1,7 +1,7 @@
-"""The model: frozen values, and the documents that hold them (paper section 3.1).
+"""Frozen values that define what robots are taught: features, behaviors, automata, lessons (paper section 3.1).
 
-Values can be copied and sent to other processes whole. Python pickles no frozen mappings, which they hold, so that it
-is told here how.
+These values can be copied and pickled, for example to send them to other processes. Python cannot pickle the
+`MappingProxyType` objects they contain, so importing this package registers a way to pickle them.
 """
 
 import copyreg
@@ -11,7 +11,10 @@ from typing import Any
 
 
 def freeze_mapping(items: Mapping[Any, Any]) -> MappingProxyType[Any, Any]:
-    """Make a frozen mapping of another: what unpickles one."""
+    """Copy a mapping into a read-only `MappingProxyType`.
+
+    Unpickling calls this function, so its name and place must not change.
+    """
     return MappingProxyType(dict(items))
 
 

@@ -1,4 +1,7 @@
-"""Automata: states, features, transition functions; themselves behaviors, so that they nest (paper section 3.1)."""
+"""Automata: states, features and transition functions (paper section 3.1).
+
+A state may run another automaton just as it runs a basic behavior, so automata nest.
+"""
 
 from __future__ import annotations
 
@@ -14,22 +17,44 @@ from understudy.model.tree import PathStep
 
 
 class Transition(Protocol):
-    """A transition function of one state."""
+    """The interface of a state's transition function, such as `Tree`."""
 
     def decide(self, values: Sequence[float], /) -> int:
-        """The next state's index for a feature vector, or STAY."""
+        """Return the index of the next state for a feature vector, or STAY to keep the current state.
+
+        `values` holds one number per feature of the automaton, NaN where absent.
+        """
         ...
 
     def path(self, values: Sequence[float], /) -> tuple[tuple[PathStep, ...], int]:
-        """The tests passed on the way, and the leaf reached; nothing where the function cannot say."""
+        """Return the tests passed for a feature vector, and the index of the leaf that was reached.
+
+        The steps are empty where the function has no tests to report.
+        """
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """A name, a behavior and a binding; or a flag state, which raises `flag`, idles and is never left.
+    """A state of an automaton: it runs a behavior, idles, or raises a flag and ends there.
 
-    `behavior` names a basic behavior or an automaton of the library; None idles. Several states may share one.
+    Several states may run the same behavior. A flag state idles and is never left.
+
+    Parameters
+    ----------
+    name
+        Name of the state, unique within its automaton.
+    behavior
+        Name of the basic behavior or automaton of the library that runs in this state. None: idle.
+    binding
+        For each parameter of the behavior, the name of a target or of a parameter of the automaton.
+    flag
+        Name of the flag that this state raises. None: not a flag state.
+
+    Raises
+    ------
+    DefinitionError
+        If both `behavior` and `flag` are given.
     """
 
     name: str
@@ -59,10 +84,32 @@ START = State("start")
 
 @dataclass(frozen=True, slots=True)
 class Automaton:
-    """States, features, parameters and transition functions by state; `states[0]` is the start state.
+    """An automaton: states, features, parameters, and a transition function for each state (paper section 3.1).
 
-    A state without a transition function keeps itself (paper section 3.2), so an automaton that was taught nothing
-    yet idles in its start state. A stateless one has the same function for every state that raises no flag.
+    A state without a transition function is never left (paper section 3.2), so an automaton without any idles in its
+    start state.
+
+    Parameters
+    ----------
+    name
+        Name of the automaton, by which other automata can run it as a behavior.
+    states
+        The states. The first one is the start state; it must idle and raise no flag.
+    features
+        The features that transition functions decide on, in the order of their feature vectors.
+    parameters
+        Names of the automaton's parameters, which are bound to targets where it is used.
+    stateless
+        True if all states that raise no flag share one transition function.
+    transitions
+        Transition function by state name. Flag states have none.
+
+    Raises
+    ------
+    DefinitionError
+        If the first state does not idle, a name occurs twice, or a flag state has a transition function.
+    UnknownName
+        If `transitions` names a state that does not exist.
     """
 
     name: str
@@ -94,20 +141,52 @@ class Automaton:
 
     @property
     def state_names(self) -> tuple[str, ...]:
-        """The states' names in declared order; their positions are what transition functions answer."""
+        """The names of the states in declared order; transition functions return positions in this tuple."""
         return tuple(state.name for state in self.states)
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """The flags that its states raise, in declared order."""
+        """The names of the flags that the states raise, in declared order and each once."""
         return tuple(dict.fromkeys(state.flag for state in self.states if state.flag is not None))
 
     def state(self, name: str) -> State:
-        """The state of this name; UnknownName where there is none."""
+        """Return the state with the given name.
+
+        Parameters
+        ----------
+        name
+            Name of the state.
+
+        Returns
+        -------
+        State
+            The state.
+
+        Raises
+        ------
+        UnknownName
+            If the automaton has no state with this name.
+        """
         return self.states[self.index(name)]
 
     def index(self, name: str) -> int:
-        """The position of the state of this name; UnknownName where there is none."""
+        """Return the position of the state with the given name.
+
+        Parameters
+        ----------
+        name
+            Name of the state.
+
+        Returns
+        -------
+        int
+            The position in `states`, from 0.
+
+        Raises
+        ------
+        UnknownName
+            If the automaton has no state with this name.
+        """
         for index, state in enumerate(self.states):
             if state.name == name:
                 return index

@@ -1,6 +1,6 @@
-"""Basic behaviors: what a robot can do without being taught (paper section 3).
+"""Basic behaviors: the actions of a robot that need no teaching (paper section 3).
 
-Most are data: a constant command, in the body's own speeds. `@behavior` makes one from a function of readings.
+Most are a constant command in the robot's own speeds. `@behavior` makes one from a function of readings.
 """
 
 from __future__ import annotations
@@ -18,7 +18,24 @@ from understudy.model.squad import Order
 
 
 class Command(Mapping[str, float]):
-    """Channel -> value, frozen. A channel left out is at the rest value that the body declares for it."""
+    """A frozen mapping from channels of a body to numbers, such as speeds.
+
+    Parameters
+    ----------
+    **channels
+        Finite value of each channel, in the unit that the body declares. A channel left out takes the rest value that
+        the body declares for it.
+
+    Raises
+    ------
+    DefinitionError
+        If a value is infinite or NaN.
+
+    Examples
+    --------
+    >>> Command(turn=0.5, forward=1.0)
+    Command(forward=1.0, turn=0.5)
+    """
 
     __slots__ = ("_channels",)
 
@@ -53,10 +70,10 @@ IDLE = Command()
 
 @dataclass(frozen=True, slots=True)
 class StateEffect:
-    """What a basic behavior does, once, when started, to a counter or timer of the automaton that holds the state.
+    """A change to a counter or timer that a basic behavior makes once, when it starts.
 
-    A counter is set to `value`, incremented by it, or reset to 0; a timer is set (it reads the seconds since) or
-    reset (it is absent).
+    It changes the automaton whose state runs the behavior. `value` is the number that a counter is set to or
+    incremented by. A reset counter is 0. A set timer counts seconds from 0; a reset timer is absent (NaN).
     """
 
     action: Literal["set", "increment", "reset"]
@@ -80,35 +97,120 @@ class StateEffect:
 
 
 def set_counter(name: str, value: float) -> StateEffect:
-    """Set a counter of the automaton to `value`."""
+    """Make an effect that sets a counter of the automaton, for the `changes` of a `Behavior`.
+
+    Parameters
+    ----------
+    name
+        Name of the counter.
+    value
+        Finite number that the counter is set to.
+
+    Returns
+    -------
+    StateEffect
+        The effect. It happens once, each time the behavior starts.
+
+    Raises
+    ------
+    DefinitionError
+        If `value` is infinite or NaN.
+    """
     return StateEffect("set", "counter", name, value)
 
 
 def increment(name: str, by: float = 1.0) -> StateEffect:
-    """Add `by` to a counter of the automaton."""
+    """Make an effect that adds a number to a counter of the automaton, for the `changes` of a `Behavior`.
+
+    Parameters
+    ----------
+    name
+        Name of the counter.
+    by
+        Finite number that is added; it may be negative.
+
+    Returns
+    -------
+    StateEffect
+        The effect. It happens once, each time the behavior starts.
+
+    Raises
+    ------
+    DefinitionError
+        If `by` is infinite or NaN.
+    """
     return StateEffect("increment", "counter", name, by)
 
 
 def reset_counter(name: str) -> StateEffect:
-    """Set a counter of the automaton to 0."""
+    """Make an effect that sets a counter of the automaton to 0, for the `changes` of a `Behavior`.
+
+    Parameters
+    ----------
+    name
+        Name of the counter.
+
+    Returns
+    -------
+    StateEffect
+        The effect. It happens once, each time the behavior starts.
+    """
     return StateEffect("reset", "counter", name)
 
 
 def set_timer(name: str) -> StateEffect:
-    """Start a timer of the automaton: from now on it reads the seconds since."""
+    """Make an effect that starts a timer of the automaton at 0 s, for the `changes` of a `Behavior`.
+
+    Parameters
+    ----------
+    name
+        Name of the timer.
+
+    Returns
+    -------
+    StateEffect
+        The effect. It happens once, each time the behavior starts; the timer then counts the seconds since.
+    """
     return StateEffect("set", "timer", name)
 
 
 def reset_timer(name: str) -> StateEffect:
-    """Make a timer of the automaton absent again."""
+    """Make an effect that stops a timer of the automaton and makes it absent, for the `changes` of a `Behavior`.
+
+    Parameters
+    ----------
+    name
+        Name of the timer.
+
+    Returns
+    -------
+    StateEffect
+        The effect. It happens once, each time the behavior starts; the timer reads NaN until it is set again.
+    """
     return StateEffect("reset", "timer", name)
 
 
 @dataclass(frozen=True, slots=True)
 class Behavior(PartWithFunction):
-    """A basic behavior: a constant command, a function of readings, or an order; and changes made once as it starts.
+    """A basic behavior: a constant command, a function of readings, or an order to the members of a squad.
 
-    A function takes the robot's Readings and one Readings per parameter, and returns channel -> column [N].
+    Parameters
+    ----------
+    name
+        Name of the behavior.
+    command
+        Values of the body's channels while the behavior runs. The default leaves all channels at rest.
+    changes
+        Changes to counters and timers of the automaton, made once when the behavior starts.
+    doc
+        A sentence for people about what the behavior does.
+    function
+        Function that computes the command in each tick instead of `command`. It takes a `ReadingsView` of the robot
+        and one of each parameter's target, and returns a column of N values by channel, one value per robot.
+    parameters
+        Names of the parameters, which a state binds to targets.
+    order
+        What a coordinator orders its squad to do while the behavior runs. None for a robot's behavior.
     """
 
     name: str
@@ -121,7 +223,30 @@ class Behavior(PartWithFunction):
 
 
 def behavior(function: Callable[..., Mapping[str, Column]]) -> Behavior:
-    """Make a basic behavior of a function: its name, its docstring, a parameter for each argument after the first."""
+    """Make a basic behavior from a function; use it as a decorator.
+
+    The function's name and docstring become those of the behavior.
+
+    Parameters
+    ----------
+    function
+        Function that takes a `ReadingsView` of the robot and one more for each parameter, and returns a column of N
+        values by channel, one value per robot. The names of its arguments after the first are the parameters.
+
+    Returns
+    -------
+    Behavior
+        The behavior, which calls the function in each tick in which it runs.
+
+    Examples
+    --------
+    >>> @behavior
+    ... def approach(robot, target):
+    ...     "Drive toward the target, slower when near."
+    ...     return {"forward": 0.5 * target.distance}
+    >>> approach.parameters
+    ('target',)
+    """
     _, *parameters = inspect.signature(function).parameters
     return Behavior(
         function.__name__,

@@ -1,4 +1,4 @@
-"""Bindings: what the parameters of a behavior, feature or automaton stand for (paper section 3.1)."""
+"""Bindings: which targets the parameters of behaviors, features and automata refer to (paper section 3.1)."""
 
 from __future__ import annotations
 
@@ -8,10 +8,22 @@ from typing import Any
 
 
 class Binding(Mapping[str, str]):
-    """Parameter -> the name of a target, or of a parameter of the automaton around it. Frozen and hashable.
+    """A frozen, hashable mapping from parameters to names of targets, or of parameters of the enclosing automaton.
 
-    A name that is a parameter of the automaton around is that parameter, otherwise it is a target; an automaton
-    may not give a parameter the name of a target. A binding is ground when only targets remain.
+    A name that equals a parameter of the enclosing automaton refers to that parameter; any other name is a target.
+    An automaton may not give a parameter the name of a target.
+
+    Parameters
+    ----------
+    items
+        Name by parameter. None: no items beside `named`.
+    **named
+        More names by parameter; they replace those of `items`.
+
+    Examples
+    --------
+    >>> Binding(target="station")
+    Binding(target='station')
     """
 
     __slots__ = ("_items",)
@@ -38,7 +50,23 @@ class Binding(Mapping[str, str]):
         return f"Binding({', '.join(f'{key}={value!r}' for key, value in self._items.items())})"
 
     def substitute(self, around: Mapping[str, str]) -> Binding:
-        """This binding with the parameters of the automaton around it replaced by what they stand for."""
+        """Replace the names of the enclosing automaton's parameters by what these are bound to.
+
+        Parameters
+        ----------
+        around
+            The binding of the enclosing automaton: name of a target or parameter, by parameter.
+
+        Returns
+        -------
+        Binding
+            A new binding. Names that are not in `around` stay as they are.
+
+        Examples
+        --------
+        >>> Binding(target="goal").substitute({"goal": "station"})
+        Binding(target='station')
+        """
         return Binding({parameter: around.get(name, name) for parameter, name in self._items.items()})
 
 
@@ -58,7 +86,15 @@ def format_bound_name(name: str, binding: Mapping[str, str], parameters: Sequenc
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A thing the body can find by this name: station, nearest_food."""
+    """A thing that the body can find by name, such as `station` or `nearest_food`.
+
+    Parameters
+    ----------
+    name
+        Name of the target.
+    doc
+        A sentence for people about what the target is.
+    """
 
     name: str
     doc: str = ""

@@ -1,4 +1,4 @@
-"""An account of what was taught: conditions, options and values as people and programs read them."""
+"""Descriptions of automata and lessons, for people and programs: conditions, options and feature values as text."""
 
 from __future__ import annotations
 
@@ -16,13 +16,16 @@ from understudy.model.tree_text import describe_exits
 
 ABSENT = "–"
 BY_CLASSIFIER = "decided by a classifier of scikit-learn"
-"""What is said in place of conditions, where there are none."""
+"""Text shown instead of conditions where a transition function is no decision tree."""
 _DIGITS = {"m": 2, "s": 1}
 _DEGREES = re.compile(r"(\d+(?:\.\d+)?)°")
 
 
 def list_shown_vectors(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:
-    """The feature vectors that a state's function was learned from."""
+    """List the feature vectors of a state's examples, to which its transition function must fit.
+
+    Examples in quarantine are left out. A stateless automaton pools the examples of all states.
+    """
     if lesson is None:
         return []
     pooled = lesson.automaton.stateless
@@ -31,7 +34,10 @@ def list_shown_vectors(lesson: Lesson | None, state: str) -> list[tuple[float, .
 
 
 def describe_transitions(automaton: Automaton, lesson: Lesson | None) -> dict[str, list[str]]:
-    """By state, in words, when it switches to what, as it was learned from the lesson."""
+    """Describe in words, for each state, when the automaton switches to which other state.
+
+    Numbers are rounded such that every example of the lesson stays on its side of each threshold.
+    """
     said = {}
     for state, function in automaton.transitions.items():
         if isinstance(function, Tree):
@@ -45,7 +51,7 @@ def describe_transitions(automaton: Automaton, lesson: Lesson | None) -> dict[st
 
 
 def describe_options(lesson: Lesson) -> dict[str, Any]:
-    """How a lesson is learned."""
+    """Return the options with which a lesson is learned, as plain values by name."""
     chosen = lesson.options
     learner = getattr(chosen.learner, "classifier", "trees")
     pruning = getattr(chosen.learner, "pruning", 0.0)
@@ -59,19 +65,23 @@ def describe_options(lesson: Lesson) -> dict[str, Any]:
 
 
 def convert_to_plain(value: float, bound: BoundFeature) -> float | str | None:
-    """A value as people write it: a number, a label, or None where absent."""
+    """Convert a feature value to a number, to its label if categorical, or to None if absent."""
     if isnan(value):
         return None
     return bound.kind.labels[int(value)] if isinstance(bound.kind, Categorical) else value
 
 
 def is_angle(bound: BoundFeature) -> bool:
-    """Whether its values are angles, said in degrees: left of ahead above 0, right below."""
+    """Return whether a feature's values are angles in radians, which are displayed in degrees."""
     return isinstance(bound.kind, Toroidal) and bound.feature.unit == "rad"
 
 
 def format_value(bound: BoundFeature, number: float, *, unit: bool = True) -> str:
-    """A value with its unit: 3.42 m, −31°, yes; a dash where it is absent."""
+    """Format a feature value for people, such as "3.42 m", "−31°" or "yes", or a dash if absent.
+
+    Angles run from −179° to 180°, positive to the left of straight ahead. `unit=False` leaves out units of lengths
+    and the like; the degree sign stays.
+    """
     if isnan(number):
         return ABSENT
     if isinstance(bound.kind, Categorical):
@@ -86,12 +96,12 @@ def format_value(bound: BoundFeature, number: float, *, unit: bool = True) -> st
 
 
 def around_zero(angle: float) -> int:
-    """An angle in degrees from −179 to 180, left of ahead above 0."""
+    """Wrap an angle in degrees to −179 to 180; positive is to the left of straight ahead."""
     return int((angle + 179) % 360 - 179)
 
 
 def format_condition(text: str) -> str:
-    """A condition whose angles are said like the readings: "between 350° and 10°" is between −10° and 10°."""
+    """Rewrite angles above 180° in a condition as negative ones: "between 350° and 10°" to "between −10° and 10°"."""
 
     def turned(match: re.Match[str]) -> str:
         angle = float(match[1])
@@ -101,7 +111,7 @@ def format_condition(text: str) -> str:
 
 
 def format_values(features: Sequence[BoundFeature], numbers: Sequence[float]) -> str:
-    """Labels and values: "distance_to(A) = 3.42 m, angle_to(A) = −31°"."""
+    """Format a feature vector as text, such as "distance_to(A) = 3.42 m, angle_to(A) = −31°"."""
     return ", ".join(
         f"{bound} = {format_value(bound, number)}" for bound, number in zip(features, numbers, strict=True)
     )

@@ -1,4 +1,4 @@
-"""What differs between two versions of an automaton: by topic, lines that begin with + or - or a blank."""
+"""Differences between two versions of an automaton, as lines that begin with "+", "-" or a blank."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from understudy.model.library import TrainedAutomaton
 
 
 def diff_automata(before: TrainedAutomaton, after: TrainedAutomaton) -> dict[str, list[str]]:
-    """Topics with what is gone (-) and new (+) in each; topics without changes are left out."""
+    """List by topic what was removed (lines with "-") and added (lines with "+") between two versions.
+
+    Topics are parameters, states, features, options, examples and conditions. Those without changes are left out.
+    """
     old, new = before.automaton, after.automaton
     found = {
         "parameters": _lines(dict.fromkeys(old.parameters, ""), dict.fromkeys(new.parameters, "")),
@@ -25,7 +28,7 @@ def diff_automata(before: TrainedAutomaton, after: TrainedAutomaton) -> dict[str
 
 
 def _lines(old: Mapping[str, str], new: Mapping[str, str]) -> list[str]:
-    """Entries gone, new, or with another text; in the order of the new ones, gone ones where they were."""
+    """List the entries that were removed, added or changed, in the order of `old` and then of new entries."""
     lines = []
     for key in dict.fromkeys([*old, *new]):
         if old.get(key) != new.get(key):

@@ -1,4 +1,4 @@
-"""Outcomes: what a lesson promises - from here, the automaton raises this flag within so many seconds."""
+"""Expected outcomes of a lesson: tests that the automaton raises a flag within some seconds of a stored moment."""
 
 from __future__ import annotations
 
@@ -9,15 +9,17 @@ from understudy.errors import DefinitionError
 from understudy.model.binding import NOTHING_BOUND, Binding
 
 LONGEST_S = 86_400.0
-"""Nobody waits longer than a day."""
+"""The longest time, in seconds, that an expectation may allow: one day."""
 
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """From the moment of `snapshot`, started afresh, the automaton raises `flag` within `within_s` seconds.
+    """A test of a lesson: from a stored situation, the automaton must raise a flag in time.
 
-    `scenario` is the file of the world it was taken of, as it was then, called `world`; `agent` the one who is to do
-    it, of the sort of squads `sort` where it is a coordinator (otherwise ""), `targets` what the parameters stand for.
+    The automaton is restarted in that situation and must raise `flag` within `within_s` seconds. `snapshot` is
+    the state of the simulated world then, `scenario` the content of that world's scenario file, and `world` the
+    world's name. `agent` is the number of the robot that is tested or, if `sort` is not empty, of the
+    coordinator of a squad of the sort `sort`. `targets` binds the automaton's parameters.
     """
 
     flag: str

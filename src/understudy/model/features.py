@@ -1,7 +1,7 @@
-"""Features: named readings that transitions are decided on (paper section 3.1).
+"""Features: the named values on which transition functions decide (paper section 3.1).
 
-Most are data: a reading of the body, possibly of a target. `@feature` makes one from a function of readings.
-`FlagFeature`, `CounterFeature`, `TimerFeature` and `TimeInState` read the automaton itself rather than the body.
+Most are a reading of the body, possibly of a target. `@feature` makes one from a function of readings.
+`FlagFeature`, `CounterFeature`, `TimerFeature` and `TimeInState` depend on the automaton itself, not on the body.
 """
 
 from __future__ import annotations
@@ -17,14 +17,17 @@ from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
 from understudy.model.kinds import BOOLEAN, Column, Continuous, Kind
 
 ReadingKey: TypeAlias = tuple[str, str | None]
-"""A reading and the target it is of, or None for a reading of the body itself."""
+"""The name of a reading and the name of the target it is about, or None for a reading of the body itself."""
 
 Percept: TypeAlias = Mapping[ReadingKey, Column]
-"""One snapshot of a body: columns [N] by reading and target."""
+"""All readings of N bodies at one moment: an array of shape [N] by reading and target."""
 
 
 class ReadingsView:
-    """What a function sees of the robot or of one target: its readings as attributes, columns [N]."""
+    """The readings of the robot, or those about one target, as attributes: `robot.heading` is an array of shape [N].
+
+    A feature's or behavior's own function takes these as arguments.
+    """
 
     __slots__ = ("_percept", "_target")
 
@@ -40,7 +43,10 @@ class ReadingsView:
 
 
 def call_user_function(by: str, function: Callable[..., Any], readings: Sequence[ReadingsView]) -> Any:
-    """What a function of somebody's own makes of readings; its failure becomes one paragraph that names it."""
+    """Call a user's function with readings, and turn its failure into a DefinitionError that names `by`.
+
+    Errors that are UnderstudyErrors already are passed on unchanged.
+    """
     try:
         return function(*readings)
     except UnderstudyError:
@@ -54,13 +60,13 @@ def call_user_function(by: str, function: Callable[..., Any], readings: Sequence
 
 
 class FunctionName(NamedTuple):
-    """Where the function of a feature or behavior is found, which is sent to other processes by name."""
+    """The module and qualified name of a feature's or behavior's function, by which other processes import it."""
 
     module: str
     qualified: str
 
     def find(self) -> Any:
-        """What has this name; the function itself where a decorator made a feature or behavior of it."""
+        """Import the function with this name, unwrapped where a decorator made a feature or behavior of it."""
         found: Any = import_module(self.module)
         for name in self.qualified.split("."):
             found = getattr(found, name)
@@ -68,7 +74,10 @@ class FunctionName(NamedTuple):
 
 
 class PartWithFunction:
-    """A frozen value that may hold a function: copied as it is, and pickled with the function's name."""
+    """A base class of frozen values that may hold a function, which is pickled by name.
+
+    Copies are the value itself.
+    """
 
     __slots__ = ()
 
@@ -107,11 +116,35 @@ def _make_part(kind: type[PartWithFunction], values: dict[str, Any]) -> PartWith
 
 @dataclass(frozen=True, slots=True)
 class Feature(PartWithFunction):
-    """A feature of the body: `reading` of the target bound to parameter `of`, or a function of readings.
+    """A feature of the body: one of its readings, or a function of readings.
 
-    A function takes the robot's Readings and one Readings per parameter, and returns a column [N]. `fresh` (0 or 1) is
-    what it reads in the tick in which the automaton's state was entered: what of a coordinator's members' flags is
-    left when a switch restarts the members. None: a switch changes nothing about it.
+    Parameters
+    ----------
+    name
+        Name of the feature.
+    kind
+        Kind of its values: `Continuous()`, `Toroidal(period)` or `Categorical(labels)`.
+    reading
+        Name of the body's reading that is the value. Give this or `function`, not both.
+    of
+        Name of the one parameter whose target the reading is about. None: the reading is about the body itself.
+    unit
+        Unit of the values, such as "m" or "rad". Empty: none.
+    doc
+        A sentence for people about what the feature means.
+    function
+        Function that computes the value instead of `reading`. It takes a `ReadingsView` of the robot and one of each
+        parameter's target, and returns a column of N values, one per robot, NaN where absent.
+    parameters
+        Names of the parameters, bound where an automaton uses the feature. With `of`, it is set to that.
+    fresh
+        Value, 0 or 1, in the tick in which the automaton enters a state, because a coordinator's switch restarts its
+        members and thereby clears their flags. None: the value is read as in any other tick.
+
+    Raises
+    ------
+    DefinitionError
+        If there is not exactly one of `reading` and `function`, or `kind` or `fresh` is none of the above.
     """
 
     name: str
@@ -148,7 +181,32 @@ class Feature(PartWithFunction):
 
 
 def feature(kind: Kind, *, unit: str = "") -> Callable[[Callable[..., Column]], Feature]:
-    """Make a feature of a function: its name, its docstring, and a parameter for each argument after the first."""
+    """Make a decorator that turns a function of readings into a feature.
+
+    The function's name and docstring become those of the feature. Its arguments after the first are the parameters.
+
+    Parameters
+    ----------
+    kind
+        Kind of the values that the function returns.
+    unit
+        Unit of the values, such as "m" or "rad". Empty: none.
+
+    Returns
+    -------
+    Callable[[Callable[..., Column]], Feature]
+        A decorator. The function it takes gets a `ReadingsView` of the robot and one more for each parameter, and
+        returns a column of N values, one per robot, NaN where absent.
+
+    Examples
+    --------
+    >>> @feature(Continuous(), unit="m")
+    ... def gap(robot, target):
+    ...     "Distance to the target, less the robot's radius of 0.1 m."
+    ...     return target.distance - 0.1
+    >>> gap.parameters
+    ('target',)
+    """
 
     def build(function: Callable[..., Column]) -> Feature:
         _, *parameters = inspect.signature(function).parameters
@@ -166,7 +224,21 @@ def feature(kind: Kind, *, unit: str = "") -> Callable[[Callable[..., Column]], 
 
 @dataclass(frozen=True, slots=True)
 class FlagFeature:
-    """Whether the automaton in the current state has raised this flag; a basic behavior raises none."""
+    """A feature that is yes while the automaton run by the current state has raised a flag.
+
+    It is no where the current state runs a basic behavior, which raises no flags.
+
+    Parameters
+    ----------
+    name
+        Name of the flag.
+    kind
+        Kind of the values: yes or no, `BOOLEAN`.
+    unit
+        Empty: the values have no unit.
+    parameters
+        Empty: the feature has no parameters.
+    """
 
     name: str
     kind: Kind = BOOLEAN
@@ -176,7 +248,19 @@ class FlagFeature:
 
 @dataclass(frozen=True, slots=True)
 class CounterFeature:
-    """The value of one of the automaton's counters; 0 when the automaton starts."""
+    """A feature whose value is a counter of the automaton; counters are 0 when the automaton starts.
+
+    Parameters
+    ----------
+    name
+        Name of the counter.
+    kind
+        Kind of the values: `Continuous()`.
+    unit
+        Empty: the values have no unit.
+    parameters
+        Empty: the feature has no parameters.
+    """
 
     name: str
     kind: Kind = Continuous()
@@ -186,7 +270,21 @@ class CounterFeature:
 
 @dataclass(frozen=True, slots=True)
 class TimerFeature:
-    """Seconds since one of the automaton's timers was set; absent when it never was."""
+    """A feature whose value is the number of seconds since a timer of the automaton was set.
+
+    It is absent (NaN) while the timer is not set.
+
+    Parameters
+    ----------
+    name
+        Name of the timer.
+    kind
+        Kind of the values: `Continuous()`.
+    unit
+        Unit of the values: "s".
+    parameters
+        Empty: the feature has no parameters.
+    """
 
     name: str
     kind: Kind = Continuous()
@@ -196,7 +294,19 @@ class TimerFeature:
 
 @dataclass(frozen=True, slots=True)
 class TimeInState:
-    """Seconds since the automaton entered its current state."""
+    """A feature whose value is the number of seconds since the automaton entered its current state.
+
+    Parameters
+    ----------
+    name
+        Name of the feature.
+    kind
+        Kind of the values: `Continuous()`.
+    unit
+        Unit of the values: "s".
+    parameters
+        Empty: the feature has no parameters.
+    """
 
     name: str = "time_in_state"
     kind: Kind = Continuous()
@@ -210,7 +320,20 @@ AnyFeature: TypeAlias = Feature | OwnFeature
 
 @dataclass(frozen=True, slots=True)
 class BoundFeature:
-    """A feature as an automaton uses it: with its parameters bound."""
+    """A feature together with what its parameters are bound to, as an automaton uses it.
+
+    Parameters
+    ----------
+    feature
+        The feature.
+    binding
+        For each parameter of the feature, the name of a target or of a parameter of the automaton.
+
+    Raises
+    ------
+    DefinitionError
+        If `binding` does not bind exactly the feature's parameters.
+    """
 
     feature: AnyFeature
     binding: Binding = NOTHING_BOUND
@@ -228,10 +351,10 @@ class BoundFeature:
 
     @property
     def kind(self) -> Kind:
-        """The kind of its values."""
+        """The kind of the feature's values."""
         return self.feature.kind
 
     @property
     def is_own(self) -> bool:
-        """Whether it reads the automaton itself rather than the body."""
+        """True if the feature depends on the automaton itself (flag, counter, timer or time), not on the body."""
         return not isinstance(self.feature, Feature)

@@ -1,6 +1,6 @@
-"""Kinds: what sort of number a feature's value is (paper section 3.1).
+"""Kinds of feature values: continuous, toroidal (on a circle) and categorical (paper section 3.1).
 
-Every value is one float. Absent is NaN, for any kind; a categorical value is the index of its label.
+Every value is one float. NaN means absent, in any kind. A categorical value is the index of its label.
 """
 
 from __future__ import annotations
@@ -22,13 +22,31 @@ Column: TypeAlias = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Continuous:
-    """A kind whose values lie on a line, such as a distance."""
+    """The kind of values that lie on a line, such as distances."""
 
     def __str__(self) -> str:
         return "continuous"
 
     def check(self, value: float, *, where: str) -> float:
-        """The value itself; KindError where it is infinite."""
+        """Refuse an infinite value.
+
+        Parameters
+        ----------
+        value
+            A number, or NaN for absent.
+        where
+            Where the value comes from, for the error message.
+
+        Returns
+        -------
+        float
+            The value, unchanged.
+
+        Raises
+        ------
+        KindError
+            If the value is infinite.
+        """
         if not (isfinite(value) or isnan(value)):
             raise KindError(
                 where=where, problem=f"{value} is not finite", remedy="give a number, or leave it absent"
@@ -38,7 +56,18 @@ class Continuous:
 
 @dataclass(frozen=True, slots=True)
 class Toroidal:
-    """A kind whose values lie on a circle, such as an angle; they are kept in [0, period)."""
+    """The kind of values that lie on a circle, such as angles; they are kept in [0, period).
+
+    Parameters
+    ----------
+    period
+        Length of the circle, in the unit of the values. Positive and finite; 2π by default, for angles in radians.
+
+    Raises
+    ------
+    KindError
+        If `period` is not positive and finite.
+    """
 
     period: float = TAU
 
@@ -55,12 +84,41 @@ class Toroidal:
         return f"toroidal({self.period!r})"
 
     def wrap(self, values: Column) -> Column:
-        """Values [N] onto the circle, in [0, period); NaN stays NaN."""
+        """Wrap values onto the circle.
+
+        Parameters
+        ----------
+        values
+            Values, any shape. NaN (absent) stays NaN.
+
+        Returns
+        -------
+        Column
+            The values modulo the period, in [0, period).
+        """
         wrapped: Column = np.mod(values, self.period)
         return np.where(wrapped >= self.period, 0.0, wrapped)  # mod rounds tiny negatives up to the period
 
     def check(self, value: float, *, where: str) -> float:
-        """The value wrapped onto the circle; KindError where it is infinite."""
+        """Refuse an infinite value, and wrap any other onto the circle.
+
+        Parameters
+        ----------
+        value
+            A number, or NaN for absent, which stays NaN.
+        where
+            Where the value comes from, for the error message.
+
+        Returns
+        -------
+        float
+            The value modulo the period, in [0, period).
+
+        Raises
+        ------
+        KindError
+            If the value is infinite.
+        """
         if isnan(value):
             return value
         if not isfinite(value):
@@ -73,7 +131,18 @@ class Toroidal:
 
 @dataclass(frozen=True, slots=True)
 class Categorical:
-    """A kind whose values are labels; a value is the index of its label."""
+    """The kind of values that are one of a few labels; a value is the index of its label.
+
+    Parameters
+    ----------
+    labels
+        The labels: at least one, all different, none empty, without "|" and without spaces around them.
+
+    Raises
+    ------
+    KindError
+        If the labels break one of these rules.
+    """
 
     labels: tuple[str, ...]
 
@@ -102,7 +171,25 @@ class Categorical:
         return f"categorical({'|'.join(self.labels)})"
 
     def check(self, value: float, *, where: str) -> float:
-        """The value itself; KindError where it is no label's index."""
+        """Refuse a value that is not the index of a label.
+
+        Parameters
+        ----------
+        value
+            Index of a label, from 0, or NaN for absent.
+        where
+            Where the value comes from, for the error message.
+
+        Returns
+        -------
+        float
+            The value, unchanged.
+
+        Raises
+        ------
+        KindError
+            If the value is not the index of a label.
+        """
         if isnan(value) or (value == int(value) and 0 <= value < len(self.labels)):
             return value
         raise KindError(
@@ -118,11 +205,14 @@ BOOLEAN = Categorical(("no", "yes"))
 NO, YES = 0.0, 1.0
 
 KIND_SPELLED = re.compile(r"(continuous|boolean|toroidal|categorical)(?:\((.*)\))?", re.DOTALL)
-"""How files spell a kind."""
+"""The pattern of a kind as files write it."""
 
 
 def parse_kind(text: str, *, where: str) -> Kind:
-    """A kind as files spell it: continuous, boolean, toroidal(6.28), categorical(no|yes)."""
+    """Parse a kind as files write it: continuous, boolean, toroidal(6.28) or categorical(no|yes).
+
+    Refuse other text with a KindError that names `where`.
+    """
     match = KIND_SPELLED.fullmatch(text.strip())
     name, inside = match.groups() if match else (None, None)
     if name == "continuous" and inside is None:
@@ -144,7 +234,10 @@ def parse_kind(text: str, *, where: str) -> Kind:
 
 
 def parse_value(text: str, kind: Kind, *, where: str) -> float:
-    """A value as tables spell it: a number, a label, or nothing when absent."""
+    """Parse a feature value as tables write it: a number, a label, or an empty text if absent (NaN).
+
+    Refuse other text with a KindError that names `where`.
+    """
     text = text.strip()
     if not text:
         return ABSENT

@@ -1,6 +1,6 @@
-"""Examples and lessons: what was shown of one automaton, with its features, states and options.
+"""Examples and lessons: what a demonstrator chose and showed for one automaton.
 
-Examples are the source; transition functions are a build product (ARCHITECTURE section 4).
+Examples are the source; transition functions are built from them and can be built again (ARCHITECTURE section 4).
 """
 
 from __future__ import annotations
@@ -24,7 +24,12 @@ from understudy.model.kinds import Column
 
 
 class ExampleKind(StrEnum):
-    """How an example came about."""
+    """How an example was recorded.
+
+    "directive": the demonstrator switched to another state. "default": added automatically right after a switch, to
+    stay in the new state. "confirmation": the demonstrator confirmed the current state. "watched": the demonstrator
+    watched a decision of the robot and did not object.
+    """
 
     DIRECTIVE = "directive"  # the demonstrator switched
     DEFAULT = "default"  # stay, recorded automatically right after a switch
@@ -34,13 +39,34 @@ class ExampleKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """(state, feature vector, next state), with where it came from.
+    """One training example: in `state`, given these feature values, the next state is `next`.
 
-    `values` follow the lesson's features. `moment` is the row of the lesson's record at the tick of the press
-    (None for an example typed into a table); `window` rows before it belong to the same episode, so that a late
-    press can be shifted. `own` holds the automaton's own readings then (flags, counters, timers, time in state),
-    `binding` what the automaton's parameters stood for. `edited` values are never computed again. One that is
-    `quarantined` teaches nothing: the text says why, and without one it teaches as ever.
+    Parameters
+    ----------
+    number
+        Number of the example, unique within its lesson.
+    state
+        Name of the state in which the example was recorded.
+    values
+        Feature vector, in the order of the automaton's features. NaN means absent.
+    next
+        Name of the state that should come next; `state` itself to stay.
+    kind
+        How the example was recorded.
+    correction
+        True if it corrects a decision of the robot.
+    edited
+        True if a person edited the values, which are then never computed from the record again.
+    moment
+        Row of the lesson's `record` at which it was recorded. None for an example typed into a table.
+    window
+        Number of rows before `moment` that belong to the same episode, and to which a late press may be shifted.
+    own
+        Values of the automaton's own features at that moment (flags, counters, timers, time in state), by name.
+    binding
+        What the automaton's parameters were bound to at that moment.
+    quarantined
+        Reason why the example is left out of learning. Empty: it is used.
     """
 
     number: int
@@ -61,17 +87,21 @@ class Example:
 
     @property
     def is_from_press(self) -> bool:
-        """Whether a press made it: everything but watched."""
+        """True for every example except watched ones: a press of the demonstrator recorded it."""
         return self.kind != ExampleKind.WATCHED
 
     @property
     def is_shown(self) -> bool:
-        """Whether the demonstrator said it: a directive or a confirmation."""
+        """True for directives and confirmations, which the demonstrator gave on purpose."""
         return self.kind in (ExampleKind.DIRECTIVE, ExampleKind.CONFIRMATION)
 
 
 def _make_example(kept: dict[str, Any]) -> Example:
-    """An example that was pickled; what is absent is the one `nan`, by which equal examples are equal."""
+    """Build an unpickled example in which all absent values are the object `math.nan`.
+
+    Only then do equal examples compare equal, because Python finds NaNs in tuples equal only if they are one
+    object.
+    """
     values = tuple(nan if isnan(value) else value for value in kept["values"])
     own = {name: nan if isnan(value) else value for name, value in kept["own"].items()}
     return Example(**{**kept, "values": values, "own": own})
@@ -83,7 +113,7 @@ absence that only watched examples had seen decide.
 """
 
 LONGEST_REACTION_S = 1.0
-"""How long before a press its record reaches, so that `reaction_s` can be chosen afterwards."""
+"""The seconds before each press that the record keeps; `reaction_s` cannot be longer."""
 
 
 BOUNDARIES = ("default keeps the gap", "midpoint")
@@ -91,10 +121,24 @@ BOUNDARIES = ("default keeps the gap", "midpoint")
 
 @dataclass(frozen=True, slots=True)
 class TreeOptions:
-    """Learn decision trees. `boundary` says where cuts go; lessons with watched examples take midpoints.
+    """The option to learn decision trees, and how.
 
-    Without `defaults`, what was recorded automatically after a switch teaches nothing. `pruning` is how many examples
-    each leaf of a question must set right for the question to stay; 0, as ever unless chosen, prunes nothing.
+    Parameters
+    ----------
+    boundary
+        Where a threshold lies between two neighboring values. "default keeps the gap": beside the value that
+        the demonstrator showed, if the other value belongs to defaults only. "midpoint": in the middle.
+        Stateless automata and lessons with watched examples always use midpoints.
+    defaults
+        Whether to learn from the examples that were recorded automatically after a switch.
+    pruning
+        Least number of examples that a test must save from a wrong decision, for each leaf that it adds; tests
+        worth no more than this are removed. 0 removes none.
+
+    Raises
+    ------
+    DefinitionError
+        If `pruning` is negative, infinite or NaN, or `boundary` is neither of the two.
     """
 
     boundary: Literal["default keeps the gap", "midpoint"] = "default keeps the gap"
@@ -119,7 +163,16 @@ class TreeOptions:
 
 @dataclass(frozen=True, slots=True)
 class SklearnOptions:
-    """Learn with a classifier of scikit-learn, from an allowed list: unreadable and slower than trees."""
+    """The option to learn with a classifier of scikit-learn; unlike trees, it cannot be read as conditions.
+
+    Parameters
+    ----------
+    classifier
+        Class name of the classifier, such as "SVC". `understudy.learning.sklearn_adapter.ALLOWED` lists those that
+        can be used; `learn` refuses others.
+    parameters
+        Parameters of the classifier by name; the same list says which.
+    """
 
     classifier: str
     parameters: Mapping[str, float | int | str | bool | None] = field(
@@ -132,10 +185,23 @@ Learner: TypeAlias = TreeOptions | SklearnOptions
 
 @dataclass(frozen=True, slots=True)
 class LearnerOptions:
-    """What a lesson chose of how it is learned; stored with it.
+    """The choices of how a lesson is learned; they are stored with the lesson.
 
-    `reaction_s`: how late presses come, s (0 to 1). `watched`: silence is consent, record it. `unlearning`: a
-    correction puts the bad examples that misled the robot in quarantine.
+    Parameters
+    ----------
+    reaction_s
+        Time by which the demonstrator's presses come late, in seconds from 0 to 1.
+    watched
+        Whether to record the robot's decisions as examples if the demonstrator watches and does not object.
+    learner
+        The learning method and its options; decision trees by default.
+    unlearning
+        Whether a correction puts the examples that misled the robot in quarantine.
+
+    Raises
+    ------
+    DefinitionError
+        If `reaction_s` is not from 0 to 1.
     """
 
     reaction_s: float = 0.0
@@ -155,10 +221,10 @@ class LearnerOptions:
 
 @dataclass(frozen=True)
 class ReadingLog:
-    """All readings of the body at the moments a lesson keeps: each press, the second before it, watched
-    ticks.
+    """All readings of the body at the moments a lesson keeps: presses, the second before each, and watched ticks.
 
-    `values` [M, K] has a column per key and a row per moment; `seconds` [M] is the demonstrator's time.
+    `values` [M, K] has a row per moment and a column per key, NaN where absent. `seconds` [M] is the time of each
+    moment on the demonstrator's clock.
     """
 
     keys: tuple[ReadingKey, ...] = ()
@@ -177,15 +243,32 @@ class ReadingLog:
         return len(self.seconds)
 
     def with_rows(self, values: Sequence[Sequence[float]], seconds: Sequence[float]) -> ReadingLog:
-        """This record with rows added."""
+        """Make a record with rows added at the end; this one stays unchanged."""
         added = np.array(values, np.float64).reshape(-1, len(self.keys))
         return ReadingLog(self.keys, np.vstack([self.values, added]), np.append(self.seconds, seconds))
 
 
 @dataclass(frozen=True, slots=True)
 class Lesson:
-    """What a demonstrator chose and showed for one automaton, which holds no transition functions here; `outcomes` are
-    what it promises.
+    """A lesson: everything a demonstrator chose and showed for one automaton.
+
+    Parameters
+    ----------
+    automaton
+        The automaton's states, features and parameters, without transition functions.
+    examples
+        The examples.
+    options
+        How to learn from the examples.
+    record
+        Readings at the moments of the examples, from which features can be computed again.
+    outcomes
+        Tests of what the learned automaton must achieve.
+
+    Raises
+    ------
+    DefinitionError
+        If the automaton has transition functions.
     """
 
     automaton: Automaton
@@ -204,7 +287,7 @@ class Lesson:
 
     @property
     def name(self) -> str:
-        """The automaton's name."""
+        """The name of the lesson's automaton."""
         return self.automaton.name
 
     @property

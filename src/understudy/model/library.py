@@ -1,4 +1,4 @@
-"""Libraries: the named parts at hand - a kit's, and the automata taught so far."""
+"""Libraries: a kit of features, basic behaviors and targets, and the automata that were taught with it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,17 @@ KitPart = TypeVar("KitPart", AnyFeature, Behavior, Target)
 
 @dataclass(frozen=True)
 class Kit:
-    """Features, basic behaviors and targets by name."""
+    """Features, basic behaviors and targets by name.
+
+    Parameters
+    ----------
+    features
+        Features by name.
+    behaviors
+        Basic behaviors by name.
+    targets
+        Targets by name.
+    """
 
     features: Mapping[str, AnyFeature]
     behaviors: Mapping[str, Behavior]
@@ -27,7 +37,23 @@ class Kit:
 
     @classmethod
     def from_parts(cls, *parts: AnyFeature | Behavior | Target) -> Self:
-        """A kit of these parts, in this order; two of one sort and name are refused."""
+        """Make a kit from features, basic behaviors and targets.
+
+        Parameters
+        ----------
+        *parts
+            The parts, in the order in which the kit will list those of each sort.
+
+        Returns
+        -------
+        Kit
+            The kit.
+
+        Raises
+        ------
+        DefinitionError
+            If two parts of one sort have the same name, or something else is given.
+        """
         features: dict[str, AnyFeature] = {}
         behaviors: dict[str, Behavior] = {}
         targets: dict[str, Target] = {}
@@ -44,12 +70,12 @@ class Kit:
         return cls(MappingProxyType(features), MappingProxyType(behaviors), MappingProxyType(targets))
 
     def __add__(self, other: Kit) -> Kit:
-        """Both kits' parts; a name that both have is refused."""
+        """Make a kit with the parts of both; refuse a name that both use for the same sort of part."""
         return Kit.from_parts(*self.parts, *other.parts)
 
     @property
     def parts(self) -> tuple[AnyFeature | Behavior | Target, ...]:
-        """Everything in the kit: features, basic behaviors, targets."""
+        """All parts of the kit: features, then basic behaviors, then targets."""
         return (*self.features.values(), *self.behaviors.values(), *self.targets.values())
 
 
@@ -63,14 +89,22 @@ def _add(parts: dict[str, KitPart], part: KitPart, sort: str) -> None:
 
 @dataclass(frozen=True)
 class TrainedAutomaton:
-    """An automaton of the library with the lesson it was learned from (None if it was written by hand)."""
+    """An automaton of a library, with the lesson from which it was learned.
+
+    Parameters
+    ----------
+    automaton
+        The automaton, with its transition functions.
+    lesson
+        The lesson. None if the automaton was written by hand.
+    """
 
     automaton: Automaton
     lesson: Lesson | None = None
 
 
 def check_trained_automaton(given: object) -> None:
-    """Refuse what is no trained automaton: a lesson teaches nothing until it is learned from."""
+    """Refuse anything that is not a TrainedAutomaton, and explain how to make one from a lesson or an automaton."""
     if isinstance(given, TrainedAutomaton):
         return
     what, remedy = f"{given!r:.60}", "give a TrainedAutomaton"
@@ -83,21 +117,69 @@ def check_trained_automaton(given: object) -> None:
 
 @dataclass(frozen=True)
 class Library:
-    """A kit and the automata taught with it, by name. Frozen: `with_automaton` gives a new one."""
+    """A kit and the automata that were taught with it, by name.
+
+    It is immutable: `with_automaton` returns a new library.
+
+    Parameters
+    ----------
+    kit
+        The features, basic behaviors and targets.
+    taught
+        Trained automata by name.
+    """
 
     kit: Kit
     taught: Mapping[str, TrainedAutomaton] = field(default_factory=lambda: MappingProxyType({}))
 
     @classmethod
     def from_automata(cls, kit: Kit, *automata: Automaton) -> Self:
-        """A library of a kit and automata that have no lessons."""
+        """Make a library from a kit and automata that have no lessons.
+
+        Parameters
+        ----------
+        kit
+            The features, basic behaviors and targets.
+        *automata
+            The automata. Of several with one name the last is kept.
+
+        Returns
+        -------
+        Library
+            The library.
+
+        Raises
+        ------
+        DefinitionError
+            If an automaton has the name of a basic behavior.
+        RecursionRefused
+            If an automaton would contain itself.
+        """
         library = cls(kit)
         for automaton in automata:
             library = library.with_automaton(TrainedAutomaton(automaton))
         return library
 
     def with_automaton(self, taught: TrainedAutomaton) -> Self:
-        """This library with an automaton added or replaced; refused if it would contain itself."""
+        """Make a library with an automaton added, or replaced if one of its name exists.
+
+        Parameters
+        ----------
+        taught
+            The automaton with its lesson.
+
+        Returns
+        -------
+        Library
+            The new library; this one stays unchanged.
+
+        Raises
+        ------
+        DefinitionError
+            If it is no TrainedAutomaton, or has the name of a basic behavior.
+        RecursionRefused
+            If the automaton would contain itself.
+        """
         check_trained_automaton(taught)
         name = taught.automaton.name
         if name in self.kit.behaviors:
@@ -112,12 +194,28 @@ class Library:
 
     @property
     def features(self) -> Mapping[str, AnyFeature]:
-        """What an automaton may look at, by name: the kit's features, and each flag that an automaton here raises."""
+        """The features that automata may use, by name: the kit's, and a FlagFeature for each flag raised here."""
         flags = (flag for taught in self.taught.values() for flag in taught.automaton.flags)
         return {**{flag: FlagFeature(flag) for flag in flags}, **self.kit.features}
 
     def behavior(self, name: str) -> Behavior | Automaton:
-        """The basic behavior or automaton of this name; UnknownName where there is none."""
+        """Return the basic behavior or automaton with the given name.
+
+        Parameters
+        ----------
+        name
+            Name of the behavior.
+
+        Returns
+        -------
+        Behavior | Automaton
+            The basic behavior or automaton.
+
+        Raises
+        ------
+        UnknownName
+            If the library has neither.
+        """
         if name in self.taught:
             return self.taught[name].automaton
         if name in self.kit.behaviors:
@@ -126,13 +224,45 @@ class Library:
         raise UnknownName(what="behavior", name=name, where="the library", known=known)
 
     def automaton(self, name: str) -> Automaton:
-        """The automaton of this name; UnknownName where there is none."""
+        """Return the automaton with the given name.
+
+        Parameters
+        ----------
+        name
+            Name of the automaton.
+
+        Returns
+        -------
+        Automaton
+            The automaton.
+
+        Raises
+        ------
+        UnknownName
+            If the library has no automaton with this name.
+        """
         if name not in self.taught:
             raise UnknownName(what="automaton", name=name, where="the library", known=list(self.taught))
         return self.taught[name].automaton
 
     def parameters(self, name: str) -> tuple[str, ...]:
-        """The parameters of the behavior of this name."""
+        """Return the names of the parameters of a basic behavior or automaton.
+
+        Parameters
+        ----------
+        name
+            Name of the behavior.
+
+        Returns
+        -------
+        tuple[str, ...]
+            The names of its parameters.
+
+        Raises
+        ------
+        UnknownName
+            If the library has no behavior with this name.
+        """
         return self.behavior(name).parameters
 
     def format_call(self, name: str, binding: Mapping[str, str]) -> str:
@@ -143,7 +273,18 @@ class Library:
         return format_bound_name(name, binding, self.parameters(name) if known else ())
 
     def find_users(self, name: str) -> tuple[str, ...]:
-        """The automata with a state that runs this behavior."""
+        """Find the automata that have a state which runs the given behavior.
+
+        Parameters
+        ----------
+        name
+            Name of the basic behavior or automaton.
+
+        Returns
+        -------
+        tuple[str, ...]
+            Names of the automata.
+        """
         return tuple(
             key
             for key, taught in self.taught.items()
@@ -151,7 +292,20 @@ class Library:
         )
 
     def refuse_recursion(self, name: str, above: tuple[str, ...] = ()) -> None:
-        """RecursionRefused, naming the cycle, if the automaton of this name contains itself (paper section 3.1)."""
+        """Refuse an automaton that contains itself, directly or through others (paper section 3.1).
+
+        Parameters
+        ----------
+        name
+            Name of the automaton to check.
+        above
+            Names of the automata around it, outermost first; used by the recursive calls.
+
+        Raises
+        ------
+        RecursionRefused
+            If the automaton contains itself; the error lists the cycle.
+        """
         if name in above:
             raise RecursionRefused(cycle=(*above[above.index(name) :], name))
         if name in self.taught:

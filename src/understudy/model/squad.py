@@ -1,6 +1,6 @@
-"""Squads: what a coordinator senses of its members and can order them to do, as data (paper section 5).
+"""Squads: which statistics a coordinator senses of its members, and which orders it can give (paper section 5).
 
-A squad is a body: its readings are statistics over its members, its basic behaviors are orders to them.
+A squad acts as a body: its readings are statistics over its members, its basic behaviors are orders to them.
 """
 
 from __future__ import annotations
@@ -20,22 +20,24 @@ Measuring: TypeAlias = Literal["mean", "minimum", "maximum", "spread"]
 How: TypeAlias = Telling | Measuring
 
 TELLING: tuple[str, ...] = get_args(Telling)
-"""Of how many members something is true."""
+"""The statistics of for how many members a condition holds; the others aggregate readings."""
 YES_OR_NO = ("any", "all", "none")
 
 
 @dataclass(frozen=True, slots=True)
 class Statistic:
-    """One number about the members of a squad: of a `reading` or `flag` of each, or of how many there are.
+    """One number about the members of a squad: for how many a condition holds, or an aggregate of their readings.
 
-    `any`, `all`, `none`, `count` and `fraction` ask each member whether the flag is up or the reading is yes; whether
-    a reading that is no yes or no is there at all or, where these are given, at least `least` and below `below`. The
-    others take the readings that are there: `mean` (on a circle where the reading is an angle), `minimum`, `maximum`
-    and `spread` (their standard deviation). A `role` leaves out the other members. Of nobody, `all` is no.
+    `any`, `all`, `none`, `count` and `fraction` evaluate a condition for each member: its `flag` is raised; its
+    yes-or-no `reading` is yes; or another reading is present and, if given, at least `least` and less than `below`.
+    `count` without flag and reading counts members. `mean` (circular for angles), `minimum`, `maximum` and `spread`
+    (the standard deviation) aggregate those readings that are present. `role` restricts all this to members of that
+    role. In an empty squad `all` is no.
 
-    `within_s`: whether it was yes within so many seconds; of a number, its mean over them, for minimum and maximum the
-    least and the greatest. `since`: the seconds since it was last yes, absent where it never was. `for_s`: whether it
-    has been yes for so long.
+    At most one of these looks back in time. `within_s`: whether the condition held at some moment of the last
+    so many seconds; for numbers, the mean (for minimum and maximum the extreme) over that time. `since`: the
+    seconds since it last held, NaN if never. `for_s`: whether it has held for so many seconds without
+    interruption.
     """
 
     name: str
@@ -76,18 +78,18 @@ class Statistic:
 
     @property
     def is_timed(self) -> bool:
-        """Whether it depends on what was before: such a one is reset only with the run."""
+        """True if the value depends on the past; such a statistic is reset only when the run restarts."""
         return self.within_s is not None or self.since or self.for_s is not None
 
     @property
     def reset_value(self) -> float | None:
-        """What it reads when all members have just been restarted; None where that does not matter."""
+        """The value right after all members were restarted: 0 or 1; None if a restart does not change it."""
         if self.flag is None or self.is_timed:
             return None
         return YES if self.how == "none" else NO
 
     def kind(self, reading: Kind | None) -> Kind:
-        """The kind of its values, given that of the reading."""
+        """Return the kind of the statistic's values, given the kind of the reading (None: no reading)."""
         if self.how in YES_OR_NO:
             return Continuous() if self.since else BOOLEAN
         number = self.how in ("count", "fraction", "spread") or reading is None or reading == BOOLEAN
@@ -96,9 +98,10 @@ class Statistic:
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """What some members of a squad are to do: those of a role, a share of them, or the rest (neither: all).
+    """The behavior that some members of a squad are to run: those of a role, a share of them, or all.
 
-    `share` is how many (from 1), or what part of them (below 1, of those of the role).
+    `share` is a number of members if 1 or more, or a fraction of the members (of those of `role`) if less than 1.
+    None: no limit.
     """
 
     behavior: str
@@ -113,12 +116,15 @@ class Assignment:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What a coordinator's basic behavior tells its members; of several duties that fit one, the first with room."""
+    """What a coordinator's basic behavior orders its members to do.
+
+    A member takes the first of the assignments (`duties`) that fits its role and is not full.
+    """
 
     duties: tuple[Assignment, ...]
 
     def substitute(self, binding: Mapping[str, str]) -> Order:
-        """The order with parameters replaced by what they stand for."""
+        """Replace parameters in the order by what they are bound to."""
         return Order(
             tuple(
                 Assignment(each.behavior, each.binding.substitute(binding), each.role, each.share)
@@ -129,7 +135,10 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Role:
-    """A part of a squad: members `of` one sort (robots of a type, or squads), how many at least, best and at most."""
+    """A role in a squad: which members can have it, and the least, preferred and largest number of them.
+
+    `of` is a robot type or a sort of squad. None means no preference, or no upper limit.
+    """
 
     name: str
     of: str
@@ -140,9 +149,10 @@ class Role:
 
 @dataclass(frozen=True)
 class Squad:
-    """One sort of squad: who is in it, what its coordinator senses, and which orders it has beside its members'.
+    """The definition of one sort of squad: roles, statistics for the coordinator, and extra orders.
 
-    `drops` names a yes-or-no reading of members, such as being stuck: who reads yes is counted no more.
+    Orders made from the behaviors of its members are added to `orders`. `drops` names a yes-or-no reading of
+    members, such as being stuck; a member is not counted while it is yes.
     """
 
     name: str
@@ -153,5 +163,5 @@ class Squad:
     doc: str = ""
 
     def role(self, name: str) -> Role | None:
-        """The role of this name."""
+        """Return the role with the given name, or None."""
         return next((role for role in self.roles if role.name == name), None)

@@ -1,6 +1,6 @@
-"""Decision trees as flat frozen records: what a transition function is once learned (paper section 3.2).
+"""Decision trees as flat frozen records: learned transition functions (paper section 3.2).
 
-A tree maps a feature vector to the index of the next state, or to `STAY`. It runs without the learner.
+A tree maps a feature vector to the index of the next state, or to `STAY`. It needs no learner to run.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ STAY = -1  # as an outcome: keep the current state; as a child: nothing was ever
 
 
 class TestKind(IntEnum):
-    """What a node asks of its feature's value x."""
+    """The test that a node makes on the value x of its feature."""
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
 
@@ -30,7 +30,7 @@ class TestKind(IntEnum):
 
 
 class Node(NamedTuple):
-    """One node; children are indices of nodes, or STAY. A leaf keeps its outcome in `yes`."""
+    """A node of a tree: a test whose children are indices of nodes, or STAY; or a leaf with its outcome in `yes`."""
 
     test: int
     feature: int = -1
@@ -43,12 +43,15 @@ class Node(NamedTuple):
 
 
 def make_leaf(outcome: int) -> Node:
-    """A leaf that answers `outcome`: the index of a state, or STAY."""
+    """Make a leaf whose outcome is the index of a state, or STAY."""
     return Node(TestKind.LEAF, yes=outcome)
 
 
 class PathStep(NamedTuple):
-    """One node passed on the way down: the node's index, and which child was taken."""
+    """One step down a tree: the index of the node passed, and the side taken there.
+
+    `side` is "yes", "no", "absent" or "label"; with "label", `label` is the index of the label.
+    """
 
     node: int
     side: str  # "yes", "no", "absent" or "label"
@@ -56,7 +59,7 @@ class PathStep(NamedTuple):
 
 
 Nested: TypeAlias = tuple[Any, ...]
-"""A node with its children in place of their indices, and a leaf that stays in place of STAY: quicker to walk."""
+"""A node that contains its children instead of their indices, and a leaf in place of STAY: faster to evaluate."""
 
 
 def _nested(nodes: Sequence[Node]) -> Nested:
@@ -74,7 +77,13 @@ def _nested(nodes: Sequence[Node]) -> Nested:
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """A decision tree; `nodes[0]` is the root, children come after their parents."""
+    """A decision tree, which maps a feature vector to the index of the next state.
+
+    Parameters
+    ----------
+    nodes
+        The nodes. The first one is the root; children come after their parents.
+    """
 
     nodes: tuple[Node, ...]
     _nested: Nested = field(init=False, repr=False, compare=False)
@@ -83,13 +92,26 @@ class Tree:
         object.__setattr__(self, "_nested", _nested(self.nodes))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the nodes alone: what is nested in them may be deeper than Python recurses."""
+        """Pickle the nodes alone, because the nested form may be deeper than Python's recursion limit."""
         return _make_tree, (self.nodes,)
 
     def decide(self, values: Sequence[float]) -> int:
-        """The next state's index for a feature vector, or STAY; KindError where a value it asks for is none.
+        """Return the next state for a feature vector.
 
-        Values beyond the last one that it asks for are not looked at.
+        Parameters
+        ----------
+        values
+            One number per feature; NaN means absent, and a label is given by its index. Further values are ignored.
+
+        Returns
+        -------
+        int
+            Index of the next state, or STAY (-1) to keep the current one because no example was like this.
+
+        Raises
+        ------
+        KindError
+            If a value is missing, is no number, or is not the index of a label where the tree needs one.
         """
         node = self._nested
         try:
@@ -114,7 +136,23 @@ class Tree:
             raise _explain_failure(self.nodes, values) from None
 
     def path(self, values: Sequence[float]) -> tuple[tuple[PathStep, ...], int]:
-        """The steps `decide` takes for a feature vector, and the leaf reached (STAY where it ends before one)."""
+        """Return the tests that a feature vector passes, and the leaf it reaches.
+
+        Parameters
+        ----------
+        values
+            One number per feature; NaN means absent, and a label is given by its index. Further values are ignored.
+
+        Returns
+        -------
+        tuple[tuple[PathStep, ...], int]
+            The steps from the root, and the index of the leaf's node, or STAY (-1) if the path ends without a leaf.
+
+        Raises
+        ------
+        KindError
+            If a value is missing, is no number, or is not the index of a label where the tree needs one.
+        """
         steps = []
         index = 0
         try:
@@ -128,7 +166,14 @@ class Tree:
         return tuple(steps), index
 
     def leaves(self) -> Iterator[tuple[tuple[PathStep, ...], int]]:
-        """Every leaf with the steps that lead to it, from the first side to the last."""
+        """Yield all leaves, each with the steps that lead to it.
+
+        Yields
+        ------
+        tuple[tuple[PathStep, ...], int]
+            The steps from the root, and the index of the leaf's node; depth first, "yes" before "no", labels in
+            order.
+        """
         waiting: list[tuple[int, tuple[PathStep, ...]]] = [(0, ())]  # no recursion: noise grows trees deep
         while waiting:
             index, steps = waiting.pop()
@@ -141,7 +186,7 @@ class Tree:
 
     @property
     def depth(self) -> int:
-        """Tests on the longest path; 0 for a single leaf."""
+        """The number of tests on the longest path from root to leaf; 0 for a single leaf."""
         deepest = [0] * len(self.nodes)
         for index, node in enumerate(self.nodes):  # children come after their parents
             for following in (
@@ -153,11 +198,11 @@ class Tree:
 
 
 _NO_VECTOR = (LookupError, TypeError, ValueError, OverflowError)
-"""What fails where a value is asked for that is not there, or is no number."""
+"""The errors that evaluating a tree raises if a value is missing or is no number."""
 
 
 def _explain_failure(nodes: Sequence[Node], values: Sequence[float]) -> KindError:
-    """Find what is wrong with values that a tree could not decide on."""
+    """Make the error that says which value of a feature vector a tree could not use."""
     asked = {node.feature: node for node in nodes if node.test != TestKind.LEAF}
     if isinstance(values, Mapping) or not hasattr(values, "__len__"):
         return _wrong(f"it is {values!r:.60}", "give a list of numbers")
@@ -182,7 +227,7 @@ def _wrong(problem: str, remedy: str) -> KindError:
 
 
 def _make_tree(nodes: Sequence[Node]) -> Tree:
-    """A tree that was pickled; what is absent is the one `nan`, by which equal nodes are equal."""
+    """Build an unpickled tree, with the `nan` object of `math` for unused thresholds so that nodes compare equal."""
     return Tree(
         tuple(
             node._replace(
@@ -194,7 +239,7 @@ def _make_tree(nodes: Sequence[Node]) -> Tree:
 
 
 def get_child(node: Node, step: PathStep) -> int:
-    """The node that a step leads to, or STAY."""
+    """Return the index of the node to which a step leads, or STAY."""
     if step.side == "label":
         return node.branches[step.label]
     return {"yes": node.yes, "no": node.no, "absent": node.absent}[step.side]
@@ -225,5 +270,5 @@ def _sides(index: int, node: Node) -> Iterator[PathStep]:
 
 
 def is_in_arc(x: float, low: float, high: float) -> bool:
-    """Whether low <= x < high, going round across the seam where low > high."""
+    """Return whether x lies on the arc from `low` (included) up to `high`; if low > high it crosses the seam at 0."""
     return low <= x < high if low <= high else x >= low or x < high

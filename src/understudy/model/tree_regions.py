@@ -1,4 +1,4 @@
-"""Regions: the parts of one feature's values, and of all features' together, that a tree tells apart."""
+"""Regions: the sets of one feature's values, and the boxes of feature vectors, that a tree tells apart."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.tree import STAY, Node, PathStep, TestKind, Tree, get_child
 
 Interval: TypeAlias = tuple[float, float]
-"""Values from the first up to but not including the second; a label k is the part from k to k + 1."""
+"""Values from the first number up to, not including, the second; label k is the interval from k to k + 1."""
 
 
 class ValueSet(NamedTuple):
-    """Some of a feature's values: rising parts, none touching the next; and whether absence belongs."""
+    """A set of values of one feature: disjoint intervals in rising order, and whether it includes absence."""
 
     parts: tuple[Interval, ...]
     absent: bool
 
     @property
     def empty(self) -> bool:
-        """Whether nothing belongs."""
+        """True if the set contains neither a value nor absence."""
         return not self.parts and not self.absent
 
     def __and__(self, other: ValueSet) -> ValueSet:
@@ -43,7 +43,7 @@ class ValueSet(NamedTuple):
         return ValueSet(tuple(parts), self.absent or other.absent)
 
     def overlaps(self, other: ValueSet) -> bool:
-        """Whether some value, or absence, belongs to both."""
+        """Return whether some value, or absence, is in both sets."""
         return (self.absent and other.absent) or any(
             low < high2 and low2 < high for low, high in self.parts for low2, high2 in other.parts
         )
@@ -55,13 +55,13 @@ class ValueSet(NamedTuple):
 
 
 Box: TypeAlias = tuple[ValueSet, ...]
-"""A region for each feature: the feature vectors with every value in its region."""
+"""A set of values for each feature: the feature vectors whose every value is in its set."""
 
 ABSENT_ONLY = ValueSet((), True)
 
 
 def make_full_value_set(kind: Kind) -> ValueSet:
-    """All values of a kind, and absence."""
+    """Return the set of all values of a kind, including absence."""
     if isinstance(kind, Toroidal):
         return ValueSet(((0.0, kind.period),), True)
     if isinstance(kind, Categorical):
@@ -70,9 +70,10 @@ def make_full_value_set(kind: Kind) -> ValueSet:
 
 
 def list_leaf_boxes(tree: Tree, kinds: Sequence[Kind]) -> list[tuple[int, Box]]:
-    """The tree's leaves, first to last: the outcome of each (STAY: nothing was shown) and what leads to it.
+    """List for each leaf of a tree its outcome and the box of feature vectors that reach it.
 
-    A feature that was never shown absent has no absence in any of them.
+    The outcome is the index of a state, or STAY where no example was. Absence of a feature is left out of all
+    boxes if no example had it absent.
     """
     knows = find_known_absent(tree, len(kinds))
     found: list[tuple[int, Box]] = []
@@ -96,7 +97,7 @@ def list_leaf_boxes(tree: Tree, kinds: Sequence[Kind]) -> list[tuple[int, Box]]:
 
 
 def find_known_absent(tree: Tree, features: int) -> list[bool]:
-    """For each feature, whether the tree was ever shown it absent."""
+    """Return for each feature whether some training example had it absent."""
     knows = [False] * features
     for node in tree.nodes:
         if node.test == TestKind.ABSENT or (node.test != TestKind.LEAF and node.absent != STAY):
@@ -105,7 +106,7 @@ def find_known_absent(tree: Tree, features: int) -> list[bool]:
 
 
 def make_path_box(tree: Tree, steps: Iterable[PathStep], kinds: Sequence[Kind]) -> Box:
-    """What held on the way of one decision."""
+    """Return the box of feature vectors that pass the given steps of one decision."""
     box = [make_full_value_set(kind) for kind in kinds]
     for step in steps:
         node = tree.nodes[step.node]
@@ -121,12 +122,12 @@ def make_path_box(tree: Tree, steps: Iterable[PathStep], kinds: Sequence[Kind]) 
 
 
 def contains_box(box: Box, other: Box) -> bool:
-    """Whether all of the other is in the first."""
+    """Return whether `other` lies inside `box`."""
     return all(region & region2 == region2 for region, region2 in zip(box, other, strict=True))
 
 
 def _children(node: Node, kind: Kind) -> list[tuple[int, ValueSet]]:
-    """A node's children, each with all the values of its feature that lead there."""
+    """List the children of a node, each with the set of its feature's values that lead there."""
     sides: dict[int, ValueSet] = {}
     if node.test == TestKind.LABEL:
         for label, following in enumerate(node.branches):
@@ -154,7 +155,7 @@ def _inside(node: Node, kind: Kind) -> ValueSet:
 
 
 def _rest(inside: ValueSet, kind: Kind) -> ValueSet:
-    """The present values that are not inside."""
+    """Return the present values that are not in `inside`."""
     low, high = make_full_value_set(kind).parts[0]
     parts = []
     for start, stop in inside.parts:

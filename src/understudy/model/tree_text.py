@@ -1,7 +1,7 @@
-"""What a tree decides, in words: when an automaton goes from one state to another.
+"""Descriptions of trees in words: the conditions under which an automaton switches from one state to another.
 
-Tests of one feature on the way to a leaf become one statement, leaves that lead to one state are put
-together, and a statement that makes no difference is left out.
+Tests of one feature on the path to a leaf become one statement, leaves with the same outcome are joined, and
+statements that make no difference are left out.
 """
 
 from __future__ import annotations
@@ -31,8 +31,12 @@ MOST_DIGITS = 17
 
 
 class FeatureText:
-    """How to speak of one feature: each number as short as can be, so that it is told apart from the other cuts
-    and every value that was shown (`values`) stays on its side: whole degrees, cm, three digits where that will do.
+    """The wording of statements about one feature, with thresholds rounded to as few digits as possible.
+
+    `cuts` are the feature's thresholds in a tree, `values` those of the examples. Rounded thresholds stay
+    distinct, and every example stays on its side. The usual precision is whole degrees for angles, cm for
+    lengths in m, otherwise three significant digits. `known_absent` is true if some example had the feature
+    absent.
     """
 
     def __init__(
@@ -56,11 +60,11 @@ class FeatureText:
             before = exact
 
     def is_whole(self, region: ValueSet) -> bool:
-        """Whether the region says nothing: all present values belong, and absence if it was ever shown."""
+        """Return whether a set of values excludes nothing that ever occurred, so that it need not be mentioned."""
         return region.parts == make_full_value_set(self.kind).parts and region.absent == self._known_absent
 
     def statement(self, region: ValueSet) -> str:
-        """What a region says: the feature's name, "is", and the parts joined by "or"."""
+        """Describe a set of values in words, such as "distance is below 0.3 m or absent"."""
         whole = make_full_value_set(self.kind).parts
         if region.parts == whole:
             return f"{self.name} is {'anything' if region.absent else 'not absent'}"
@@ -68,7 +72,7 @@ class FeatureText:
         return f"{self.name} is {' or '.join([*parts, *(['absent'] if region.absent else [])])}"
 
     def number(self, value: float) -> str:
-        """A cut, or another value, with its unit."""
+        """Format a threshold, or another value, with its unit."""
         return f"{self._said.get(value) or self._rounded(self._shown(value), 0)[0]}{self._unit}"
 
     def _labels(self, region: ValueSet) -> list[str]:
@@ -114,9 +118,10 @@ class FeatureText:
         return self._plain(nextafter(cut, -inf) if _just_above(cut) else cut)
 
     def _shortest(self, cut: float, least: float, under: float, over: float) -> tuple[str, float]:
-        """A cut in digits and the number they are: `least` or more, and between the values on its sides.
+        """Round a threshold to the fewest digits that fit; return the text and the number it stands for.
 
-        The value `under` it stays below the number, or at it where it is said as "at most"; that `over` it does not.
+        The number is at least `least`. It lies above the neighboring value `under` and at most at `over`; for a
+        threshold worded "at most", it lies at or above `under` and below `over`.
         """
         exact, above = self._shown(cut), _just_above(cut)
         taken = self._angle and "0" in self._said.values()
@@ -130,7 +135,7 @@ class FeatureText:
         return repr(exact), exact
 
     def _near(self, exact: float, more: int) -> list[tuple[str, float]]:
-        """The number rounded to so many more digits than usual: to the nearest, then, between values, down and up."""
+        """Round to `more` more digits than usual: to the nearest number and, if examples are known, down and up."""
         text, number = self._rounded(exact, more)
         if self._decimals is None or not self._shown_some:
             return [(text, number)]
@@ -154,24 +159,30 @@ class FeatureText:
 
 
 def _just_above(cut: float) -> bool:
-    """Whether a cut is the float after a plainly shorter number, which then lies below it."""
+    """Return whether a threshold is the next float after a number with clearly fewer digits.
+
+    Such a threshold is worded with that number: "at most 0.3" instead of "below 0.30000000000000004".
+    """
     if isinf(cut):
         return False
     return len(repr(nextafter(cut, -inf))) + 4 < len(repr(cut))
 
 
 Vectors: TypeAlias = Sequence[Sequence[float]]
-"""The feature vectors that were shown: numbers in words keep them on their sides."""
+"""Feature vectors of examples; rounded thresholds keep them on their sides."""
 MOST_LEAVES = 48
-"""A tree with more leaves is put in words leaf by leaf: nobody would read it, and joining them takes long."""
+"""The largest number of leaves for which boxes are joined.
+
+Larger trees are described leaf by leaf: joining takes long, and nobody would read the result.
+"""
 
 
 def describe_tree_outcomes(
     tree: Tree, features: Sequence[BoundFeature], shown: Vectors = ()
 ) -> Mapping[int, tuple[str, ...]]:
-    """For each outcome of a tree, when: a condition for each way; "always" where there is no other outcome.
+    """Describe for each outcome of a tree the conditions that lead to it; "always" if there is no other outcome.
 
-    Every feature vector decided so fulfills one of them, and no other vector does.
+    A feature vector leads to an outcome exactly if it fulfills one of that outcome's conditions.
     """
     found = simplify_outcome_boxes(tree, features)
     return {outcome: describe_boxes(tree, features, boxes, shown) for outcome, boxes in found.items()}
@@ -180,7 +191,7 @@ def describe_tree_outcomes(
 def describe_boxes(
     tree: Tree, features: Sequence[BoundFeature], found: Sequence[Box], shown: Vectors = ()
 ) -> tuple[str, ...]:
-    """A condition for each of some boxes that the tree tells apart."""
+    """Describe in words the condition of each box that a tree tells apart."""
     words = _words(tree, features, shown)
     return tuple(" and ".join(_statements(box, words)) or "always" for box in found)
 
@@ -192,7 +203,10 @@ def describe_exits(
     state: str,
     shown: Vectors = (),
 ) -> tuple[str, ...]:
-    """When a state is left, a sentence for each way: "load when food_below_me is yes"; the last: when not."""
+    """Describe when a state is left, one line per condition, such as "load when food_below_me is yes".
+
+    The last line is "stays otherwise" or "stays always" if the tree may keep the state.
+    """
     found = describe_tree_outcomes(tree, features, shown)
     here = list(state_names).index(state) if state in state_names else STAY
     leaves = tuple(
@@ -209,7 +223,7 @@ def describe_exits(
 def describe_path(
     tree: Tree, steps: Iterable[PathStep], features: Sequence[BoundFeature], shown: Vectors = ()
 ) -> tuple[str, ...]:
-    """What held on the way of one decision: a statement for each feature that was asked about."""
+    """Describe the condition that one decision fulfilled, one statement for each feature that was tested."""
     steps = tuple(steps)
     words = _words(tree, features, shown)
     box = make_path_box(tree, steps, [bound.kind for bound in features])
@@ -218,7 +232,7 @@ def describe_path(
 
 
 def simplify_outcome_boxes(tree: Tree, features: Sequence[BoundFeature]) -> dict[int, list[Box]]:
-    """The feature vectors of each outcome as few, wide boxes; only those of one outcome may overlap."""
+    """Cover the feature vectors of each outcome with few, wide boxes; boxes of different outcomes do not overlap."""
     leaves = list_leaf_boxes(tree, [bound.kind for bound in features])
     found: dict[int, list[Box]] = {}
     for outcome in sorted({outcome for outcome, _ in leaves if outcome != STAY}):
@@ -259,7 +273,7 @@ def _whole(all_boxes: Iterable[Box]) -> Box:
 
 
 def _widened(box: Box, whole: Box, others: Sequence[Box]) -> Box:
-    """The box without what makes no difference: first whole statements, then ends of intervals."""
+    """Widen a box where this makes no difference: drop whole statements first, then ends of intervals."""
     wide = list(box)
     apart = [  # the features that keep each other box out
         {feature for feature, region in enumerate(box) if not region.overlaps(other[feature])}
@@ -296,7 +310,7 @@ def _without_covered(found: Sequence[Box]) -> list[Box]:
 
 
 def _joined(found: list[Box]) -> list[Box]:
-    """Boxes that differ in one feature only become one, where that reads well."""
+    """Join boxes that differ in one feature only, where the union has at most two intervals."""
     while True:
         for first, second in combinations(found, 2):
             apart = [feature for feature in range(len(first)) if first[feature] != second[feature]]

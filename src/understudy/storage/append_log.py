@@ -1,6 +1,7 @@
-"""Append-only files that survive being killed: framed records, each with its length and checksum.
+"""Append-only files that survive the death of the program: records framed by their length and checksum.
 
-A file cut off anywhere reads as its complete records; appending goes on after the last of them.
+A file that was cut off anywhere still reads as its complete records, and appending continues after the last of
+them.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ class AppendLog:
 
     @classmethod
     def create(cls, path: Path | str, magic: bytes) -> Self:
-        """Begin a log; FileError where the file exists already."""
+        """Create a file that begins with `magic`; refuse a path that exists."""
         path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -107,7 +108,7 @@ class AppendLog:
             raise
 
     def write(self, payload: bytes, *, sync: bool = False) -> None:
-        """Append a record."""
+        """Append a record; with `sync`, wait until it is on disk."""
         self._file.write(_FRAME.pack(len(payload), zlib.crc32(payload)) + payload)
         if sync:
             self.sync()
@@ -115,19 +116,22 @@ class AppendLog:
             self._file.flush()
 
     def sync(self) -> None:
-        """Put everything on disk."""
+        """Wait until everything written is on disk."""
         self._file.flush()
         os.fsync(self._file.fileno())
 
     def close(self) -> None:
-        """Put everything on disk and close."""
+        """Wait until everything written is on disk, and close the file."""
         self.sync()
         self._file.close()
         self._lock.release()
 
 
 def read_log(path: Path | str, magic: bytes) -> Iterator[bytes]:
-    """The complete records of a log, oldest first; FileError where it is no such log, or damaged in its middle."""
+    """Yield the complete records of a file, oldest first.
+
+    Refuse a file that does not begin with `magic`, or that is damaged before further complete records.
+    """
     try:
         content = Path(path).read_bytes()
     except OSError as error:
@@ -159,7 +163,7 @@ def _unreadable(path: Path, error: OSError) -> FileError:
 
 
 def _record(content: bytes, at: int) -> bytes | None:
-    """The record there; None where it is torn, or, after a power cut, zeros."""
+    """Return the record at a byte; None if it is incomplete, damaged, or all zeros as after a power cut."""
     if at + _FRAME.size > len(content):
         return None
     length, checksum = _FRAME.unpack_from(content, at)
@@ -168,6 +172,6 @@ def _record(content: bytes, at: int) -> bytes | None:
 
 
 def _following(content: bytes, at: int) -> int:
-    """Where the record after this one would begin."""
+    """Return the byte at which the next record would begin."""
     length, _ = _FRAME.unpack_from(content, at)
     return at + _FRAME.size + int(length)

@@ -1,4 +1,4 @@
-"""Writing a file so that at every moment, whatever is killed, it is the old one or the new one, whole."""
+"""Atomic writing: a file is at every moment either the old or the new one, even if the program is killed."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ except (
     fcntl = None  # type: ignore[assignment]
 
 UNFINISHED = ".unfinished"
-"""How the names of files end that are being written; their names begin with a dot."""
+"""The ending of the names of files that are still being written; these names begin with a dot."""
 
 
 def write_atomically(path: Path | str, data: bytes) -> None:
-    """Put `data` at `path`: a temporary file beside it, synced, then renamed over it."""
+    """Write `data` to `path`: to a temporary file beside it, which is synced and then renamed."""
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     try:
@@ -36,7 +36,7 @@ def write_atomically(path: Path | str, data: bytes) -> None:
 
 
 def sync_folder(folder: Path | str) -> None:
-    """Make what was renamed or created in a folder outlast a power cut."""
+    """Wait until files that were renamed or created in a folder are on disk, to survive a power cut."""
     if os.name != "posix":
         return
     descriptor = os.open(folder, os.O_RDONLY)
@@ -48,7 +48,7 @@ def sync_folder(folder: Path | str) -> None:
 
 @contextmanager
 def lock_folder(folder: Path | str) -> Iterator[None]:
-    """Keep other processes from writing in a folder; what a killed one left unfinished is removed."""
+    """Lock a folder against writing by other processes, and remove unfinished files of killed ones."""
     if fcntl is None:  # pragma: no cover
         yield
         return
@@ -66,7 +66,10 @@ def lock_folder(folder: Path | str) -> Iterator[None]:
 def convert_os_errors(
     path: Path | str, doing: str, remedy: str = "see that the folder exists and that you may use it"
 ) -> Iterator[None]:
-    """Errors of the operating system inside become a FileError of this path."""
+    """Convert errors of the operating system raised inside into a FileError of this path.
+
+    `doing` is the action that failed, such as "saving"; `remedy` says what to do.
+    """
     try:
         yield
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Decode a library document into an automaton, its trees and its lesson; every error names its place."""
+"""Decoding of library documents into automata, trees and lessons; every error names its place in the document."""
 
 from __future__ import annotations
 
@@ -68,7 +68,10 @@ OWN: dict[str, type[OwnFeature]] = {
 
 
 def decode_automaton(doc: AutomatonDoc, kit: Kit | None, source: Source) -> Automaton:
-    """The automaton, without transition functions; without a kit, features are as the document says."""
+    """Decode an automaton without its transition functions, with features of the kit.
+
+    Without a kit, features are made from what the document says; such an automaton can be displayed, not run.
+    """
     here: JsonSteps = ("automaton",)
     source.check_unique(doc.parameters, (*here, "parameters"), "parameter")
     source.check_unique([state.name for state in doc.states], (*here, "states"), "state")
@@ -134,7 +137,7 @@ def _own_sort(feature: AnyFeature) -> str:
 
 
 def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesson:
-    """The lesson; its examples are in the order of their numbers."""
+    """Decode a lesson, with its examples in the order of their numbers."""
     here: JsonSteps = ("lesson",)
     record = _record(doc.record, source, (*here, "record"))
     reader = _Examples(automaton, len(record), source)
@@ -154,7 +157,7 @@ def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesso
 
 
 MOST_BYTES = 1 << 27
-"""What an outcome may unpack to: no world of ours takes more, and a damaged file must not fill the memory."""
+"""The most bytes to which a part of an expectation may unpack, lest a damaged file fill the memory."""
 
 
 def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Expectation, ...]:
@@ -212,14 +215,14 @@ def _record(doc: RecordDoc, source: Source, here: JsonSteps) -> ReadingLog:
 
 
 class _Examples:
-    """Reads examples of one automaton, each checked against its states, features and record."""
+    """A decoder of one automaton's examples, which checks them against states, features and record."""
 
     def __init__(self, automaton: Automaton, moments: int, source: Source) -> None:
         self.automaton, self.moments, self.source = automaton, moments, source
         self.numbers: set[int] = set()
 
     def decode_pressed(self, doc: ExampleDoc, here: JsonSteps) -> Example:
-        """A press-made example."""
+        """Decode a press-made example."""
         self.check_numbers([doc.number], lambda _: (*here, "number"))
         for key, state in (("state", doc.state), ("next", doc.next)):
             self.check_state(state, (*here, key))
@@ -248,7 +251,7 @@ class _Examples:
         )
 
     def decode_watched(self, doc: WatchedDoc, here: JsonSteps) -> list[Example]:
-        """The watched examples of one group of columns."""
+        """Decode one group of watched examples, which is stored as columns."""
         length = len(doc.number)
         features = self.automaton.features
         if len(doc.values) != len(features):
@@ -347,7 +350,7 @@ def _float(value: float | None) -> float:
 
 
 def decode_trees(doc: BuiltDoc, automaton: Automaton, source: Source) -> Mapping[str, Tree]:
-    """The tree of each state."""
+    """Decode the tree of each state, by its name."""
     here: JsonSteps = ("built", "trees")
     movable = [state.name for state in automaton.states if state.flag is None]
     if automaton.stateless and EVERY_STATE in doc.trees and EVERY_STATE not in automaton.state_names:
@@ -373,7 +376,7 @@ def _tree(nodes: list[NodeDoc], automaton: Automaton, source: Source, here: Json
 
 
 class _Nodes:
-    """Reads the nodes of one tree."""
+    """A decoder of one tree's nodes."""
 
     def __init__(self, automaton: Automaton, length: int, source: Source) -> None:
         self.automaton, self.length, self.source = automaton, length, source

@@ -1,7 +1,7 @@
 """Documents: one readable JSON text per automaton (ARCHITECTURE section 8; docs/formats.md).
 
-Examples are the source. The trees built from them travel along beside a hash: used when it matches, otherwise
-built again from the examples and reported.
+Examples are the source. The trees built from them are stored too, with a hash: they are used if it matches,
+otherwise they are built again from the examples, and this is reported.
 """
 
 from __future__ import annotations
@@ -28,19 +28,23 @@ from understudy.storage.json_text import Source, find_repeated_key, format_docum
 from understudy.storage.schema import FORMAT, MIGRATIONS, Document, FormatVersion, LessonDoc, ScikitDoc
 
 Learn: TypeAlias = Callable[[Lesson], Mapping[str, Transition]]
-"""Builds the transition functions of a lesson: `understudy.learning.fit.learn`."""
+"""A function that learns the transition functions of a lesson: `understudy.learning.fit.learn`."""
 
 
 @dataclass(frozen=True, slots=True)
 class LoadedDocument:
-    """What a document held; `rebuilt` says why its transition functions were built anew, or None."""
+    """The content of a document.
+
+    `taught` is the automaton with its lesson. `rebuilt` says why its transition functions were learned again;
+    None if the stored ones were used.
+    """
 
     taught: TrainedAutomaton
     rebuilt: str | None = None
 
 
 def encode_document(taught: TrainedAutomaton) -> bytes:
-    """The document of an automaton; DefinitionError where it could not be read back as it is."""
+    """Encode an automaton with its lesson as a document; refuse one that could not be read back unchanged."""
     automaton, lesson = taught.automaton, taught.lesson
     bare = replace(automaton, transitions={})
     if lesson is not None and lesson.automaton != bare:
@@ -66,7 +70,7 @@ def encode_document(taught: TrainedAutomaton) -> bytes:
 
 
 def _prove(data: bytes, taught: TrainedAutomaton) -> None:
-    """Read the document back: nothing is saved that could not be opened again, exactly as it was."""
+    """Decode the document to check that it gives back exactly what was encoded."""
     features = {bound.feature.name: bound.feature for bound in taught.automaton.features}
     lesson = None if taught.lesson is None else sort_examples(taught.lesson)
     kept = taught.automaton.transitions
@@ -83,7 +87,7 @@ def _prove(data: bytes, taught: TrainedAutomaton) -> None:
 
 
 def _document(taught: TrainedAutomaton) -> Document:
-    """What a document holds of an automaton; no trees where they were not learned yet."""
+    """Build the document of an automaton, without trees if they have not been learned yet."""
     lesson = taught.lesson
     unlearned = lesson is not None and lesson.teaches and not taught.automaton.transitions
     return Document(
@@ -97,8 +101,7 @@ def _document(taught: TrainedAutomaton) -> Document:
 def decode_document(
     data: bytes, kit: Kit | None, *, path: Path | str, learn: Learn | None = None, checked: bool = False
 ) -> LoadedDocument:
-    """The automaton and lesson of a document, its features looked up in `kit`
-    (None: taken as the document says, good for looking at but not for running).
+    """Decode a document; `kit` provides its features.
 
     FileError, naming the place, for whatever cannot be right. Where the stored trees are not what the lesson
     gives, or it keeps none, `learn` builds them; without it that is an error too. What `check_apart` has let through
@@ -123,7 +126,7 @@ def decode_document(
 
 
 def _stale(document: Document, source: Source) -> str | None:
-    """Why the trees must be built; None where those stored are right."""
+    """Return why the trees must be learned again, or None if those stored match the lesson."""
     if document.lesson is None:
         if document.built is None:
             remedy = "restore an earlier version"
@@ -139,7 +142,7 @@ def _stale(document: Document, source: Source) -> str | None:
 
 
 def _hash(document: Document) -> str:
-    """A hash over what the trees are made from, and the trees."""
+    """Compute a hash of the trees and of everything they are learned from."""
     lesson, built = document.lesson, document.built
     parts: list[Any] = [_learner_version(lesson), document.automaton]
     parts += [] if lesson is None else [lesson.options, lesson.examples, lesson.watched]
@@ -223,12 +226,12 @@ def _lower(text: str) -> str:
 
 
 def fingerprint_automaton(taught: TrainedAutomaton) -> str:
-    """The same for two automata only if states, lessons and transition functions are all the same."""
+    """Compute a hash of an automaton, its lesson and its transition functions."""
     return hash_content(encode_document(taught))
 
 
 def hash_content(content: bytes) -> str:
-    """The same for two contents only if they are the same."""
+    """Compute a short hash: 16 hexadecimal digits of SHA-256."""
     return hashlib.sha256(content).hexdigest()[:16]
 
 

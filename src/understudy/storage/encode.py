@@ -1,4 +1,4 @@
-"""From an automaton and its lesson to the document that keeps them."""
+"""Encoding of automata and lessons as documents."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ from understudy.storage.schema import (
 T = TypeVar("T")
 
 EVERY_STATE = "*"
-"""Stands for all states of a stateless automaton, which share one tree."""
+"""The key under which a stateless automaton's shared tree is stored, for all states."""
 
 
 def sort_examples(lesson: Lesson) -> Lesson:
-    """The lesson with its examples in the order of their numbers, as documents keep them."""
+    """Return the lesson with its examples sorted by number, as documents store them."""
     return replace(lesson, examples=tuple(sorted(lesson.examples, key=lambda example: example.number)))
 
 
 def encode_automaton(automaton: Automaton) -> AutomatonDoc:
-    """States, features and parameters."""
+    """Encode an automaton's states, features and parameters."""
     return AutomatonDoc(
         name=automaton.name,
         parameters=list(automaton.parameters),
@@ -97,7 +97,7 @@ def format_feature_label(bound: BoundFeature) -> str:
 
 
 def encode_lesson(lesson: Lesson) -> LessonDoc:
-    """Options, examples, record and outcomes."""
+    """Encode a lesson's options, examples, record and expectations."""
     features = lesson.automaton.features
     examples = sort_examples(lesson).examples
     return LessonDoc(
@@ -176,7 +176,7 @@ def _values(example: Example, features: Sequence[BoundFeature]) -> list[DocValue
 
 
 def encode_number(value: float) -> float | None:
-    """A number as JSON has it: None where absent."""
+    """Convert a number to what JSON can hold: None if absent (NaN)."""
     return None if isnan(value) else float(value)
 
 
@@ -220,7 +220,10 @@ def _record_doc(record: ReadingLog) -> RecordDoc:
 
 
 def encode_built_trees(taught: TrainedAutomaton) -> BuiltDoc | None:
-    """The transition functions; None for those of classifiers, which are fitted again on loading."""
+    """Encode the trees of an automaton; return None for classifiers, which are fitted again on loading.
+
+    Refuse a transition function that is neither a tree nor learned with a classifier.
+    """
     automaton = taught.automaton
     trees: dict[str, list[NodeDoc]] = {}
     for state, transition in automaton.transitions.items():

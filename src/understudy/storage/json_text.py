@@ -1,4 +1,4 @@
-"""Lay out a document as JSON text that is easy to read and diff, and find the line of a place in it."""
+"""Layout of documents as JSON text that is easy to read and compare, and line numbers of places in it."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ OPENED = (
     ("built", "trees"),
     ("built", "trees", "*"),
 )
-"""The objects and arrays whose members each get a line of their own; `*` is any key or index."""
+"""The objects and arrays whose members each get a line of their own; `*` stands for any key or index."""
 
 
 def format_document(document: Any) -> bytes:
-    """A document's bytes: indented, keys in declared order, UTF-8, a line feed at the end."""
+    """Format a document as JSON: indented, keys in declared order, UTF-8, with a line feed at the end."""
     return (_lines(msgspec.to_builtins(document), (), "") + "\n").encode("utf-8")
 
 
@@ -75,7 +75,10 @@ def _under(path: tuple[str, ...], key: str) -> tuple[str, ...]:
 
 
 def find_repeated_key(text: str) -> str | None:
-    """The first key that an object of this JSON text has twice: JSON readers would silently drop one."""
+    """Find the first key that occurs twice in an object of a JSON text, or None.
+
+    JSON parsers would silently drop one of the two.
+    """
     found: list[str] = []
 
     def look(pairs: list[tuple[str, Any]]) -> None:
@@ -87,7 +90,7 @@ def find_repeated_key(text: str) -> str | None:
 
 
 def find_line(text: str, steps: Sequence[str | int]) -> int | None:
-    """The line (from 1) where the member at these keys and indices begins, or its nearest ancestor."""
+    """Find the line, from 1, of the member at the given keys and indices, or of its nearest ancestor."""
     position = _skip(text, 0)
     try:
         for step in steps:
@@ -98,12 +101,12 @@ def find_line(text: str, steps: Sequence[str | int]) -> int | None:
 
 
 def format_json_path(steps: Sequence[str | int]) -> str:
-    """Keys and indices as a JSON path: $.automaton.states[2].name."""
+    """Format keys and indices as a JSON path, such as "$.automaton.states[2].name"."""
     return "$" + "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)
 
 
 def parse_json_path(path: str) -> tuple[str | int, ...]:
-    """The keys and indices of a JSON path as msgspec gives it, up to the first it leaves out ([...])."""
+    """Parse a JSON path as msgspec writes it into keys and indices, up to the first that it leaves out ("[...]")."""
     known = path.removeprefix("$").partition("[...]")[0]
     return tuple(int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", known))
 
@@ -115,7 +118,7 @@ def _skip(text: str, position: int) -> int:
 
 
 def _member(text: str, position: int, step: str | int) -> int:
-    """Where the member `step` of the object or array at `position` begins."""
+    """Return the position of the member `step` of the object or array at `position`."""
     decoder = JSONDecoder()
     opening, position = text[position], _skip(text, position + 1)
     for index in range(len(text)):
@@ -137,17 +140,17 @@ JsonSteps: TypeAlias = tuple[str | int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The text of one document and the file it is from."""
+    """The text of a document and the path of its file, for error messages."""
 
     path: Path | str
     text: str
 
     def make_error(self, steps: JsonSteps, problem: str, remedy: str) -> FileError:
-        """The error for what is at these keys and indices."""
+        """Make the error for what is at the given keys and indices."""
         return FileError(path=self.path, place=self.place(steps), problem=problem, remedy=remedy)
 
     def place(self, steps: JsonSteps) -> str:
-        """A JSON path with the line it is on."""
+        """Format keys and indices as a JSON path with its line."""
         line = find_line(self.text, steps)
         return format_json_path(steps) + (f" (line {line})" if line else "")
 
@@ -155,7 +158,7 @@ class Source:
     def convert_errors(
         self, steps: JsonSteps, remedy: str = "edit it there, or restore an earlier version"
     ) -> Iterator[None]:
-        """Errors of the model's own inside become errors of the file, at this place."""
+        """Convert errors of the model raised inside into a FileError at this place of the document."""
         try:
             yield
         except FileError:
@@ -164,7 +167,7 @@ class Source:
             raise self.make_error(steps, str(error), remedy) from error
 
     def check_unique(self, names: Sequence[str], steps: JsonSteps, what: str) -> None:
-        """FileError where a name comes twice."""
+        """Refuse names of which one occurs twice."""
         seen: dict[str, int] = {}
         for index, name in enumerate(names):
             if name in seen:

@@ -1,10 +1,10 @@
-"""A library on disk: a folder with one document per automaton, and every former version of each.
+"""Libraries on disk: a folder with one document per automaton, and every former version of each.
 
     library/forage.json
     library/versions/forage/0001 2026-11-21 10.15.00.json
 
-Nothing is lost or half written whenever a program is killed: documents are replaced whole, and former
-versions kept before that.
+No document is lost or half written if a program is killed: documents are replaced as a whole, and their former
+versions are stored before that.
 """
 
 from __future__ import annotations
@@ -23,16 +23,15 @@ from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync
 from understudy.storage.document import Learn, LoadedDocument, decode_document, encode_document
 
 LONGEST = 150
-"""Bytes of a file name without its ending; every file system takes 255."""
+"""The largest number of bytes of a file name without its ending; all file systems allow 255."""
 
 _DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
 
 
 def make_file_stem(name: str) -> str:
-    """The file name, without ending, of the automaton of this name.
+    """Make the file name, without ending, of an automaton; refuse a name that no file can have.
 
-    Letters, digits, _ and - stay, and so do spaces inside; other characters become %XX. DefinitionError where
-    no file can be called so.
+    Letters, digits, _ and - stay, and so do spaces inside; other characters become %XX.
     """
     written, length = "", 0
     try:
@@ -62,7 +61,7 @@ def _percent(character: str) -> str:
 
 
 def normalize_name(name: str) -> str:
-    """What names have in common that some file systems take for one: no case, one form of each character."""
+    """Normalize letter case and Unicode form, in which names may differ that some file systems consider equal."""
     return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())
 
 
@@ -87,7 +86,7 @@ class LoadedLibrary:
 
 @dataclass(frozen=True, slots=True)
 class SavedVersion:
-    """A former version of an automaton: its number from 1, when it was saved (UTC), its file."""
+    """A former version of an automaton: its number, from 1, the time it was saved (UTC), and its file."""
 
     number: int
     saved: datetime | None
@@ -121,14 +120,14 @@ def open_each_automaton(folder: Path, kit: Kit | None, learn: Learn | None = Non
 
 
 def list_documents(folder: Path | str) -> list[Path]:
-    """The documents in a folder, in order of name; files that are still being written are no documents."""
+    """List the documents in a folder by name, without those that are still being written."""
     folder = Path(folder)
     with convert_os_errors(folder, "opening the library"):
         return sorted(path for path in folder.iterdir() if path.suffix == ".json" and path.name[0] != ".")
 
 
 def open_document(path: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
-    """The automaton in a file of a library; FileError where the file is not named after it."""
+    """Open the automaton in a file of a library; refuse a file that is not named after its automaton."""
     path = Path(path)
     opened = read_document(path, kit, learn)
     name = opened.taught.automaton.name
@@ -142,7 +141,7 @@ def open_document(path: Path | str, kit: Kit | None, learn: Learn | None = None)
 
 
 def read_document(path: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
-    """The automaton in any file."""
+    """Read the automaton in any file."""
     path = Path(path)
     if path.exists() and not path.is_file():  # a pipe would be waited for without end
         raise FileError(path=path, place="", problem="it is not a file", remedy="remove it, or rename it")
@@ -152,7 +151,7 @@ def read_document(path: Path | str, kit: Kit | None, learn: Learn | None = None)
 
 
 def add_automaton(library: Library, taught: TrainedAutomaton, path: Path | str) -> Library:
-    """The library with the automaton from this file; FileError where its name is taken."""
+    """Return the library with the automaton read from `path` added; refuse it if its name is taken."""
     name = taught.automaton.name
     for other in library.taught:
         if normalize_name(other) == normalize_name(name):
@@ -172,9 +171,31 @@ def add_automaton(library: Library, taught: TrainedAutomaton, path: Path | str) 
 
 
 def save_automaton(folder: Path | str, taught: TrainedAutomaton) -> Path:
-    """Write an automaton into a library's folder, keeping the former version; nothing if nothing changed.
+    """Save an automaton in a library's folder, and keep the former version; do nothing if nothing changed.
 
-    When it returns, the document will outlast a power cut; when it raises, the folder is as it was.
+    When this returns, the document is on disk and survives a power cut. When it raises, the folder is unchanged.
+
+    Parameters
+    ----------
+    folder
+        The library's folder. It is created if it does not exist.
+    taught
+        The automaton with its lesson.
+
+    Returns
+    -------
+    Path
+        The file of the automaton.
+
+    Raises
+    ------
+    DefinitionError
+        If `taught` is no TrainedAutomaton or could not be read back unchanged, no file can have the automaton's
+        name, or another automaton in the folder has a name that differs in case or Unicode form only.
+    KindError
+        If a value of an example is outside its feature's kind.
+    FileError
+        If the folder cannot be written to.
     """
     check_trained_automaton(taught)
     folder = Path(folder)
@@ -197,9 +218,9 @@ def save_automaton(folder: Path | str, taught: TrainedAutomaton) -> Path:
 
 
 def rename_automaton(folder: Path | str, former: str, taught: TrainedAutomaton) -> Path:
-    """Give an automaton another name, `taught` being it under that name; its former versions come along.
+    """Rename an automaton and its former versions; `taught` is the automaton under its new name.
 
-    Killed in between, the folder has it under both names, each version under one of them.
+    If the program is killed meanwhile, the folder contains it under both names, and each version under one of them.
     """
     check_trained_automaton(taught)
     folder = Path(folder)
@@ -221,7 +242,7 @@ def rename_automaton(folder: Path | str, former: str, taught: TrainedAutomaton) 
 
 
 def _move_versions(source: Path, target: Path) -> None:
-    """Versions go behind those that are there of an automaton that had the name before."""
+    """Move versions to another folder, with numbers after those of the versions already there."""
     moving = _versions(source)
     if not moving:
         return
@@ -245,7 +266,7 @@ def _refuse_alike(name: str, path: Path) -> None:
 
 
 def _keep(path: Path, former: bytes) -> None:
-    """Add a former version, unless it is the last one kept (as where a program was killed in between)."""
+    """Store a former version, unless it equals the last one stored, as after a program was killed while saving."""
     folder = path.parent / VERSIONS / path.stem
     folder.mkdir(parents=True, exist_ok=True)
     kept = _versions(folder)
@@ -260,7 +281,7 @@ def _keep(path: Path, former: bytes) -> None:
 
 
 def list_versions(folder: Path | str, name: str) -> tuple[SavedVersion, ...]:
-    """The former versions of an automaton, oldest first; the current one is not among them."""
+    """List the former versions of an automaton, oldest first, without the current one."""
     return _versions(Path(folder) / VERSIONS / make_file_stem(name))
 
 

@@ -1,4 +1,4 @@
-"""Columns of numbers, and other bytes, packed into one line of text, bit for bit: base64 of zlib."""
+"""Packing of numbers or bytes into one line of text without loss: base64 of zlib."""
 
 from __future__ import annotations
 
@@ -11,17 +11,20 @@ from understudy.model.kinds import Column
 
 
 def pack_column(column: Column) -> str:
-    """A column as text: little-endian float64."""
+    """Pack a column of numbers into text, as little-endian float64."""
     return pack_bytes(np.ascontiguousarray(column, dtype="<f8").tobytes())
 
 
 def pack_bytes(data: bytes) -> str:
-    """Bytes as text."""
+    """Pack bytes into text."""
     return b64encode(zlib.compress(data, 9)).decode("ascii")
 
 
 def unpack_bytes(text: str, *, most: int) -> bytes:
-    """The bytes that `pack_bytes` made a text of; ValueError where it is damaged, or they are more than `most`."""
+    """Unpack the bytes from a text made by `pack_bytes`; refuse damaged text and more than `most` bytes.
+
+    Refusals are ValueErrors.
+    """
     try:
         packed = b64decode(text.encode("ascii"), validate=True)
         unzip = zlib.decompressobj()
@@ -35,7 +38,7 @@ def unpack_bytes(text: str, *, most: int) -> bytes:
 
 
 def unpack_column(text: str, *, length: int) -> Column:
-    """The column that `pack_column` made a text of; ValueError saying what is wrong with it."""
+    """Unpack the `length` numbers from a text made by `pack_column`; refuse damaged text with a ValueError."""
     try:
         packed = b64decode(text.encode("ascii"), validate=True)
         unzip = zlib.decompressobj()

@@ -1,6 +1,7 @@
-"""The shape of a document: what msgspec checks before anything else looks at a file (docs/formats.md).
+"""The schema of documents, which msgspec checks before anything else uses a file (docs/formats.md).
 
-A document has three parts: the automaton, the lesson it was taught in, and the trees built from that lesson.
+A document has three parts: the automaton, the lesson from which it was learned, and the trees built from that
+lesson.
 """
 
 from __future__ import annotations
@@ -11,20 +12,20 @@ from typing import Annotated, Any, Literal, TypeAlias
 from msgspec import UNSET, Meta, Struct, UnsetType, field
 
 FORMAT = 1
-"""The format that is written. Older ones are brought up to it by `MIGRATIONS`, newer ones refused."""
+"""The number of the format that is written. Older formats are converted by `MIGRATIONS`, newer ones refused."""
 
 MIGRATIONS: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {}
-"""Per older format, the function that brings a document to the next one."""
+"""For each older format, the function that converts a document to the next one."""
 
 DocCount: TypeAlias = Annotated[int, Meta(ge=0, le=2**53)]
 DocName: TypeAlias = Annotated[str, Meta(min_length=1)]
 DocValue: TypeAlias = float | str | None
-"""A feature's value: a number, a label, or null where absent."""
+"""The value of a feature: a number, a label, or null if absent."""
 ChildDoc: TypeAlias = Annotated[int, Meta(ge=1)] | Literal["stay"]
 
 
 class DocStruct(Struct, forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
-    """A part of a document: unknown fields are refused, fields at their default are left out."""
+    """A part of a document, without unknown fields; fields that have their default are left out."""
 
 
 class StateDoc(DocStruct, kw_only=True):
@@ -37,7 +38,7 @@ class StateDoc(DocStruct, kw_only=True):
 
 
 class FeatureDoc(DocStruct, kw_only=True):
-    """A feature as the automaton uses it. `sort`: of the body, or which of the automaton's own."""
+    """A feature as the automaton uses it; `sort` is "body", or which of the automaton's own features it is."""
 
     name: DocName
     binding: dict[str, str] = {}
@@ -57,7 +58,7 @@ class AutomatonDoc(DocStruct, omit_defaults=False, kw_only=True):
 
 
 class TreesDoc(DocStruct, tag_field="learns", tag="trees", omit_defaults=False, kw_only=True):
-    """Decision trees. `defaults` is left out where they teach, `pruning` where there is none."""
+    """The option to learn decision trees; `defaults` is left out if true, `pruning` if 0."""
 
     boundary: Literal["default keeps the gap", "midpoint"]
     defaults: bool | UnsetType = UNSET
@@ -65,14 +66,14 @@ class TreesDoc(DocStruct, tag_field="learns", tag="trees", omit_defaults=False, 
 
 
 class ScikitDoc(DocStruct, tag_field="learns", tag="scikit-learn", omit_defaults=False, kw_only=True):
-    """A classifier of scikit-learn."""
+    """The option to learn with a classifier of scikit-learn."""
 
     classifier: str
     parameters: dict[str, float | int | str | bool | None]
 
 
 class OptionsDoc(DocStruct, omit_defaults=False, kw_only=True):
-    """How the lesson is learned. `unlearning` is there where corrections quarantine bad examples."""
+    """How the lesson is learned; `unlearning` is left out if false."""
 
     reaction_s: float
     watched: bool
@@ -81,7 +82,7 @@ class OptionsDoc(DocStruct, omit_defaults=False, kw_only=True):
 
 
 class ExampleDoc(DocStruct, kw_only=True):
-    """A press-made example. `own`: the automaton's own readings then, null where absent."""
+    """A press-made example; `own` holds the values of the automaton's own features, null if absent."""
 
     number: DocCount
     state: str
@@ -98,7 +99,7 @@ class ExampleDoc(DocStruct, kw_only=True):
 
 
 class WatchedDoc(DocStruct, kw_only=True):
-    """Watched examples whose `own` has the same keys and whose `binding` is the same: a column each."""
+    """Watched examples with the same keys of `own` and the same `binding`, stored as columns."""
 
     number: list[DocCount]
     state: list[str]
@@ -114,7 +115,7 @@ class WatchedDoc(DocStruct, kw_only=True):
 
 
 class ReadingDoc(DocStruct, kw_only=True):
-    """The column of one reading in the record, packed."""
+    """The packed column of one reading in the record."""
 
     reading: DocName
     of: str | None = None
@@ -122,7 +123,7 @@ class ReadingDoc(DocStruct, kw_only=True):
 
 
 class RecordDoc(DocStruct, omit_defaults=False, kw_only=True):
-    """All readings at the moments the lesson keeps; columns are base64 of zlib of little-endian float64."""
+    """All readings at the moments that the lesson keeps; columns are base64 of zlib of little-endian float64."""
 
     moments: DocCount
     seconds: str
@@ -130,7 +131,7 @@ class RecordDoc(DocStruct, omit_defaults=False, kw_only=True):
 
 
 class OutcomeDoc(DocStruct, kw_only=True):
-    """What the lesson promises; `scenario` and `snapshot` are base64 of zlib."""
+    """An expectation of the lesson; `scenario` and `snapshot` are base64 of zlib."""
 
     flag: DocName
     within_s: float
@@ -143,7 +144,7 @@ class OutcomeDoc(DocStruct, kw_only=True):
 
 
 class LessonDoc(DocStruct, omit_defaults=False, kw_only=True):
-    """What was shown, and how it is learned. `outcomes` is left out where nothing is promised."""
+    """The lesson: options, examples and record; `outcomes`, its expectations, is left out if there are none."""
 
     options: OptionsDoc
     examples: list[ExampleDoc]
@@ -153,7 +154,7 @@ class LessonDoc(DocStruct, omit_defaults=False, kw_only=True):
 
 
 class GoDoc(DocStruct, tag_field="node", tag="go", kw_only=True):
-    """A leaf that goes to a state."""
+    """A leaf that switches to a state."""
 
     to: str
 
@@ -163,7 +164,7 @@ class StayDoc(DocStruct, tag_field="node", tag="stay", kw_only=True):
 
 
 class BelowDoc(DocStruct, tag_field="node", tag="below", omit_defaults=False, kw_only=True):
-    """Is the feature below the cut?"""
+    """A test whether a feature is less than `cut`."""
 
     feature: str
     cut: float
@@ -173,7 +174,7 @@ class BelowDoc(DocStruct, tag_field="node", tag="below", omit_defaults=False, kw
 
 
 class ArcDoc(DocStruct, tag_field="node", tag="arc", omit_defaults=False, kw_only=True):
-    """Is the feature on the arc `low` <= x < `high`, across the seam where low > high?"""
+    """A test whether a feature is on the arc `low` <= x < `high`, which crosses the seam if low > high."""
 
     feature: str
     low: float = field(name="from")
@@ -184,7 +185,7 @@ class ArcDoc(DocStruct, tag_field="node", tag="arc", omit_defaults=False, kw_onl
 
 
 class AbsentDoc(DocStruct, tag_field="node", tag="absent", kw_only=True):
-    """Is the feature absent?"""
+    """A test whether a feature is absent."""
 
     feature: str
     yes: ChildDoc
@@ -192,7 +193,7 @@ class AbsentDoc(DocStruct, tag_field="node", tag="absent", kw_only=True):
 
 
 class LabelDoc(DocStruct, tag_field="node", tag="label", omit_defaults=False, kw_only=True):
-    """Which label is it?"""
+    """A test which label a feature has."""
 
     feature: str
     branches: dict[str, ChildDoc]
@@ -203,14 +204,14 @@ NodeDoc: TypeAlias = GoDoc | StayDoc | BelowDoc | ArcDoc | AbsentDoc | LabelDoc
 
 
 class BuiltDoc(DocStruct, omit_defaults=False, kw_only=True):
-    """The trees by state, a stateless automaton's under `*`; `hash` is None for those written by hand."""
+    """The trees by state, those of a stateless automaton under `*`; `hash` is None if written by hand."""
 
     hash: str | None
     trees: dict[str, list[NodeDoc]]
 
 
 class Document(DocStruct, omit_defaults=False, kw_only=True):
-    """One automaton: `lesson` is None if written by hand, `built` where it must be fitted on loading."""
+    """One automaton; `lesson` is None if it was written by hand, `built` if it must be learned on loading."""
 
     format: int
     automaton: AutomatonDoc
@@ -219,6 +220,6 @@ class Document(DocStruct, omit_defaults=False, kw_only=True):
 
 
 class FormatVersion(Struct):
-    """What every format has had: its number."""
+    """The number of a document's format, which documents of every format have."""
 
     format: int
