@@ -538,8 +538,10 @@ export interface PromiseTested {
 }
 
 /**
- * The pruning that decides fewest examples wrong, and of several the one that decides most simply: of the
- * examples `left_out`, each in turn, so many were decided otherwise than shown without pruning, and with it.
+ * The pruning with the fewest wrong decisions, and the simplest of several.
+ *
+ * `wrong` and `wrong_pruned` are how many of the `left_out` press-made examples are decided wrongly by trees
+ * learned without them: without pruning and with it.
  */
 export interface PruningSuggestion {
   pruning: number;
