@@ -31,12 +31,12 @@ class JournalLock:
         self._file = file
 
     @classmethod
-    def try_acquire(cls, path: Path) -> Self | None:
+    def try_acquire(cls, path: Path | str) -> Self | None:
         """The lock of a log, or None where another session has it; FileError where it cannot be read."""
         try:
-            file = path.open("rb")
+            file = Path(path).open("rb")
         except OSError as error:
-            raise _unreadable(path, error) from None
+            raise _unreadable(Path(path), error) from None
         if fcntl is not None:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -46,12 +46,15 @@ class JournalLock:
         return cls(file)
 
     @classmethod
-    def acquire(cls, path: Path) -> Self:
+    def acquire(cls, path: Path | str) -> Self:
         """The lock of a log; FileError where another session has it."""
         lock = cls.try_acquire(path)
         if lock is None:
             raise FileError(
-                path=path, place="", problem="another session is writing it", remedy="end that session first"
+                path=Path(path),
+                place="",
+                problem="another session is writing it",
+                remedy="end that session first",
             )
         return lock
 

@@ -95,13 +95,13 @@ class SavedVersion:
 
 def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> LoadedLibrary:
     """All automata of a folder. The first thing wrong is raised, naming the file and place."""
-    found = open_each_automaton(Path(folder), kit, learn)
+    found = open_each_automaton(folder, kit, learn)
     for problem in found.problems.values():
         raise problem
     return found
 
 
-def open_each_automaton(folder: Path, kit: Kit | None, learn: Learn | None = None) -> LoadedLibrary:
+def open_each_automaton(folder: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedLibrary:
     """Open each file of a library on its own, so that one bad file does not hide the others.
 
     Without a kit features are as the documents say, so that any library can be looked at.
@@ -116,7 +116,7 @@ def open_each_automaton(folder: Path, kit: Kit | None, learn: Learn | None = Non
             opened[found.taught.automaton.name] = found
         except UnderstudyError as error:
             problems[path.name] = error
-    return LoadedLibrary(folder, library, opened, problems)
+    return LoadedLibrary(Path(folder), library, opened, problems)
 
 
 def list_documents(folder: Path | str) -> list[Path]:
