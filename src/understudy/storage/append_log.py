@@ -33,10 +33,11 @@ class JournalLock:
     @classmethod
     def try_acquire(cls, path: Path | str) -> Self | None:
         """The lock of a log, or None where another session has it; FileError where it cannot be read."""
+        path = Path(path)
         try:
-            file = Path(path).open("rb")
+            file = path.open("rb")
         except OSError as error:
-            raise _unreadable(Path(path), error) from None
+            raise _unreadable(path, error) from None
         if fcntl is not None:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
