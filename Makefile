@@ -50,7 +50,7 @@ test-all: $(VENV)/.dev ## everything that must hold; tests in browsers and with 
 	@$(CHECKS)
 	@mkdir -p build
 	nice -n 19 $(BIN)/pytest --numprocesses auto -m "not soak and not timed" $(ARGS) > build/untimed.log 2>&1 & \
-		untimed=$$!; $(BIN)/pytest -m timed $(ARGS); timed=$$?; \
+		untimed=$$!; $(BIN)/pytest -m "timed and not soak" $(ARGS); timed=$$?; \
 		wait $$untimed; untimed=$$?; tail -n 60 build/untimed.log; exit $$((timed + untimed))
 
 soak: $(VENV)/.dev ## the tests that take long

@@ -34,3 +34,14 @@ def test_the_world_takes_most_of_an_upright_tablet(visit: Callable[[], Page]) ->
     box = page.locator("canvas").first.bounding_box()
     assert box is not None
     assert box["height"] > 1100 / 2
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_welcome_card_and_its_message_are_both_seen(visit: Callable[[], Page], size: str) -> None:
+    page = visit()
+    width, height = SIZES[size]
+    page.set_viewport_size({"width": width, "height": height})
+    card, message = page.locator(".welcome").bounding_box(), page.locator(".toast").bounding_box()
+    assert card is not None
+    assert message is not None
+    assert card["y"] + card["height"] <= message["y"]
