@@ -235,7 +235,7 @@ def test_a_robot_that_is_not_there_is_named() -> None:
     pytest.importorskip("cyclonedds", reason="needs the extra ros2")
     result = run("robots", "simulate", "arena", "--domain", "47", "--only", "rower")
     assert result.exit_code != 0
-    assert "no robot 'rower'; it has rover and referee" in result.output
+    assert "no robot 'rower'; did you mean 'rover'? It has rover and referee" in result.output
 
 
 def simulated_for_a_moment(*arguments: object) -> str:

@@ -269,6 +269,7 @@ def test_body_and_automaton_go_back_to_the_last_snapshot(tmp_path: Path) -> None
 def test_a_journal_may_be_named_by_a_text(tmp_path: Path) -> None:
     path = str(tmp_path / "journal")
     taught = play(session(["forward", "left"], ["done"], journal=path), "forward", 3)
+    taught.close()
     resumed = Session.resume(path, Scripted(), Library(kit))
     assert resumed.lesson == taught.lesson
 
