@@ -167,7 +167,7 @@ def test_goto_is_taught_and_saved_without_a_mouse(visit: Callable[[], Page], stu
     expect(page.get_by_role("tab", name=re.compile("Library"))).to_be_focused()
     tab_to(page, "Save")
     page.keyboard.press("Enter")
-    expect(page.get_by_text("in the library")).to_be_visible()
+    expect(page.get_by_text("in the library", exact=True)).to_be_visible()
     assert "goto" in open_library(studio.library, make_scenario_kit(find_scenario("forage"))).library.taught
 
 

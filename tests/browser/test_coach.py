@@ -61,7 +61,8 @@ def teacher(visit: Callable[[], Page]) -> Teacher:
     teacher.click("Open one of the library")
     teacher.click("Open goto")
     expect(page.get_by_role("tab", name="Automaton", selected=True)).to_be_visible()
-    teacher.press("Space")
+    teacher.click("Pause")
+    expect(page.get_by_role("button", name="Resume", exact=True)).to_be_visible()
     page.get_by_role("tab", name="Coach").click()
     return teacher
 
