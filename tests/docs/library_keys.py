@@ -125,7 +125,7 @@ PARTS: Parts = {
             "state": "the state in which the press came",
             "next": "the state that was pressed",
             "kind": "what made the example (see [semantics](../semantics.md))",
-            "values": "one value for each feature of the automaton, in their order; a label or a number, null if absent",
+            "values": "one value for each feature of the automaton, in their order: a label or number, null if absent",
             "correction": "whether the press corrected what the automaton did in testing",
             "edited": "whether a person changed the example afterwards",
             "moment": "row of the record at which the values were read, from 0; null if typed",

@@ -78,7 +78,7 @@ PARTS: Parts = {
         {
             "topic": _TOPIC,
             "type": "type of its messages, such as `sensor_msgs/msg/Range`",
-            "field": "field of the message, with dots between nested ones; may be left out for a Range; for a LaserScan "
+            "field": "field of the message, with dots between nested ones; may be left out for a Range; for a scan "
             "`bearing` or `width`, or left out for the distance",
             "sector_deg": "from and to, degrees counter-clockwise from ahead: part of a LaserScan; equal for one beam",
             "offset_m": "distance from the sensor to the robot's rim, m, which is subtracted from a range",
