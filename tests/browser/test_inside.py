@@ -16,7 +16,8 @@ def teacher(visit: Callable[[], Page]) -> Teacher:
     """Somebody who has saved goto."""
     made = Teacher(visit())
     made.begin_goto()
-    made.press("Space")
+    made.click("Pause")
+    expect(made.page.get_by_role("button", name="Resume", exact=True)).to_be_visible()
     show(made, "forward")
     return made
 
