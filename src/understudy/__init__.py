@@ -1,6 +1,6 @@
-"""Understudy: robots and robot teams that learn by being shown.
+"""Understudy: robots and robot teams that learn from demonstrations.
 
-The public names, each fetched when it is first used, so that a robot or a command starts at once.
+This module exports the public names. Each is imported when it is first used, so that programs start fast.
 """
 
 from importlib import import_module
@@ -79,7 +79,7 @@ if TYPE_CHECKING:
     from understudy.training.trainee import Mode as Mode
 
 __version__ = "0.2.0.dev0"
-"""The version of this program; the distribution takes it from here."""
+"""The version of this package, from which the distribution takes its own."""
 
 _MODULES = {
     "Evaluation": "analysis.evaluation",
@@ -153,7 +153,7 @@ _MODULES = {
     "SessionView": "training.session_view",
     "Mode": "training.trainee",
 }
-"""The module that each public name is in, within `understudy`: the imports above, for a program that runs."""
+"""The module, within `understudy`, that defines each public name; the imports above repeat it for type checkers."""
 __all__ = list(_MODULES)
 
 

@@ -1,7 +1,7 @@
-"""The errors that users can put right.
+"""Errors about input that users can correct.
 
-Every message is one paragraph: what was wrong, where, and what would be right. Each error keeps its data in fields.
-`exit_code` is the exit status of the command line. Errors are raised before anything is changed.
+Every message is one paragraph that says what was wrong, where, and what would be right. Each error keeps its data in
+fields. Errors are raised before anything is changed.
 """
 
 from __future__ import annotations
@@ -13,7 +13,10 @@ from typing import Any, ClassVar
 
 
 class UnderstudyError(Exception):
-    """The base class of errors about something that a user gave and that cannot be used; nothing was changed."""
+    """The base class of errors about something that a user gave and that cannot be used; nothing was changed.
+
+    `exit_code` is the exit status with which the command line ends.
+    """
 
     exit_code = 2
     json_type: ClassVar[str] = "UnderstudyError"

@@ -1,4 +1,4 @@
-"""Optional dependencies: how each extra is installed, and the error where one is missing."""
+"""Optional dependencies: the command that installs each extra, and the error raised if one is missing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from types import ModuleType
 from understudy.errors import UnderstudyError
 
 DISTRIBUTION = "understudy-robots"
-"""The name on package indexes; `understudy` there is somebody else's. Every install command is made from it."""
+"""The name of this project on package indexes, where `understudy` is a different project."""
 
 
 def format_install_command(extra: str) -> str:
@@ -18,7 +18,7 @@ def format_install_command(extra: str) -> str:
 
 
 class ExtraMissing(UnderstudyError, json_type="ExtraMissing"):
-    """Something needs an extra that is not installed."""
+    """A feature that needs an optional dependency (an extra) which is not installed."""
 
     def __init__(self, *, what: str, extra: str) -> None:
         self.what, self.extra = what, extra
@@ -27,9 +27,9 @@ class ExtraMissing(UnderstudyError, json_type="ExtraMissing"):
 
 @cache
 def import_opencv() -> ModuleType:
-    """Import OpenCV, on one thread; ExtraMissing where it is not installed.
+    """Import OpenCV and limit it to one thread; raise ExtraMissing if it is not installed.
 
-    Threads gain nothing on images this small, and waiting for them made one of a hundred images take ten times as long.
+    With more threads, small images are processed no faster, and one image in a hundred took ten times as long.
     """
     try:
         cv = import_module("cv2")

@@ -1,12 +1,12 @@
-"""The laws that features, behaviors, bodies and worlds keep, for you to put your own parts through.
+"""Checks that features, behaviors, bodies and worlds of your own meet their contracts.
 
     check_feature(my_feature, body)
     check_behavior(my_behavior, body)
     check_body(body)
     check_world(lambda seeds: MyWorld(seeds))
 
-Each raises LawBroken, one sentence that names the part and the law, or returns nothing. A check drives the
-body it is given; where the body is Rewindable it is put back afterwards.
+Each check raises LawBroken, whose message names the part and the rule that it breaks, or returns None. The checks
+send commands to the body; a Rewindable body is restored afterwards.
 """
 
 from __future__ import annotations
@@ -30,7 +30,17 @@ __all__ = ["LawBroken", "check_behavior", "check_body", "check_feature", "check_
 
 
 class LawBroken(UnderstudyError, json_type="LawBroken"):
-    """A part that breaks a law it has to keep."""
+    """A feature, behavior, body or world that breaks a rule of its contract.
+
+    Parameters
+    ----------
+    part
+        The part that was checked, such as "feature 'gap'".
+    law
+        The rule that it breaks.
+    found
+        The behavior that was observed instead.
+    """
 
     def __init__(self, *, part: str, law: str, found: str) -> None:
         self.part, self.law, self.found = part, law, found
@@ -38,7 +48,29 @@ class LawBroken(UnderstudyError, json_type="LawBroken"):
 
 
 def check_feature(feature: AnyFeature, body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
-    """Reads what the body offers; gives [N] of its kind; inputs untouched; repeatable; rows by themselves."""
+    """Check a feature on the percepts of a body driven with random commands.
+
+    The feature must use only readings that the body has, return N float64 values of its kind, leave the readings
+    unchanged, give the same values for the same readings, and compute each row independently of the others. Features
+    of the automaton itself (flags, counters, timers, time in state) are accepted without a check.
+
+    Parameters
+    ----------
+    feature
+        The feature.
+    body
+        The body. The feature is checked with every combination of its targets. The checks send it random commands; a
+        Rewindable body is restored afterwards.
+    ticks
+        Number of ticks for which the body is driven.
+    seed
+        Seed of the random commands.
+
+    Raises
+    ------
+    LawBroken
+        If the feature breaks a rule, or has parameters and the body has no targets.
+    """
     if not isinstance(feature, Feature):
         return  # it reads the automaton, not the body
     part = f"feature {feature.name!r}"
@@ -53,7 +85,28 @@ def check_feature(feature: AnyFeature, body: Body, *, ticks: int = TICKS, seed: 
 
 
 def check_behavior(behavior: Behavior, body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
-    """Commands what the body obeys; finite; inputs untouched; repeatable; each row by itself."""
+    """Check a behavior on the percepts of a body driven with random commands.
+
+    The behavior must command only channels of the body, with N finite float64 values each, leave the readings
+    unchanged, give the same commands for the same readings, and compute each row independently of the others.
+
+    Parameters
+    ----------
+    behavior
+        The behavior.
+    body
+        The body. The behavior is checked with every combination of its targets. The checks send it random commands; a
+        Rewindable body is restored afterwards.
+    ticks
+        Number of ticks for which the body is driven.
+    seed
+        Seed of the random commands.
+
+    Raises
+    ------
+    LawBroken
+        If the behavior breaks a rule.
+    """
     part = f"behavior {behavior.name!r}"
     _check_parts(body)
     channels = {channel.name for channel in body.channels}
@@ -72,9 +125,26 @@ def check_behavior(behavior: Behavior, body: Body, *, ticks: int = TICKS, seed: 
 
 
 def check_body(body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
-    """Senses [N] in kind, twice the same, a part as the whole; leaves commands be; refuses the unknown.
+    """Check that a body meets its contract, driven with random commands.
 
-    A Rewindable body also goes on from a snapshot exactly as it did before, and rests on channels left out.
+    The body must return N float64 values of the declared kind for each reading, the same if it is read twice and if a
+    reading is asked for alone. It must leave the commands that it gets unchanged, and refuse unknown readings,
+    unknown channels, columns of the wrong length and NaN with an UnderstudyError. A Rewindable body must also
+    continue from a snapshot exactly as before, refuse invalid snapshots, and put channels without a command at rest.
+
+    Parameters
+    ----------
+    body
+        The body. A Rewindable body is restored afterwards.
+    ticks
+        Number of ticks for which it is driven.
+    seed
+        Seed of the random commands.
+
+    Raises
+    ------
+    LawBroken
+        If the body breaks a rule.
     """
     part = f"body {type(body).__name__}"
     _check_parts(body)
@@ -91,9 +161,25 @@ def check_body(body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
 def check_world(
     make: Callable[[Sequence[int]], Body], *, seeds: Sequence[int] = (0, 1, 2, 7, 40), ticks: int = TICKS
 ) -> None:
-    """All of `check_body`; the same seeds give the same run; a world runs alone as it does among others.
+    """Check that a simulated world meets the contract of a body and can be repeated by its seed.
 
-    `make` takes seeds and gives a body: each world has as many rows as any other, in the order of the seeds.
+    In addition to `check_body`, the same seeds must give the same run, and each world must run alone exactly as it
+    does together with others.
+
+    Parameters
+    ----------
+    make
+        Function that takes seeds and returns a body with one world per seed. All worlds have the same number of rows,
+        in the order of the seeds.
+    seeds
+        Seeds of the worlds.
+    ticks
+        Number of ticks for which each world is driven.
+
+    Raises
+    ------
+    LawBroken
+        If the world breaks a rule.
     """
     body = make(seeds)
     _check_parts(body)
@@ -130,7 +216,7 @@ def _check_parts(body: Body) -> None:
 
 
 def _call(part: str, function: Callable[..., Any], percept: Percept, targets: tuple[str, ...]) -> Any:
-    """Call a function of a feature or behavior; LawBroken where it fails."""
+    """Call the function of a feature or behavior; raise LawBroken if it fails."""
     try:
         return function(ReadingsView(percept), *(ReadingsView(percept, target) for target in targets))
     except Exception as error:
@@ -156,7 +242,10 @@ def _spelled(key: tuple[str, str | None]) -> str:
 
 
 def _drawn(body: Body, generators: Sequence[np.random.Generator], rows: int) -> Commands:
-    """Commands for one tick, each world's from a generator of its own, at rest about half of the time."""
+    """Draw random commands in [-1, 1] for one tick, at rest in about half of the rows.
+
+    Each world's commands come from its own generator, so that they do not depend on the other worlds.
+    """
     drawn = [generator.uniform(-1, 1, (len(body.channels) + 1, rows)) for generator in generators]
     commands = {
         channel.name: np.concatenate([np.where(world[-1] < 0.5, world[at], channel.rest) for world in drawn])

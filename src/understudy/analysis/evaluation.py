@@ -1,9 +1,10 @@
-"""Measure batches of runs: time to finish, and food per second relative to a baseline.
+"""Measurement of batches of runs: time to finish, and food per second relative to a baseline.
 
-A behavior that can raise the flag `done` is finished when it does; any other when the scenario's goal is reached.
+A behavior that can raise the flag `done` is finished when it raises it; any other when the scenario's goal is
+reached.
 
-A baseline is a controller written by hand for a scenario, found by entry points (`BASELINES`). Every world that has one
-gets three times the baseline's time to reach its goal; everything else is given the scenario's own limit.
+A baseline is a controller written by hand for a scenario, found by entry points (`BASELINES`). A world that has one
+has a time limit of three times the baseline's time; any other has the scenario's limit.
 """
 
 from __future__ import annotations
@@ -34,47 +35,50 @@ from understudy.sim.world import World
 
 DecideCommands: TypeAlias = Callable[[Percept], Commands]
 Progress: TypeAlias = Callable[[int, int], None]
-"""Called now and then with how many worlds are through, and how many there are; what it raises ends the evaluation."""
+"""A function that is called with the number of completed worlds and their total.
+
+An exception that it raises ends the evaluation.
+"""
 
 
 def skip_progress(through: int, worlds: int) -> None:
-    """Tell nobody how many worlds are through."""
+    """Ignore a report of progress."""
 
 
 BASELINES = "understudy.baselines"
 """Entry points of this group are functions that take a scenario and return its `Baseline`, or None."""
 
 SUCCESS_FLAG = "done"
-"""With this flag a behavior says that it has done what it is for."""
+"""The flag that a behavior raises when it has succeeded."""
 
 LENIENCE = 3.0
-"""How many times the baseline's time a taught robot is given."""
+"""The time limit of a taught robot, in multiples of the baseline's time."""
 
 TICKS_AT_ONCE = 200
-"""After so many ticks of all worlds in one go there is a look at who has finished, and at the keyboard."""
+"""The number of ticks simulated between two checks of which worlds have finished."""
 
 WORLDS_AT_ONCE = 5_000
-"""So many worlds lie side by side in memory."""
+"""The largest number of worlds that are simulated together, to bound memory."""
 
 Z95 = 1.959964
 
 
 @dataclass(frozen=True)
 class Outcomes:
-    """How N worlds went: columns [N]."""
+    """The results of N worlds, as columns of shape [N]."""
 
     seconds: Column
-    """Time to finish; absent (NaN) where the limit came first."""
+    """Time to finish, in s. NaN if the limit came first."""
     limit_s: Column
-    """How long each was given."""
+    """Time limit of each world, in s."""
     delivered: NDArray[np.int64]
-    """Units brought within that time."""
+    """Units of food delivered within that time."""
     gathered: NDArray[np.int64]
     """Boxes gathered within that time."""
 
     @property
     def finished(self) -> NDArray[np.bool_]:
-        """Whether each world finished in time [N]."""
+        """True for each world [N] that finished in time."""
         return ~np.isnan(self.seconds)
 
     @property
@@ -84,19 +88,19 @@ class Outcomes:
 
     @property
     def food_per_s(self) -> Column:
-        """Units per second until finished, or until the limit [N]; absent where there is nothing to bring."""
+        """Food delivered per second until the world finished or reached its limit [N]; NaN if no time passed."""
         spent = np.where(self.finished, self.seconds, self.limit_s)
         rate: Column = np.divide(self.delivered, spent, out=np.full(len(spent), np.nan), where=spent > 0)
         return rate
 
     @classmethod
     def concatenate(cls, parts: Sequence[Outcomes]) -> Outcomes:
-        """Those of several batches as one."""
+        """Join the outcomes of several batches, in order."""
         return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
 
 
 class Controller(Protocol):
-    """Decides for N robots at once, from the readings that it names."""
+    """The interface of a controller that decides for N robots at once; `keys` lists the readings that it needs."""
 
     keys: Sequence[ReadingKey]
 
@@ -107,16 +111,19 @@ class Controller(Protocol):
 
 @dataclass(frozen=True)
 class Baseline:
-    """A controller written by hand, and the worlds in which it is measured."""
+    """A controller written by hand for a scenario.
+
+    `make_controller` makes the controller for a world of this scenario.
+    """
 
     scenario: Scenario
     make_controller: Callable[[World], Controller]
     limits_s: Callable[[World], Column]
-    """Ample time for each world [B]."""
+    """A function that returns the time limit of the baseline in each world [B], in s, which should be ample."""
 
 
 def find_baseline(scenario: Scenario) -> Baseline | None:
-    """Find the baseline of a scenario among those installed; None where there is none."""
+    """Return the baseline of a scenario from the installed entry points, or None if there is none."""
     found = (entry.load()(scenario) for entry in entry_points(group=BASELINES))
     return next((baseline for baseline in found if baseline is not None), None)
 
@@ -139,9 +146,9 @@ def measure_outcomes(
     limit_s: float | Column,
     progress: Progress = skip_progress,
 ) -> Outcomes:
-    """Run until each world has reached its goal or its limit (one for all, or a column [B]), tick by tick.
+    """Run a controller until each world has reached its goal or its limit (s, one for all or a column [B]).
 
-    A world that is through runs on unobserved until all are.
+    A world that is finished runs on, without being recorded, until all worlds are.
     """
 
     def advance(ticks: int) -> None:
@@ -159,10 +166,13 @@ def measure_program_outcomes(
     flag: str | None = None,
     progress: Progress = skip_progress,
 ) -> Outcomes:
-    """As `measure_outcomes`, for robots that all run one program: many ticks in one go where all of it is data.
+    """Run one program on all robots until each world has finished or reached its time limit.
 
-    Given a `flag`, a world is finished once all its robots have raised it, whatever its goal. Otherwise a world ends
-    with the tick in which it reaches its goal; reset them before anything goes on with them.
+    The limit is in s, one for all worlds or a column [B].
+
+    With a `flag`, a world is finished once all its robots have raised it, whatever its goal; otherwise once its goal
+    is reached. Many ticks are simulated at once if the whole program can be compiled. Reset the worlds before further
+    use: without a flag they may have stopped at the tick in which each reached its goal.
     """
     engine = Engine.from_program(world, program)
     plan = engine.plan()
@@ -182,9 +192,9 @@ def measure_program_outcomes(
 
 
 def _raised_s(world: World, engine: Engine, flag: str) -> Column:
-    """When the last robot of each world raised a flag [B], s; absent where one has not.
+    """Compute when the last robot of each world raised a flag [B], in s; NaN if one has not.
 
-    It stays in the state that raises it, so that when it entered this state can be read off many ticks later.
+    A robot stays in the state that raises the flag, so the time at which it entered that state can be read later.
     """
     ticks = np.where(
         engine.find_raised(flag), np.rint(engine.stacks.entered[:, 0] / world.tick_s) + 1, np.nan
@@ -225,7 +235,23 @@ def _measured(
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A behavior judged on N worlds, beside the baseline on the same ones where there is one: columns [N]."""
+    """The results of a behavior in N worlds, and those of the baseline in the same worlds.
+
+    Parameters
+    ----------
+    behavior
+        Name of the behavior.
+    world
+        Name of the scenario.
+    seeds
+        Seed of each world.
+    taught
+        Results of the behavior.
+    expert
+        Results of the baseline. None if the scenario has none, or success was judged by a flag.
+    flag
+        Name of the flag that counted as success. None: the scenario's goal did.
+    """
 
     behavior: str
     world: str
@@ -233,16 +259,18 @@ class Evaluation:
     taught: Outcomes
     expert: Outcomes | None
     flag: str | None = None
-    """Raised, it was success; None: the scenario's goal was."""
 
     @property
     def success(self) -> float:
-        """The share of worlds that were finished in time."""
+        """The share of worlds that finished in time, from 0 to 1."""
         return self.taught.success
 
     @property
     def relative(self) -> Column:
-        """Taught food per second as a share of the baseline's [N]; absent where there is no food, or no baseline."""
+        """The behavior's food per second divided by the baseline's [N].
+
+        It is NaN without a baseline, and in worlds where the baseline delivers no food.
+        """
         absent = np.full(len(self.seeds), np.nan)
         if self.expert is None:
             return absent
@@ -252,7 +280,7 @@ class Evaluation:
 
     @property
     def relative_to_expert(self) -> float:
-        """The median of `relative` over the worlds that have it; absent where none has."""
+        """The median of `relative` over the worlds in which it is not NaN; NaN if it is NaN in all."""
         known = self.relative[~np.isnan(self.relative)]
         return float(np.median(known)) if len(known) else float("nan")
 
@@ -266,9 +294,41 @@ def evaluate(
     binding: Mapping[str, str] = NOTHING_BOUND,
     progress: Progress | None = None,
 ) -> Evaluation:
-    """Judge a behavior of a library on one world per seed; all robots run it. A world may be given by name or path.
+    """Evaluate a behavior of a library in one world per seed, in which all robots run it.
 
-    One that can raise the flag `done` succeeds by raising it in time, any other by reaching the scenario's goal.
+    A behavior that can raise the flag `done` succeeds if all robots raise it in time, any other if the scenario's
+    goal is reached in time. If the goal counts and the scenario has a baseline, the limit is three times the
+    baseline's time; otherwise it is the scenario's.
+
+    Parameters
+    ----------
+    library
+        The library.
+    behavior
+        Name of the basic behavior or automaton to evaluate.
+    world
+        The scenario, or its name or path.
+    seeds
+        Seeds of the worlds, at least one.
+    binding
+        Name of a target by parameter of the behavior.
+    progress
+        Function called repeatedly with the number of completed worlds and their total; an exception that it raises
+        ends the evaluation. None: no reports.
+
+    Returns
+    -------
+    Evaluation
+        The results by world, and those of the baseline if there is one.
+
+    Raises
+    ------
+    SettingError
+        If `seeds` is empty or no list, or neither a goal nor the flag `done` defines success.
+    UnknownName
+        If there is no such behavior or scenario.
+    UnboundParameter
+        If a parameter of the behavior is not bound to a target.
     """
     scenario = world if isinstance(world, Scenario) else find_scenario(world)
     seeds = _read_seeds(seeds)
@@ -293,10 +353,10 @@ def evaluate_team(
     binding: Mapping[str, str] = NOTHING_BOUND,
     progress: Progress | None = None,
 ) -> Evaluation:
-    """Judge a behavior of coordinators, or of one of several types of robots, on one world per seed.
+    """Evaluate a behavior of coordinators, or of one of several types of robots, in one world per seed.
 
-    What counts as success is as in `evaluate`. All agents of the `sort` run it, or all robots that have it where it is
-    a basic one; coordinators order those below them about.
+    Success is defined as in `evaluate`. An automaton is run by all agents of the given `sort`, a basic behavior by
+    all robots that have it. Agents below a coordinator follow its orders.
     """
     seeds = _read_seeds(seeds)
     link_for_evaluation(libraries[sort], behavior, scenario, binding)
@@ -318,7 +378,11 @@ def measure_team_outcomes(
     flag: str | None = None,
     progress: Progress = skip_progress,
 ) -> Outcomes:
-    """As `measure_program_outcomes`, for a simulated team, tick by tick; the flag is one of the agents of `sorts`."""
+    """Run a simulated team until each world has finished or reached its limit (s, one for all or a column [B]).
+
+    With a `flag`, a world is finished once all agents of the given `sorts` have raised it; otherwise once its goal is
+    reached.
+    """
     world = team.ground
     if not isinstance(world, World):
         raise TypeError("a team of robots that are no simulation")
@@ -338,7 +402,7 @@ def measure_team_outcomes(
 
 
 def _have_raised(team: Team, sorts: Collection[str], flag: str, worlds: int) -> NDArray[np.bool_]:
-    """In which worlds all agents of these sorts have raised a flag [B]."""
+    """Return in which worlds [B] all agents of these sorts have raised a flag."""
     found = np.ones(worlds, np.bool_)
     for sort in sorts:
         raised = team.find_raised(sort, [flag]).reshape(worlds, -1)
@@ -372,7 +436,7 @@ def _evaluate(
     flag: str | None,
     progress: Progress | None,
 ) -> Evaluation:
-    """Evaluate in batches of worlds with what measures one, beside the baseline where the goal is what counts."""
+    """Evaluate in batches of worlds with the function `measure`, and the baseline too if the goal counts as success."""
     baseline = find_baseline(scenario) if flag is None else None
     taught, expert = list[Outcomes](), list[Outcomes]()
     for first, batch in _batches(seeds):
@@ -392,7 +456,7 @@ def _evaluate(
 
 
 def find_success_flag(library: Library, behavior: str) -> str | None:
-    """The flag by which a behavior is judged; None where it can raise none, so that the scenario's goal counts."""
+    """Return the flag by which a behavior is judged, or None if it cannot raise it and the scenario's goal counts."""
     found = library.taught.get(behavior)
     return SUCCESS_FLAG if found is not None and SUCCESS_FLAG in found.automaton.flags else None
 
@@ -400,7 +464,7 @@ def find_success_flag(library: Library, behavior: str) -> str | None:
 def link_for_evaluation(
     library: Library, behavior: str, scenario: Scenario, binding: Mapping[str, str] = NOTHING_BOUND
 ) -> Program:
-    """The program that `evaluate` judges; raises what it would of the behavior, or where there is no goal for it."""
+    """Link the program that `evaluate` runs; refuse a behavior for whose success the scenario defines no goal."""
     if scenario.goal is None and find_success_flag(library, behavior) is None:
         raise SettingError(
             where=f"scenario {scenario.name!r}",
@@ -412,13 +476,16 @@ def link_for_evaluation(
 
 
 def _batches(seeds: Sequence[int]) -> Iterator[tuple[int, list[int]]]:
-    """So many seeds at a time as lie side by side, each with how many came before."""
+    """Yield batches of seeds to simulate together, each with the number of seeds before it."""
     for first in range(0, len(seeds), WORLDS_AT_ONCE):
         yield first, list(seeds[first : first + WORLDS_AT_ONCE])
 
 
 def interval_of_share(count: int, of: int) -> tuple[float, float]:
-    """Wilson's 95 % interval of a share (Wilson 1927)."""
+    """Compute the 95 % confidence interval of the share `count` / `of`.
+
+    This is the score interval of Wilson (1927), without continuity correction.
+    """
     if of == 0:
         return 0.0, 1.0
     share, square = count / of, Z95 * Z95 / of

@@ -266,8 +266,20 @@ class Library:
         return self.behavior(name).parameters
 
     def format_call(self, name: str, binding: Mapping[str, str]) -> str:
-        """A behavior with its arguments in the order that a lesson gives them in: goto(station). One that this library
-        does not have, with them by alphabet of its parameters.
+        """Format a behavior with its arguments, such as "goto(station)".
+
+        Parameters
+        ----------
+        name
+            Name of the behavior.
+        binding
+            Name of a target or parameter by parameter of the behavior.
+
+        Returns
+        -------
+        str
+            The name, and the arguments in the order of the behavior's parameters; in alphabetical order of the
+            parameters if the library has no behavior with this name.
         """
         known = name in self.taught or name in self.kit.behaviors
         return format_bound_name(name, binding, self.parameters(name) if known else ())

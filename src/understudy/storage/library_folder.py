@@ -1,10 +1,10 @@
-"""Libraries on disk: a folder with one document per automaton, and every former version of each.
+"""Libraries on disk: a folder with one document per automaton and all earlier versions of each.
 
     library/forage.json
     library/versions/forage/0001 2026-11-21 10.15.00.json
 
-No document is lost or half written if a program is killed: documents are replaced as a whole, and their former
-versions are stored before that.
+No document is lost or half written if a program is killed: each document is replaced as a whole, after its earlier
+version has been stored.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ _DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt"
 
 
 def make_file_stem(name: str) -> str:
-    """Make the file name, without ending, of an automaton; refuse a name that no file can have.
+    """Return the file name of an automaton without its ending; refuse a name that is empty, too long or unprintable.
 
-    Letters, digits, _ and - stay, and so do spaces inside; other characters become %XX.
+    Letters, digits, _, - and inner spaces stay; other characters become %XX.
     """
     written, length = "", 0
     try:
@@ -61,7 +61,10 @@ def _percent(character: str) -> str:
 
 
 def normalize_name(name: str) -> str:
-    """Normalize letter case and Unicode form, in which names may differ that some file systems consider equal."""
+    """Normalize the letter case and Unicode form of a name.
+
+    Some file systems treat names that differ only in these as equal.
+    """
     return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())
 
 
@@ -71,7 +74,11 @@ _VERSION = re.compile(r"(\d{4,})(?: (\d{4}-\d\d-\d\d \d\d\.\d\d\.\d\d))?\.json")
 
 @dataclass(frozen=True, slots=True)
 class LoadedLibrary:
-    """A library's folder read file by file: what opened, by name, and what is wrong with the rest, by file."""
+    """The result of reading a library's folder file by file.
+
+    `library` has the automata that could be read. `opened` has their documents by name of the automaton, and
+    `problems` the errors of the other files by file name.
+    """
 
     folder: Path
     library: Library
@@ -80,13 +87,13 @@ class LoadedLibrary:
 
     @property
     def rebuilt(self) -> dict[str, str]:
-        """By name, why transition functions were built anew."""
+        """The reasons why transition functions were learned again, by name of the automaton."""
         return {name: each.rebuilt for name, each in self.opened.items() if each.rebuilt is not None}
 
 
 @dataclass(frozen=True, slots=True)
 class SavedVersion:
-    """A former version of an automaton: its number, from 1, the time it was saved (UTC), and its file."""
+    """An earlier version of an automaton: number (from 1), time it was saved (UTC, None if unknown), and file."""
 
     number: int
     saved: datetime | None
@@ -94,7 +101,30 @@ class SavedVersion:
 
 
 def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> LoadedLibrary:
-    """All automata of a folder. The first thing wrong is raised, naming the file and place."""
+    """Open all automata in a library's folder.
+
+    Parameters
+    ----------
+    folder
+        The library's folder.
+    kit
+        The features, basic behaviors and targets that the automata use.
+    learn
+        Function that learns transition functions from a lesson, for documents whose stored ones are missing or
+        outdated. None: such documents are refused.
+
+    Returns
+    -------
+    LoadedLibrary
+        The library in `library`, and the documents by name in `opened`; `problems` is empty.
+
+    Raises
+    ------
+    FileError
+        If the folder or a file cannot be read or has invalid content; the error names the file and place.
+    RecursionRefused
+        If an automaton contains itself.
+    """
     found = open_each_automaton(folder, kit, learn)
     for problem in found.problems.values():
         raise problem
@@ -102,9 +132,9 @@ def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> Lo
 
 
 def open_each_automaton(folder: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedLibrary:
-    """Open each file of a library on its own, so that one bad file does not hide the others.
+    """Open each file of a library separately, so that one invalid file does not hide the others.
 
-    Without a kit features are as the documents say, so that any library can be looked at.
+    Without a kit, features are taken from the documents, so that any library can be viewed.
     """
     library = Library(Kit.from_parts() if kit is None else kit)
     opened: dict[str, LoadedDocument] = {}
@@ -141,7 +171,7 @@ def open_document(path: Path | str, kit: Kit | None, learn: Learn | None = None)
 
 
 def read_document(path: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
-    """Read the automaton in any file."""
+    """Read the automaton in a file, whatever the file is called."""
     path = Path(path)
     if path.exists() and not path.is_file():  # a pipe would be waited for without end
         raise FileError(path=path, place="", problem="it is not a file", remedy="remove it, or rename it")
@@ -218,7 +248,7 @@ def save_automaton(folder: Path | str, taught: TrainedAutomaton) -> Path:
 
 
 def rename_automaton(folder: Path | str, former: str, taught: TrainedAutomaton) -> Path:
-    """Rename an automaton and its former versions; `taught` is the automaton under its new name.
+    """Rename an automaton's document and earlier versions; `taught` is the automaton under its new name.
 
     If the program is killed meanwhile, the folder contains it under both names, and each version under one of them.
     """
@@ -266,7 +296,10 @@ def _refuse_alike(name: str, path: Path) -> None:
 
 
 def _keep(path: Path, former: bytes) -> None:
-    """Store a former version, unless it equals the last one stored, as after a program was killed while saving."""
+    """Store an earlier version, unless it equals the last one stored.
+
+    It equals the last one if a program was killed while saving.
+    """
     folder = path.parent / VERSIONS / path.stem
     folder.mkdir(parents=True, exist_ok=True)
     kept = _versions(folder)
@@ -281,7 +314,7 @@ def _keep(path: Path, former: bytes) -> None:
 
 
 def list_versions(folder: Path | str, name: str) -> tuple[SavedVersion, ...]:
-    """List the former versions of an automaton, oldest first, without the current one."""
+    """List the earlier versions of an automaton, oldest first, without the current one."""
     return _versions(Path(folder) / VERSIONS / make_file_stem(name))
 
 
@@ -303,7 +336,7 @@ def _date(text: str | None) -> datetime | None:
 def load_version(
     folder: Path | str, name: str, number: int, kit: Kit | None, learn: Learn | None = None
 ) -> LoadedDocument:
-    """A former version of an automaton."""
+    """Load an earlier version of an automaton by its number, from 1."""
     kept = {version.number: version.file for version in list_versions(folder, name)}
     if number not in kept:
         where = f"automaton {name!r} in {folder}"
