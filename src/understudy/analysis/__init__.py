@@ -1,1 +1,1 @@
-"""Looking back: why a run went as it did, and whether lessons that were learned still are."""
+"""Analysis: explanations of recorded runs, and tests that lessons still give the automata they should."""

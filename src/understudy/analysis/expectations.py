@@ -1,4 +1,4 @@
-"""Outcomes tried: a world put back to where a lesson promised something, and the automaton let go in it."""
+"""Tests of expectations: the world is restored to the moment of an expectation, and the automaton runs from there."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ from understudy.training.session import Session
 
 @dataclass(frozen=True, slots=True)
 class ExpectationResult:
-    """How an outcome came out: after how many seconds, or None where it did not; `problem` is why it could not be
-    tried at all.
+    """The result of testing an expectation: after how many seconds it was met, or None if it was not.
+
+    `problem` is the reason why it could not be tested; empty if it could.
     """
 
     outcome: Expectation
@@ -34,14 +35,14 @@ class ExpectationResult:
 
     @property
     def was_met(self) -> bool:
-        """Whether it came as promised."""
+        """True if the flag was raised in time."""
         return self.took_s is not None
 
 
 def make_expectation(session: Session, *, flag: str, within_s: float) -> Expectation:
-    """The outcome that from this moment of a session on its automaton, started afresh, raises a flag in time.
+    """Make the expectation that a session's automaton, started from this moment, raises a flag within a time (s).
 
-    SessionError where the body is no simulation, or many worlds; UnknownName where no state raises the flag.
+    SessionError is raised if no state raises the flag, or the body is not a single simulated world.
     """
     automaton, body = session.automaton, session.body
     if flag not in {state.flag for state in automaton.states}:
@@ -66,8 +67,9 @@ def make_expectation(session: Session, *, flag: str, within_s: float) -> Expecta
 
 
 def add_expectation(session: Session, *, flag: str, within_s: float) -> Expectation:
-    """Add to a session's lesson, as a step that can be undone, what is to come of it from here on: see
-    `make_expectation`.
+    """Add an expectation about the present moment to a session's lesson; see `make_expectation`.
+
+    It is a step of the session that can be undone.
     """
     outcome = make_expectation(session, flag=flag, within_s=within_s)
     session.change_design(outcomes=(*session.lesson.outcomes, outcome))
@@ -77,9 +79,9 @@ def add_expectation(session: Session, *, flag: str, within_s: float) -> Expectat
 def run_expectation(
     outcome: Expectation, name: str, library: Library, libraries: Libraries = MappingProxyType({})
 ) -> ExpectationResult:
-    """The automaton `name` of a library let go where the outcome was promised; the other agents idle.
+    """Test an expectation of the automaton `name`: restore the world and run the automaton while other agents idle.
 
-    Of a coordinator, `libraries` has what its members know, by sort of agents.
+    If the automaton is a coordinator's, `libraries` has the libraries of its members, by sort of agent.
     """
     try:
         return ExpectationResult(outcome, _let_go(outcome, name, library, libraries))
@@ -92,7 +94,7 @@ def run_expectation(
 
 
 def _let_go(outcome: Expectation, name: str, library: Library, libraries: Libraries) -> float | None:
-    """After how many seconds the outcome came; None where it did not."""
+    """Return after how many seconds the expectation was met, or None if it was not."""
     body = _body(outcome, {**libraries, outcome.sort: library})
     body.restore(outcome.snapshot)
     if not 0 <= outcome.agent < body.agents:

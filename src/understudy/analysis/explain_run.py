@@ -1,7 +1,7 @@
-"""Why a robot of a recorded run did what it did: the run is made again until then, and every level asked.
+"""Explanations of recorded runs: the run is repeated up to a tick, and the decision of every level is explained.
 
-A run is the same each time (ARCHITECTURE section 3), so nothing of it has to be kept but how it was made. Where it does
-not come out the same, that is said, and no reason is given.
+Runs can be repeated exactly (ARCHITECTURE section 3), so a recording only has to say how the run was made. If the
+repeated run differs from the recorded one, an error is raised and nothing is explained.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from understudy.sim.team.libraries import Libraries, make_scenario_team
 from understudy.sim.world import World
 
 NEAR = 2e-6
-"""How far apart two numbers of a trace may be that are the same but for rounding."""
+"""The largest difference of two numbers in traces that count as equal, because they are rounded."""
 
 
 class RunNotReproducible(UnderstudyError, json_type="CannotRepeat"):
-    """A run that does not come out as it was recorded: something it was made with has changed since."""
+    """A recorded run that comes out differently now, because something it depends on has changed."""
 
     exit_code = 1
 
@@ -44,8 +44,9 @@ class RunNotReproducible(UnderstudyError, json_type="CannotRepeat"):
 
 @dataclass(frozen=True, slots=True)
 class DecisionReason:
-    """A decision with what was behind it. `moments` says for an example's number when it was shown, s of the
-    demonstrator's time in the session in which it was.
+    """A decision with its explanation.
+
+    `moments` has, by number of an example, when it was recorded, in s since its session began.
     """
 
     time_s: float
@@ -57,14 +58,16 @@ class DecisionReason:
 
     @property
     def is_switch(self) -> bool:
-        """Whether it left its state."""
+        """True if the decision led to another state."""
         return self.explanation.next != self.explanation.state
 
 
 @dataclass(frozen=True, slots=True)
 class LevelExplanation:
-    """One automaton of an agent: where it is and since when, why it decided so in this tick (None: nothing was there
-    to decide), and why it had gone there (None: it began there). `flag` is the one that its state raises.
+    """One automaton of an agent: its state, since when, and the decisions behind it.
+
+    `decision` is that of the explained tick; None if there was nothing to decide. `entry` is the decision that
+    entered the state; None if the automaton started there. `flag` is the flag that the state raises, if any.
     """
 
     automaton: str
@@ -77,7 +80,10 @@ class LevelExplanation:
 
 @dataclass(frozen=True, slots=True)
 class AgentExplanation:
-    """One agent, from a coordinator at the top to the robot: what it was ordered to do, and its levels."""
+    """One agent, a coordinator or the robot: the last order it got, and its running automata, the root first.
+
+    `ordered` is None if no coordinator is above the agent.
+    """
 
     sort: str
     agent: int
@@ -87,7 +93,10 @@ class AgentExplanation:
 
 @dataclass(frozen=True, slots=True)
 class RunExplanation:
-    """What all levels decided in the tick that ended at `time_s`, and the last switch of any before it."""
+    """The decisions of all levels in one tick.
+
+    `decided_s` is when they were made, and `time_s` the end of the tick. `last` is the last switch before this tick.
+    """
 
     time_s: float
     decided_s: float
@@ -96,7 +105,7 @@ class RunExplanation:
 
     @property
     def has_switch(self) -> bool:
-        """Whether some level switched in this tick."""
+        """True if an automaton at any level changed its state in this tick."""
         return any(
             level.decision is not None and level.decision.is_switch
             for each in self.agents
@@ -105,7 +114,10 @@ class RunExplanation:
 
 
 def explain_run(run: RecordedTick, scenario: Scenario, libraries: Libraries) -> RunExplanation:
-    """Why the robot did what the trace says of it then; CannotRepeat where it now comes out otherwise."""
+    """Explain the decisions at a recorded tick by repeating the run.
+
+    RunNotReproducible is raised if the run comes out differently now.
+    """
     ran, world = run.ran, World(scenario, [run.header.seed])
     roots = dict.fromkeys(ran.sorts, (run.behavior, ran.binding))
     team = make_scenario_team(world, scenario, libraries, roots, seeds=world.seeds, makes=make_tracing_runner)
@@ -121,7 +133,7 @@ def explain_run(run: RecordedTick, scenario: Scenario, libraries: Libraries) -> 
 
 
 def find_latest_switch(chain: Sequence[AgentRef], libraries: Libraries) -> DecisionReason | None:
-    """The last switch before this tick of a robot and of all above it."""
+    """Return the last switch before this tick of a robot and all coordinators above it, or None if there was none."""
     lasts = [(find_traced_run(post).last, libraries[post.sort].taught) for post in chain]
     switches = [(machine, query, taught) for last, taught in lasts if last for machine, query in [last]]
     found = max(switches, key=lambda each: each[1].time_s, default=None)
@@ -132,7 +144,7 @@ def find_latest_switch(chain: Sequence[AgentRef], libraries: Libraries) -> Decis
 
 
 def _check(world: World, path: tuple[str, ...], run: RecordedTick) -> None:
-    """Refuse to explain another run than the one that was recorded."""
+    """Refuse a repeated run that differs from the recorded one at this tick."""
     row, robots = run.row, world.view().robots
     now = [float(column[row.robot]) for column in (robots.x, robots.y, robots.heading)]
     same = all(
@@ -150,7 +162,7 @@ def _check(world: World, path: tuple[str, ...], run: RecordedTick) -> None:
 
 
 def explain_agent(post: AgentRef, taught: Mapping[str, TrainedAutomaton]) -> AgentExplanation:
-    """What an agent was asked in this tick, level by level."""
+    """Explain the decisions of an agent in this tick, level by level."""
     levels = tuple(_level(each, taught) for each in find_traced_run(post).list_active(post.agent))
     return AgentExplanation(post.sort, post.agent, post.last_order, levels)
 
@@ -170,7 +182,10 @@ def _level(stood: ActiveAutomaton, taught: Mapping[str, TrainedAutomaton]) -> Le
 
 
 def explain_query(name: str, query: TransitionQuery, taught: TrainedAutomaton) -> DecisionReason:
-    """What was behind the answer to a query of an automaton, which ran as `name`: goto(station)."""
+    """Explain the answer to a query of an automaton.
+
+    `name` is the automaton with its arguments, such as "goto(station)".
+    """
     automaton = taught.automaton
     state = automaton.states[query.before].name
     lesson = taught.lesson or Lesson(replace(automaton, transitions={}))

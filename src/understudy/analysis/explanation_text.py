@@ -1,6 +1,6 @@
-"""Put explanations of decisions into sentences, and into plain data for programs.
+"""Descriptions of decisions, as sentences for people and as plain data for programs.
 
-The one place where a "why" is composed: the terminal, the page and the command line arrange what is made here.
+The terminal, the web page and the command line all take their texts from here.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     )
 
 MOST_EXAMPLES = 6
-"""So many examples are named in a sentence, and shown behind a decision."""
+"""The largest number of examples that a sentence names."""
 DIGITS = 6
-"""To so many digits times are given, s."""
+"""The number of digits to which times are rounded, in s."""
 
 
 def describe_decision(explanation: Explanation) -> str:
-    """What is decided, and because of what: "goes from forward to done because distance_to(A) is below 0.35 m"."""
+    """Describe a decision and its conditions: "goes from forward to done because distance_to(A) is below 0.35 m"."""
     stays = explanation.next == explanation.state
     what = (
         f"stays in {explanation.state}" if stays else f"goes from {explanation.state} to {explanation.next}"
@@ -38,9 +38,10 @@ def describe_decision(explanation: Explanation) -> str:
 
 
 def describe_switch(before: str, after: str, explanation: Explanation, examples: str = "") -> str:
-    """Why a state was left for another, or what would be decided there by now: the lesson may have changed since.
+    """Describe why an automaton went from state `before` to `after`.
 
-    `examples`, such as `list_examples` names, follow the conditions.
+    If the lesson has changed since and would decide otherwise, the present decision is added. `examples`, a text as
+    from `list_examples`, follows the conditions.
     """
     what = f"went from {before} to {after}"
     if explanation.next == after:
@@ -49,28 +50,34 @@ def describe_switch(before: str, after: str, explanation: Explanation, examples:
 
 
 def describe_rest(level: LevelExplanation) -> str:
-    """Why there is nothing to decide at a level."""
+    """Describe why an automaton had no decision to make."""
     return (
         f"{level.flag} is raised, and never left by itself" if level.flag else "nothing was ever shown there"
     )
 
 
 def describe_present(decision: Explanation | None, flag: str | None) -> str:
-    """What an automaton that decides by itself does now, in a sentence; without a decision, its flag is raised."""
+    """Describe in a sentence the present decision of an automaton.
+
+    `decision` is None if the automaton's flag is raised.
+    """
     if decision is None:
         return f"It raised {flag}, which is never left by itself."
     return f"It {describe_decision(decision)}{list_examples(decision)}."
 
 
 def describe_intention(decision: Explanation | None) -> str:
-    """What an automaton would do now while a person decides; without a decision, its flag is raised."""
+    """Describe the decision that an automaton would make while a person decides.
+
+    `decision` is None if the automaton's flag is raised.
+    """
     if decision is None:
         return "A raised flag is never left."
     return f"In testing it {describe_decision(decision)}{list_examples(decision)}."
 
 
 def list_examples(explanation: Explanation) -> str:
-    """The press-made examples behind a decision: " (shown by 3, 7)"; nothing where nothing was shown."""
+    """Name the press-made examples behind a decision: " (shown by 3, 7)"; return an empty text if there are none."""
     numbers = [str(example.number) for example in explanation.examples if example.is_from_press]
     if not (explanation.shown and numbers):
         return ""
@@ -79,12 +86,15 @@ def list_examples(explanation: Explanation) -> str:
 
 
 def describe_values(reason: DecisionReason) -> str:
-    """The feature values that were decided on: "distance_to(A) = 3.42 m, angle_to(A) = −31°"."""
+    """Format the feature values of a decision: "distance_to(A) = 3.42 m, angle_to(A) = −31°"."""
     return format_values(reason.taught.automaton.features, list(reason.values.values()))
 
 
 def describe_source(reason: DecisionReason) -> str:
-    """Where a decision comes from: "shown by 3 (directive at 12.3 s), 7 (correction at 40.1 s) and 5 more"."""
+    """Describe the examples behind a decision.
+
+    The text is such as "shown by 3 (directive at 12.3 s), 7 (correction at 40.1 s) and 5 more".
+    """
     if reason.taught.lesson is None:
         return "it was written by hand: no example is behind it"
     examples = list_example_data(reason)
@@ -94,7 +104,7 @@ def describe_source(reason: DecisionReason) -> str:
 
 
 def _describe_conditions(explanation: Explanation) -> str:
-    """The conditions that held, or that nothing was ever shown where they do."""
+    """Describe the conditions of a decision, or say that no example was given under them."""
     held = format_condition(" and ".join(explanation.conditions))
     if explanation.shown:
         return f" because {held}" if held else ", always"
@@ -109,7 +119,10 @@ def _describe_example(example: DecisionExampleData) -> str:
 
 @dataclass(frozen=True, slots=True)
 class DecisionExampleData:
-    """An example behind a decision; `shown_s` is when, s of the demonstrator's time in its session."""
+    """An example behind a decision.
+
+    `shown_s` is when it was recorded, in s since its session began; None if it was not recorded in a session.
+    """
 
     number: int
     kind: ExampleKind
@@ -120,7 +133,11 @@ class DecisionExampleData:
 
 @dataclass(frozen=True, slots=True)
 class DecisionData:
-    """A decision and what was behind it, as --json prints it."""
+    """A decision and its reasons, as `--json` prints it.
+
+    `values` has the feature values by label, and `read` the same as text. `shown` is False if no example was ever
+    given under such values. `by_hand` is True if the automaton has no lesson.
+    """
 
     time_s: float
     automaton: str
@@ -135,7 +152,7 @@ class DecisionData:
 
     @classmethod
     def from_reason(cls, reason: DecisionReason) -> DecisionData:
-        """The data of a decision."""
+        """Convert a decision to data."""
         explanation, features = reason.explanation, reason.taught.automaton.features
         read = zip(features, reason.values.items(), strict=True)
         return cls(
@@ -153,13 +170,17 @@ class DecisionData:
 
     @classmethod
     def from_optional_reason(cls, reason: DecisionReason | None) -> DecisionData | None:
-        """The data of a decision, where there is one."""
+        """Convert a decision to data; return None for None."""
         return None if reason is None else cls.from_reason(reason)
 
 
 @dataclass(frozen=True, slots=True)
 class DecisionLevelData:
-    """One automaton of an agent, as --json prints it; `rests` says why there was nothing to decide."""
+    """One automaton of an agent, as `--json` prints it.
+
+    `since_s` is when its state was entered, in s. `decision` is that of the explained tick; if there was none,
+    `rests` is the reason. `entry` is the decision that entered the state; None if the automaton started there.
+    """
 
     automaton: str
     state: str
@@ -170,7 +191,7 @@ class DecisionLevelData:
 
     @classmethod
     def from_level(cls, level: LevelExplanation) -> DecisionLevelData:
-        """The data of a level."""
+        """Convert one automaton of an agent to data."""
         decision, entry = map(DecisionData.from_optional_reason, (level.decision, level.entry))
         rests = describe_rest(level) if level.decision is None else None
         return cls(level.automaton, level.state, round(level.since_s, DIGITS), decision, rests, entry)
@@ -178,7 +199,10 @@ class DecisionLevelData:
 
 @dataclass(frozen=True, slots=True)
 class AgentData:
-    """One agent, from a coordinator at the top to the robot, as --json prints it."""
+    """One agent, a coordinator or the robot, as `--json` prints it.
+
+    `ordered` is the last order that it got; None if no coordinator is above it.
+    """
 
     sort: str
     agent: int
@@ -187,7 +211,7 @@ class AgentData:
 
     @classmethod
     def from_agent(cls, asked: AgentExplanation) -> AgentData:
-        """The data of an agent."""
+        """Convert an agent to data."""
         return cls(
             asked.sort,
             asked.agent,
@@ -198,9 +222,9 @@ class AgentData:
 
 @dataclass(frozen=True, slots=True)
 class WhyData:
-    """What all levels decided at a moment of a run, as --json prints it.
+    """The decisions of all levels at a moment of a run, as `--json` prints them.
 
-    `former` has the versions of automata that are others by now.
+    `former` has the version number, by name, of automata that were changed after the run.
     """
 
     scenario: str
@@ -218,7 +242,7 @@ class WhyData:
     def from_explanation(
         cls, why: RunExplanation, former: Mapping[str, int], scenario: str, seed: int, robot: int, doing: str
     ) -> WhyData:
-        """The data of a moment."""
+        """Convert the explanation of a moment of a run to data."""
         times = round(why.time_s, DIGITS), round(why.decided_s, DIGITS)
         agents = [AgentData.from_agent(each) for each in why.agents]
         return cls(
@@ -235,7 +259,7 @@ class WhyData:
 
 
 def list_example_data(reason: DecisionReason) -> list[DecisionExampleData]:
-    """The examples behind a decision: what the demonstrator said first, then what was recorded by itself."""
+    """List the examples behind a decision: directives and confirmations first, each group by number."""
     return [
         DecisionExampleData(
             each.number, each.kind, each.correction, each.next, reason.moments.get(each.number)

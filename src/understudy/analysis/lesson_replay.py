@@ -1,7 +1,7 @@
-"""A lesson's recorded moments: what an automaton decides at them, beside what was shown and what a former one decided.
+"""Replay of a lesson's recorded moments, to compare decisions with the demonstrator's and with a former version's.
 
-At each press the demonstrator said what is right. In the second before it they let the robot go on, which says less:
-what is decided there may change, and that is told, but nothing is called lost.
+At each press the demonstrator said which decision is right. In the second before the press they only let the robot
+continue, so a different decision there is reported as a change and not as a regression.
 """
 
 from __future__ import annotations
@@ -30,8 +30,10 @@ ExampleRows: TypeAlias = NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True)
 class ReplayedPress:
-    """A moment of a press: what the example of this number showed, what is decided now, and what was formerly (None:
-    there is no former version, or it cannot be asked).
+    """The decisions at the moment of a press.
+
+    `shown` is the next state in the example of this `number`, `now` that of the automaton, and `formerly` that of the
+    former version; `formerly` is None if there is no former version or it cannot decide there.
     """
 
     number: int
@@ -43,13 +45,13 @@ class ReplayedPress:
 
     @property
     def is_regression(self) -> bool:
-        """Whether it was decided as shown, and no longer is."""
+        """True if the former version decided as shown and the current one does not."""
         return self.formerly == self.shown != self.now
 
 
 @dataclass(frozen=True, slots=True)
 class DecisionChange:
-    """So many moments of the second before presses at which another next state is decided than formerly."""
+    """A number of moments in the second before presses at which the next state differs from the former version's."""
 
     state: str
     formerly: str
@@ -59,8 +61,11 @@ class DecisionChange:
 
 @dataclass(frozen=True, slots=True)
 class LessonReplay:
-    """An automaton on the moments of its lesson: how many examples say what is right, and how many moments before
-    presses there are; the examples decided otherwise than shown or than formerly, and what changed before presses.
+    """The decisions of an automaton at the recorded moments of its lesson.
+
+    `examples` is the number of examples that say what is right, and `before` the number of moments in the second
+    before presses. `different` has the examples decided otherwise than shown or than formerly, `changes` the other
+    moments.
     """
 
     examples: int
@@ -70,17 +75,20 @@ class LessonReplay:
 
     @property
     def mismatches(self) -> tuple[ReplayedPress, ...]:
-        """What is decided otherwise than shown."""
+        """The examples whose decision differs from what the demonstrator showed."""
         return tuple(each for each in self.different if each.now != each.shown)
 
     @property
     def regressions(self) -> tuple[ReplayedPress, ...]:
-        """What was decided as shown, and no longer is."""
+        """The examples that the former version decided as shown and the current one does not."""
         return tuple(each for each in self.different if each.is_regression)
 
 
 def replay_lesson(taught: TrainedAutomaton, former: TrainedAutomaton | None = None) -> LessonReplay:
-    """What an automaton decides at the moments of its lesson; nothing of one that was written by hand."""
+    """Compute an automaton's decisions at the recorded moments of its lesson.
+
+    The result is empty if the automaton was written by hand. With a `former` version, its decisions are compared.
+    """
     lesson = taught.lesson
     if lesson is None:
         return LessonReplay(0, 0, (), ())
@@ -93,8 +101,9 @@ def replay_lesson(taught: TrainedAutomaton, former: TrainedAutomaton | None = No
 
 
 def _tested(lesson: Lesson) -> Iterator[Example]:
-    """The examples that say what is right: made by presses, and no automatic default where something was said with
-    the very same vector.
+    """Yield the examples that say what is right: those made by presses.
+
+    An automatic default is skipped if a directive or confirmation has the same state and feature vector.
     """
     said = {
         (example.state, key)
@@ -114,7 +123,7 @@ def _tested(lesson: Lesson) -> Iterator[Example]:
 def _decided(
     example: Example, taught: TrainedAutomaton, former: TrainedAutomaton | None
 ) -> ReplayedPress | None:
-    """How a press is decided; None where that is as shown, and as formerly."""
+    """Return the decisions at the moment of a press, or None if they equal what was shown and the former decision."""
     now = query_next_state(taught.automaton, example.state, example.values)
     formerly = None if former is None else _formerly(example, taught, former.automaton)
     if now == example.next and formerly in (None, now):
@@ -124,8 +133,9 @@ def _decided(
 
 
 def _formerly(example: Example, taught: TrainedAutomaton, former: Automaton) -> str | None:
-    """What a former automaton decides at the moment of an example; None where it has no such state, or looks at
-    something that was not recorded.
+    """Return the decision of a former version at the moment of an example.
+
+    It is None if that version has no such state, or needs a feature that was not recorded.
     """
     if example.state not in former.state_names or taught.lesson is None:
         return None
@@ -139,7 +149,7 @@ def _formerly(example: Example, taught: TrainedAutomaton, former: Automaton) -> 
 
 
 def query_next_state(automaton: Automaton, state: str, values: Sequence[float]) -> str:
-    """The state after a query of a state."""
+    """Return the next state that an automaton chooses in a state for a feature vector."""
     function = automaton.transitions.get(state)
     outcome = STAY if function is None else function.decide(values)
     return state if outcome == STAY else automaton.state_names[outcome]
@@ -148,7 +158,7 @@ def query_next_state(automaton: Automaton, state: str, values: Sequence[float]) 
 def _before(
     lesson: Lesson, now: Automaton, former: Automaton | None
 ) -> tuple[int, tuple[DecisionChange, ...]]:
-    """How many moments before presses there are that can be replayed, and what changed at them."""
+    """Count the moments before presses that can be replayed, and list the decisions that changed at them."""
     count, changes = 0, Counter[tuple[str, str, str]]()
     seen: set[int] = set()
     for example in lesson.examples:
@@ -176,7 +186,7 @@ def _before(
 
 
 def _same_state(example: Example, lesson: Lesson) -> ExampleRows:
-    """The rows of the record before an example's moment at which its state had been entered already."""
+    """Return the rows of the record in an example's window at which the automaton was already in the same state."""
     moment = example.moment or 0
     rows: ExampleRows = np.arange(moment - example.window, moment)
     ago = lesson.record.seconds[moment] - lesson.record.seconds[rows]
@@ -187,10 +197,10 @@ def _same_state(example: Example, lesson: Lesson) -> ExampleRows:
 def _vectors(
     features: Sequence[BoundFeature], example: Example, lesson: Lesson, rows: ExampleRows
 ) -> list[Vector] | None:
-    """Feature vectors [M] at rows of the record; None where the record or the kit has not what a feature needs.
+    """Compute feature vectors [M] at rows of the record; return None if a feature's readings were not recorded.
 
-    What is the automaton's own is as at the press: counters of before it are not recorded, times are. Nor is since when
-    a flag had been up, so that before a press with a flag nothing can be replayed.
+    Counters have their values at the press, because earlier ones are not recorded; times are computed. Since when a
+    flag had been raised is not recorded either, so the moments before a press with a raised flag cannot be replayed.
     """
     record = lesson.record
     percept = {key: record.values[rows, column] for column, key in enumerate(record.keys)}

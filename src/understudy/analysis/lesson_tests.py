@@ -1,4 +1,4 @@
-"""Lessons as tests: whether what a library was taught still holds, and what a change of one automaton did to others."""
+"""Tests of lessons: whether a library still does what it was taught, and which automata a change affects."""
 
 from __future__ import annotations
 
@@ -21,12 +21,15 @@ from understudy.storage.library_folder import make_file_stem, read_document
 
 NOBODY: Libraries = MappingProxyType({})
 MOST_NAMED = 3
-"""So many examples are named in a sentence."""
+"""The largest number of examples that a sentence names."""
 
 
 @dataclass(frozen=True, slots=True)
 class FailedExpectation:
-    """An outcome that did not come; `since` names the automata with whose former versions it does, each alone."""
+    """An expectation that was not met.
+
+    `since` names the automata whose former version, put in the place of the current one, makes it met.
+    """
 
     tried: ExpectationResult
     since: tuple[str, ...]
@@ -34,8 +37,11 @@ class FailedExpectation:
 
 @dataclass(frozen=True, slots=True)
 class LessonTestResult:
-    """One automaton tested. `changed`: it is not what its former version was, transition functions and all; then
-    `affected` are the automata that run it, directly or through others.
+    """The result of testing one automaton.
+
+    `replayed` compares its decisions with its lesson and its former version. `outcomes` are the results of its
+    expectations, and `failed` those that were not met. `changed` is True if the automaton or its transition functions
+    differ from the former version; `affected` then names the automata that run it, directly or through others.
     """
 
     name: str
@@ -47,16 +53,17 @@ class LessonTestResult:
 
     @property
     def is_passing(self) -> bool:
-        """Whether nothing that worked no longer does, and all comes out as promised."""
+        """True if no decision became wrong since the former version and all expectations were met."""
         return not self.replayed.regressions and not self.failed
 
 
 def run_lesson_test(
     library: Library, name: str, formers: Mapping[str, TrainedAutomaton], libraries: Libraries = NOBODY
 ) -> LessonTestResult:
-    """An automaton of a library, tested on its lesson; `formers` has the former versions there are.
+    """Test an automaton of a library on its lesson and its expectations.
 
-    `libraries` has what members of squads know, by sort of agents, where coordinators are tested.
+    `formers` has the former versions by name, for those automata that have one. `libraries` has the library of each
+    sort of agent, which is needed if the world of an expectation has coordinators.
     """
     taught, former = library.taught[name], formers.get(name)
     changed = former is not None and has_changed(former, taught)
@@ -76,8 +83,9 @@ def run_lesson_test(
 
 
 def has_changed(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
-    """Whether an automaton is not what it was, transition functions and all. A classifier is fitted anew each time, so
-    what it was fitted to is compared.
+    """Return whether an automaton differs from its former version, including its transition functions.
+
+    Classifiers are compared by the examples and options they are fitted to, because each fit makes a new object.
     """
     if (
         former.lesson is None
@@ -91,7 +99,7 @@ def has_changed(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
 
 
 def _bare(taught: TrainedAutomaton, lesson: Lesson) -> TrainedAutomaton:
-    """An automaton with nothing but what its classifier is fitted to."""
+    """Make an automaton whose lesson has only the examples and options that its classifier is fitted to."""
     examples = tuple(
         replace(each, moment=None, window=0, quarantined="") for each in select_teaching_examples(lesson)
     )
@@ -111,7 +119,7 @@ def _since(
     formers: Mapping[str, TrainedAutomaton],
     libraries: Libraries,
 ) -> tuple[str, ...]:
-    """The automata with whose former versions an outcome comes."""
+    """List the automata whose former version makes an expectation met."""
     found = []
     for each in list_dependencies(library, name):
         former = formers.get(each)
@@ -123,7 +131,7 @@ def _since(
 
 
 def list_dependencies(library: Library, name: str) -> tuple[str, ...]:
-    """An automaton and those that it runs, directly or through others."""
+    """List an automaton and the automata that it runs, directly or through others."""
     found: dict[str, None] = {}
     waiting = [name]
     while waiting:
@@ -135,7 +143,10 @@ def list_dependencies(library: Library, name: str) -> tuple[str, ...]:
 
 
 def list_dependents(library: Library, name: str, libraries: Libraries = NOBODY) -> tuple[str, ...]:
-    """The automata that run one, directly or through others, and coordinators that order it, as SORT/NAME."""
+    """List the automata that run the given one, directly or through others.
+
+    Automata of coordinators in other libraries that order one of these are listed as SORT/NAME.
+    """
     found: dict[str, None] = {}
     waiting = [name]
     while waiting:
@@ -147,7 +158,10 @@ def list_dependents(library: Library, name: str, libraries: Libraries = NOBODY) 
 
 
 def _ordering(runs: set[str], library: Library, libraries: Libraries) -> Iterator[tuple[str, str]]:
-    """The automata of coordinators, by their sort, that order one of these of a library, directly or through others."""
+    """Yield the coordinators' automata, each with its sort, that order one of the automata `runs` of a library.
+
+    Automata that run such an automaton, directly or through others, are included.
+    """
     for sort, other in libraries.items():
         if other is not library:
             ordering = {key for key in other.taught if runs & set(_ordered(other, key))}
@@ -156,7 +170,7 @@ def _ordering(runs: set[str], library: Library, libraries: Libraries) -> Iterato
 
 
 def _ordered(library: Library, name: str) -> Iterator[str]:
-    """What a coordinator's automaton orders its members to do."""
+    """Yield the names of the behaviors that a coordinator's automaton orders its members to run."""
     for state in library.taught[name].automaton.states:
         behavior = library.kit.behaviors.get(state.behavior or "")
         if behavior is not None and behavior.order is not None:
@@ -166,11 +180,11 @@ def _ordered(library: Library, name: str) -> Iterator[str]:
 def find_regressions(
     library: Library, taught: TrainedAutomaton, former: TrainedAutomaton | None, libraries: Libraries = NOBODY
 ) -> tuple[str, ...]:
-    """What worked with the former version of an automaton and no longer does with the new one, a sentence each:
-    presses, its outcomes, and those of the automata above it.
+    """List, one sentence each, the presses and expectations that a new version of an automaton breaks.
 
-    `libraries` has what everybody knows, by sort of agents, `library` itself among it; without it, what coordinators
-    promised is left to `understudy test`.
+    Each worked with the former version. Expectations of all automata that run the automaton are tested too.
+    `libraries` has the library of each sort of agent, including `library`; if it is empty, expectations of
+    coordinators are skipped.
     """
     if former is None:
         return ()
@@ -185,29 +199,32 @@ def find_regressions(
 
 
 class _AllLibraries:
-    """What everybody knows, with one version of an automaton in the library it belongs to, whose sort is ""."""
+    """The libraries of all sorts of agents, one of them with a given version of an automaton.
+
+    The sort of the library that has this version is "".
+    """
 
     def __init__(self, library: Library, taught: TrainedAutomaton, libraries: Libraries) -> None:
         self._own = library.with_automaton(taught)
         self._known = {sort: self._own if each is library else each for sort, each in libraries.items()}
 
     def find_library(self, sort: str) -> Library:
-        """What one sort knows."""
+        """Return the library of a sort of agent."""
         return self._known[sort] if sort else self._own
 
     def list_runners(self, name: str) -> Iterator[tuple[str, str]]:
-        """An automaton and all those that run or order it, each with its sort."""
+        """Yield an automaton and all automata that run or order it, each after its sort."""
         running = (name, *list_dependents(self._own, name))
         yield from (("", each) for each in running)
         yield from _ordering(set(running), self._own, self._known)
 
     def run_outcome(self, outcome: Expectation, sort: str, name: str) -> bool:
-        """Whether an outcome comes, as all is known now."""
+        """Return whether an expectation of an automaton is met with these libraries."""
         return run_expectation(outcome, name, self.find_library(sort), self._known).was_met
 
 
 def describe_lost_decisions(replay: LessonReplay) -> Iterator[str]:
-    """What was decided as shown, and no longer is."""
+    """Yield a sentence about each kind of decision that agreed with the demonstrator before and no longer does."""
     by_way: dict[tuple[str, str, str], list[str]] = {}
     for each in replay.regressions:
         by_way.setdefault((each.state, each.shown, each.now), []).append(str(each.number))
@@ -223,19 +240,25 @@ MOST_CHANGES = 6
 
 
 def describe_test_result(seen: LessonTestResult, former: str) -> Iterator[str]:
-    """What there is to say of it, the worst first; `former` is what the former version is called ("version 3")."""
+    """Yield sentences about a test result, the most serious first.
+
+    `former` is how the text calls the former version, such as "version 3".
+    """
     yield from describe_regressions(seen)
     yield from describe_other_differences(seen, former)
 
 
 def describe_regressions(seen: LessonTestResult) -> Iterator[str]:
-    """What worked and no longer does, and promises that are not kept."""
+    """Yield sentences about decisions that became wrong and expectations that were not met."""
     yield from describe_lost_decisions(seen.replayed)
     yield from map(describe_failed_expectation, seen.failed)
 
 
 def describe_other_differences(seen: LessonTestResult, former: str) -> Iterator[str]:
-    """What else is not as shown, or not as it was, and whom that affects."""
+    """Yield sentences about other differences from the lesson or the former version, and the automata they affect.
+
+    `former` is how the text calls the former version, such as "version 3".
+    """
     numbers = [str(each.number) for each in seen.replayed.mismatches]
     if numbers:
         many = f"{len(numbers)} example{'s' * (len(numbers) != 1)}"
@@ -248,7 +271,7 @@ def describe_other_differences(seen: LessonTestResult, former: str) -> Iterator[
 
 
 def describe_failed_expectation(each: FailedExpectation) -> str:
-    """That a promise was not kept, and with which former versions it would have been, or why it cannot be tried."""
+    """Describe an expectation that was not met: which former versions meet it, or why it could not be tested."""
     why = f": {each.tried.problem}" if each.tried.problem else ""
     if each.since:
         why = f"; it does with the former version of {join_names(each.since)}"
@@ -256,7 +279,7 @@ def describe_failed_expectation(each: FailedExpectation) -> str:
 
 
 def _anew(replay: LessonReplay) -> str:
-    """What is decided otherwise in the second before presses."""
+    """Describe the decisions that changed at moments in the second before presses."""
     total = sum(each.moments for each in replay.changes)
     said = join_names(
         f"{each.now} instead of {each.formerly} in {each.state} ({each.moments})"
@@ -268,8 +291,9 @@ def _anew(replay: LessonReplay) -> str:
 def find_regressions_since_saved(
     folder: Path | str, library: Library, taught: TrainedAutomaton, libraries: Libraries = NOBODY
 ) -> tuple[str, ...]:
-    """What worked with the version in the folder and no longer does with this one, a sentence each: see
-    `find_regressions`.
+    """List, one sentence each, the presses and expectations that an automaton breaks compared to its saved version.
+
+    It compares with the document in `folder`; see `find_regressions`.
     """
     return find_regressions(
         library,
@@ -280,7 +304,7 @@ def find_regressions_since_saved(
 
 
 def _read_former_version(path: Path, library: Library) -> TrainedAutomaton | None:
-    """The version before; None where there is none, or none that could be compared with."""
+    """Read the saved version of an automaton; return None if there is none, or it cannot be read."""
     if not path.exists():
         return None
     try:

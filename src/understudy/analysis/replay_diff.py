@@ -1,7 +1,7 @@
-"""Deciding again: what automata decide over the readings of a recording, beside what was decided then.
+"""Comparison of recorded decisions with those that the automata make now from the same recorded readings.
 
-Each runs through all of it by itself, as it would have run then. Where it decided otherwise the robot would have come
-elsewhere, so what it decides after that is about readings that it would not have had: the first difference counts most.
+The automata run through the whole recording. After a first difference the robot would have moved differently, and so
+have had other readings than the recorded ones; so the first difference counts most.
 """
 
 from __future__ import annotations
@@ -25,8 +25,10 @@ from understudy.robots.ros.state_topic import detect_state_change
 
 @dataclass(frozen=True, slots=True)
 class DecisionDiff:
-    """Ticks in a row, from one time to another (s, both included), in which an agent is in other states than recorded:
-    which those were in the first of them, and what decided it (None: the automata are built otherwise).
+    """A period of consecutive ticks in which an agent is in other states than recorded.
+
+    It lasts from `from_s` to `until_s`, inclusive. `recorded` and `now` are the paths of states in its first tick.
+    `reason` is the decision that led there; None if the automata have another structure than then.
     """
 
     agent: int
@@ -40,8 +42,10 @@ class DecisionDiff:
 
 @dataclass(frozen=True, slots=True)
 class ReplayDiff:
-    """How often the agents of a recording were asked (once each tick), how often they decided as recorded, and where
-    not, in order of time.
+    """The comparison of all decisions of a recording with those made now.
+
+    `decisions` is their number, one per agent and tick, and `same` the number of equal ones. `differences` are in
+    order of time.
     """
 
     decisions: int
@@ -50,7 +54,7 @@ class ReplayDiff:
 
 
 def diff_replayed_decisions(rerun: Rerun) -> ReplayDiff:
-    """Decide over all ticks of a recording."""
+    """Rerun all ticks of a recording and compare the states of each agent with the recorded ones."""
     recording = rerun.recording
     differing: dict[int, DecisionDiff] = {}
     found: list[DecisionDiff] = []
@@ -75,7 +79,10 @@ def diff_replayed_decisions(rerun: Rerun) -> ReplayDiff:
 
 
 def explain_recorded_tick(rerun: Rerun, agent: int, tick: int) -> RunExplanation:
-    """Why an agent did what it did in a tick of a recording, counted from 0; CannotRepeat where it no longer would."""
+    """Explain an agent's decisions in a tick of a recording, counted from 0.
+
+    RunNotReproducible is raised if the agent is now in other states than recorded.
+    """
     recording = rerun.recording
     while rerun.tick_count <= tick:
         rerun.tick()
@@ -93,7 +100,7 @@ def explain_recorded_tick(rerun: Rerun, agent: int, tick: int) -> RunExplanation
 def _decision(
     rerun: Rerun, agent: int, recorded: tuple[str, ...], now: tuple[str, ...]
 ) -> DecisionReason | None:
-    """What was decided at the outermost level that differs."""
+    """Return the decision at the outermost level whose state differs."""
     changed, chain = detect_state_change(recorded, now), rerun.chains[agent]
     level, own = 0 if changed is None else changed.level, chain[-1]
     if own.last_order:  # paths begin with what the one above ordered
@@ -102,7 +109,10 @@ def _decision(
 
 
 def _decided(rerun: Rerun, post: AgentRef, level: int | None) -> DecisionReason | None:
-    """What an agent decided in this tick at a level; at the outermost that switched, where it is not said which."""
+    """Return an agent's decision in this tick at a level.
+
+    If `level` is None, it is that of the outermost level that switched.
+    """
     stood = find_traced_run(post).list_active(post.agent)
     if level is None:
         switching = (at for at, each in enumerate(stood) if each.asked is not None and each.asked.is_switch)

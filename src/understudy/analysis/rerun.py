@@ -1,4 +1,4 @@
-"""Automata over the readings of a recording: run again as they would have run then, each asked what it decided."""
+"""Reruns: automata run again over the readings of a recording, with their queries traced."""
 
 from __future__ import annotations
 
@@ -18,10 +18,9 @@ from understudy.sim.team.libraries import Libraries, make_scenario_team
 
 
 class Rerun:
-    """Agents of some sorts run a behavior over a recording, with what each sort knows; where they were restarted then,
-    they are now.
+    """Agents of the given sorts that run a behavior over a recording, and restart where they were restarted then.
 
-    They are a scenario's team where as many were recorded as it has robots; otherwise each runs it by itself.
+    They form the scenario's team if as many agents were recorded as it has robots; otherwise each runs alone.
     """
 
     def __init__(
@@ -61,16 +60,16 @@ class Rerun:
 
     @property
     def tick_count(self) -> int:
-        """How many ticks have passed."""
+        """The number of ticks that have passed."""
         return self._body.tick
 
     @property
     def is_over(self) -> bool:
-        """Whether all ticks have passed."""
+        """True if all ticks of the recording have passed."""
         return self._body.is_over
 
     def tick(self) -> None:
-        """Decide over one more tick."""
+        """Run all agents over one more tick of the recording."""
         for agent in range(self._body.agents):
             if (self.tick_count, agent) in self._restarts:
                 self._body.wait(self._restarts[self.tick_count, agent])
@@ -82,13 +81,13 @@ class Rerun:
 
     @property
     def paths(self) -> list[tuple[str, ...]]:
-        """What each agent is doing, outermost first."""
+        """The states that each agent is in, outermost first."""
         if self._team is not None:
             return self._team.paths
         return [each.path for each in self._alone.interpreters]
 
     def _restart(self, agent: int) -> None:
-        """A team begins anew as a whole."""
+        """Restart an agent; in a team, restart the whole team."""
         if self._team is not None:
             self._team.clear()
         else:
@@ -96,7 +95,7 @@ class Rerun:
 
 
 def find_traced_run(post: AgentRef) -> TracedRun:
-    """Who runs an agent that is followed."""
+    """Return the traced run of an agent; raise TypeError if its runner records no queries."""
     if not isinstance(post.layer.runner, TracedRun):
         raise TypeError("agents that cannot be followed")
     return post.layer.runner

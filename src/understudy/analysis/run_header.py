@@ -1,4 +1,4 @@
-"""Recorded runs: what it takes to run one again, kept in the header of its trace, and read from there."""
+"""Headers of traces: everything needed to repeat a recorded run, and how it is written and read."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from understudy.storage.document import fingerprint_automaton, hash_content
 from understudy.storage.json_text import convert_decode_errors
 
 SOON_S = 1e-6
-"""Times this near are one: those of a trace are rounded."""
+"""The largest difference of two times, in s, that count as equal; times in traces are rounded."""
 
 
 class TraceHeader(msgspec.Struct, frozen=True):
-    """The first line of a trace."""
+    """The first line of a trace; `run` has what is needed to repeat the run, None in traces without it."""
 
     scenario: str
     seed: int
@@ -39,7 +39,7 @@ class TraceHeader(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class RecordedTick:
-    """One robot of a recorded run at a moment: `ticks` had passed, and `row` is what the trace says of it then."""
+    """One robot of a recorded run at a moment: `row` is its line in the trace, after `ticks` ticks."""
 
     header: TraceHeader
     ran: RunInfo
@@ -50,7 +50,10 @@ class RecordedTick:
 
 
 def trace_entry(ran: RunInfo, scenario: Scenario) -> dict[str, Any]:
-    """What the header of a trace says of what ran: the seed it has already, the scenario by its fingerprint."""
+    """Make the `run` entry of a trace's header, without the seed, which the header has already.
+
+    The scenario is represented by its fingerprint.
+    """
     entry: dict[str, Any] = msgspec.to_builtins(
         msgspec.structs.replace(ran, world=fingerprint_scenario(scenario))
     )
@@ -59,12 +62,12 @@ def trace_entry(ran: RunInfo, scenario: Scenario) -> dict[str, Any]:
 
 
 def fingerprint_scenario(scenario: Scenario) -> str:
-    """A fingerprint of a scenario."""
+    """Compute the fingerprint of a scenario."""
     return hash_content(format_scenario(scenario).encode())
 
 
 def fingerprint_libraries(team: Team, libraries: Libraries) -> dict[str, dict[str, str]]:
-    """Fingerprints of all automata that the agents of a team may run, by sort."""
+    """Compute the fingerprints of all automata that the agents of a team may run, by sort and name."""
     found: dict[str, dict[str, str]] = {}
     for sort, programs in team.programs.items():
         taught = libraries[sort].taught
@@ -84,10 +87,10 @@ def _automata(child: Child) -> Iterator[str]:
 
 
 def read_recorded_tick(path: Path | str, *, robot: int, time_s: float) -> RecordedTick:
-    """What a trace says of a robot at a moment: the last tick until then.
+    """Read the last tick of a robot at or before a time (s) from a trace.
 
-    FileError where it is no trace, or says nothing of how the run was made; SettingError where there is no such robot
-    or moment in it.
+    FileError is raised if the file is no trace or lacks what is needed to repeat the run, and SettingError if it has
+    no such robot or ends before that time.
     """
     path = Path(path)
     with convert_os_errors(

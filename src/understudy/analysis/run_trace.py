@@ -1,7 +1,7 @@
-"""Traces: where each robot was and what it did, tick by tick, on disk while it runs - JSON lines, or Parquet.
+"""Traces: place and states of each robot in each tick, written during a run as JSON lines or Parquet.
 
-A line for each robot and tick is long but plain: it is cut, filtered and grouped by whatever reads it (jq, pandas,
-DuckDB, a person), and the columns are the same in Parquet, which takes a tenth of the room.
+JSON lines have one line per robot and tick, which jq, pandas, DuckDB and people can read. Parquet has the same
+columns and takes a tenth of the space.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ COLUMNS = {
     "heading": "DOUBLE",
     "doing": "VARCHAR",
 }
-"""What a trace holds, as DuckDB calls its types."""
+"""The columns of a trace, with their types in DuckDB."""
 DIGITS = 6
 BETWEEN = " > "
-"""Between the states of a path, outermost first."""
+"""The text between the states of a path, outermost first."""
 
 
 class TraceRow(msgspec.Struct, frozen=True):
-    """Where one robot was after a tick, and the states it was in then, outermost first: a line of a trace."""
+    """A line of a trace: place (m), heading (rad) and states of one robot after a tick, the outermost state first."""
 
     time_s: float
     robot: int
@@ -49,7 +49,7 @@ class TraceRow(msgspec.Struct, frozen=True):
 
 
 class TraceWriter:
-    """Writes a trace that `write_trace` opened."""
+    """A writer of a trace that `write_trace` opened."""
 
     def __init__(self, file: IO[bytes], header: dict[str, Any]) -> None:
         self._file, self._encoder = file, msgspec.json.Encoder()
@@ -57,7 +57,7 @@ class TraceWriter:
         self.ticks = 0
 
     def add(self, view: WorldView, paths: Sequence[Sequence[str]]) -> None:
-        """Record a moment: each robot's place, and the states it is in, outermost first."""
+        """Record the place of each robot, and the states it is in, outermost first."""
         robots, time_s = view.robots, round(view.time_s, DIGITS)
         rows = zip(
             *(np.round(column, DIGITS).tolist() for column in (robots.x, robots.y, robots.heading)),
@@ -76,7 +76,7 @@ class TraceWriter:
         self.ticks += 1
 
     def close(self) -> None:
-        """Leave whole ticks on disk: of one that was interrupted nothing remains."""
+        """Flush the trace to disk, and cut off a tick whose writing was interrupted."""
         self._file.flush()
         self._file.truncate(self._whole)
         os.fsync(self._file.fileno())
@@ -92,11 +92,10 @@ def write_trace(
     robots: int,
     run: Mapping[str, Any] | None = None,
 ) -> Iterator[TraceWriter]:
-    """Write a trace to a file that ends in .jsonl or .parquet; what is there stays until the run has ended.
+    """Write a trace to a file that ends in .jsonl or .parquet; an existing file is replaced when the run has ended.
 
-    `run` says what it takes to run it again, where that is known.
-
-    However the run ends, the trace holds every tick until then; where there is none, nothing is written.
+    `run` has what is needed to repeat the run, if that is known. However the run ends, the trace has all ticks until
+    then; if there are none, no file is written.
     """
     path = Path(path)
     parquet = _is_parquet(path)
@@ -137,7 +136,7 @@ def _is_parquet(path: Path) -> bool:
 
 
 def _duckdb(path: Path) -> Any:
-    """DuckDB, which writes Parquet; told before a run begins where it is not installed."""
+    """Import DuckDB, which writes Parquet; raise SettingError before a run begins if it is not installed."""
     try:
         return import_module("duckdb")
     except ImportError as missing:
@@ -149,7 +148,7 @@ def _duckdb(path: Path) -> Any:
 
 
 def _finish(lines: Path, path: Path, header: dict[str, Any], *, parquet: bool) -> None:
-    """Put the trace in its place, whole."""
+    """Put the complete trace in its place."""
     if not parquet:
         lines.replace(path)
     else:
@@ -173,7 +172,7 @@ def _convert(lines: Path, made: Path, header: dict[str, Any]) -> None:
 
 
 def _no_glob(path: Path) -> str:
-    """A path that stands for nothing but itself, where DuckDB takes patterns."""
+    """Escape a path in which DuckDB would find a pattern."""
     return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in str(path))
 
 

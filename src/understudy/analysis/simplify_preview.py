@@ -1,4 +1,4 @@
-"""An automaton with fewer questions beside the one there is: shown before anybody decides to keep it."""
+"""Comparison of an automaton with a simplified version that has smaller trees, before either is kept."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from understudy.model.tree import TestKind, Tree
 
 T = TypeVar("T")
 UNTOLD = 1.0
-"""The pruning to show where nothing can be suggested: what one example alone holds up goes."""
+"""The pruning to preview if none can be suggested: it removes tests that only one example supports."""
 
 
 @dataclass(frozen=True, slots=True)
 class BeforeAfter(Generic[T]):
-    """The same of two versions of an automaton."""
+    """A value before and after simplification."""
 
     before: T
     after: T
@@ -30,7 +30,11 @@ class BeforeAfter(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class ChangedDecision:
-    """An example, what it showed, and the next states that are decided (None: it cannot be asked)."""
+    """An example that the simplified automaton decides otherwise.
+
+    `shown` is the next state of the example; `before` and `after` are those decided. `before` is None if the former
+    version cannot decide there.
+    """
 
     number: int
     kind: str
@@ -42,7 +46,7 @@ class ChangedDecision:
 
 @dataclass(frozen=True, slots=True)
 class ChangedMoments:
-    """How many moments of a state are decided otherwise, and how."""
+    """A number of recorded moments in a state at which the simplified automaton chooses `after` instead of `before`."""
 
     state: str
     before: str
@@ -52,8 +56,10 @@ class ChangedMoments:
 
 @dataclass(frozen=True, slots=True)
 class SimplifyPreview:
-    """A lesson pruned: what is learned then, and how that decides its moments beside what `before` does; `suggested` is
-    None where there are too few examples to tell.
+    """A simplified version of an automaton, compared with the current one.
+
+    `pruning` is the strength used. `suggested` is None if there are too few examples for a suggestion. `replayed` has
+    the decisions of both at the recorded moments of the lesson.
     """
 
     pruning: float
@@ -64,19 +70,19 @@ class SimplifyPreview:
 
     @property
     def leaves(self) -> BeforeAfter[int]:
-        """How many answers all trees have."""
+        """The number of leaves of all trees, before and after."""
         return BeforeAfter(count_leaves(self.before.automaton), count_leaves(self.after.automaton))
 
     @property
     def conditions(self) -> dict[str, BeforeAfter[list[str]]]:
-        """By state, in words, when it switches: of states where that would change."""
+        """The descriptions of the transitions of each state whose description changes, before and after."""
         was, now = (describe_transitions(each.automaton, each.lesson) for each in (self.before, self.after))
         both = {state: (was.get(state, []), now.get(state, [])) for state in dict.fromkeys([*was, *now])}
         return {state: BeforeAfter(old, new) for state, (old, new) in both.items() if old != new}
 
     @property
     def decisions(self) -> tuple[ChangedDecision, ...]:
-        """The examples that would be decided otherwise than they are."""
+        """The examples that the two versions decide differently."""
         return tuple(
             ChangedDecision(each.number, each.kind, each.state, each.shown, each.formerly, each.now)
             for each in self.replayed.different
@@ -85,7 +91,7 @@ class SimplifyPreview:
 
     @property
     def changes_before_presses(self) -> tuple[ChangedMoments, ...]:
-        """What would be decided otherwise at moments of the second before presses."""
+        """The changed decisions at moments in the second before presses."""
         return tuple(
             ChangedMoments(each.state, each.formerly, each.now, each.moments)
             for each in self.replayed.changes
@@ -93,9 +99,9 @@ class SimplifyPreview:
 
 
 def preview_simplification(taught: TrainedAutomaton, pruning: float | None = None) -> SimplifyPreview:
-    """An automaton pruned, as much as is suggested where it is not said how much.
+    """Prune an automaton's trees and compare the result; refuse an automaton that was not learned as trees.
 
-    SettingError where it was not taught with trees.
+    Without `pruning`, the suggested strength is used.
     """
     lesson = get_simplifiable_lesson(taught)
     found = suggest_pruning(lesson)
@@ -106,7 +112,7 @@ def preview_simplification(taught: TrainedAutomaton, pruning: float | None = Non
 
 
 def get_simplifiable_lesson(taught: TrainedAutomaton) -> Lesson:
-    """The lesson of an automaton that was taught with trees; SettingError of another."""
+    """Return the lesson of an automaton that was learned as trees; raise SettingError for any other automaton."""
     if taught.lesson is None:
         raise make_simplify_error(taught.automaton.name, "was written by hand", "name one that was taught")
     if not isinstance(taught.lesson.options.learner, TreeOptions):
@@ -116,11 +122,11 @@ def get_simplifiable_lesson(taught: TrainedAutomaton) -> Lesson:
 
 
 def make_simplify_error(name: str, problem: str, remedy: str) -> SettingError:
-    """That an automaton cannot be simplified."""
+    """Make the error that an automaton cannot be simplified."""
     return SettingError(where="simplify", setting=f"automaton {name!r}", problem=problem, remedy=remedy)
 
 
 def count_leaves(automaton: Automaton) -> int:
-    """How many answers all its trees have."""
+    """Count the leaves of all trees of an automaton."""
     trees = [tree for tree in automaton.transitions.values() if isinstance(tree, Tree)]
     return sum(node.test == TestKind.LEAF for tree in trees for node in tree.nodes)

@@ -1,4 +1,4 @@
-"""Following agents through a run: every question that their automata were asked, and what they answered."""
+"""Tracing of agents through a run: each query of their transition functions and its answer."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ from understudy.runtime.team.team import Team
 
 @dataclass(frozen=True, slots=True)
 class TransitionQuery:
-    """What a state's transition function was asked at a time, and the state after it (the same: it stayed)."""
+    """A query of a state's transition function at `time_s`, with feature vector `values`.
+
+    `before` and `after` are the indices of the states before and after it.
+    """
 
     time_s: float
     before: int
@@ -28,14 +31,16 @@ class TransitionQuery:
 
     @property
     def is_switch(self) -> bool:
-        """Whether the state was left."""
+        """True if the query led to another state."""
         return self.after != self.before
 
 
 @dataclass(frozen=True, slots=True)
 class ActiveAutomaton:
-    """One running automaton at a moment: when its state was entered, what it was asked in the last tick (None: its
-    state has no transition function), and the query that had entered its state (None: it was started there).
+    """An automaton that is running at a moment.
+
+    `entered_s` is when its state was entered. `asked` is the query in the last tick; None if the state has no
+    transition function. `entry` is the query that entered the state; None if the automaton started there.
     """
 
     machine: RunningAutomaton
@@ -45,7 +50,7 @@ class ActiveAutomaton:
 
 
 class TracedRun(Run):
-    """Interpreters, some of which are followed."""
+    """A run of interpreters that records the queries of selected agents."""
 
     def __init__(
         self, body: Body, interpreters: Sequence[Interpreter], others: Sequence[Program] = ()
@@ -57,15 +62,17 @@ class TracedRun(Run):
         self._agents: set[int] = set()
         self._body = body
         self.last: tuple[RunningAutomaton, TransitionQuery] | None = None
-        """The last switch before this tick of those that are followed; of several in a tick that of the highest level,
-        which the others follow from."""
+        """The last switch of the followed agents before this tick.
+
+        If several switched in one tick, it is the one of the highest level, which caused the others.
+        """
 
     def follow(self, agent: int) -> None:
-        """Follow an agent from now on."""
+        """Record the queries of an agent from now on."""
         self._agents.add(agent)
 
     def decide(self, percept: Percept) -> dict[str, Column]:
-        """Pulse every agent; what those that are followed were asked is kept until the next tick."""
+        """Compute the commands of all agents for one tick, and record the queries of those that are followed."""
         switched = (each for each in self._asked.items() if each[1].is_switch)
         self.last = next(switched, self.last)
         self._asked.clear()
@@ -83,7 +90,7 @@ class TracedRun(Run):
             self._entries[machine] = query
 
     def list_active(self, agent: int) -> tuple[ActiveAutomaton, ...]:
-        """The running automata of an agent that is followed, from the root down."""
+        """List the running automata of a followed agent, the root first."""
         return tuple(self._stood(machine) for machine in self.interpreters[agent].active)
 
     def _stood(self, machine: RunningAutomaton) -> ActiveAutomaton:
@@ -94,14 +101,15 @@ class TracedRun(Run):
 
 
 def make_tracing_runner(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
-    """What runs the agents of a team so that they can be followed."""
+    """Make a run for agents of a team that records their queries."""
     return TracedRun(body, [Interpreter(program, now=body.time_s) for program in programs], others)
 
 
 @dataclass(frozen=True, slots=True)
 class AgentRef:
-    """An agent of a team: its sort, its number among them, who runs it, and what it was ordered to do by the one above
-    it (None: it is under nobody).
+    """An agent of a team: its sort, its number within the sort, its layer, and its place in a squad.
+
+    `squad` is None for an agent that has no coordinator above it.
     """
 
     sort: str
@@ -111,7 +119,7 @@ class AgentRef:
 
     @property
     def last_order(self) -> str | None:
-        """What it was last ordered to do, as it has heard; "" is nothing yet."""
+        """The last order that the agent received; "" if none yet, None if no coordinator is above it."""
         if self.squad is None:
             return None
         squads, member = self.squad
@@ -120,7 +128,7 @@ class AgentRef:
 
 
 def list_chain_of_command(team: Team, robot: int) -> tuple[AgentRef, ...]:
-    """A robot of a team and all above it, the topmost first."""
+    """List a robot of a team and all coordinators above it, the topmost first."""
     layer, row = team.layers[0], robot
     sort = team.tree.types[team.tree.type_of[robot]]
     chain: list[AgentRef] = []
@@ -134,7 +142,7 @@ def list_chain_of_command(team: Team, robot: int) -> tuple[AgentRef, ...]:
 
 
 def _above(team: Team, layer: AgentLayer, row: int) -> tuple[SquadBody, AgentLayer, int] | None:
-    """The squads that an agent is a member of, their layer, and which member it is."""
+    """Return the squads that an agent is a member of, their layer, and its member number; None if there are none."""
     for upper in team.layers:
         if isinstance(upper.body, SquadBody):
             roster = upper.body.roster
