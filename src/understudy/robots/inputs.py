@@ -1,4 +1,4 @@
-"""Turn the latest messages of a real robot into readings; absent if they are too old."""
+"""Conversion of a real robot's latest messages to readings, which are absent if the messages are too old."""
 
 from __future__ import annotations
 
@@ -23,12 +23,15 @@ from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
 
 Values: TypeAlias = Callable[[Any], Mapping[ReadingKey, float]]
 PLACE = ("x", "y")
-"""What a source says of a target that is in some place; what robots read of it is worked out from that."""
+"""The names of the coordinates that a topic gives for a target, from which the target's readings are computed."""
 
 
 @dataclass(frozen=True, slots=True)
 class TopicInput:
-    """What of a topic becomes readings. Where `always`, each of its messages that is right holds all of them."""
+    """A topic and the readings that are taken from its messages.
+
+    If `always` is True, every valid message has a value for each reading.
+    """
 
     name: str
     topic: str
@@ -45,7 +48,10 @@ class TopicInput:
 def make_topic_inputs(
     file: RobotFile, camera: LiveCamera | None, targets: Sequence[str]
 ) -> Sequence[TopicInput] | DecodeProblem:
-    """All of a file, in its order, with what its camera sees of these targets; or what in it cannot be."""
+    """Make the inputs of a robot file, in its order, or return what in the file is invalid.
+
+    `targets` are names of targets that may get a color later, for which the camera input provides readings too.
+    """
     found: list[TopicInput] = []
     for made in (*_numbers(file), *_places(file)):
         if isinstance(made, DecodeProblem):
@@ -57,7 +63,7 @@ def make_topic_inputs(
 
 
 def make_live_camera(file: RobotFile) -> LiveCamera | DecodeProblem | None:
-    """What looks at the images of a file's camera, if there is one; or what of it cannot be."""
+    """Make the camera of a robot file; return None if it has none, or what in the file is invalid."""
     if file.camera is None:
         return None
     try:
@@ -87,7 +93,7 @@ def _of_number(name: str, extract: Extract) -> Values:
 
 
 def _images(of: CameraSpec, camera: LiveCamera, targets: Sequence[str]) -> TopicInput:
-    """What is seen of colors, and of targets that may get one while it runs."""
+    """Make the input of a camera, with readings of its colors and of targets that may get a color later."""
     keys = tuple((blob.name, name) for name in dict.fromkeys((*of.colors, *targets)) for blob in BLOBS)
     return TopicInput(
         CAMERA, of.topic, of.type, of.stale_s, of.rate_hz, of.required, False, keys, BLOBS, camera.read_message
@@ -95,7 +101,7 @@ def _images(of: CameraSpec, camera: LiveCamera, targets: Sequence[str]) -> Topic
 
 
 def _places(file: RobotFile) -> Iterator[TopicInput | DecodeProblem]:
-    """Targets that a topic tells of."""
+    """Yield the inputs of targets whose places come from topics."""
     for name, target in file.targets.items():
         if target.topic is None:
             continue
@@ -120,7 +126,10 @@ POSE = ("x", "y", "heading")
 def compute_ranges_and_bearings(
     targets: Mapping[str, TargetPlaceSpec], values: Mapping[ReadingKey, float]
 ) -> dict[ReadingKey, float]:
-    """`range` (m) and `bearing` (rad, in [0, tau)) of each target, from `values`: the robot's pose, places told."""
+    """Compute `range` (m) and `bearing` (rad, in [0, tau)) of each target; NaN if unknown.
+
+    `values` has the robot's pose and the places of those targets that come from topics.
+    """
     found: dict[ReadingKey, float] = {}
     pose = tuple(values.get((name, None), nan) for name in POSE)
     for name, target in targets.items():
@@ -144,7 +153,11 @@ Right = TypeVar("Right")
 
 @dataclass(slots=True)
 class LatestSample:
-    """What has arrived of a source: its last values, when (s, `time.monotonic`), how often, how often in vain."""
+    """The latest values from a source, and statistics of its messages.
+
+    `at_s` and `first_s` are the times of the last and first message, in s of `time.monotonic`. `count` is the number
+    of valid messages, `refused` that of invalid ones, and `problem` the reason of the last refusal.
+    """
 
     values: Mapping[ReadingKey, float] = field(default_factory=dict)
     at_s: float = -inf
@@ -155,14 +168,15 @@ class LatestSample:
 
     @property
     def rate_hz(self) -> float:
-        """Messages per second from the first to the last; NaN where there were not two."""
+        """The average number of messages per second; NaN if fewer than two have arrived."""
         return (self.count - 1) / (self.at_s - self.first_s) if self.at_s > self.first_s else nan
 
 
 class SensorInputs:
-    """All sources of a robot's file, listening. Message threads write what came last; anybody may read it.
+    """All inputs of a robot file, subscribed to their topics.
 
-    FileError where the file asks for what no message has.
+    The transport's threads write the latest values; any thread may read them. FileError is raised if the file asks
+    for something that its messages do not contain. `targets` names targets that may get a color later.
     """
 
     def __init__(
@@ -173,7 +187,6 @@ class SensorInputs:
         path: Path | str = "robot.toml",
         targets: Sequence[str] = (),
     ) -> None:
-        """`targets` may get a color while it runs."""
         self.camera = _right(make_live_camera(file), path)
         found = _right(make_topic_inputs(file, self.camera, targets), path)
         self._places = file.targets
@@ -189,7 +202,7 @@ class SensorInputs:
             transport.subscribe(file.topic(topic), type, self._listener(topic, type))
 
     def values(self, now: float) -> dict[ReadingKey, float]:
-        """A value for each key; NaN where absent."""
+        """Return a value for each reading at time `now` (s, `time.monotonic`); NaN if absent."""
         found: dict[ReadingKey, float] = {}
         for name, source in self.sources.items():
             fresh = self.read_fresh(name, now)
@@ -202,19 +215,19 @@ class SensorInputs:
         }
 
     def read_fresh(self, name: str, now: float) -> Mapping[ReadingKey, float]:
-        """The values of one source; none where they are older than its limit."""
+        """Return the values of one source; empty if they are older than its limit at time `now` (s)."""
         latest = self.latest[name]
         return latest.values if now - latest.at_s <= self.sources[name].stale_s else {}
 
     def value(self, reading: str, now: float) -> float:
-        """The value of a reading of the robot itself; NaN where absent."""
+        """Return the value of a reading of the robot itself at time `now` (s); NaN if absent."""
         for name, source in self.sources.items():
             if (reading, None) in source.keys:
                 return self.read_fresh(name, now).get((reading, None), nan)
         return nan
 
     def locate(self, target: str, now: float) -> tuple[float, float] | None:
-        """Where a target of the file is, as it or a topic says; None where that is unknown."""
+        """Return the place (x, y) of a target, from the robot file or a topic, or None if it is unknown."""
         of = self._places[target]
         if of.at is not None:
             return of.at
@@ -223,9 +236,10 @@ class SensorInputs:
         return None if isnan(x) or isnan(y) else (x, y)
 
     def find_missing(self, now: float) -> str | None:
-        """The name of a required source that is absent now. A camera that sees none of its colors is not.
+        """Return the name of a required source that is absent at time `now` (s), or None.
 
-        Nor is the bearing of the nearest return of a scan that has none.
+        A camera that sees none of its colors is not absent, nor is the bearing of a scan in which nothing is in
+        range.
         """
         for name, source in self.sources.items():
             if source.required:
@@ -235,7 +249,7 @@ class SensorInputs:
         return None
 
     def _listener(self, topic: str, type: str) -> Callable[[bytes, float], None]:
-        """What takes the readings of a topic out of its messages; never fails, whatever the message."""
+        """Make the function that takes the readings of a topic out of its messages; it raises no errors."""
         here = [
             (source, self.latest[name])
             for name, source in self.sources.items()
@@ -266,7 +280,7 @@ class SensorInputs:
 
 
 def _right(found: Right | DecodeProblem, path: Path | str) -> Right:
-    """What a file asks for, where it can be."""
+    """Return a valid result, or raise its problem as a FileError."""
     if isinstance(found, DecodeProblem):
         raise FileError(path=path, place=found.key, problem=found.problem, remedy=found.remedy)
     return found

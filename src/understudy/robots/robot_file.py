@@ -1,6 +1,6 @@
-"""Robot files: what a real robot offers and obeys - topics to readings, channels to speeds - as TOML.
+"""Robot files (TOML): which topics give a robot's readings, and how its channels become speeds.
 
-Lengths in m, times in s, speeds in m/s and rad/s. Angles of sectors are in degrees, and their keys say so (`_deg`).
+Lengths are in m, times in s, speeds in m/s and rad/s. Keys of angles in degrees end in `_deg`.
 """
 
 from __future__ import annotations
@@ -27,25 +27,28 @@ OTHER = {
     FORMAT: "is that of one robot's file, not of a team's; name it with --robot, or in a team's file",
     TEAM: "is that of a team's file, not of a robot's; name it with --team, or one of the files in it",
 }
-"""What to do with a file where the other sort is wanted: problem and remedy."""
+"""The problem and remedy, separated by "; ", if a file of this format is given where the other one is expected."""
 
 DOMAINS = range(233)
-"""Domain ids that ROS 2 has on every system; above them the network ports run out."""
+"""The domain ids of ROS 2 that have network ports on every system."""
 TOPIC = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 TYPE = re.compile(r"[a-z]\w*/msg/[A-Z]\w*", re.ASCII)
 ROUTER = re.compile(r"(tcp|udp|tls|quic|ws)/\S+:\d+")
 READING = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 LONGEST_TOPIC = 247
-"""Letters of a full topic name that ROS 2 takes (RMW_TOPIC_MAX_NAME_LENGTH of rmw)."""
+"""The largest number of characters of a full topic name in ROS 2 (RMW_TOPIC_MAX_NAME_LENGTH of rmw)."""
 FASTEST_TICK_S, SLOWEST_TICK_S = 0.005, 1.0
 SHORTEST_DEADLINE_S = 0.04
-"""Twice the time from one look of the guard to the next: with less it would stop for nothing."""
+"""The shortest deadline, in s: two check periods of the guard. A shorter one would stop the robot without need."""
 FASTEST_M_S, FASTEST_RAD_S = 5.0, 10.0
-"""Limits above these are taken for a mistake of units."""
+"""The highest limits of speed (m/s) and turning (rad/s) that are accepted; higher ones must be in wrong units."""
 
 
 class MotionLimits(StrictStruct, frozen=True, kw_only=True):
-    """What holds after every behavior. `geofence` (x0, y0, x1, y1) is where the readings `x` and `y` must stay."""
+    """The limits that every command is clipped to.
+
+    `geofence` (x0, y0, x1, y1), in m, is the rectangle in which the readings `x` and `y` must stay.
+    """
 
     speed_m_s: float
     turn_rad_s: float
@@ -55,13 +58,14 @@ class MotionLimits(StrictStruct, frozen=True, kw_only=True):
 
 
 class ReadingSpec(StrictStruct, frozen=True, kw_only=True):
-    """Where a reading comes from: a `field` of a message, dots between; that of an orientation is its heading.
+    """The source of a reading: a `field` of the messages on a topic.
 
-    Of a Range, the field may be left out. Of a LaserScan, `sector_deg` is (from, to), counter-clockwise from ahead,
-    both the same for a beam; without a field the nearest return in it counts, the field `bearing` is the direction of
-    that, and `width` how wide the widest opening is in which nothing is nearer than `clear_m` (1 m if left out).
-    `offset_m`, the way from the sensor to the robot's rim, is taken off a range. Older than `stale_s` it is absent;
-    where it is `required`, the robot then stops.
+    `field` is a path of names with dots; that of an orientation gives the heading. It may be left out for a Range.
+    For a LaserScan, `sector_deg` is (from, to), counter-clockwise from straight ahead, both equal for a single beam.
+    Without a field, the reading is then the distance of the nearest return in the sector; with `bearing` it is the
+    direction of that return, and with `width` the width of the widest opening in which nothing is nearer than
+    `clear_m` (default 1 m). `offset_m`, the distance from the sensor to the robot's rim, is subtracted from ranges. A
+    value older than `stale_s` is absent; the robot then stops if the reading is `required`.
     """
 
     topic: str
@@ -78,7 +82,7 @@ class ReadingSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class CommandSpec(StrictStruct, frozen=True, kw_only=True):
-    """Where commands go, and the speeds that `drive = 1` (m/s) and `turn = 1` (rad/s) ask for."""
+    """The topic for commands, and the speeds that `drive = 1` (m/s) and `turn = 1` (rad/s) stand for."""
 
     topic: str = "cmd_vel"
     type: Literal["geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"] = "geometry_msgs/msg/Twist"
@@ -88,10 +92,11 @@ class CommandSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class TargetPlaceSpec(StrictStruct, frozen=True, kw_only=True):
-    """Where a target is, for the readings `range` and `bearing`: a fixed place `at` (x, y), or what a topic says.
+    """The place of a target, from which its readings `range` and `bearing` are computed.
 
-    Both in the frame of the readings `x`, `y` and `heading`; where `relative`, a topic says how far it is ahead of the
-    robot and to its left. `field` is the path of a point or of a position.
+    It is a fixed place `at` (x, y), in m, or comes from a topic, whose `field` is the path of a point or position.
+    Both are in the frame of the readings `x`, `y` and `heading`; if `relative`, x is ahead of the robot and y to its
+    left.
     """
 
     at: tuple[float, float] | None = None
@@ -105,9 +110,11 @@ class TargetPlaceSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class SafetySpec(StrictStruct, frozen=True, kw_only=True):
-    """When it stops by itself. A tick that is later than `deadline_s`, or a program that gives no sign for so long,
-    stops it. Where `hold_to_run`, it moves only while a person holds a key. Stops are written to `log`, a path beside
-    the file; left out, its name with .stops.jsonl.
+    """The conditions under which the robot stops.
+
+    A tick that is late by more than `deadline_s`, or a program that is silent for that long, stops it. If
+    `hold_to_run`, it moves only while a person holds a key. Stops are logged to the file `log` in the folder of the
+    robot file; by default its name ends in .stops.jsonl.
     """
 
     deadline_s: float = 0.12
@@ -116,11 +123,11 @@ class SafetySpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class RobotFile(StrictStruct, frozen=True, kw_only=True):
-    """Everything there is to know of a robot before connecting to it.
+    """The content of a robot file: everything that is needed to connect to a robot.
 
-    `world` is the scenario, by name or path, whose lessons it runs, and `kind` which type of robots it is there, where
-    there are several: that says which features, behaviors and targets there are. `router` is where Zenoh's router
-    listens, such as tcp/192.168.0.5:7447.
+    `world` is the scenario, by name or path, whose lessons the robot runs, and `kind` its type of robot there, which
+    may be left out if there is only one; they define the features, behaviors and targets. `router` is the address of
+    Zenoh's router, such as tcp/192.168.0.5:7447.
     """
 
     format: Literal["understudy-robot/1"]
@@ -141,7 +148,7 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     commands: CommandSpec
 
     def topic(self, name: str) -> str:
-        """The full name of a topic: within the namespace, unless it begins with a slash."""
+        """Return the full name of a topic, which is in the namespace unless it begins with a slash."""
         if name.startswith("/"):
             return name
         namespace = self.namespace.strip("/")
@@ -149,7 +156,7 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
 
 
 class TeamFile(StrictStruct, frozen=True, kw_only=True):
-    """Several robots, each by the path of its file beside this one."""
+    """The content of a team's file: several robots, each by the path of its robot file relative to this file."""
 
     format: Literal["understudy-robots/1"]
     name: str
@@ -158,7 +165,7 @@ class TeamFile(StrictStruct, frozen=True, kw_only=True):
 
 
 def is_team_file(path: Path | str) -> bool:
-    """Whether a file says that it is a team's; whatever else is wrong with it, loading tells."""
+    """Return whether a file has the format of a team's file; other errors in it are left to `load_team`."""
     try:
         return tomllib.loads(_read(path)).get("format") == TEAM
     except (ValueError, RecursionError):
@@ -166,7 +173,7 @@ def is_team_file(path: Path | str) -> bool:
 
 
 def load_team(path: Path | str) -> tuple[TeamFile, Sequence[Path]]:
-    """A team and the paths of its robots' files; FileError, naming the key, where it is none."""
+    """Load a team's file, and return it with the paths of its robot files; refuse an invalid file with a FileError."""
     team = _described(_read(path), path, TEAM, TeamFile, "teams of robots")
     if not team.robots:
         raise FileError(path=path, place="robots", problem="are none", remedy="give the path of one at least")
@@ -174,17 +181,17 @@ def load_team(path: Path | str) -> tuple[TeamFile, Sequence[Path]]:
 
 
 def list_robot_files(path: Path | str) -> Sequence[Path]:
-    """The file itself, or those of its robots where it is a team's; FileError where it cannot be read."""
+    """List the robot files of a team's file; a robot file itself is listed alone."""
     return load_team(path)[1] if is_team_file(path) else [Path(path)]
 
 
 def load_robot(path: Path | str) -> RobotFile:
-    """The robot that a file describes; FileError, naming the key, where it is none or cannot be."""
+    """Load a robot file; refuse an invalid one with a FileError that names the key."""
     return parse_robot(_read(path), path)
 
 
 def parse_robot(content: str, path: Path | str = "robot.toml") -> RobotFile:
-    """The robot that the content of a file describes; FileError, naming the key, where it is none or cannot be."""
+    """Parse the content of a robot file; refuse invalid content with a FileError that names the key."""
     robot = _described(content, path, FORMAT, RobotFile, "robots")
     if (wrong := next(_wrong(robot), None)) is not None:
         raise FileError(path=path, place=wrong.key, problem=wrong.problem, remedy=wrong.remedy)
@@ -202,7 +209,7 @@ def _read(path: Path | str) -> str:
 
 
 def _described(content: str, path: Path | str, format: str, whole: type[Described], what: str) -> Described:
-    """What a document describes, which has to be of this format."""
+    """Decode a document that must have the given format."""
     document = parse_toml(content, path)
     if (given := document.get("format")) != format:
         if isinstance(given, str) and given in OTHER:
@@ -219,7 +226,7 @@ def _described(content: str, path: Path | str, format: str, whole: type[Describe
 
 
 def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
-    """What fits the description and still cannot be."""
+    """Yield the values that have the right types and still are invalid."""
     limits, commands = robot.limits, robot.commands
     if robot.domain not in DOMAINS:
         yield DecodeProblem("domain", f"is {robot.domain}", f"give one from 0 to {DOMAINS[-1]}")
@@ -272,7 +279,7 @@ def _wrong_reading(robot: RobotFile, key: str, name: str, reading: ReadingSpec) 
 
 
 def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:
-    """Readings by the names of those of targets, and of cameras."""
+    """Yield readings whose names are those that targets or the camera give."""
     taken = {
         "targets": [each.name for each in LOCATIONS] if robot.targets else [],
         "the camera": [each.name for each in BLOBS] if robot.camera is not None else [],
@@ -336,6 +343,6 @@ def _wrong_topic(robot: RobotFile, key: str, topic: str) -> Iterator[DecodeProbl
 
 
 def _range(key: str, value: float, low: float, high: float) -> Iterator[DecodeProblem]:
-    """Above `low` and up to `high`; NaN never is."""
+    """Yield a problem unless the value is above `low` and at most `high`; NaN is a problem."""
     if not low < value <= high:
         yield DecodeProblem(key, f"is {value:g}", f"give a number above {low:g}, up to {high:g}")

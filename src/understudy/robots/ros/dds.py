@@ -1,4 +1,7 @@
-"""DDS as ROS 2 speaks it: topics `rt/NAME`, types `PKG::msg::dds_::NAME_`; messages pass as bytes, unread."""
+"""The DDS transport, compatible with ROS 2: topics are named `rt/NAME`, types `PKG::msg::dds_::NAME_`.
+
+Messages are passed on as bytes, without decoding them.
+"""
 
 from __future__ import annotations
 
@@ -24,19 +27,22 @@ from understudy.robots.ros.messages import (
 from understudy.robots.ros.transport import Publish, Publisher, Received, Unreachable
 
 PREFIX = "rt"
-"""What ROS 2 puts before the names of topics, as against services."""
+"""The prefix of topic names in DDS, by which ROS 2 distinguishes topics from services."""
 BEAT_S = 0.2
-"""How often the thread that receives looks whether it shall end."""
+"""The time between two checks of the receiving thread whether it should end, in s."""
 MOST = 4096
-"""So many who publish are looked at."""
+"""The largest number of publishers that are read at once."""
 GRAVE = 1 | 2
-"""What Cyclone DDS logs unless somebody configured it, fatal and other errors; it warns of each wrong message."""
+"""The log categories that are kept: fatal and other errors.
+
+Cyclone DDS would also warn of each invalid message.
+"""
 
 
 class DdsTransport:
-    """A participant of a domain, with a thread that hands on what arrives.
+    """A participant in a DDS domain, with a thread that passes on received messages.
 
-    ExtraMissing where Cyclone DDS is not installed, Unreachable where the domain cannot be joined.
+    ExtraMissing is raised if Cyclone DDS is not installed, and Unreachable if the domain cannot be joined.
     """
 
     def __init__(self, domain: int = 0) -> None:
@@ -64,7 +70,7 @@ class DdsTransport:
         self._thread = Thread(target=self._receive, name="dds", daemon=True)
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
-        """Hand the newest messages of a topic to `received`, from publishers reliable or not."""
+        """Pass the newest messages of a topic to `received`, from reliable and best-effort publishers."""
         from cyclonedds.core import InstanceState, Policy, Qos, ReadCondition, SampleState, ViewState
         from cyclonedds.sub import DataReader
 
@@ -82,9 +88,9 @@ class DdsTransport:
             self._thread.start()
 
     def publisher(self, topic: str, type: str) -> Publish:
-        """What publishes on a topic, reliably as ROS 2 does by default; only the last message is kept.
+        """Make a function that publishes on a topic, with reliable delivery of the last message (ROS 2's default).
 
-        Once closed, it does nothing.
+        Once the transport is closed, the function does nothing.
         """
         from cyclonedds.core import Policy, Qos
         from cyclonedds.pub import DataWriter
@@ -106,7 +112,7 @@ class DdsTransport:
         return publish
 
     def peers(self) -> Sequence[Publisher]:
-        """All others who publish topics of ROS 2, as far as they were discovered."""
+        """List all other publishers of ROS 2 topics that have been discovered."""
         with self._asking:
             # Asked several times a second: to go through the hundreds that a robot may have takes a tenth of that.
             if self._changes.triggered:
@@ -156,7 +162,7 @@ class DdsTransport:
 
 
 def _conditions(reader: Any) -> tuple[Any, Any, Any]:
-    """What a reader has not been asked for yet, what is gone, and what is there."""
+    """Make the read conditions for changes of a reader, for endpoints that are gone, and for those that are alive."""
     from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
 
     gone = InstanceState.NotAliveDisposed | InstanceState.NotAliveNoWriters
@@ -169,7 +175,7 @@ def _conditions(reader: Any) -> tuple[Any, Any, Any]:
 
 @cache
 def _quieten() -> None:
-    """Have Cyclone DDS say nothing of messages that do not fit: anybody could fill a disk with that."""
+    """Suppress Cyclone DDS's warnings of invalid messages, with which anybody could fill a disk."""
     from cyclonedds.internal import DDS as Library
 
     library = getattr(Library, "_dll_handle", None)
@@ -178,7 +184,7 @@ def _quieten() -> None:
 
 
 def _new(info: Any, seen: dict[int, int] | None) -> bool:
-    """Whether a message is later than all that have come of its publisher."""
+    """Return whether a message is later than all earlier ones of its publisher."""
     if seen is None:
         return True
     if info.source_timestamp <= seen.get(info.publication_handle, -1):
@@ -189,7 +195,7 @@ def _new(info: Any, seen: dict[int, int] | None) -> bool:
 
 @cache
 def make_dds_type(type: str, release: str = JAZZY) -> Any:
-    """The type of a topic: described as it is, but whose messages are bytes, `data`, that nobody takes apart."""
+    """Make the DDS type of a topic: with its true description, but messages are raw bytes in `data`."""
     described = _described(type, release)
 
     def serialize(self: Any, **_: Any) -> bytes:
@@ -207,7 +213,7 @@ def make_dds_type(type: str, release: str = JAZZY) -> Any:
 
 
 def _described(type: str, release: str) -> Any:
-    """A type of DDS that says which fields a type of ROS 2 has."""
+    """Make the DDS type that has the fields of a ROS 2 type."""
     from cyclonedds.idl import make_idl_struct, types
 
     idl: Any = types

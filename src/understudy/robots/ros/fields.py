@@ -1,4 +1,4 @@
-"""Numbers out of messages: the value that a robot's file asks for, absent (NaN) where a message holds none."""
+"""Extraction of readings from messages: the number a robot file asks for, NaN if a message does not have it."""
 
 from __future__ import annotations
 
@@ -19,22 +19,28 @@ Extract: TypeAlias = Callable[[Any], float]
 
 RANGE, SCAN = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan"
 BEARING, WIDTH = "bearing", "width"
-"""What a reading may be of a scan, beside the nearest distance."""
+"""The fields that a reading may name for a scan, besides none for the nearest distance."""
 CLEAR_M = 1.0
-"""What lies farther from the rim than this leaves room to pass, where a robot's file says nothing else."""
+"""The default distance from the rim, in m, beyond which the way is clear."""
 QUATERNION = "geometry_msgs/msg/Quaternion"
 POSE_2D = "geometry_msgs/msg/Pose2D", "theta"
-"""The one number of common messages that is a direction."""
+"""The only number in common messages that is a direction."""
 LARGEST = 1e30
-"""Numbers beyond it measure nothing: their squares would be no numbers any more."""
+"""The largest absolute value that counts as a measurement; the squares of larger ones may overflow."""
 _SAME = 1e-4
-"""Angles (rad) nearer to each other than this are one: those of scans are sums of 32-bit floats."""
+"""The difference of two angles, in rad, below which they count as equal.
+
+Angles of scans are sums of 32-bit floats.
+"""
 _SAME_M = 1e-6
-"""Distances nearer to each other than this share of them are one: those in scans are 32-bit floats."""
+"""The relative difference of two distances below which they count as equal.
+
+Distances in scans are 32-bit floats.
+"""
 
 
 def make_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodeProblem:
-    """The kind and unit of a reading and what takes it out of a message; or what in its description cannot be."""
+    """Make the kind, unit and extracting function of a reading, or return what in its description is invalid."""
     if not is_known_type(reading.type):
         problem = f"is {reading.type!r:.60}, which is unknown"
         return DecodeProblem(
@@ -60,7 +66,10 @@ def make_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodePr
 
 
 def make_position_extractor(target: TargetPlaceSpec) -> Callable[[Any], tuple[float, float]] | DecodeProblem:
-    """What takes a target's x and y, m, out of a message; absent where one of them is not finite."""
+    """Make the function that takes x and y (m) of a target from a message; both are NaN unless both are finite.
+
+    If the target's description is invalid, what is wrong is returned instead.
+    """
     if not is_known_type(target.type):
         problem = f"is {target.type!r:.60}, which is unknown"
         return DecodeProblem("type", problem, "give a type of ROS 2's common interfaces")
@@ -78,7 +87,7 @@ def make_position_extractor(target: TargetPlaceSpec) -> Callable[[Any], tuple[fl
 
 
 def _of_field(type: str, path: str, unit: str) -> tuple[Kind, str, Extract] | DecodeProblem:
-    """What is at the end of a path of names."""
+    """Make the kind, unit and extracting function of the field at the end of a path of names."""
     sort, of = NAMED, type
     for name in path.split("."):
         inside = list_message_fields(of) if sort == NAMED else {}
@@ -108,7 +117,7 @@ def _finite(value: float) -> float:
 
 
 def compute_heading(quaternion: Any) -> float:
-    """The direction in the plane of an orientation (REP 103), in [0, tau), rad; NaN where it is none."""
+    """Compute the heading of an orientation (REP 103), in [0, tau) rad; NaN if it is no unit quaternion."""
     x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
     norm = x * x + y * y + z * z + w * w
     if not 0.5 < norm < 2.0:  # many drivers leave it at zero; NaN is not between them either
@@ -117,14 +126,15 @@ def compute_heading(quaternion: Any) -> float:
 
 
 def _turned(angle: float) -> float:
-    """An angle in [0, tau), rad; NaN where it is not finite."""
+    """Wrap an angle to [0, tau) rad; NaN if it is not finite."""
     return angle % tau % tau if isfinite(angle) else nan
 
 
 def _of_range(offset_m: float) -> Extract:
-    """REP 117: +inf is nothing in reach, -inf too near to tell how near; all else outside its limits is invalid.
+    """Make the function that takes the distance from a Range message, read as REP 117 defines it.
 
-    Of a sensor that only tells whether something is there, both limits are one: -inf is contact, 0.
+    +inf means that nothing is in reach, and -inf that something is too near to measure; other values outside the
+    limits are invalid. Sensors that only detect contact have equal limits; -inf is contact there, and reads 0.
     """
 
     def extract(message: Any) -> float:
@@ -134,7 +144,10 @@ def _of_range(offset_m: float) -> Extract:
 
 
 def _clear(value: float, low: float, high: float, offset_m: float) -> float:
-    """A distance from the rim, m: what hears nothing reads its maximum, what is too near its minimum."""
+    """Compute a distance from the rim, in m.
+
+    It is the maximum if nothing is in reach, and the minimum if something is too near.
+    """
     if value == -inf and low == high:
         return 0.0 if isfinite(high) else nan
     if isinf(value):
@@ -143,7 +156,7 @@ def _clear(value: float, low: float, high: float, offset_m: float) -> float:
 
 
 def _make_scan_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodeProblem:
-    """The nearest return in a sector of a scan, its bearing, or the widest opening there."""
+    """Make the extractor for the nearest return in a sector of a scan, for its bearing, or for the widest opening."""
     if reading.sector_deg is None:
         return DecodeProblem("sector_deg", "is missing", "give sector_deg = [from, to] and no field")
     sector, offset_m = ScanSector(*map(radians, reading.sector_deg)), reading.offset_m
@@ -159,7 +172,7 @@ def _make_scan_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | De
 
 
 class ScanSector:
-    """A sector of a LaserScan, counter-clockwise from one angle (rad) to another, both edges part of it."""
+    """A sector of a LaserScan, counter-clockwise from angle `start` to angle `end` (rad), both included."""
 
     def __init__(self, start: float, end: float) -> None:
         self._start = start
@@ -168,13 +181,13 @@ class ScanSector:
         self._beam = not self._full and (self._width < _SAME or self._width > tau - _SAME)
 
     def find_nearest(self, scan: Any, offset_m: float) -> float:
-        """Return the nearest distance, `offset_m` taken off; NaN where no beam in the sector answered."""
+        """Return the nearest distance minus `offset_m`, in m; NaN if no beam in the sector is valid."""
         _, _, ranges = self._select(scan)
         ranges = ranges[~np.isnan(ranges)]
         return _finite(max(float(ranges.min()) - offset_m, 0.0)) if len(ranges) else nan
 
     def find_bearing(self, scan: Any) -> float:
-        """Return the direction (rad, [0, tau)) of the nearest return; NaN where nothing is in range."""
+        """Return the direction (rad, [0, tau)) of the nearest return; NaN if nothing is in range."""
         _, after, ranges = self._select(scan)
         nearest = find_nearest_beam(ranges, 0, len(ranges), len(ranges))
         if nearest < 0 or ranges[nearest] >= scan.range_max:
@@ -182,9 +195,9 @@ class ScanSector:
         return float(_turned(self._start + after[nearest]))
 
     def measure_opening(self, scan: Any, offset_m: float, clear_m: float) -> float:
-        """Return how wide (m) the widest opening is; NaN where no beam in the sector answered.
+        """Return the width (m) of the widest opening; NaN if no beam in the sector is valid.
 
-        An opening ends where the scan does. Of a scan that goes around more than once the first turn counts.
+        An opening ends at the edge of the scan. If a scan goes around more than once, its first turn counts.
         """
         numbers, after, ranges = self._select(scan)
         spacing = abs(scan.angle_increment)
@@ -201,9 +214,10 @@ class ScanSector:
         return measure_widest_opening(far.tolist(), 0, count, count, spacing, offset_m, clear_m)
 
     def _select(self, scan: Any) -> tuple[NDArray[np.intp], Column, Column]:
-        """Return beams in the sector, how far (rad) they are after its start, in this order, and what they measured.
+        """Return the numbers, angles and ranges of the beams in the sector, sorted by angle.
 
-        Where nothing is in range that is the scan's largest distance, what is too near its least; NaN if invalid.
+        Angles are in rad after the start of the sector. A range is the scan's maximum if nothing is in reach, its
+        minimum if something is too near, and NaN if it is invalid.
         """
         with np.errstate(invalid="ignore"):  # some NaN are said to be signals, which anybody may send
             ranges = np.asarray(scan.ranges, np.float64)

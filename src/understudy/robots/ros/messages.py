@@ -1,4 +1,4 @@
-"""Messages of ROS 2: their types and their bytes (CDR), from the definitions that rosbags ships."""
+"""Messages of ROS 2: types, and encoding as bytes (CDR), from the definitions that rosbags ships."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 BASE, NAMED, ARRAY, SEQUENCE = 1, 2, 3, 4
-"""What rosbags calls the sorts of fields: a number or text, another message, so many of one, any number of one."""
+"""The sorts of fields in rosbags: number or text; other message; array of fixed length; sequence of any length."""
 
 LONGEST = 2**22
-"""No message is longer, in bytes, that robots have use for, but for images."""
+"""The largest size of messages other than images, in bytes."""
 LONGEST_IMAGE = 2**26
+"""The largest size of images, in bytes."""
 JAZZY, HUMBLE = "jazzy", "humble"
-"""Releases of ROS 2 whose definitions are not all the same."""
+"""The releases of ROS 2 whose definitions of some types differ."""
 
 
 class MessageRefused(UnderstudyError, json_type="MessageRefused"):
-    """Bytes that are no message of their type."""
+    """Bytes that are no valid message of their type."""
 
     def __init__(self, *, type: str, problem: str) -> None:
         self.type, self.problem = type, problem
@@ -31,7 +32,10 @@ class MessageRefused(UnderstudyError, json_type="MessageRefused"):
 
 
 def load_typestore(release: str = JAZZY) -> Typestore:
-    """The definitions of a release of ROS 2. Later ones than Jazzy's are the same, of what robots use here."""
+    """Load the message definitions of a release of ROS 2.
+
+    Releases after Jazzy define the types that are used here in the same way.
+    """
     return _types(release)  # one for each, however it is asked for
 
 
@@ -45,9 +49,10 @@ def _types(release: str) -> Typestore:
 
 
 def make_hashable(typestore: Typestore) -> Typestore:
-    """The same definitions with uint8 for char, which ROS 2 means by it; rosbags hashes char as the type number 13.
+    """Copy definitions with `uint8` in place of `char`, which ROS 2 treats as the same.
 
-    Right hashes need it of ServiceEventInfo, and thereby of all services.
+    Without this rosbags hashes `char` as type 13, and the hash of ServiceEventInfo, and thereby of all services, is
+    wrong.
     """
     from rosbags.typesys.store import Typestore
 
@@ -66,18 +71,18 @@ def make_hashable(typestore: Typestore) -> Typestore:
 
 
 def is_known_type(type: str) -> bool:
-    """Whether there is a definition of this type."""
+    """Return whether there is a definition of a message type."""
     return type in load_typestore().fielddefs
 
 
 def list_message_fields(type: str, release: str = JAZZY) -> Mapping[str, tuple[int, Any]]:
-    """The fields of a type: the sort of each, and of what it is."""
+    """Return the fields of a message type by name: the sort of each field and its element type."""
     return {name: (int(sort), of) for name, (sort, of) in load_typestore(release).fielddefs[type][1]}
 
 
 @cache
 def list_type_releases(type: str) -> Sequence[str]:
-    """Those whose definitions of a type differ, newest first: a Range ended before its variance in Humble."""
+    """List the releases whose definitions of a type differ, newest first: Range has no variance in Humble."""
     older = type in load_typestore(HUMBLE).fielddefs and list_message_fields(
         type, HUMBLE
     ) != list_message_fields(type)
@@ -85,13 +90,13 @@ def list_type_releases(type: str) -> Sequence[str]:
 
 
 def convert_to_dds_name(type: str) -> str:
-    """`sensor_msgs::msg::dds_::Range_` for `sensor_msgs/msg/Range`."""
+    """Convert the ROS 2 name `sensor_msgs/msg/Range` to the DDS name `sensor_msgs::msg::dds_::Range_`."""
     *packages, name = type.split("/")
     return "::".join((*packages, "dds_", f"{name}_"))
 
 
 def convert_to_ros_name(type: str) -> str:
-    """`sensor_msgs/msg/Range` for `sensor_msgs::msg::dds_::Range_`; another name stays as it is."""
+    """Convert the DDS name `sensor_msgs::msg::dds_::Range_` to `sensor_msgs/msg/Range`; other names stay unchanged."""
     *packages, name = type.split("::")
     if packages[-1:] != ["dds_"]:
         return type
@@ -99,7 +104,7 @@ def convert_to_ros_name(type: str) -> str:
 
 
 def decode_message(type: str, data: bytes) -> Any:
-    """The message that bytes hold, by the newest definition that fits; MessageRefused where none of this type does."""
+    """Decode a message by the newest definition that fits; raise MessageRefused if none does."""
     problem = ""
     if len(data) > (LONGEST_IMAGE if type.endswith("Image") else LONGEST):
         raise MessageRefused(type=type, problem=f"it is {len(data)} bytes long")
@@ -113,12 +118,12 @@ def decode_message(type: str, data: bytes) -> Any:
 
 
 def encode_message(type: str, message: Any) -> bytes:
-    """The bytes of a message."""
+    """Encode a message as bytes."""
     return bytes(load_typestore().serialize_cdr(message, type))
 
 
 def make_message(type: str, **values: Any) -> Any:
-    """A message; what is left out is 0, empty or false."""
+    """Make a message; fields that are left out are 0, empty or false."""
     given = {name: values.get(name, _blank(*of)) for name, of in list_message_fields(type).items()}
     return load_typestore().types[type](**given)
 
@@ -139,7 +144,10 @@ def _blank(sort: int, of: Any) -> Any:
 def encode_twist(
     type: str, *, speed_m_s: float, turn_rad_s: float, frame: str = "", time_s: float = 0.0
 ) -> bytes:
-    """A Twist or TwistStamped: ahead along x, to the left about z (REP 103); stamped at a time since 1970, s."""
+    """Encode a Twist or TwistStamped: speed along x (m/s), and turning to the left about z (rad/s), as in REP 103.
+
+    `time_s` is the time of the stamp, in s since 1970.
+    """
     vector = "geometry_msgs/msg/Vector3"
     moved = make_message(
         "geometry_msgs/msg/Twist",

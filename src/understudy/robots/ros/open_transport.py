@@ -1,4 +1,4 @@
-"""Which transport a robot's file asks for."""
+"""Choice of the transport that a robot file asks for."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from understudy.robots.ros.zenoh import ZenohTransport
 
 
 def open_transport(file: RobotFile) -> Transport:
-    """The transport of a robot, joined; ExtraMissing or Unreachable where it cannot be."""
+    """Connect to a robot's transport; ExtraMissing or Unreachable is raised if that fails."""
     if file.transport == "zenoh":
         return ZenohTransport(file.domain, file.router)
     return DdsTransport(file.domain)

@@ -1,7 +1,6 @@
-"""Transitions as a topic: whenever a robot switches, one message says from which state to which.
+"""Publication of a robot's state changes: one message per change on a topic.
 
-It is text of JSON in a std_msgs/String, so that a rosbag keeps it and `ros2 topic echo` shows it where nobody has heard
-of our types.
+A message is JSON text in a std_msgs/String, so that rosbag and `ros2 topic echo` need no definitions of ours.
 """
 
 from __future__ import annotations
@@ -14,11 +13,14 @@ from understudy.robots.recording.message_types import TEXT, encode_text
 from understudy.robots.ros.transport import Transport
 
 TOPIC = "understudy/transitions"
-"""Within the robot's namespace."""
+"""The topic of state changes, within the robot's namespace."""
 
 
 class StateChange(NamedTuple):
-    """The outermost level that switched (0 is the root), and its states; "" where there was none, or is none."""
+    """A change of states: the outermost level that switched (0 is the root), and its states before and after.
+
+    A state is "" if the level did not exist.
+    """
 
     level: int
     before: str
@@ -26,7 +28,7 @@ class StateChange(NamedTuple):
 
 
 def detect_state_change(before: tuple[str, ...], after: tuple[str, ...]) -> StateChange | None:
-    """What happened between two ticks with these states of all levels; None where nothing did."""
+    """Return the change between the states of all levels in two ticks, or None if they are equal."""
     if before == after:
         return None
     level = next(
@@ -37,14 +39,14 @@ def detect_state_change(before: tuple[str, ...], after: tuple[str, ...]) -> Stat
 
 
 class StateChangePublisher:
-    """Publishes the transitions of one robot; tell it the states after each tick."""
+    """A publisher of the state changes of one robot, which is given the states after each tick."""
 
     def __init__(self, transport: Transport, *, namespace: str = "", robot: str = "") -> None:
         self._robot, self._path = robot, tuple[str, ...]()
         self._publish = transport.publisher(resolve_topic_name(namespace, TOPIC), TEXT)
 
     def publish_changes(self, time_s: float, path: tuple[str, ...]) -> None:
-        """Publish what changed since the last tick, if anything did; time in s, as the body counts it."""
+        """Publish what changed since the last tick, if anything; `time_s` is the body's time in s."""
         changed = detect_state_change(self._path, path)
         if changed is None:
             return
@@ -54,5 +56,5 @@ class StateChangePublisher:
 
 
 def resolve_topic_name(namespace: str, topic: str) -> str:
-    """The full name of a topic in a namespace."""
+    """Return the full name of a topic in a namespace."""
     return "/" + "/".join(part for part in (namespace.strip("/"), topic) if part)

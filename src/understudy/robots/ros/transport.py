@@ -1,4 +1,4 @@
-"""What carries messages between a robot and us: DDS, or anything else that knows topics."""
+"""The interface of transports, which carry messages to and from a robot, such as DDS."""
 
 from __future__ import annotations
 
@@ -8,35 +8,41 @@ from typing import NamedTuple, Protocol, TypeAlias
 from understudy.errors import UnderstudyError
 
 Received: TypeAlias = Callable[[bytes, float], None]
-"""Given a message as CDR with its encapsulation, and when it came (s, `time.monotonic`); called in another thread."""
+"""A function that receives a message and its arrival time (s, `time.monotonic`).
+
+The message is CDR with encapsulation header. The function is called in another thread.
+"""
 Publish: TypeAlias = Callable[[bytes], None]
-"""Sends a message as CDR with its encapsulation."""
+"""A function that sends a message, given as CDR with encapsulation header."""
 
 
 class Publisher(NamedTuple):
-    """Somebody else who publishes: on which topic, which type."""
+    """A publisher of another process: its topic and message type."""
 
     topic: str
     type: str
 
 
 class Transport(Protocol):
-    """Topics (`/rover/odom`) and types (`nav_msgs/msg/Odometry`), as ROS 2 calls them."""
+    """The interface of a transport.
+
+    Topics (`/rover/odom`) and types (`nav_msgs/msg/Odometry`) are named as in ROS 2.
+    """
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
-        """Hand each message of a topic to `received`, until closed."""
+        """Pass each message of a topic to `received` until the transport is closed."""
         ...
 
     def publisher(self, topic: str, type: str) -> Publish:
-        """What publishes on a topic."""
+        """Make a function that publishes on a topic."""
         ...
 
     def peers(self) -> Sequence[Publisher]:
-        """All others who publish, as far as they were discovered; one for each publisher."""
+        """List the publishers of other processes that have been discovered, one entry for each."""
         ...
 
     def close(self) -> None:
-        """Leave; nothing is received afterwards."""
+        """Disconnect; nothing is received afterwards."""
         ...
 
 

@@ -1,4 +1,7 @@
-"""Zenoh as ROS 2's rmw_zenoh speaks it: Jazzy, Kilted, Lyrical and Rolling, and Humble, whose types have no hash."""
+"""The Zenoh transport, compatible with rmw_zenoh of ROS 2 Jazzy, Kilted, Lyrical and Rolling, and of Humble.
+
+Humble differs in that its types have no hash.
+"""
 
 from __future__ import annotations
 
@@ -28,24 +31,24 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 EndpointKind: TypeAlias = Literal["MP", "MS"]
-"""Who a token stands for: one that publishes messages, or one that subscribes to them."""
+"""The kind of endpoint that a liveliness token declares: "MP" a publisher of messages, "MS" a subscriber."""
 
 SPACE = "@ros2_lv"
-"""Before all tokens of liveliness; no wildcard of another key matches it."""
+"""The first part of all liveliness tokens of ROS 2; wildcards in other keys do not match it."""
 UNHASHED = "TypeHashNotSupported"
-"""What stands for the hash of every type in ROS 2 Humble, which has none."""
+"""The placeholder for the hash of a type in ROS 2 Humble, where types have none."""
 NAME = "understudy"
-"""What our node is called, for `ros2 node list`."""
+"""The name of our node in `ros2 node list`."""
 NOTHING = "%"
-"""An empty enclave or namespace."""
+"""The encoding of an empty enclave or namespace."""
 PARTS = 13
-"""Of a token of a publisher or subscriber."""
+"""The number of parts of the token of a publisher or subscriber."""
 ATTACHED = struct.Struct("<qqB16s")
-"""Sequence number, time (ns since 1970), how long the id is, id."""
+"""The layout of an attachment: sequence number, time (ns since 1970), length of the id, id."""
 
 
 class Endpoint(NamedTuple):
-    """A publisher or subscriber: of which session, of what kind, on which topic, of which type and hash."""
+    """A publisher or subscriber: its session, kind, topic, message type and hash of the type."""
 
     session: str
     kind: EndpointKind
@@ -56,17 +59,20 @@ class Endpoint(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ZenohSession:
-    """One session: its domain, and its id as Zenoh prints it."""
+    """A Zenoh session: its ROS 2 domain, and its id as Zenoh prints it."""
 
     domain: int
     id: str
 
     def node(self) -> str:
-        """The token of its one node."""
+        """Return the liveliness token of the session's only node."""
         return "/".join((SPACE, str(self.domain), self.id, "0", "0", "NN", NOTHING, NOTHING, NAME))
 
     def token(self, number: int, kind: EndpointKind, *, topic: str, type: str, depth: int) -> str:
-        """The token of the publisher or subscriber with a number of its own; all but depth is ROS 2's default."""
+        """Return the liveliness token of a publisher or subscriber of this session.
+
+        `number` is unique in the session. Its quality of service is ROS 2's default except for `depth`.
+        """
         node = (SPACE, str(self.domain), self.id, "0", str(number), kind, NOTHING, NOTHING, NAME)
         return "/".join(
             (
@@ -80,24 +86,27 @@ class ZenohSession:
 
 
 def make_domain_key(domain: int) -> str:
-    """The key of all tokens of a domain."""
+    """Return the key expression that matches all liveliness tokens of a domain."""
     return f"{SPACE}/{domain}/**"
 
 
 def make_topic_keys(domain: int, topic: str, type: str) -> Sequence[str]:
-    """The keys of a topic: that of ROS 2 since Jazzy, then that of Humble."""
+    """Return the keys of a topic: that of ROS 2 since Jazzy, then that of Humble."""
     before = f"{domain}/{topic.strip('/')}/{convert_to_dds_name(type)}"
     return tuple(f"{before}/{last}" for last in (hash_type_definition(type), UNHASHED))
 
 
 def hash_type_definition(type: str, typestore: Typestore | None = None) -> str:
-    """The hash of a type's definition (REP 2016): as a typestore has it, otherwise the newest release that knows it."""
+    """Compute the hash of a type's definition (REP 2016).
+
+    The definition is taken from `typestore`; by default from the newest release that has the type.
+    """
     text: str = make_hashable(typestore or load_typestore(list_type_releases(type)[0])).hash_rihs01(type)
     return text
 
 
 def parse_liveliness_token(token: str) -> Endpoint | None:
-    """Who a token stands for; None where it is no publisher or subscriber of messages."""
+    """Return the endpoint that a token declares, or None if it is no publisher or subscriber of messages."""
     parts = token.split("/")
     if len(parts) != PARTS or parts[0] != SPACE or parts[5] not in ("MP", "MS"):
         return None
@@ -106,35 +115,38 @@ def parse_liveliness_token(token: str) -> Endpoint | None:
 
 
 def mangle_name(name: str) -> str:
-    """A name as one part of a key."""
+    """Encode a name as one part of a key, by replacing slashes."""
     return name.replace("/", "%")
 
 
 def make_attachment(number: int, time_ns: int, token: str) -> bytes:
-    """What goes with the message of this number of the publisher of a token: ROS 2 does without none of it."""
+    """Make the attachment of a publisher's message, which ROS 2 requires.
+
+    `number` is the sequence number of the message, and `token` the liveliness token of the publisher.
+    """
     return ATTACHED.pack(number, time_ns, 16, blake2b(token.encode(), digest_size=16).digest())
 
 
 ROUTER = "tcp/localhost:7447"
-"""Where ROS 2's router listens, of the machine that it runs on."""
+"""The address of the ROS 2 router on the local machine."""
 WAIT_MS = 3000
-"""How long a router may take to answer."""
+"""The time within which a router must answer, in ms."""
 MOST_TOKENS = 4096
-"""Of others; who makes up more finds nobody who remembers them."""
+"""The largest number of other endpoints that are stored, so that a flood of tokens cannot fill the memory."""
 BEAT_S = 0.2
-"""How often it is looked whether the program has ended."""
+"""The time between two checks whether the program has ended, in s."""
 NEWEST = 1
-"""How many messages a publisher says that it keeps; it keeps none."""
+"""The history depth that publishers declare; none is actually stored."""
 WAITING = 4
-"""How many messages a subscriber says that may wait for it."""
+"""The history depth that subscribers declare."""
 
 
 class ZenohTransport:
-    """A session in a domain of ROS 2. Zenoh's own threads hand on what arrives.
+    """A Zenoh session in a domain of ROS 2, whose messages arrive in threads of Zenoh.
 
-    Joined through a router: the one given, as `tcp/192.168.0.5:7447`, or that of this machine. With `listen`, others
-    may connect to this endpoint directly, and no router of this machine is needed. ExtraMissing where Zenoh is not
-    installed, Unreachable where nobody answers.
+    It connects to the given `router`, such as `tcp/192.168.0.5:7447`, or to that of this machine. With `listen`,
+    others may connect to that endpoint directly, and no router of this machine is needed. ExtraMissing is raised if
+    Zenoh is not installed, and Unreachable if no router answers.
     """
 
     def __init__(self, domain: int = 0, router: str | None = None, *, listen: str | None = None) -> None:
@@ -167,7 +179,7 @@ class ZenohTransport:
         Thread(target=self._listen_to_the_end, name="zenoh").start()
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
-        """Hand each message of a topic to `received`, whichever release of ROS 2 sends it."""
+        """Pass each message of a topic to `received`, from any supported release of ROS 2."""
 
         def came(sample: Any) -> None:
             if not self._closed and sample.kind == self._zenoh.SampleKind.PUT:
@@ -178,7 +190,10 @@ class ZenohTransport:
         self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
 
     def publisher(self, topic: str, type: str) -> Publish:
-        """What publishes on a topic, for whichever release of ROS 2 listens. Once closed, it does nothing."""
+        """Make a function that publishes on a topic, for any supported release of ROS 2.
+
+        Once the transport is closed, the function does nothing.
+        """
         zenoh = self._zenoh
         token = self._own.token(self._number(), "MP", topic=topic, type=type, depth=NEWEST)
         # ROS 2 Humble knows other keys. Who listens to both gets nothing twice: its token has a hash.
@@ -209,11 +224,11 @@ class ZenohTransport:
         return publish
 
     def peers(self) -> Sequence[Publisher]:
-        """All others who publish in the domain, as far as their tokens have come."""
+        """List all other publishers in the domain that have been discovered."""
         return [Publisher(each.topic, each.type) for each in list(self._others.values()) if each.kind == "MP"]
 
     def close(self) -> None:
-        """Leave; nothing is received afterwards."""
+        """Close the session; nothing is received afterwards."""
         with self._lock:
             if self._closed:
                 return
@@ -226,10 +241,10 @@ class ZenohTransport:
         self._session.close()
 
     def _listen_to_the_end(self) -> None:
-        """Zenoh calls back in threads that keep a program from ending, and they end with what they call back for.
+        """Undeclare the subscribers once the main thread ends; their callback threads would keep the program alive.
 
-        What is said at the very end, such as stop, still goes out. Were Zenoh told to call back in those threads that
-        receive, they would now and then wait for Python, and Python for them.
+        Messages sent at the very end, such as a stop, still go out. If Zenoh called back in its receiving threads
+        instead, they could deadlock with Python's global lock.
         """
         while main_thread().is_alive():
             if self._left.wait(BEAT_S):
@@ -245,7 +260,7 @@ class ZenohTransport:
         self._declared.append(self._session.liveliness().declare_token(key))
 
     def _appeared(self, sample: Any) -> None:
-        """Somebody came, or left."""
+        """Update the list of other endpoints when one appears or leaves."""
         key = str(sample.key_expr)
         if sample.kind == self._zenoh.SampleKind.DELETE:
             self._others.pop(key, None)
@@ -262,7 +277,7 @@ class ZenohTransport:
 
 
 def _settings(zenoh: Any, router: str | None, listen: str | None) -> Any:
-    """As ROS 2 sets it: no multicast; who runs beside the router is found through it, and spoken to directly."""
+    """Make the session's configuration with ROS 2's defaults: no multicast, direct connections to other nodes."""
     endpoints = [router] if router else [] if listen else [ROUTER]
     config = zenoh.Config()
     for key, value in {
