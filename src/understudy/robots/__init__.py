@@ -1,1 +1,1 @@
-"""Real robots as bodies: what they sense and obey in the names and units that libraries are taught with."""
+"""Real robots as bodies, with the reading and channel names and units that libraries are taught with."""

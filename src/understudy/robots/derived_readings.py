@@ -1,4 +1,4 @@
-"""Readings that no message holds: a kind's sensors of time, chance and being stuck, kept on our side."""
+"""Readings that are not in any message: the sensors "since", "random" and "stuck" of a robot type."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from understudy.sim.scenario.schema import ElapsedSensor, RandomSensor, RobotTyp
 from understudy.sim.sensing.sensor_table import STUCK
 
 NOWHERE = 0.1
-"""Stuck is who gets no further than this share of the way that was asked for, as in simulated worlds."""
+"""The share of the commanded distance below which a robot counts as stuck, as in simulated worlds."""
 
 
 class DerivedReadings:
-    """The readings of sensors `since`, `random` and `stuck` of a kind of robots; one call of `compute` per tick.
+    """The readings of the sensors "since", "random" and "stuck" of a robot type; call `compute` once per tick.
 
-    What a robot offers itself by such a name is taken from it. Robots of other seeds draw other numbers.
+    A reading that the robot offers itself by such a name takes precedence. Different seeds give different random
+    numbers.
     """
 
     def __init__(
@@ -55,7 +56,10 @@ class DerivedReadings:
     def compute(
         self, now: float, values: Mapping[ReadingKey, float], asked_m_s: float
     ) -> dict[ReadingKey, float]:
-        """What they read at a moment, where `values` are all others and the robot was asked to drive so fast."""
+        """Compute the readings at time `now` (s).
+
+        `values` has all other readings, and `asked_m_s` is the commanded speed in m/s.
+        """
         found: dict[ReadingKey, float] = {}
         for chance in self._chances:
             found[chance.name, None] = self._draw(chance, now)
@@ -80,7 +84,7 @@ class DerivedReadings:
     def _is_stuck(
         self, now: float, values: Mapping[ReadingKey, float], asked_m_s: float, after_s: float
     ) -> float:
-        """1 where it was asked to drive for so long and hardly left its place; absent without odometry."""
+        """Return 1 if the robot was commanded to drive for `after_s` and hardly moved, else 0; NaN without odometry."""
         x, y = values.get(("x", None), nan), values.get(("y", None), nan)
         if isnan(x) or isnan(y):
             self._track.clear()

@@ -1,4 +1,4 @@
-"""What arrives from a robot, at what rate and age, and what is missing: looked at before anything moves."""
+"""Diagnosis of a robot's connection: rate and age of its messages, and what is missing, before anything moves."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from understudy.robots.ros.transport import Publisher
 from understudy.sim.kit import list_type_readings
 
 SLOW = 0.8
-"""A rate below this share of the one that a file promises is reported."""
+"""The share of the rate in the robot file below which an actual rate is reported."""
 
 
 @dataclass(frozen=True, slots=True)
 class TopicStats:
-    """What arrived of one source: how often, its rate (Hz; NaN of less than two), age (s) and values at the end."""
+    """The messages that arrived from one source: number, rate (Hz; NaN if fewer than two) and age of the last (s)."""
 
     name: str
     topic: str
@@ -27,30 +27,30 @@ class TopicStats:
     rate_hz: float
     age_s: float
     values: Mapping[str, float]
-    """A value for each thing it reads, by its name; NaN where absent."""
+    """The latest value of each reading by name; NaN where absent."""
     unit: str
     required: bool
     problem: str
-    """One sentence where something is wrong; empty where nothing is."""
+    """A sentence about what is wrong; empty if nothing is."""
 
 
 @dataclass(frozen=True, slots=True)
 class ConnectionReport:
-    """What a robot's readings are like, and what else stands against arming it."""
+    """The state of a robot's sources, and everything else that argues against arming it."""
 
     name: str
     seconds: float
     arrivals: Sequence[TopicStats]
     problems: Sequence[str]
-    """All of them, those of readings included."""
+    """All problems, including those of the sources."""
     lacks: Sequence[str] = ()
-    """Readings of its world that it has not: lessons that ask for them find them absent."""
+    """The readings of its scenario that the robot does not have, so that lessons find them absent."""
 
 
 def diagnose_connection(
     robot: Robot, *, seconds: float, sleep: Callable[[float], None] = time.sleep
 ) -> ConnectionReport:
-    """Listen for so long, sending nothing at all; then say what came and what did not."""
+    """Listen to a robot for the given time (s) without sending anything, and report what arrived."""
     sleep(seconds)
     peers, now, senses = robot.transport.peers(), robot.now_s, robot.senses
     arrivals = []
@@ -82,7 +82,7 @@ def _label(key: ReadingKey) -> str:
 
 
 def _lacks(robot: Robot) -> Sequence[str]:
-    """Readings of its kind in the world that its file names, which it has not."""
+    """List the readings of the robot's type in its scenario that it does not have."""
     if robot.kind is None:
         return ()
     here = {reading.name for reading in robot.readings}
@@ -92,7 +92,7 @@ def _lacks(robot: Robot) -> Sequence[str]:
 def _problem(
     name: str, topic: str, of: TopicInput, latest: LatestSample, age_s: float, peers: Sequence[Publisher]
 ) -> str:
-    """What is wrong with a reading, in one sentence."""
+    """Describe in one sentence what is wrong with a source; return an empty text if nothing is."""
     there = sorted({peer.type for peer in peers if peer.topic == topic})
     if not latest.count and latest.refused:
         return f"{name}: what comes on {topic} is no {of.type} ({latest.problem}); correct the publisher"
@@ -117,7 +117,7 @@ def _problem(
 
 
 def _others(robot: Robot, peers: Sequence[Publisher]) -> Iterator[str]:
-    """Who else commands this robot, or goes by its names."""
+    """Yield sentences about other publishers of the robot's commands or sensor topics."""
     commands = robot.file.topic(robot.file.commands.topic)
     if count := sum(peer.topic == commands for peer in peers):
         who = "somebody else publishes" if count == 1 else f"{count} others publish"

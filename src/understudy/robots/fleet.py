@@ -1,4 +1,4 @@
-"""Fleets: real robots side by side as one body of N agents, in the order of their team's file."""
+"""Fleets: several real robots as one body of N agents, in the order of their team's file."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ from understudy.sim.scenario.schema import Scenario
 
 
 class Fleet:
-    """Robots of one world as a Body. What one of them does not sense is absent for it.
+    """The robots of one scenario as a body; readings that one of them does not have are NaN for it.
 
-    Each robot has its own guard and watchdog: where these stop or disarm one, the others go on. What a person or the
-    program stops (`disarm`, `emergency_stop`, `close`) is stopped for all, one after the other without waiting.
+    Each robot has its own guard and watchdog: if these stop or disarm one, the others continue. A stop by a person or
+    the program (`disarm`, `emergency_stop`, `close`) applies to all, one after the other without waiting.
 
-    SettingError where their files do not go together: other worlds, other ticks, one name for two sorts of readings.
+    SettingError is raised if the robot files do not fit together: different scenarios or ticks, one name for
+    different readings, or the same topic of commands.
     """
 
     channels: Sequence[Channel] = MOVING
@@ -41,21 +42,21 @@ class Fleet:
 
     @property
     def scenario(self) -> Scenario | None:
-        """The scenario whose lessons they run."""
+        """The scenario whose lessons the robots run; None if their files name none."""
         return self.robots[0].scenario
 
     @property
     def tick_s(self) -> float:
-        """The nominal length of a tick, s."""
+        """The nominal length of a tick, in s."""
         return self.robots[0].tick_s
 
     @property
     def time_s(self) -> float:
-        """Time from when the first was connected to the beginning of this tick, s."""
+        """The time from connecting the first robot to the beginning of this tick, in s."""
         return self.robots[0].time_s
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """The last values, a column [N] each; NaN where absent."""
+        """Return the latest values, a column [N] for each key; NaN where absent."""
         where = f"the robots of {self.name}"
         check_reading_keys(keys, readings=self.readings, targets=self.targets, where=where)
         rows = [
@@ -66,7 +67,7 @@ class Fleet:
         return {key: np.concatenate([row.get(key, absent) for row in rows]) for key in keys}
 
     def act(self, commands: Commands) -> None:
-        """Command each robot for one tick; where one fails, command the others, then raise the first exception."""
+        """Command each robot for one tick; if one fails, command the others, then raise the first exception."""
         problems: list[Exception] = []
         for agent, robot in enumerate(self.robots):
             try:
@@ -78,11 +79,11 @@ class Fleet:
 
     @property
     def armed(self) -> bool:
-        """Whether any of them is armed."""
+        """True if any robot is armed."""
         return any(robot.armed for robot in self.robots)
 
     def arm(self, by: str) -> None:
-        """Arm all of them, or none: what one raises is raised, and the others are disarmed.
+        """Arm all robots, or none: if one raises an exception, the others are disarmed and it is raised.
 
         Their watchdogs are started first, in parallel, which blocks for about 0.5 s.
         """
@@ -97,29 +98,29 @@ class Fleet:
             raise
 
     def disarm(self, cause: str) -> None:
-        """Send each that is armed a stop and disarm it, whatever another raises."""
+        """Send a stop to each armed robot and disarm it, even if another one raises an exception."""
         with ExitStack() as each:
             for robot in reversed(self.robots):
                 each.callback(robot.disarm, cause)
 
     def emergency_stop(self, cause: str) -> None:
-        """Send each a stop at once and disarm it, armed or not, whatever another raises."""
+        """Send a stop to each robot at once and disarm it, armed or not, even if another one raises an exception."""
         with ExitStack() as each:
             for robot in reversed(self.robots):
                 each.callback(robot.emergency_stop, cause)
 
     def hold_key(self, for_s: float) -> None:
-        """Take the hold-to-run key as held for so long from now (s), for all of them; 0: as released."""
+        """Count the hold-to-run key of all robots as held for the given time (s), or as released if it is 0."""
         for robot in self.robots:
             robot.hold_key(for_s)
 
     @property
     def needs_hold_to_run(self) -> bool:
-        """Whether any of them moves only while a person holds a key."""
+        """True if any robot moves only while a person holds a key."""
         return any(robot.file.safety.hold_to_run for robot in self.robots)
 
     def close(self, cause: str = "its program left") -> None:
-        """Stop and disconnect all of them, whatever one raises."""
+        """Stop and disconnect all robots, even if one raises an exception."""
         with ExitStack() as each:
             for robot in reversed(self.robots):
                 each.callback(robot.close, cause)
@@ -187,7 +188,7 @@ class Fleet:
 
 
 def connect_robot(path: Path | str, *, recorder: RunRecorder | None = None) -> Fleet:
-    """The robot of a file, as a fleet of one, recorded or not."""
+    """Connect to the robot of a robot file as a fleet of one, optionally with a recorder."""
     robot = connect_robot_body(load_robot(path), path=path, recorder=recorder)
     with ExitStack() as undone:
         undone.callback(robot.close)
@@ -197,7 +198,7 @@ def connect_robot(path: Path | str, *, recorder: RunRecorder | None = None) -> F
 
 
 def connect_team(path: Path | str, *, recorder: RunRecorder | None = None) -> Fleet:
-    """The robots of a team's file, all of them or none, recorded or not."""
+    """Connect to all robots of a team's file, or to none if one fails, optionally with a recorder."""
     team, paths = load_team(path)
     with ExitStack() as undone:
         robots = []

@@ -1,7 +1,7 @@
-"""A real robot as a body: its last messages are its readings, its commands are sent as limited speeds.
+"""Real robots as bodies: readings come from the latest messages, and commands are sent as limited speeds.
 
-What may move it is decided in `robots.safety`; here are the rules about its readings (required ones, geofence), and the
-message that is sent.
+`robots.safety` decides what may move a robot. This module adds the rules about its readings (required ones, geofence)
+and sends the messages.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ from understudy.sim.scenario.schema import RobotType, Scenario
 
 
 class Robot:
-    """One robot behind a transport: a Body with N = 1 that is sent nothing until a person arms it.
+    """One robot behind a transport: a body with N = 1, which sends no commands until a person arms it.
 
-    The transport's threads write the last values, the deciding thread reads them. If a transport's thread ends,
-    readings become absent after their `stale_s`; that stops the robot where one of them is `required`, or where the
-    geofence needs it.
+    The transport's threads write the latest values; the deciding thread reads them. If such a thread ends, readings
+    become absent after their `stale_s`, which stops the robot if one of them is `required` or the geofence needs it.
 
-    A call to `act` sends one command and returns; the caller keeps the ticks. The guard's thread repeats the command
-    and sends a stop where the next one does not come (`robots.safety.guard`). Without a connection to a
-    watchdog, nothing does: `connect_robot_body` gives one. Raises FileError where the file asks for what no message
-    has.
+    `act` sends one command and returns; the caller keeps the time of ticks. The guard's thread repeats the command,
+    and sends a stop if the next one does not come (`robots.safety.guard`). Without a watchdog there is no such
+    thread; use `connect_robot_body`, which makes one. FileError is raised if the robot file asks for something that
+    messages do not contain.
 
-    `clock` (s) has to be monotonic, and the one that messages are stamped with on arrival. The time of day is only in
-    the stamp of a TwistStamped: a robot whose clock differs by more than its command timeout may refuse such commands.
+    `clock` (s) must be monotonic and the one that messages are stamped with on arrival. The time of day is used only
+    in the stamp of a TwistStamped: a robot whose clock differs by more than its command timeout may refuse such
+    commands.
     """
 
     agents = 1
@@ -70,7 +70,7 @@ class Robot:
         self._snapshot: dict[ReadingKey, float] | None = None
         self._at = self._began
         self.scenario, self.kind = _world_of(file, path)
-        """The scenario whose lessons it runs, and what it is there; None where its file names none."""
+        """The scenario whose lessons it runs, and its type there; None if its file names no scenario."""
         colored = () if self.scenario is None else tuple(self.scenario.targets)
         self.senses = SensorInputs(file, transport, path=path, targets=colored)
         self.targets: Sequence[str] = self.senses.targets
@@ -93,12 +93,12 @@ class Robot:
 
     @property
     def armed(self) -> bool:
-        """Whether it is sent commands; otherwise it is sent stops or nothing."""
+        """True if the program's commands are sent; otherwise stops or nothing are."""
         return self.guard.armed
 
     @property
     def stop_cause(self) -> str:
-        """Why it must not move, or is disarmed; empty while it may move."""
+        """The reason why the robot is stopped or disarmed; empty while it may move."""
         return self.guard.stopped
 
     @property
@@ -108,21 +108,24 @@ class Robot:
 
     @property
     def tick_s(self) -> float:
-        """The nominal length of a tick, s."""
+        """The nominal length of a tick, in s."""
         return self.file.tick_s
 
     @property
     def time_s(self) -> float:
-        """Time from when the robot was connected to the beginning of this tick, s."""
+        """The time from connecting the robot to the beginning of this tick, in s."""
         return self._at - self._began
 
     @property
     def now_s(self) -> float:
-        """Now, by the clock that messages are stamped with on arrival, s."""
+        """The present time in s, by the clock that messages are stamped with on arrival."""
         return self._clock()
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """The last values, a column [1] each; NaN where older than its limit. The same until `act` or the next tick."""
+        """Return the latest values, a column [1] for each key; NaN where older than its limit.
+
+        All calls return the same values until `act` or the next tick.
+        """
         now = self._clock()
         if self._snapshot is None or now - self._at >= self.tick_s:
             self._at = now
@@ -137,10 +140,11 @@ class Robot:
         return {key: np.array([values[key]]) for key in keys}
 
     def act(self, commands: Commands) -> None:
-        """Send one command within the limits: a stop where the robot must not move; nothing new where it is not armed.
+        """Send one command within the limits, or a stop if the robot must not move.
 
-        A command that cannot be carried out (an unknown channel, a wrong shape) sends a stop, too, and raises; so does
-        a transport that fails to send, after which the watchdog stops the robot.
+        If it is not armed, no command is sent. A command that cannot be carried out (an unknown channel, a wrong
+        shape) sends a stop and raises. A transport that fails to send raises too, after which the watchdog stops the
+        robot.
         """
         try:
             known = [channel.name for channel in self.channels]
@@ -155,34 +159,38 @@ class Robot:
         self.guard.command((drive * of.drive_m_s, turn * of.turn_rad_s), sensed_s=sensed_s)
 
     def arm(self, by: str) -> None:
-        """Send commands from now on, because the person `by` says so; never call this without one.
+        """Send the program's commands from now on, because the person `by` orders it; never call this without one.
 
-        Raises ArmingRefused, WatchdogFailed or FileError (the stop log) where it must not be armed. The robot is
-        stopped when the program ends: by `close` at exit, or by the watchdog where the program has no time for that.
+        ArmingRefused, WatchdogFailed or FileError (the stop log) is raised if it must not be armed. The robot is
+        stopped when the program ends: by `close` at exit, or by the watchdog if the program has no time for that.
         """
         self.guard.arm(by)
         atexit.register(self.close)
 
     def prepare(self) -> None:
-        """Start the watchdog ahead of arming, blocking for about 0.5 s; raise WatchdogFailed where that fails."""
+        """Start the watchdog before arming, which blocks for about 0.5 s; raise WatchdogFailed if that fails."""
         self.guard.prepare()
 
     def disarm(self, cause: str = "disarmed") -> None:
-        """Send a stop at once and disarm; do nothing where it is not armed."""
+        """Send a stop at once and disarm the robot; do nothing if it is not armed."""
         self.guard.disarm(cause)
 
     def emergency_stop(self, cause: str) -> None:
-        """Send a stop at once and disarm, also where it is not armed: another program may be driving it."""
+        """Send a stop at once and disarm the robot, even if it is not armed: another program may be driving it."""
         self.guard.emergency_stop(cause)
 
     def hold_key(self, for_s: float) -> None:
-        """Take the hold-to-run key as held for so long (s, at most 1); 0: as released. For files with `hold_to_run`."""
+        """Count the hold-to-run key as held for the given time (s, at most 1), or as released if it is 0.
+
+        This matters only for robot files with `hold_to_run`.
+        """
         self.guard.hold_key(for_s)
 
     def close(self, cause: str = "its program left") -> None:
-        """Stop the robot if this program may have it moving, and disconnect; one that others drive is left alone.
+        """Disconnect, and stop the robot first if this program may be moving it; one that others drive is left alone.
 
-        Does nothing in a fork of the process that connected it. Where it is interrupted, it runs again at exit.
+        In a fork of the process that connected the robot it does nothing. If it is interrupted, it runs again at
+        exit.
         """
         if os.getpid() != self._owner:
             return
@@ -201,10 +209,11 @@ class Robot:
         return f"robot {self.file.name!r}"
 
     def _danger(self, now: float) -> StopReason | None:
-        """Find why its readings forbid it to move now: a required one is absent, or it is outside its geofence.
+        """Return why the robot's readings forbid it to move now, or None.
 
-        Disarms at once where the sensor is silent for `stale_s`, or the place is outside or unknown; after `LOST_S`
-        where the sensor sends, but what it reads is absent. Other than that, it moves again when the reading is back.
+        The reasons are a required reading that is absent, and a place outside the geofence. The robot is disarmed at
+        once if a sensor is silent for `stale_s`, or the place is outside or unknown; after `LOST_S` if the sensor
+        sends but its value is absent. In other cases it moves again when the reading is back.
         """
         if (name := self.senses.find_missing(now)) is not None:
             return StopReason(f"{name} is absent", lost=not self.senses.read_fresh(name, now))
@@ -231,7 +240,7 @@ class Robot:
 
 
 def describe_exit_reason(error: type[BaseException] | None) -> str:
-    """Describe why a program leaves a robot, by the exception that ends it, for the log of stops."""
+    """Describe why a program leaves a robot, from the exception that ends it, for the log of stops."""
     if error is None or issubclass(error, SystemExit):
         return "its program left"
     if issubclass(error, KeyboardInterrupt):
@@ -242,7 +251,10 @@ def describe_exit_reason(error: type[BaseException] | None) -> str:
 def connect_robot_body(
     file: RobotFile, *, path: Path | str = "robot.toml", recorder: RunRecorder | None = None
 ) -> Robot:
-    """The robot of a file, over its transport, recorded or not; ExtraMissing where what that needs is not installed."""
+    """Connect to the robot of a robot file, optionally with a recorder of its messages.
+
+    ExtraMissing is raised if its transport is not installed.
+    """
     transport = open_transport(file)
     if recorder is not None:
         transport = RecordingTransport(transport, recorder)
@@ -254,7 +266,7 @@ def connect_robot_body(
 
 
 def _see_fit(file: RobotFile, offered: Sequence[Reading], kind: RobotType | None, path: Path | str) -> None:
-    """FileError where a reading is of another sort than the one of its name in the world: lessons are about that."""
+    """Refuse a reading whose kind or unit differs from that of the same name in the scenario."""
     there = {} if kind is None else {each.name: each for _, each in list_type_readings(kind)}
     for each in offered:
         of = there.get(each.name)
@@ -271,7 +283,10 @@ def _see_fit(file: RobotFile, offered: Sequence[Reading], kind: RobotType | None
 
 
 def _world_of(file: RobotFile, path: Path | str) -> tuple[Scenario | None, RobotType | None]:
-    """The scenario that a file names, a path beside it or one that is known, and the robot's type there."""
+    """Return the scenario that a robot file names and the robot's type in it, or None for both without a scenario.
+
+    The name is a path relative to the robot file, or that of a built-in scenario.
+    """
     if file.world is None:
         return None, None
     beside = Path(path).parent / file.world

@@ -1,4 +1,4 @@
-"""Twins: a scenario whose robots are real ones. It is drawn as a world is, and moves only as they do."""
+"""Digital twins: scenarios whose robots are real ones, and that are drawn like simulated worlds."""
 
 from __future__ import annotations
 
@@ -28,14 +28,15 @@ from understudy.sim.view import WorldView
 from understudy.sim.world import World
 
 Paths: TypeAlias = Callable[[], Sequence[Sequence[str]]]
-"""The states of all levels of each robot, as they were decided last."""
+"""A function that returns the states of all levels of each robot, as decided last."""
 
 
 class DigitalTwin:
-    """The robots of a fleet in the scenario that their files name: a Body with its readings, targets and channels.
+    """A body with the robots of a fleet in the scenario that their robot files name.
 
-    What robots do not sense is absent. Where they are is drawn by their readings `x`, `y` and `heading`, from the
-    corner of the first one's geofence if it has one, else around the middle. It can be neither reset nor rewound.
+    It has the scenario's readings, targets and channels; readings that a robot does not have are absent (NaN). Robots
+    are drawn at their readings `x`, `y` and `heading`; the origin is the corner of the first robot's geofence, or
+    without one the middle of the arena. A twin can neither be reset nor rewound.
     """
 
     worlds = 1
@@ -70,46 +71,46 @@ class DigitalTwin:
 
     @property
     def display_world(self) -> World:
-        """A world as the robots and what is known of their targets are, to look at only."""
+        """A world with the robots and the known targets in their places, for drawing only."""
         return self._drawn
 
     @property
     def kit(self) -> Kit:
-        """The features, behaviors and targets that go with the scenario."""
+        """The features, behaviors and targets of the scenario."""
         return self._drawn.kit
 
     @property
     def names(self) -> ScenarioNames:
-        """What the types and classes are called."""
+        """The names of the scenario's types of robots and classes of objects."""
         return self._drawn.names
 
     @property
     def rules(self) -> WorldParams:
-        """The scenario as numbers."""
+        """The scenario's parameters as numbers."""
         return self._drawn.rules
 
     @property
     def state(self) -> WorldState:
-        """Where everything is drawn."""
+        """The state of the drawn world."""
         return self._drawn.state
 
     @property
     def seeds(self) -> tuple[int, ...]:
-        """0: there is one real world."""
+        """The seed of the drawn world, always 0."""
         return self._drawn.seeds
 
     @property
     def tick_s(self) -> float:
-        """The nominal length of a tick, s."""
+        """The nominal length of a tick, in s."""
         return self.fleet.tick_s
 
     @property
     def time_s(self) -> float:
-        """The robots' time, s."""
+        """The fleet's time, in s."""
         return self.fleet.time_s
 
     def view(self, world: int = 0) -> WorldView:
-        """What there is to draw: the geofence, if there is one."""
+        """Return the drawn world, as large as the geofence if there is one."""
         found = self._drawn.view(world)
         if self._fence is None:
             return found
@@ -117,7 +118,7 @@ class DigitalTwin:
         return replace(found, width=x1 - x0, height=y1 - y0)
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """The columns [N] of these keys; absent (NaN) for robots that have no such sensor."""
+        """Return a column [N] for each key; NaN for robots that have no such sensor."""
         self._drawn.check_keys(keys)
         asked = self._keys if self._recording else keys
         found = self.fleet.sense([key for key in asked if self._senses(key)])
@@ -128,7 +129,7 @@ class DigitalTwin:
         return {key: self._sensed[key] for key in keys}
 
     def act(self, commands: Commands) -> None:
-        """Let the robots drive and turn; they have no other channels, so that what these say is not done."""
+        """Send the robots their commands to drive and turn; other channels are checked and ignored."""
         self._drawn.check_commands(commands)  # refuses what cannot be
         if self._recording and len(self._sensed) < len(self._keys):
             self.sense(self._keys)  # what was sensed before the recording began
@@ -143,7 +144,10 @@ class DigitalTwin:
             self._recorder.write_tick(time_s, percept, paths)
 
     def follow(self, paths: Paths) -> None:
-        """From now on tell the robots' topic of transitions, after each tick, the states of all levels of each."""
+        """Publish the robots' state changes after each tick from now on.
+
+        `paths` returns the states of all levels of each robot.
+        """
         self._paths = paths
         self._told = self._told or [
             StateChangePublisher(robot.transport, namespace=robot.file.namespace, robot=robot.file.name)
@@ -151,9 +155,9 @@ class DigitalTwin:
         ]
 
     def record(self, ran: RunInfo) -> None:
-        """From now on record what is decided, if there is a recorder; its messages are recorded from the beginning.
+        """Record all decisions from now on, if there is a recorder; it has been recording messages from the start.
 
-        Said again, as where another session begins, the run that is recorded begins anew.
+        Each call begins a new run in the recording.
         """
         if self._recorder is None:
             return
@@ -170,12 +174,14 @@ class DigitalTwin:
 
     @property
     def is_recording(self) -> bool:
-        """Whether what is decided is recorded."""
+        """True while decisions are recorded."""
         return self._recording
 
     def record_action(self, agent: int, state: str | None = None, *, step: str = "press") -> None:
-        """A person presses a state for a robot, or confirms the present one (None); or takes another step: test, train,
-        restart. It comes before the next tick, and is recorded.
+        """Record that a person acted before the next tick; do nothing if no recording is running.
+
+        With `step` "press", the person pressed a `state` for a robot, or confirmed the present one (None). Other
+        steps are "test", "train" and "restart".
         """
         if self._recorder is None or not self._recording:
             return
@@ -185,9 +191,9 @@ class DigitalTwin:
             self._recorder.write_step(step, agent=agent)
 
     def idle(self) -> bool:
-        """Let the robots stand still where nobody commanded them for a tick; whether that was so.
+        """Stop the robots if no command was sent for a tick; return whether that was so.
 
-        To be called often while time stands still: they are stopped again and again, and seen where they are.
+        Call it often while a session is paused: it repeats the stops and updates the drawn places.
         """
         if self.fleet.robots[0].now_s - self._acted_s < self.tick_s:
             return False
@@ -201,7 +207,7 @@ class DigitalTwin:
         self.state.tick[0] += 1
 
     def close(self) -> None:
-        """Stop the robots, and leave them."""
+        """Stop the robots and disconnect from them."""
         self.fleet.close()
 
     def _senses(self, key: ReadingKey) -> bool:
@@ -211,7 +217,7 @@ class DigitalTwin:
         return target is None or target in self.fleet.targets
 
     def _empty(self) -> None:
-        """Nobody knows what else is there: only what the robots' files or topics tell of is drawn."""
+        """Remove the scenario's objects, whose places are unknown until a robot file or topic gives them."""
         state = self.state
         state.objects["present"] = 0
         state.objects["due"] = -1
@@ -230,7 +236,7 @@ class DigitalTwin:
                 self._place(agent, name, target)
 
     def _spare(self, agent: int) -> tuple[float, float]:
-        """Where a robot is drawn whose place is unknown: in a row through the middle."""
+        """Return where a robot is drawn whose place is unknown: in a row through the middle."""
         width, height = (
             self.scenario.size
             if self._fence is None
@@ -239,7 +245,7 @@ class DigitalTwin:
         return width * (agent + 1) / (self.agents + 1), height / 2
 
     def _place(self, agent: int, name: str, target: TargetPlaceSpec) -> None:
-        """Draw the object that is this target, if it is one and its place is known."""
+        """Draw a target of a robot if it is an object of the scenario and its place is known."""
         of = self.scenario.targets.get(name)
         if of is None or of.object is None:
             return
@@ -259,7 +265,7 @@ class DigitalTwin:
 
 
 def _apart(names: Sequence[str]) -> list[str]:
-    """Names of topics that are no other's: in two domains, two robots may have one namespace."""
+    """Make unique names of topics; in two domains two robots may have the same namespace."""
     plain = [name.strip("/") for name in names]
     return [
         name if plain.count(name.strip("/")) == 1 else f"{name.rstrip('/')}/robot{number}"
@@ -268,20 +274,20 @@ def _apart(names: Sequence[str]) -> list[str]:
 
 
 Ground: TypeAlias = World | DigitalTwin
-"""What a person looks at while robots are taught: a simulated world, or a real one."""
+"""The world that is drawn while robots are taught: simulated, or a twin of real robots."""
 
 
 def skip_note(agent: int, state: str | None = None, *, step: str = "press") -> None:
-    """What nobody has to be told, where robots are simulated."""
+    """Ignore a person's action, which need not be recorded if robots are simulated."""
 
 
 def find_drawn_world(ground: Ground) -> World:
-    """The world that is drawn of it."""
+    """Return the world that is drawn for a simulated world or a twin."""
     return ground.display_world if isinstance(ground, DigitalTwin) else ground
 
 
 def _cast(fleet: Fleet, scenario: Scenario) -> Scenario:
-    """The scenario with these robots alone, in an arena that the first one's geofence fits into."""
+    """Make a scenario with only these robots, without walls and obstacles, at least as large as the first geofence."""
     kinds = [robot.file.kind or next(iter(scenario.types)) for robot in fleet]
     fence = fleet.robots[0].file.limits.geofence or (0.0, 0.0, 0.0, 0.0)
     width, height = scenario.size

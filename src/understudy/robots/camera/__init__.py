@@ -1,1 +1,1 @@
-"""Camera images to color blobs, and their calibration."""
+"""Detection of color blobs in camera images, and calibration of the colors."""

@@ -1,9 +1,9 @@
-"""Blobs of color in real images: the readings of the simulated camera, in its units.
+"""Detection of color blobs in real images, with the readings and units of the simulated camera.
 
-The simulated camera (`worlds`, kind "camera") reads of each color the blob's middle between its left and right edge, in
-pixels from the left edge of a frame, and the pixels of its bounding box (as the paper's section 4.2 does). A real image
-has another size and perhaps another angle of view; so the simulated frame is laid over it, middle on middle, scaled so
-that a thing as far away is as large in it. What lies outside that frame does not count.
+For each color, the simulated camera (sensor kind "camera") reads the middle between the left and right edge of the
+blob, in pixels from the left edge of a frame, and the area of its bounding box in pixels (paper section 4.2). A real
+image has another size and perhaps another angle of view. So the simulated frame is centered on it and scaled so that
+an object at the same distance has the same size. Anything outside the frame is ignored.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from understudy.model.features import ReadingKey
 from understudy.robots.camera.color import Color, check_color, make_hsv_bounds
 
 Image: TypeAlias = NDArray[np.uint8]
-"""Red, green and blue [H, W, 3]."""
+"""Red, green and blue of each pixel [H, W, 3]."""
 Mask: TypeAlias = NDArray[np.uint8]
-"""255 where something is, else 0 [H, W]."""
+"""A mask [H, W], 255 where something is, else 0."""
 
 X, SIZE = "blob_x", "blob_size"
 LEAST_PX = 9.0
-"""What is smaller is taken for noise: 3 x 3 pixels of the frame."""
+"""The smallest area of a blob, in pixels of the frame (3 x 3); smaller ones are noise."""
 
 
 class FrameGeometry(NamedTuple):
-    """The frame of a simulated camera: pixels across and down, and the angle that it sees across."""
+    """The frame of a simulated camera: width and height in pixels, and horizontal angle of view in degrees."""
 
     width_px: int = 160
     height_px: int = 120
@@ -39,17 +39,20 @@ class FrameGeometry(NamedTuple):
 
 
 class Blob(NamedTuple):
-    """The largest connected region of a color: its middle from the left edge, its box's size; pixels of the frame."""
+    """The largest connected region of a color, in pixels of the frame.
+
+    `x` is its middle from the left edge of the frame, and `size` the area of its bounding box.
+    """
 
     x: float
     size: float
 
 
 class BlobDetector:
-    """What a camera's images say of things that are known by their color.
+    """A detector of objects in a camera's images by their colors.
 
-    `view_deg` is the angle that the real camera sees across; left out, it is taken to be that of the frame.
-    Blobs smaller than `least_px` pixels of the frame are absent.
+    `view_deg` is the horizontal angle of view of the real camera; by default that of the frame. Blobs smaller than
+    `least_px` pixels of the frame are absent.
     """
 
     def __init__(
@@ -77,7 +80,7 @@ class BlobDetector:
         self._least_px = least_px
 
     def detect(self, image: Image) -> dict[str, Blob | None]:
-        """The blob of each color in an image [H, W, 3]; None where none is large enough."""
+        """Find the blob of each color in an image [H, W, 3]; None if none is large enough."""
         part, left_px, scale_x, scale_y = self._framed(image)
         hsv = self._cv.cvtColor(part, self._cv.COLOR_RGB2HSV_FULL)
         middle = 0.5 * image.shape[1]
@@ -95,24 +98,27 @@ class BlobDetector:
         return found
 
     def readings(self, image: Image) -> dict[ReadingKey, float]:
-        """The readings `blob_x` and `blob_size` of each color's thing; NaN, together, where it is not seen."""
+        """Return the readings `blob_x` and `blob_size` of each color; both are NaN if its object is not seen."""
         readings: dict[ReadingKey, float] = {}
         for name, blob in self.detect(image).items():
             readings[X, name], readings[SIZE, name] = (nan, nan) if blob is None else blob
         return readings
 
     def masks(self, image: Image) -> dict[str, Mask]:
-        """Where in an image [H, W, 3] each color is, at its own size: to look at, and to calibrate by."""
+        """Return the mask of each color in an image [H, W, 3], at the image's own size, for display and calibration."""
         hsv = self._cv.cvtColor(image, self._cv.COLOR_RGB2HSV_FULL)
         return {name: self._mask(hsv, boxes) for name, boxes in self._boxes.items()}
 
     def _scale(self, image: Image) -> float:
-        """Pixels of the frame per pixel of the image."""
+        """Return the number of pixels of the frame per pixel of the image."""
         width: int = image.shape[1]
         return self.frame.width_px / width * self._widening
 
     def _framed(self, image: Image) -> tuple[Image, int, float, float]:
-        """The part of an image that the frame covers, no finer than it; its left edge; its pixels per image's."""
+        """Return the part of an image within the frame, its left edge, and its pixels per image pixel across and down.
+
+        The part is reduced to the resolution of the frame if it is finer.
+        """
         tall, wide = image.shape[:2]
         scale = self._scale(image)
         width = min(wide, max(1, round(self.frame.width_px / scale)))
@@ -127,7 +133,7 @@ class BlobDetector:
         return part, left, across / width, down / height
 
     def _mask(self, hsv: NDArray[np.uint8], boxes: list[Any]) -> Mask:
-        """Where a color is, as the majority of each pixel and its neighbors has it: lone pixels are noise."""
+        """Return the mask of a color, in which each pixel follows the majority around it so that single ones vanish."""
         mask: Mask = self._cv.inRange(hsv, *boxes[0])
         for low, high in boxes[1:]:
             mask |= self._cv.inRange(hsv, low, high)
@@ -135,7 +141,7 @@ class BlobDetector:
         return smoothed
 
     def _largest(self, mask: Mask) -> tuple[int, int, int] | None:
-        """Left edge, width and height of the connected region with the most pixels, the leftmost of equals."""
+        """Return left edge, width and height of the connected region with the most pixels, the leftmost of equals."""
         count, _, regions, _ = self._cv.connectedComponentsWithStats(mask, connectivity=8)
         if count < 2:  # the first is what is not of the color
             return None

@@ -1,8 +1,8 @@
-"""Colors from what is shown: pixels that a person clicked, or images of the thing.
+"""Calibration of colors from pixels that a person clicked, or from images of the object.
 
-Both give pixels of the thing, and the color is what nearly all of them are, widened: by a margin of hue, since other
-light is a little redder or bluer; down to duller and much darker, since other images will have more shade. Where masks
-say what is *not* the thing, the widest margins are taken that let none of that in, or as little as can be.
+The color is the range that nearly all pixels of the object are in, widened: by a margin of hue, because other light
+is a little redder or bluer, and down to duller and much darker, because other images have more shade. If masks say
+what is not part of the object, the widest margins are used that take in none or the least of that.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ from understudy.robots.camera.blobs import BlobDetector, Image, Mask
 from understudy.robots.camera.color import CIRCLE_DEG, STEPS, Color
 
 Pixels: TypeAlias = NDArray[np.uint8]
-"""Red, green and blue [K, 3]."""
+"""Red, green and blue of pixels [K, 3]."""
 PixelPoint: TypeAlias = tuple[int, int]
 """A pixel of an image: column, row."""
 
 AROUND_PX = 2
-"""How far around a click pixels are taken."""
+"""The distance from a clicked pixel, in pixels, within which others are used too."""
 MIDDLE = 0.2
-"""The share of an image's width and height that the thing fills where there is no mask: its middle."""
+"""The share of an image's width and height that the object fills if there is no mask; it is in the middle."""
 TAIL = 0.02
-"""The share of pixels on either side that do not count: glints, dust, edges."""
+"""The share of pixels at each end of a range that is ignored as glints, dust and edges."""
 HUELESS = 0.2
-"""Below this saturation, of half of the pixels, a thing is white, gray or black."""
+"""The median saturation below which an object is white, gray or black."""
 WIDEST_DEG = 100.0
-"""Hues farther apart than this are of more than one color."""
+"""The widest range of hues, in degrees, that can be one color."""
 MOST_PIXELS = 20_000
-"""Of each image; more teach nothing new."""
+"""The approximate number of pixels of an image that are used."""
 
 
 class ColorMargins(NamedTuple):
-    """How far a color reaches beyond its pixels: hue (degrees); of their saturation and of their value what is left."""
+    """The margins of a color around its pixels: degrees added to the hue, factors for lowest saturation and value."""
 
     hue_deg: float = 8.0
     saturation: float = 0.7
@@ -50,18 +50,18 @@ NARROWER: Sequence[ColorMargins] = tuple(
     ColorMargins(*each)
     for each in product((12.0, 8.0, 5.0, 2.0), (0.5, 0.7, 0.85, 0.95), (0.3, 0.4, 0.6, 0.8))
 )
-"""What is tried where masks say what is not the thing, widest first."""
+"""The margins that are tried if masks say what is not part of the object, the widest first."""
 
 
 class LabeledImage(NamedTuple):
-    """An image [H, W, 3] in which the thing is where the mask [H, W] is not 0; None: it fills the middle."""
+    """An image [H, W, 3] of an object; the mask [H, W] is not 0 where the object is, None if it fills the middle."""
 
     image: Image
     mask: Mask | None = None
 
 
 def calibrate_from_clicks(image: Image, points: Iterable[PixelPoint], *, where: str = "clicks") -> Color:
-    """The color around pixels of an image that a person clicked; SettingError where that is no single color."""
+    """Compute the color around pixels that a person clicked; raise SettingError if it is no single color."""
     height, width = image.shape[:2]
     patches = []
     for column, row in points:
@@ -75,7 +75,7 @@ def calibrate_from_clicks(image: Image, points: Iterable[PixelPoint], *, where: 
 
 
 def calibrate_from_images(shown: Sequence[LabeledImage], *, where: str = "images") -> Color:
-    """The color of a thing in images; SettingError where that is no single color, or there is nothing of it."""
+    """Compute the color of an object in images; raise SettingError if it is no single color or has no pixels."""
     inside = _joined([_inside(each) for each in shown], where)
     if all(each.mask is None for each in shown):
         return calibrate_from_pixels(inside, where=where)
@@ -89,7 +89,7 @@ def calibrate_from_images(shown: Sequence[LabeledImage], *, where: str = "images
 def calibrate_from_pixels(
     pixels: Pixels, margins: ColorMargins | None = None, *, where: str = "pixels"
 ) -> Color:
-    """The color of pixels [K, 3] of one thing; SettingError where they are of several colors."""
+    """Compute the color of the pixels [K, 3] of an object; raise SettingError if they have several colors."""
     hue_by, saturation_by, value_by = margins or ColorMargins()
     cv = import_opencv()
     hsv = cv.cvtColor(np.ascontiguousarray(pixels[None]), cv.COLOR_RGB2HSV_FULL)[0].astype(np.float64)
@@ -114,7 +114,7 @@ def calibrate_from_pixels(
 
 
 def _hueless(purest: float, darkest: float, brightest: float, value_by: float) -> Color:
-    """White, gray or black: by brightness, and by having hardly any hue."""
+    """Make a color without a hue (white, gray or black), defined by its brightness and low saturation."""
     aside = 0.5 * (1.0 - value_by)  # shade and light are all there is to tell them apart
     return Color(
         saturation=(0.0, _up(min(1.0, purest + 0.1)) if brightest >= HUELESS else 1.0),
@@ -123,7 +123,7 @@ def _hueless(purest: float, darkest: float, brightest: float, value_by: float) -
 
 
 def _inside(shown: LabeledImage) -> Pixels:
-    """The pixels of the thing [K, 3], not too many."""
+    """Return pixels of the object [K, 3], thinned out if they are many."""
     image, mask = shown
     if mask is None:
         height, width = image.shape[:2]
@@ -144,7 +144,10 @@ def _joined(parts: Sequence[Pixels], where: str) -> Pixels:
 
 
 def _mistaken(color: Color, shown: Sequence[LabeledImage]) -> float:
-    """The share of the thing that is missed, and of the rest that is taken for it, in the mean of the images."""
+    """Compute the share of the object that is missed plus the share wrongly included, averaged over images.
+
+    Both are relative to the size of the object.
+    """
     camera = BlobDetector({"it": color})
     shares = []
     for image, mask in shown:

@@ -1,10 +1,10 @@
-"""Colors by which cameras know things: ranges of hue, saturation and value, as a robot file holds them.
+"""Colors by which cameras recognize objects: ranges of hue, saturation and value, as in a robot file.
 
-Why HSV, and not Lab: a thing in shade sends less of the same light. That scales red, green and blue alike, which moves
-value and leaves hue and saturation where they are, so that one range holds a ball's lit and its shaded side. In Lab all
-three coordinates shrink together, and a box wide enough for the shade takes in other colors. A person can also read
-and correct a hue. What HSV is bad at, hue where there is hardly any color, is what the bound on saturation cuts away;
-white, gray and black are ranges without a hue.
+HSV is used and not Lab because an object in shade reflects less of the same light. That scales red, green and blue
+alike, which changes the value and keeps hue and saturation, so that one range includes the lit and the shaded side of
+a ball. In Lab all three coordinates shrink together, and a box wide enough for the shade includes other colors.
+People can also read and correct a hue. The weakness of HSV, hue where there is hardly any color, is excluded by the
+bound on saturation; white, gray and black are ranges without a hue.
 """
 
 from __future__ import annotations
@@ -15,19 +15,20 @@ from understudy.errors import SettingError
 from understudy.sim.scenario.squad_schema import StrictStruct
 
 Share: TypeAlias = tuple[float, float]
-"""(least, most), each from 0 to 1."""
+"""The lowest and highest share, each from 0 to 1."""
 
 Bound: TypeAlias = tuple[int, int, int]
-"""Hue (256 steps around the circle), saturation and value (255 steps) in whole numbers."""
+"""Hue (256 steps around the circle), saturation and value (0 to 255), as whole numbers."""
 
 CIRCLE_DEG = 360.0
 STEPS = 256
 
 
 class Color(StrictStruct, frozen=True, kw_only=True):
-    """The colors of a thing: an arc of hues (degrees; from > to crosses red), shares of saturation and of value.
+    """The color range of an object: an arc of hues (degrees), and ranges of saturation and value (0 to 1).
 
-    Red is 0, yellow 60, green 120, cyan 180, blue 240, magenta 300. Both ends belong to a range.
+    If the first hue is larger than the second, the arc crosses red. Red is 0, yellow 60, green 120, cyan 180, blue
+    240, magenta 300. Both ends belong to a range.
     """
 
     hue_deg: tuple[float, float] = (0.0, CIRCLE_DEG)
@@ -36,7 +37,7 @@ class Color(StrictStruct, frozen=True, kw_only=True):
 
 
 def check_color(color: Color, *, where: str) -> None:
-    """SettingError, naming the key, where a color cannot be."""
+    """Refuse an invalid color with a SettingError that names the key."""
     if not all(0.0 <= end <= CIRCLE_DEG for end in color.hue_deg):
         problem, remedy = f"is {list(color.hue_deg)}", "give two hues from 0 to 360 degrees"
         raise SettingError(where=where, setting="hue_deg", problem=problem, remedy=remedy)
@@ -47,9 +48,9 @@ def check_color(color: Color, *, where: str) -> None:
 
 
 def make_hsv_bounds(color: Color) -> list[tuple[Bound, Bound]]:
-    """The boxes (lowest, highest, both within) of 8-bit HSV that a color is: two where its arc crosses the seam.
+    """Convert a color to boxes (lowest, highest, both included) of 8-bit HSV; two if its arc of hues crosses red.
 
-    Ends are rounded as pixels are, so that a pixel of a hue within the arc is within a box.
+    Ends are rounded like pixels, so that a pixel of a hue within the arc is within a box.
     """
     first, last = (_step(end) for end in color.hue_deg)
     if color.hue_deg[0] > color.hue_deg[1]:

@@ -1,4 +1,4 @@
-"""The camera's part of a robot file: where its images come from, and the colors, written there when calibrated."""
+"""The camera's table in a robot file: the source of its images, and the colors, which calibration writes there."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _ANY_HEADING = re.compile(r"\s*\[")
 
 
 class CameraSpec(StrictStruct, frozen=True, kw_only=True):
-    """Where images come from, and the colors by which targets are known in them: readings `blob_x` and `blob_size`.
+    """The source of a camera's images, and the colors of targets, which give the readings `blob_x` and `blob_size`.
 
-    `view_deg` is the angle that the camera sees across; that of the simulated camera, 60, if left out. Blobs of fewer
-    than `least_px` pixels of the simulated frame are absent, and so are all where the image is older than `stale_s`.
+    `view_deg` is the horizontal angle of view; by default that of the simulated camera, 60. Blobs of fewer than
+    `least_px` pixels of the simulated frame are absent, and so are all if the image is older than `stale_s`.
     """
 
     topic: str = "image_raw/compressed"
@@ -43,7 +43,10 @@ class CameraSpec(StrictStruct, frozen=True, kw_only=True):
     colors: Mapping[str, Color] = field(default_factory=dict)
 
     def camera(self) -> BlobDetector:
-        """What reads its images; SettingError where a color or the view cannot be, or OpenCV is missing."""
+        """Make the detector for this camera.
+
+        SettingError is raised if a setting is invalid, and ExtraMissing if OpenCV is not installed.
+        """
         for key, value in (("least_px", self.least_px), ("stale_s", self.stale_s)):
             if not (isfinite(value) and value > 0.0):
                 raise SettingError(
@@ -53,14 +56,14 @@ class CameraSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 def check_color_name(name: str) -> None:
-    """DefinitionError where a color cannot have this name, which is that of its target."""
+    """Refuse a name of a color that cannot be the name of a target."""
     if not NAME.fullmatch(name):
         remedy = "use letters, digits and _, beginning with a letter: the name of the target, such as ball"
         raise DefinitionError(what=f"color {name!r:.40}", problem="is no name", remedy=remedy)
 
 
 def format_color_line(name: str, color: Color) -> str:
-    """A color as a line of TOML, for the table [camera.colors]."""
+    """Format a color as a line of TOML for the table [camera.colors]."""
     hue, saturation, value = (
         f"[{least:g}, {most:g}]" for least, most in (color.hue_deg, color.saturation, color.value)
     )
@@ -68,9 +71,9 @@ def format_color_line(name: str, color: Color) -> str:
 
 
 def insert_color(content: str, name: str, color: Color, path: Path | str = "robot.toml") -> str:
-    """A robot file's text with this color in place of the one of its name, or after the others; the rest as it is.
+    """Insert a color into the text of a robot file, or replace the one of its name; leave all other text unchanged.
 
-    FileError where the file writes its colors in a way that cannot be changed line by line.
+    FileError is raised if the file writes its colors in a form that cannot be changed line by line.
     """
     check_color_name(name)
     before = parse_toml(content, path)
@@ -97,7 +100,7 @@ def insert_color(content: str, name: str, color: Color, path: Path | str = "robo
 
 
 def write_color(path: Path | str, name: str, color: Color) -> None:
-    """Put a color into a robot file, which is the old one or the new one at every moment; FileError where it cannot."""
+    """Write a color into a robot file atomically; raise FileError if that is impossible."""
     path = Path(path)
     try:
         content = path.read_bytes().decode("utf-8-sig")
@@ -109,7 +112,7 @@ def write_color(path: Path | str, name: str, color: Color) -> None:
 
 
 def parse_toml(content: str, path: Path | str) -> dict[str, Any]:
-    """The tables of a robot file; FileError where it is no TOML."""
+    """Parse the text of a robot file; raise FileError if it is no TOML."""
     try:
         return tomllib.loads(content)
     except (ValueError, RecursionError) as error:
@@ -118,7 +121,7 @@ def parse_toml(content: str, path: Path | str) -> dict[str, Any]:
 
 
 def _only_added(before: dict[str, Any], changed: str, name: str, color: Color) -> bool:
-    """Whether a text reads as the document did, with the color."""
+    """Return whether a changed text differs from the original document by nothing but the color."""
     camera = before.get(CAMERA, {})
     colors = camera.get(COLORS, {}) if isinstance(camera, dict) else None
     if not isinstance(colors, dict):

@@ -1,7 +1,7 @@
-"""Images as robots send them, as arrays: `sensor_msgs/Image` in its encodings, and `CompressedImage`.
+"""Decoding of images that robots send: `sensor_msgs/Image` in several encodings, and `CompressedImage`.
 
-What comes over a network may be cut off, wrong or hostile. Sizes are compared before anything is allocated, and
-whatever does not fit is one ImageError; nothing else is raised, and no image is half of one.
+Images come over a network and may be cut off, damaged or hostile. Sizes are checked before memory is allocated. Every
+invalid image raises ImageError and nothing else, and no image is decoded in part.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from understudy.extras import import_opencv
 from understudy.robots.camera.blobs import Image
 
 Size: TypeAlias = tuple[int, int]
-"""Width and height, pixels."""
+"""Width and height, in pixels."""
 
 PNG, JPEG, JPEG_END = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"\xff\xd9"
 _PNG_CHUNK, _PNG_SUM, _PNG_SIZE = Struct(">I4s"), Struct(">I"), Struct(">II")
@@ -31,7 +31,7 @@ _JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 
 
 class ImageError(UnderstudyError, json_type="ImageError"):
-    """An image that cannot be read."""
+    """An image that cannot be decoded."""
 
     def __init__(self, *, problem: str, remedy: str) -> None:
         self.problem, self.remedy = problem, remedy
@@ -39,7 +39,7 @@ class ImageError(UnderstudyError, json_type="ImageError"):
 
 
 def strip_image_metadata(content: bytes) -> tuple[bytes, Size]:
-    """A file with nothing in it but its pixels, and the size it claims; ImageError where it is not whole."""
+    """Return a PNG or JPEG without metadata, and the size that it claims; raise ImageError if it is not complete."""
     if content.startswith(PNG):
         return _png(content)
     if content.startswith(JPEG):
@@ -50,7 +50,7 @@ def strip_image_metadata(content: bytes) -> tuple[bytes, Size]:
 
 
 def _png(content: bytes) -> tuple[bytes, Size]:
-    """A PNG without texts, profiles and animation (PNG specification, 5.3)."""
+    """Return a PNG without texts, profiles and animation, and its size (PNG specification, section 5.3)."""
     kept, at, kind = [PNG], len(PNG), b""
     view = memoryview(content)
     while kind != b"IEND":
@@ -75,7 +75,7 @@ def _damaged() -> ImageError:
 
 
 def _jpeg_size(content: bytes) -> Size:
-    """The size in the first frame header of a JPEG (ITU T.81, B.2.2)."""
+    """Return the size in the first frame header of a JPEG (ITU T.81, section B.2.2)."""
     at = 2
     while at + 9 <= len(content):
         mark, kind, length = _JPEG_SEGMENT.unpack_from(content, at)
@@ -99,7 +99,7 @@ CHANNELS: Mapping[str, int] = MappingProxyType(
         "yuv422": 2, "uyvy": 2, "yuv422_yuy2": 2, "yuyv": 2,
     }
 )  # fmt: skip
-"""Encodings that are read, and their bytes per pixel. Of ROS 2's two words for each order of YUV 4:2:2, both."""
+"""The encodings that can be decoded, with bytes per pixel; ROS 2 has two names for each byte order of YUV 4:2:2."""
 CONVERSIONS: Mapping[str, str] = MappingProxyType(
     {
         "bgr8": "COLOR_BGR2RGB", "rgba8": "COLOR_RGBA2RGB", "bgra8": "COLOR_BGRA2RGB", "mono8": "COLOR_GRAY2RGB",
@@ -108,13 +108,13 @@ CONVERSIONS: Mapping[str, str] = MappingProxyType(
     }
 )  # fmt: skip
 MOST_PIXELS = 2**23
-"""Larger images are refused: a small file may claim any size, and would take all memory."""
+"""The largest number of pixels; a small file may claim any size and would otherwise fill the memory."""
 
 
 def decode_image(data: Data, *, encoding: str, width: int, height: int, step: int) -> Image:
-    """The pixels of a `sensor_msgs/Image`, rows of `step` bytes, as red, green and blue [H, W, 3]; ImageError if wrong.
+    """Decode a `sensor_msgs/Image` to red, green and blue [H, W, 3]; raise ImageError if it is invalid.
 
-    Of rgb8 without padding it is a view of `data`: copy it to keep it.
+    Rows are `step` bytes long. For rgb8 without padding the result is a view of `data`: copy it to keep it.
     """
     channels = CHANNELS.get(encoding)
     if channels is None:
@@ -140,10 +140,10 @@ def decode_image(data: Data, *, encoding: str, width: int, height: int, step: in
 
 
 def decode_compressed_image(data: Data) -> Image:
-    """The pixels of a `sensor_msgs/CompressedImage`, JPEG or PNG, as red, green and blue [H, W, 3].
+    """Decode a `sensor_msgs/CompressedImage`, JPEG or PNG, to red, green and blue [H, W, 3].
 
-    ImageError where it is damaged. Which of them it is, its first bytes say. How the camera was held is not looked
-    at: x counts along its rows.
+    The format is recognized by the first bytes. ImageError is raised if the image is damaged. The orientation tag of
+    a JPEG is ignored, so that x counts along the rows of the sensor.
     """
     content, size = strip_image_metadata(bytes(data))
     _check_size(*size)

@@ -1,4 +1,4 @@
-"""A folder of images of a thing, to calibrate its color by: pictures, and beside them masks where there are any."""
+"""Folders of images for calibration: images of an object, and masks of them if there are any."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from understudy.robots.camera.image_decoding import ImageError, decode_compresse
 
 ENDINGS = (".png", ".jpg", ".jpeg")
 MASK = ".mask"
-"""`ball1.mask.png` is the mask of `ball1.png` or `ball1.jpg`: white where the thing is, black elsewhere."""
+"""The ending of masks: `ball1.mask.png` belongs to `ball1.png` or `ball1.jpg`.
+
+A mask is white where the object is and black elsewhere.
+"""
 
 
 class CalibrationImage(NamedTuple):
@@ -24,7 +27,10 @@ class CalibrationImage(NamedTuple):
 
 
 class DetectionResult(NamedTuple):
-    """What a color finds in an image: its blob, and with a mask the shares of the thing found, of the rest taken."""
+    """The result of detecting a color in an image.
+
+    `thing` and `rest` are the shares of the object and of the other pixels that have the color; None without a mask.
+    """
 
     name: str
     blob: Blob | None
@@ -33,7 +39,7 @@ class DetectionResult(NamedTuple):
 
 
 def read_image_folder(folder: Path | str) -> tuple[CalibrationImage, ...]:
-    """The images of a folder, by name; FileError where there is none, or one cannot be read."""
+    """Read the images of a folder, by name; raise FileError if there are none or one cannot be read."""
     try:
         files = sorted(file for file in Path(folder).iterdir() if file.suffix.lower() in ENDINGS)
     except OSError as error:
@@ -51,7 +57,7 @@ def read_image_folder(folder: Path | str) -> tuple[CalibrationImage, ...]:
 
 
 def detect_in_images(pictures: tuple[CalibrationImage, ...], color: Color) -> tuple[DetectionResult, ...]:
-    """What a color finds in each image, to see whether it will do."""
+    """Detect a color in each image, to judge how well it works."""
     camera = BlobDetector({"it": color})
     return tuple(_found(camera, picture) for picture in pictures)
 

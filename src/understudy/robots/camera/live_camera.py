@@ -1,4 +1,4 @@
-"""Eyes: what a robot's camera sees, the colors it is looked at with, and learning a color from clicks into an image."""
+"""A robot's camera in use: its latest images, the colors it detects, and calibration of a color from clicks."""
 
 from __future__ import annotations
 
@@ -16,20 +16,23 @@ from understudy.robots.camera.config import CameraSpec, check_color_name
 from understudy.robots.camera.image_decoding import decode_compressed_image, decode_image
 
 KEPT = 40
-"""Images that can still be clicked into: a person looks at one for a moment."""
+"""The number of latest images that are kept, so that a person can click into one that is a moment old."""
 OUTLINE = (255, 0, 255)
-"""What the outline of what has a color is drawn in; hardly anything is magenta."""
+"""The color of outlines around detected objects; hardly any object is magenta."""
 
 
 class CameraImage(NamedTuple):
-    """An image [H, W, 3], counted."""
+    """An image [H, W, 3] and its number."""
 
     number: int
     image: Image
 
 
 class LiveCamera:
-    """The last images of a camera. Message threads show them, anybody may look; a color learned counts from then on."""
+    """The latest images of a camera, and the colors that are detected in them.
+
+    The transport's thread adds images; any thread may read them.
+    """
 
     def __init__(self, of: CameraSpec) -> None:
         self._of = of
@@ -39,11 +42,11 @@ class LiveCamera:
 
     @property
     def last_image(self) -> CameraImage | None:
-        """The last image; None where none has come yet."""
+        """The latest image; None if none has arrived."""
         return self._seen[-1] if self._seen else None
 
     def read_message(self, message: Any) -> Mapping[ReadingKey, float]:
-        """The readings of a message of the camera; ImageError where it holds no image."""
+        """Decode a message of the camera and return its readings; raise ImageError if it has no valid image."""
         if self._of.type.endswith("CompressedImage"):
             image = decode_compressed_image(message.data)
         else:
@@ -53,7 +56,7 @@ class LiveCamera:
         return self._camera.readings(image)
 
     def learn_color(self, name: str, number: int, points: Sequence[PixelPoint]) -> Color:
-        """The color of a thing from clicks (column, row) into the image of this number; looked for from now on."""
+        """Calibrate a color from clicks (column, row) in the image with the given number, and detect it from now on."""
         check_color_name(name)
         image = next((seen.image for seen in self._seen if seen.number == number), None)
         if image is None:
@@ -66,7 +69,10 @@ class LiveCamera:
         return color
 
     def encode_annotated_image(self) -> tuple[int, bytes] | None:
-        """The last image as JPEG, with outlines around what has one of the colors; None where none has come yet."""
+        """Encode the latest image as JPEG with outlines around detected objects.
+
+        The JPEG is returned after the number of the image; None if no image has arrived.
+        """
         last = self.last_image
         if last is None:
             return None
