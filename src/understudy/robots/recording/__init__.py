@@ -1,1 +1,1 @@
-"""Recordings of real robots (MCAP): write, read and replay them."""
+"""Recordings of real robots (MCAP): writing, reading and replaying them."""

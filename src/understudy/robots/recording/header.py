@@ -1,4 +1,4 @@
-"""The head of a recording: which body it is of, and what ran on it, so that it can be decided again."""
+"""Headers of recordings: the body, and what ran on it, so that its decisions can be made again."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ from understudy.storage.json_text import convert_decode_errors
 
 FORMAT = "understudy-recording/1"
 METADATA = "understudy"
-"""The name of the record of metadata that holds the head."""
+"""The name of the metadata record that has the header."""
 BODY, RUN, FILE = "body", "run", "file:"
-"""Its keys: the body and what ran, as JSON; and files, as they were, each by its name."""
+"""The keys in the header: the body and what ran, as JSON, and the prefix of the names of files stored with it."""
 SCENARIO = "scenario"
-"""The name of the scenario's file among them."""
+"""The name under which the scenario's file is stored."""
 
 
 class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """What ran. `scenario` is a name or the path of a file, and `automata` has a fingerprint of each automaton that was
-    used, by the sort of agents that it was taught to. Where a person taught, nothing ran: `behavior` is None. `world`
-    is a fingerprint of the scenario, for a trace; a recording holds the scenario itself.
+    """What ran on a body.
+
+    `scenario` is a name or the path of a file. `automata` has the fingerprint of each automaton that was used, by
+    sort of agent and name. `behavior` is None if a person taught. `world` is the fingerprint of the scenario, in
+    traces only, because a recording stores the scenario itself.
     """
 
     scenario: str | None = None
@@ -51,7 +53,7 @@ class _HeadChannel(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class _HeadBody(msgspec.Struct, frozen=True):
-    """A body as the head has it: `names` are of its agents, the namespaces that their topics are in."""
+    """The body in a header; `names` are the namespaces of its agents' topics."""
 
     names: list[str]
     tick_s: float
@@ -62,7 +64,11 @@ class _HeadBody(msgspec.Struct, frozen=True):
 
 
 class RecordingHeader(msgspec.Struct, frozen=True):
-    """All that a head says: the agents' names, what they sense and obey, when they began, what ran, and files."""
+    """The header of a recording.
+
+    `names` are the namespaces of the agents' topics, `began_s` is the body's time at the start, `ran` is what ran,
+    and `files` has the stored files by name.
+    """
 
     names: Sequence[str]
     tick_s: float
@@ -77,7 +83,7 @@ class RecordingHeader(msgspec.Struct, frozen=True):
     def from_body(
         cls, body: Body, names: Sequence[str], ran: RunInfo, files: Mapping[str, str]
     ) -> RecordingHeader:
-        """The head of a recording of a body that begins now."""
+        """Make the header of a recording of a body that begins now."""
         return cls(
             tuple(names), body.tick_s, body.time_s, tuple(body.readings), tuple(body.targets),
             tuple(body.channels), ran, files,
@@ -85,7 +91,7 @@ class RecordingHeader(msgspec.Struct, frozen=True):
 
 
 def encode_header(head: RecordingHeader) -> dict[str, str]:
-    """A head as metadata."""
+    """Encode a header as metadata."""
     readings = [_HeadReading(each.name, str(each.kind), each.unit, each.of_targets) for each in head.readings]
     channels = [_HeadChannel(each.name, each.rest, each.unit) for each in head.channels]
     body = _HeadBody(list(head.names), head.tick_s, head.began_s, readings, list(head.targets), channels)
@@ -98,7 +104,7 @@ def encode_header(head: RecordingHeader) -> dict[str, str]:
 
 
 def decode_header(entries: Mapping[str, str]) -> RecordingHeader | str:
-    """The head that metadata holds, or what is wrong with it."""
+    """Decode a header from metadata; return a text about what is wrong if that fails."""
     if entries.get("format") != FORMAT:
         return f"its format is {entries.get('format')!r:.60}, not {FORMAT!r}"
     try:

@@ -1,6 +1,6 @@
-"""Messages of our own in recordings: what was read, what states were taken, which transitions; as ROS 2 types.
+"""Our own message types in recordings, as ROS 2 types: readings, states and transitions.
 
-Their definitions travel in each file, so that whatever opens MCAP of ROS 2 reads them, with nothing of ours installed.
+Their definitions are stored in each recording, so that any program that opens MCAP files of ROS 2 can read them.
 """
 
 from __future__ import annotations
@@ -29,16 +29,19 @@ DEFINITIONS: Mapping[str, str] = MappingProxyType(
         TRANSITION: "float64 time_s\nstring robot\nint32 level\nstring before\nstring after\nstring[] path\n",
     }
 )
-"""Readings: all at one tick, NaN where absent. States: of each level after it, outermost first. Transition: of the
-outermost level that switched, counted from 0; what was started below it is in `path`."""
+"""The definitions of the message types.
+
+Readings has all readings at one tick, NaN where absent. States has the states of all levels after a tick, outermost
+first. Transition has the outermost level that switched, counted from 0, and the new states of all levels in `path`.
+"""
 
 HEAD = 4
-"""Bytes of CDR before the content, which numbers are aligned to."""
+"""The size of the CDR header in bytes; numbers are aligned relative to its end."""
 
 
 @cache
 def register_message_types() -> None:
-    """Make our types known beside those of ROS 2."""
+    """Add our message types to the definitions of ROS 2."""
     try:
         from rosbags.typesys import get_types_from_msg
     except ImportError:
@@ -50,19 +53,22 @@ def register_message_types() -> None:
 
 
 def format_type_definition(type: str) -> str:
-    """The definition of a type and of all it is made of, as rosbag2 writes them (`ros2msg`)."""
+    """Return the definition of a type and of all types that it contains, in the format of rosbag2 (`ros2msg`)."""
     register_message_types()
     return str(load_typestore().generate_msgdef(type, ros_version=2)[0])
 
 
 def format_reading_label(key: ReadingKey) -> str:
-    """What a reading is called: range, range(station)."""
+    """Format a reading with its target: "range", "range(station)"."""
     name, target = key
     return name if target is None else f"{name}({target})"
 
 
 class ReadingsEncoder:
-    """Readings of one agent as messages, tick after tick: the names stay, so only numbers are put into their places."""
+    """An encoder of one agent's readings with fixed names.
+
+    It replaces only the numbers in a prepared message, which is fast.
+    """
 
     def __init__(self, names: Sequence[str]) -> None:
         register_message_types()
@@ -75,13 +81,13 @@ class ReadingsEncoder:
         self._blank = bytes(self._message)
 
     def encode(self, time_s: float, values: Column) -> bytes:
-        """The message of a tick; `values` [K] as the names are."""
+        """Encode the readings of a tick; `values` [K] are in the order of the names."""
         self._numbers[0] = time_s
         self._numbers[self._places] = values
         return bytes(self._message)
 
     def decode(self, data: bytes) -> tuple[float, Column] | None:
-        """The time and values [K] of a message; None where it has other names."""
+        """Decode a message to its time (s) and values [K]; return None if it has other names."""
         if len(data) != len(self._blank):
             return None
         copy = bytearray(data)
@@ -93,7 +99,7 @@ class ReadingsEncoder:
 
 
 def _places(names: Sequence[str]) -> Iterator[int]:
-    """Where each value stands in a message, counted in numbers of 8 bytes after the head."""
+    """Yield the position of each value in a message, counted in numbers of 8 bytes after the header."""
     at = 12  # after the time and the count of readings
     for name in names:
         at = -(-at // 4) * 4 + 4 + len(name.encode()) + 1
@@ -103,13 +109,16 @@ def _places(names: Sequence[str]) -> Iterator[int]:
 
 
 def decode_reading_names(data: bytes) -> tuple[str, ...]:
-    """The names of the readings in a message; MessageRefused where it is none."""
+    """Decode the names of the readings in a message; raise MessageRefused if it is none."""
     register_message_types()
     return tuple(each.name for each in decode_message(READINGS, data).readings)
 
 
 class StatesEncoder:
-    """States of one agent as messages: most ticks are in the same as the last, but for the time."""
+    """An encoder of one agent's states.
+
+    It encodes the states again only when they change; otherwise it replaces the time.
+    """
 
     def __init__(self) -> None:
         register_message_types()
@@ -117,7 +126,7 @@ class StatesEncoder:
         self._rest = b""
 
     def encode(self, time_s: float, path: tuple[str, ...]) -> bytes:
-        """The message of a tick."""
+        """Encode the states of all levels after a tick, outermost first."""
         if path != self._path:
             self._path = path
             self._rest = encode_message(STATES, make_message(STATES, path=list(path)))
@@ -125,12 +134,12 @@ class StatesEncoder:
 
 
 def decode_states(data: bytes) -> tuple[float, tuple[str, ...]]:
-    """The time and the states of a message; MessageRefused where it is none."""
+    """Decode a message to its time (s) and states; raise MessageRefused if it is none."""
     register_message_types()
     found = decode_message(STATES, data)
     return float(found.time_s), tuple(found.path)
 
 
 def encode_text(content: str) -> bytes:
-    """A std_msgs/String."""
+    """Encode a text as a std_msgs/String."""
     return encode_message(TEXT, make_message(TEXT, data=content))

@@ -1,4 +1,4 @@
-"""Reading recordings: every tick that is whole, also of a run that was killed."""
+"""Reader of recordings, which returns every complete tick even if the run was killed."""
 
 from __future__ import annotations
 
@@ -30,30 +30,33 @@ from understudy.robots.ros.messages import MessageRefused, decode_message
 from understudy.robots.ros.state_topic import resolve_topic_name
 
 PRESS, TEST, TRAIN, RESTART, GO_ON = "press", "test", "train", "restart", "resume"
-"""What a step of a session can be."""
+"""The steps of a session that a recording can have."""
 MOST_BYTES = 2**30
-"""Of one record: a damaged length must not take all memory."""
+"""The largest size of a record, so that a damaged length cannot fill the memory."""
 REMEDY = "name a file that `understudy run --record FILE.mcap` wrote"
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedPress:
-    """A press that acts at a tick, counted from 0: to a state, or a confirmation of the current one (None). Tables of
-    presses may have other steps of a session, too: `does` says which.
+    """A press that takes effect at a tick, counted from 0: a switch to `state`, or a confirmation (None).
+
+    Tables of presses may have other steps of a session too; `does` is the step.
     """
 
     tick: int
     state: str | None
     does: str = PRESS
     at_s: float | None = None
-    """The body's time then, where that is known."""
+    """The body's time at the press, in s; None if unknown."""
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """A recording: its head, times [T] of its ticks (s, as the body counts), readings [T, K, N], states of each level
-    after each tick by agent, and what was pressed, by agent. `whole`: it was closed, not killed. `runs`: how many the
-    file holds, of which this is one.
+    """A recorded run.
+
+    `times` [T] are the body's times of the ticks, in s, and `values` [T, K, N] the readings. `paths` has the states
+    of all levels after each tick, and `presses` the presses, both by agent. `whole` is True if the file was closed,
+    not killed. `runs` is the number of runs in the file, of which this is one.
     """
 
     path: Path
@@ -68,15 +71,15 @@ class Recording:
 
     @property
     def ticks(self) -> int:
-        """T."""
+        """The number of ticks, T."""
         return len(self.times)
 
 
 def read_recording(path: Path | str, *, run: int | None = None) -> Recording:
-    """A recording up to its last whole tick; FileError where it is none, or says nothing of decisions.
+    """Read a run up to its last complete tick; raise FileError if the file is no recording or has no decisions.
 
-    Where it holds several runs, such as the lessons of an afternoon, `run` says which, counted from 1; else the last.
-    SettingError where there is no such run.
+    If the file has several runs, such as an afternoon's lessons, `run` is the number of the one to read, from 1; the
+    last by default. SettingError is raised if there is no such run.
     """
     path = Path(path)
     register_message_types()
@@ -91,7 +94,7 @@ def read_recording(path: Path | str, *, run: int | None = None) -> Recording:
 
 
 class _FileReader:
-    """What a file says, as far as it was read."""
+    """The contents of a file as far as it has been read."""
 
     def __init__(self, run: int | None) -> None:
         self._run, self.runs = run, 0
@@ -104,7 +107,7 @@ class _FileReader:
         self._presses: list[list[RecordedPress]] = []
 
     def read(self, path: Path) -> bool:
-        """Take in a file; whether it ends as it should."""
+        """Read a file; return whether it ends properly."""
         begun = False
         try:
             for record in _records(path):
@@ -148,7 +151,7 @@ class _FileReader:
                 self._wanted = {}  # that run is over
 
     def _begin(self, names: Sequence[str]) -> None:
-        """Another run begins; of those before nothing is kept."""
+        """Begin another run, and discard those before."""
         topics = {READINGS: TOPICS[READINGS], STATES: TOPICS[STATES]}
         self._wanted = {
             (resolve_topic_name(name, topic), type): (topic, agent)
@@ -196,7 +199,7 @@ class _FileReader:
 
 
 def _step(tick: int, said: str) -> RecordedPress:
-    """A step as it is recorded: restart 12.5."""
+    """Parse a recorded step with its time, such as "restart 12.5"."""
     does, _, at = said.partition(" ")
     try:
         return RecordedPress(tick, None, does, float(at) if at else None)

@@ -1,6 +1,6 @@
-"""Recordings: all messages of a run and all it decided, in one MCAP file that ROS 2 and Foxglove open.
+"""Recorder of runs: all messages and all decisions in one MCAP file, which ROS 2 and Foxglove can open.
 
-Whoever records only hands bytes over; what writes them is in `writer.py`.
+The recorder only queues the bytes; a thread in `writer.py` writes them.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from understudy.robots.ros.transport import Publish, Publisher, Received, Transp
 from understudy.runtime.body import Body
 
 TOPICS = {READINGS: "understudy/readings", STATES: "understudy/states", TRANSITION: "understudy/switched"}
-"""Ours, within the namespace of each robot."""
+"""The topics of our own messages by type, within the namespace of each robot."""
 PRESSES = "understudy/presses"
-"""What a person pressed, as std_msgs/String: the name of a state; empty confirms the current one."""
+"""The topic of a person's presses, as std_msgs/String: the name of a state; empty to confirm the current one."""
 STEPS = "understudy/session"
-"""What else was done, as std_msgs/String: test, train or restart, with the body's time."""
+"""The topic of other steps, as std_msgs/String: test, train or restart, with the body's time in s."""
 
 
 class RecordingFailed(UnderstudyError, json_type="RecordingFailed"):
-    """A recording that cannot go on; what was written until then can be read."""
+    """A recording that cannot continue; what was written until then can be read."""
 
     exit_code = 1
 
@@ -53,9 +53,10 @@ class RecordingFailed(UnderstudyError, json_type="RecordingFailed"):
 
 
 class RunRecorder:
-    """Writes a recording, from `begin` on with what is decided; FileError where the file is there or cannot be.
+    """A recorder of a run, which records messages from the start and decisions from `begin` on.
 
-    `clock` is what messages are stamped with on arrival, s: `time.monotonic`, or a simulation's.
+    FileError is raised if the file exists or cannot be written. `clock` gives the time with which messages are
+    stamped on arrival, in s: `time.monotonic`, or a simulation's.
     """
 
     def __init__(self, path: Path | str, *, clock: Callable[[], float] = time.monotonic) -> None:
@@ -77,9 +78,9 @@ class RunRecorder:
         ran: RunInfo | None = None,
         files: Mapping[str, str] | None = None,
     ) -> None:
-        """Say what is recorded, before its first tick: a body, its agents' namespaces, what runs, files as they are.
+        """Begin a run, before its first tick, with a body, its agents' namespaces, what runs, and files to store.
 
-        Said again, the run begins anew; replayed is the last one.
+        Each call begins a new run; readers take the last one by default.
         """
         names = names or [f"robot{number}" if body.agents > 1 else "" for number in range(body.agents)]
         self._names, self._body = tuple(names), body
@@ -90,7 +91,10 @@ class RunRecorder:
         self._agents = [_AgentChannels(self, name) for name in names]
 
     def open_topic(self, topic: str, type: str) -> Callable[[bytes, float | None], None]:
-        """What keeps messages of a topic, with when they came by the clock (None: now); from any thread."""
+        """Make a function that records messages of a topic with their arrival times (s of the clock; None: now).
+
+        The function may be called from any thread.
+        """
         with self._lock:
             number = self._topics.get((topic, type))
             if number is None:
@@ -106,9 +110,11 @@ class RunRecorder:
     def write_tick(
         self, time_s: float, percept: Percept, paths: Sequence[Sequence[str]], *, at_s: float | None = None
     ) -> None:
-        """One tick, once it was decided: the body's time, its readings, and the states of all levels of each agent.
+        """Record a tick after its decisions.
 
-        RecordingFailed where something before could not be written, so that what cannot be recorded stops.
+        `time_s` is the body's time (s), `percept` its readings, and `paths` has the states of all levels of each
+        agent. `at_s` is the time by the recorder's clock (None: now). RecordingFailed is raised if something before
+        could not be written, so that a run ends that cannot be recorded.
         """
         if self._writer.problem:
             raise RecordingFailed(path=self.path, problem=self._writer.problem)
@@ -119,21 +125,21 @@ class RunRecorder:
             agent.write_tick(time_s, keys, values[:, number], tuple(path), at)
 
     def write_press(self, state: str | None, *, agent: int = 0) -> None:
-        """A person directed an agent to a state, or confirmed the current one (None): it acts at the next tick."""
+        """Record that a person pressed a state for an agent before the next tick, or confirmed it (None)."""
         self.write_note(PRESSES, state or "", agent=agent)
 
     def write_step(self, step: str, *, agent: int = 0) -> None:
-        """Something else came before the next tick: a session's test or train, a restart in a session or a run."""
+        """Record another step before the next tick: test or train in a session, or a restart."""
         at = "" if self._body is None else f" {self._body.time_s!r}"
         self.write_note(STEPS, step + at, agent=agent)
 
     def write_note(self, topic: str, content: str, *, agent: int = 0) -> None:
-        """Anything else worth keeping, as text on a topic in the namespace of an agent."""
+        """Record a text on a topic in the namespace of an agent."""
         name = self._names[agent] if self._names else ""
         self.open_topic(resolve_topic_name(name, topic), TEXT)(encode_text(content), None)
 
     def close(self) -> None:
-        """Finish the file; RecordingFailed where it could not be written."""
+        """Finish the file; raise RecordingFailed if it could not be written completely."""
         if self._writer.close() and self._writer.problem:
             raise RecordingFailed(path=self.path, problem=self._writer.problem)
 
@@ -149,7 +155,7 @@ class RunRecorder:
 
 
 class _AgentChannels:
-    """The messages of one agent."""
+    """The channels of one agent in a recording."""
 
     def __init__(self, recorder: RunRecorder, name: str) -> None:
         self._name, self._path = name, tuple[str, ...]()
@@ -176,14 +182,14 @@ class _AgentChannels:
 
 
 class RecordingTransport:
-    """A transport whose messages in and out are recorded as they go over it, beside being handed on."""
+    """A transport that records all messages that are received and sent through another transport."""
 
     def __init__(self, transport: Transport, recorder: RunRecorder) -> None:
         self._transport, self._recorder = transport, recorder
         self._heard: set[tuple[str, str]] = set()
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
-        """Hand each message of a topic to `received`, and keep it; once, however many listen."""
+        """Pass each message of a topic to `received`, and record it once, however many subscribers there are."""
         if (topic, type) in self._heard:
             self._transport.subscribe(topic, type, received)
             return
@@ -197,7 +203,7 @@ class RecordingTransport:
         self._transport.subscribe(topic, type, both)
 
     def publisher(self, topic: str, type: str) -> Publish:
-        """What publishes on a topic, and keeps what it published."""
+        """Make a function that publishes on a topic and records its messages."""
         publish, keep = self._transport.publisher(topic, type), self._recorder.open_topic(topic, type)
 
         def both(data: bytes) -> None:
@@ -207,9 +213,9 @@ class RecordingTransport:
         return both
 
     def peers(self) -> Sequence[Publisher]:
-        """All others who publish."""
+        """List the publishers of other processes that have been discovered."""
         return self._transport.peers()
 
     def close(self) -> None:
-        """Leave; the recording goes on until its recorder is closed."""
+        """Close the transport; the recorder stays open."""
         self._transport.close()

@@ -1,4 +1,4 @@
-"""A recording as a body: it senses what was sensed, tick by tick, and moves nothing."""
+"""Recordings as bodies, which return the recorded readings tick by tick and move nothing."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from understudy.runtime.body import Channel, Commands, Reading
 
 
 class ReplayBody:
-    """The body of a recording, at its first tick; each command goes on to the next, whatever it says.
+    """The body of a recording, at its first tick; each command, whatever it is, advances it to the next tick.
 
-    Until something is sensed, its clock stands where the run began.
+    Until readings are sensed, its time is the start of the run.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -27,26 +27,26 @@ class ReplayBody:
         self.tick_s = head.tick_s
         self._rows = {key: row for row, key in enumerate(recording.keys)}
         self.tick = 0
-        """Which tick it is at; the number of ticks, once all have passed."""
+        """The number of the current tick, from 0; equal to the number of ticks once all have passed."""
         self._now = head.began_s
 
     @property
     def is_over(self) -> bool:
-        """Whether all ticks have passed."""
+        """True if all ticks have passed."""
         return self.tick >= self.recording.ticks
 
     @property
     def time_s(self) -> float:
-        """The time of this tick as it was recorded, s."""
+        """The recorded time of this tick, in s."""
         return self._now
 
     def wait(self, until_s: float | None) -> None:
-        """Let its clock stand, until it senses, where the body's stood when something came between two ticks."""
+        """Set the time (s), until readings are sensed, to that of an action between two ticks; None leaves it."""
         if until_s is not None:
             self._now = until_s
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """What was read at this tick; UnknownName of what was not recorded."""
+        """Return the recorded readings of this tick; raise UnknownName if one was not recorded."""
         self._now = self._time()
         values = self.recording.values[min(self.tick, self.recording.ticks - 1)]
         for key in keys:
@@ -56,7 +56,7 @@ class ReplayBody:
         return {key: values[self._rows[key]].copy() for key in keys}
 
     def act(self, commands: Commands) -> None:
-        """Go on to the next tick."""
+        """Advance to the next tick; the commands are ignored."""
         self.tick += 1
         self._now = self._time()
 

@@ -1,7 +1,7 @@
-"""A lesson from a recording and presses: a session over what was recorded, as if somebody had pressed then.
+"""Teaching from a recording: a session over the recorded readings, with presses as if made during the run.
 
-The robot does what it did; presses say what it ought to have done. They mean what they mean in a session, since one is
-held (ARCHITECTURE section 3).
+The robot moves as recorded; the presses say what it should have done. They mean the same as in any session, because
+a session is run (ARCHITECTURE section 3).
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from understudy.training.session import Session
 COLUMNS = ("time_s", "state")
 DOES = "does"
 STEPS = (PRESS, TEST, TRAIN, RESTART, GO_ON)
-"""What a row may do besides pressing: switch to testing or to training, restart the automaton."""
+"""The steps that a row may have: a press, switching to testing or training, restarting the automaton, resuming."""
 NEAR_S = 1e-6
-"""A time this little after a tick is that tick: tables round."""
+"""The tolerance in s with which a time in a table counts as that of a tick, because tables round."""
 
 
 def teach_from_recording(
@@ -38,8 +38,9 @@ def teach_from_recording(
     targets: Mapping[str, str] | None = None,
     agent: int = 0,
 ) -> Session:
-    """A session in which a lesson was taught to an agent of a recording, to its end; SessionError where what was
-    pressed cannot be, and what else a session raises.
+    """Run a session in which a lesson is taught to an agent of a recording, and return it at its end.
+
+    SessionError is raised if a step is unknown or impossible.
     """
     body = ReplayBody(recording)
     session = Session(body, library, lesson, targets=targets, agent=agent)
@@ -76,12 +77,12 @@ def _do(session: Session, step: RecordedPress) -> None:
 
 
 def list_pressed_states(presses: Sequence[RecordedPress]) -> tuple[str, ...]:
-    """The states that were pressed, in order."""
+    """List the states that were pressed, in the order of their first press."""
     return tuple(dict.fromkeys(each.state for each in presses if each.state is not None))
 
 
 def list_recorded_presses(recording: Recording, agent: int = 0) -> Sequence[RecordedPress]:
-    """The presses of an agent that were recorded with it; SessionError where there are none."""
+    """Return the presses recorded for an agent; raise SessionError if there are none."""
     if not recording.presses[agent]:
         raise SessionError(
             f"{recording.path} holds no presses; give --presses FILE.csv, with columns {', '.join(COLUMNS)}"
@@ -90,8 +91,10 @@ def list_recorded_presses(recording: Recording, agent: int = 0) -> Sequence[Reco
 
 
 def read_presses(path: Path | str, recording: Recording) -> Sequence[RecordedPress]:
-    """Presses from a table with columns time_s (as the recording counts; it acts at the first tick from then on), state
-    (empty confirms the current one) and, if wanted, `does`. FileError naming the line where one cannot be.
+    """Read presses from a CSV table with the columns time_s, state and optionally `does`.
+
+    A press takes effect at the first tick at or after time_s, in s as the recording counts; an empty state confirms
+    the current one. FileError, with the line, is raised if a row is invalid.
     """
     path = Path(path)
     try:

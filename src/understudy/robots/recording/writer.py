@@ -1,6 +1,6 @@
-"""What writes a recording: a thread that compresses what was handed over, and puts a chunk of it on disk each second.
+"""Writer of recordings: a thread that compresses queued messages and puts a chunk of them on disk each second.
 
-What is killed leaves a file that can be read up to its last chunk.
+If the program is killed, the file can be read up to its last chunk.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from understudy.robots.ros.messages import is_known_type
 
 PROFILE, LIBRARY = "ros2", "understudy"
 CHUNK_S = 1.0
-"""How often what was handed over is put on disk: a killed run loses that much."""
+"""The time between two chunks on disk, in s, which is what a killed run loses."""
 MOST_WAITING = 256 * 2**20
-"""So many bytes may wait for a disk that is slow."""
+"""The largest number of bytes that may wait for a slow disk."""
 
 
 class _ChannelSpec(NamedTuple):
-    """A topic to be made known in the file, before its first message."""
+    """A topic to be declared in the file before its first message."""
 
     topic: str
     type: str
@@ -35,12 +35,15 @@ class _ChannelSpec(NamedTuple):
 
 
 class RecordingWriter:
-    """A file of MCAP that grows; FileError where it is there already, or cannot be. Any thread may hand things over."""
+    """A new MCAP file that is being written; all methods may be called from any thread.
+
+    FileError is raised if the file exists already or cannot be written.
+    """
 
     def __init__(self, path: Path | str) -> None:
         writer = _mcap()
         self.problem = ""
-        """Why nothing more is written; empty while all is well."""
+        """The reason why nothing more is written; empty if there is none."""
         self._path = Path(path)
         self._file = _opened(self._path)
         self._queue: SimpleQueue[Any] = SimpleQueue()
@@ -52,17 +55,20 @@ class RecordingWriter:
         self._thread.start()
 
     def write_header(self, entries: dict[str, str]) -> None:
-        """Keep the head of a run."""
+        """Write the header of a run."""
         self._queue.put(entries)
 
     def add_topic(self, topic: str, type: str) -> None:
-        """Make a topic known; they are counted from 0."""
+        """Declare a topic; topics are numbered from 0 in this order."""
         self._queue.put(
             _ChannelSpec(topic, type, format_type_definition(type) if is_known_type(type) else "")
         )
 
     def write_message(self, number: int, data: bytes, at_ns: int) -> None:
-        """Keep a message of a topic, by its number, with when it came, ns since 1970. Never fails: see `problem`."""
+        """Queue a message of a topic, by the topic's number, with its arrival time (ns since 1970).
+
+        It raises nothing; see `problem`.
+        """
         with self._lock:
             if self._waiting > MOST_WAITING:
                 self.problem = self.problem or "the disk is too slow"
@@ -72,7 +78,7 @@ class RecordingWriter:
         self._queue.put((number, data, at_ns))
 
     def close(self) -> bool:
-        """Finish the file; whether it was still open."""
+        """Finish the file; return whether it was still open."""
         if self._closed:
             return False
         self._closed = True
@@ -81,7 +87,7 @@ class RecordingWriter:
         return True
 
     def _write(self) -> None:
-        """The thread that writes; whatever goes wrong here is told by the next tick."""
+        """Write queued messages in the writer's thread; store an error in `problem`, which the next tick reports."""
         try:
             self._write_all()
         except Exception as error:
@@ -136,7 +142,7 @@ class RecordingWriter:
 
 
 def _opened(path: Path) -> IO[bytes]:
-    """A new file; one that is there is kept."""
+    """Open a new file; refuse to overwrite an existing one."""
     try:
         return path.open("xb")
     except OSError as error:
@@ -151,7 +157,7 @@ def _opened(path: Path) -> IO[bytes]:
 
 
 def _mcap() -> Any:
-    """What writes MCAP."""
+    """Import the class that writes MCAP; raise ExtraMissing if it is not installed."""
     try:
         from mcap.writer import Writer
     except ImportError:

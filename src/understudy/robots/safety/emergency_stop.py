@@ -1,9 +1,9 @@
-"""Stop a robot from any computer on its network, whichever program drives it (`understudy robots stop`).
+"""Emergency stop of a robot from any computer on its network (`understudy robots stop`), whatever drives it.
 
 Stops are sent directly to the robot for `HALTING_S`. A program of Understudy that drives it detects another publisher
 of commands within 0.3 s, disarms the robot and repeats stops itself, so that it stands afterwards. Any other program
-(Nav2, a joystick's node) does not know of this: between two stops its commands get through, and once these end it
-drives on. This runs in the thread that calls it, and needs no guard or watchdog.
+(Nav2, a joystick's node) does not react: between two stops its commands get through, and after the last stop the
+robot drives on. This runs in the thread that calls it, and needs no guard or watchdog.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ def make_stop_sender(file: RobotFile, transport: Transport) -> Callable[[], None
 
 
 def send_emergency_stop(file: RobotFile, *, path: Path | str, by: str, seconds: float = HALTING_S) -> bool:
-    """Send stops for so long (s), and log that a person stopped the robot; return whether the robot was there.
+    """Send stops for the given time (s), and log that a person stopped the robot; return whether it was found.
 
-    The return value is whether a publisher on one of the robot's sensor topics was discovered: where it is False, the
-    stops may have reached nobody. A log that cannot be written is ignored.
+    It was found if a publisher on one of the robot's sensor topics was discovered: otherwise the stops may have
+    reached no robot. A log that cannot be written is ignored.
     """
     transport = open_transport(file)
     try:

@@ -47,15 +47,15 @@ FIRST_S = 10.0
 STOPPING_S = 5.0
 """How long stops are repeated after disarming, s; then nothing is sent, and others may drive the robot."""
 PARTING = 3
-"""How many more stops are sent when the program leaves a robot that it had told to stop less than STOPPING_S ago."""
+"""Number of further stops sent when the program leaves a robot that it stopped less than STOPPING_S ago."""
 OTHERS_S = 0.2
-"""Time between two looks for other publishers of commands, s."""
+"""Time between two checks for other publishers of commands, s."""
 KEY_S = 1.0
 """The longest that a hold-to-run key counts as held without a new report, s."""
 
 
 class ArmingRefused(UnderstudyError, json_type="ArmingRefused"):
-    """Report why a robot cannot be armed now, and what to do about it. It stays disarmed."""
+    """A refusal to arm a robot, with the reason and a remedy; the robot stays disarmed."""
 
     def __init__(self, *, robot: str, problem: str, remedy: str) -> None:
         self.robot, self.problem, self.remedy = robot, problem, remedy
@@ -63,10 +63,10 @@ class ArmingRefused(UnderstudyError, json_type="ArmingRefused"):
 
 
 class Guard:
-    """Hold one robot's armed state, limit its commands, and replace them by stops where it must not move.
+    """The armed state of one robot, with limits on its commands and stops in place of those that must not be sent.
 
-    Armed, a robot either moves or is *stopped* (`stopped` names the cause): that ends with the next command that
-    nothing speaks against. *Disarmed*, it is sent stops for `STOPPING_S`, then nothing, until a person arms it again.
+    An armed robot either moves or is *stopped* (`stopped` names the cause): that ends with the next command to which
+    no check objects. A *disarmed* robot is sent stops for `STOPPING_S`, then nothing, until a person arms it again.
 
     Methods may be called from any thread; those that send block while another thread sends.
 
@@ -75,20 +75,20 @@ class Guard:
     file
         Limits, deadlines and topics of the robot.
     send
-        Send speeds (m/s, rad/s) at once. An exception makes the guard leave the robot to the watchdog.
+        Function that sends speeds (m/s, rad/s) at once. If it raises an exception, the watchdog stops the robot.
     danger
-        Return why the robot's readings forbid it to move at a time (s, of `clock`), or None.
+        Function that returns why the robot's readings forbid it to move at a time (s, of `clock`), or None.
     peers
-        List the publishers of other processes on the robot's network.
+        Function that lists the publishers of other processes on the robot's network.
     heard
         Topics of the robot's sensors: the watchdog has to discover their publishers before it counts as ready.
     clock
-        Monotonic time, s, that messages are stamped with on arrival. It must not jump; do not pass the time of day.
+        Monotonic time, s, with which messages are stamped on arrival. It must not jump; do not pass the time of day.
     log
-        Where stops are logged; in memory only if left out.
+        Log of stops; by default they are kept in memory only.
     watchdog
-        Connection to the robot's watchdog process. Without it there is no watchdog and no thread, and the caller has to
-        call `check`: for tests and replays only. `connect_robot_body` always passes one.
+        Connection to the robot's watchdog process. Without it there is no watchdog and no thread, and the caller has
+        to call `check`: for tests and replays only. `connect_robot_body` always passes one.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class Guard:
         self._thread: Thread | None = None
         self._by, self._orders = "", 0
         self.stopped = NOT_ARMED
-        """Why the last command was a stop; empty while the robot may move."""
+        """The reason why the last command was a stop; empty while the robot may move."""
         self.speeds = STILL
         """The speeds that were sent last, m/s and rad/s."""
         # Times of `clock`, s: the last look for other publishers, the last command of the program, the last new cause
@@ -123,14 +123,14 @@ class Guard:
 
     @property
     def armed(self) -> bool:
-        """Whether commands of the program are sent; otherwise stops or nothing are."""
+        """True if the program's commands are sent; otherwise stops or nothing are."""
         return bool(self._by)
 
     def prepare(self) -> None:
-        """Start the watchdog ahead of arming, which then takes no time; block until it is ready, about 0.5 s.
+        """Start the watchdog before arming, which is then immediate; block until it is ready, about 0.5 s.
 
-        Raises WatchdogFailed where it does not start, ArmingRefused once closed. Sends nothing to the robot but the
-        watchdog's first stop.
+        WatchdogFailed is raised if it does not start, ArmingRefused if the guard is closed. Nothing is sent to the
+        robot but the watchdog's first stop.
         """
         with self._arming:
             if not self.armed:
@@ -144,14 +144,14 @@ class Guard:
         self._refuse_closed()
 
     def arm(self, by: str) -> None:
-        """Send the program's commands from now on, because the person `by` says so; start the guard's thread.
+        """Send the program's commands from now on, because the person `by` orders it; start the guard's thread.
 
-        Nothing happens where it is armed. The first call blocks for about 0.5 s, until the watchdog has discovered the
-        robot. A stop from another thread meanwhile wins: arming is refused then.
+        Nothing happens if it is armed already. The first call blocks for about 0.5 s, until the watchdog has
+        discovered the robot. If another thread stops the robot meanwhile, arming is refused.
 
-        Raises ArmingRefused (a required reading is absent, the robot is outside its geofence, another publisher
-        commands it, it was stopped meanwhile, or closed), WatchdogFailed, or FileError (the stop log cannot be
-        written); the robot stays disarmed.
+        ArmingRefused is raised if a required reading is absent, the robot is outside its geofence, another publisher
+        commands it, or it was stopped meanwhile or closed; WatchdogFailed or FileError (the stop log cannot be
+        written) may be raised too. The robot then stays disarmed.
         """
         with self._arming:
             if self.armed:
@@ -178,11 +178,12 @@ class Guard:
             self._watch()
 
     def command(self, asked: Speeds, *, sensed_s: float | None = None) -> None:
-        """Send these speeds (m/s, rad/s) within the limits, or a stop where the robot must not move.
+        """Send these speeds (m/s, rad/s) within the limits, or a stop if the robot must not move.
 
         The guard's thread repeats what was sent until the next command, for `tick_s + deadline_s` at most. `sensed_s`
-        is when the readings were taken that this was decided on (s, of `clock`): if longer ago than that, stop.
-        Disarmed, the speeds are ignored. Raises what `send` raises, after leaving the robot to the watchdog.
+        is the time of the readings that this was decided on (s, of `clock`): a stop is sent if it is longer ago than
+        that. If the robot is disarmed, the speeds are ignored. An exception of `send` is raised again, after leaving
+        the robot to the watchdog.
         """
         with self._lock:
             now = self._clock()
@@ -206,7 +207,7 @@ class Guard:
                 self._respond(danger, now)
 
     def check(self) -> None:
-        """Send a stop where the robot must not move, else repeat the last speeds; then send the watchdog a heartbeat.
+        """Send a stop if the robot must not move, else repeat the last speeds; then send the watchdog a heartbeat.
 
         The guard's thread calls this every `PERIOD_S`.
         """
@@ -230,9 +231,9 @@ class Guard:
             )
 
     def hold_key(self, for_s: float) -> None:
-        """Take the hold-to-run key as held for `for_s` from now, at most KEY_S (s); 0: as released.
+        """Count the hold-to-run key as held for `for_s` (s, at most KEY_S) from now, or as released if it is 0.
 
-        Released or not reported again in time, the next check sends a stop; the robot stays armed.
+        If it is released or not reported again in time, the next check sends a stop; the robot stays armed.
         """
         with self._lock:
             self._held_s = self._clock() + min(for_s, KEY_S) if for_s > 0 else -inf
@@ -244,14 +245,14 @@ class Guard:
                 self._respond(StopReason(cause, lost=False), self._clock())
 
     def disarm(self, cause: str) -> None:
-        """Send a stop at once and disarm the robot. Do nothing where it is not armed, but end an arming in progress."""
+        """Send a stop at once and disarm the robot; if it is not armed, only cancel an arming in progress."""
         with self._lock:
             self._orders += 1
             if self.armed:
                 self._disarm(cause, "program")
 
     def emergency_stop(self, cause: str) -> None:
-        """Send a stop at once and disarm the robot, also one that is not armed: another program may be driving it.
+        """Send a stop at once and disarm the robot, even one that is not armed: another program may be driving it.
 
         A failure to send is not raised: an armed robot is then stopped by its watchdog.
         """
@@ -264,8 +265,8 @@ class Guard:
     def close(self, cause: str) -> None:
         """Disarm the robot if it is armed, and end the guard's thread and the watchdog; it cannot be armed again.
 
-        A robot that this program never moved is sent nothing: somebody else may be driving it. Blocks until the thread
-        and the watchdog have ended, 3 s at most for the latter.
+        A robot that this program never moved is sent nothing, because others may be driving it. The call blocks until
+        the thread and the watchdog have ended, which takes 3 s at most for the latter.
         """
         with self._lock:
             self._orders += 1
@@ -301,7 +302,7 @@ class Guard:
         raise ArmingRefused(robot=self._file.name, problem=problem, remedy=remedy)
 
     def _find_stop_reason(self, now: float, others: int = 0) -> StopReason | None:
-        """Find why the robot must not move now; that a tick is late by up to LOST_S is for `check` to find."""
+        """Return why the robot must not move now, or None; a tick late by up to LOST_S is left to `check`."""
         if danger := self._monitor.find_stop_reason(now):
             return danger
         if others:
@@ -317,7 +318,7 @@ class Guard:
         return None
 
     def _respond(self, danger: StopReason, now: float) -> None:
-        """Send a stop for a reason, and log it if the robot moved before; disarm where the reason says so."""
+        """Send a stop for a reason, and log it if the robot moved before; disarm if the reason is `lost`."""
         if danger.lost:
             self._disarm(danger.cause, "guard")
             return
@@ -335,7 +336,7 @@ class Guard:
         self.log.add(cause, by)
 
     def _repeat(self, now: float) -> None:
-        """Disarmed, repeat the stop until `STOPPING_S` have passed."""
+        """Repeat the stop of a disarmed robot until `STOPPING_S` have passed."""
         if now < self._stops_until_s:
             self._stop(now)
 

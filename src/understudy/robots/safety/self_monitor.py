@@ -29,17 +29,20 @@ ASLEEP_S = 0.5
 
 
 class StopReason(NamedTuple):
-    """Why a robot must not move now: stopped until the cause is gone, or where `lost` disarmed, until a person arms."""
+    """The reason why a robot must not move now.
+
+    If `lost` is True the robot is disarmed, until a person arms it; otherwise it is stopped until the cause is gone.
+    """
 
     cause: str
     lost: bool = True
 
 
 class SelfMonitor:
-    """Detect what makes this process unfit to move a robot, and send heartbeats to the robot's watchdog.
+    """A monitor of what makes this process unfit to move a robot; it also sends heartbeats to the robot's watchdog.
 
-    `watchdog` is the connection to the watchdog; without one (tests, replays) nothing is detected. `deadline_s` is how
-    long the process may go without a check by the guard, s. The guard calls `begin`, `find_stop_reason`,
+    `watchdog` is the connection to the watchdog; without one (tests, replays) nothing is detected. `deadline_s` is
+    how long the process may go without a check by the guard, s. The guard calls `begin`, `find_stop_reason`,
     `check_overrun`, `send_heartbeat` and `leave_to_watchdog` with its lock held.
     """
 
@@ -49,31 +52,35 @@ class SelfMonitor:
 
     @property
     def has_watchdog(self) -> bool:
-        """Whether there is a watchdog to be started and sent heartbeats."""
+        """True if there is a watchdog to start and to send heartbeats to."""
         return self._watchdog is not None
 
     @property
     def watchdogs(self) -> int:
-        """How many watchdogs of this process may be connected to the robot, and so publish its commands."""
+        """The number of watchdogs of this process that may be connected to the robot, and so publish its commands."""
         return 0 if self._watchdog is None else self._watchdog.count
 
     def start(self, peers: Sequence[Publisher]) -> None:
-        """Start the watchdog unless it runs; wait until it has discovered these publishers, or raise WatchdogFailed."""
+        """Start the watchdog unless it runs, and wait until it has discovered these publishers.
+
+        WatchdogFailed is raised if that fails.
+        """
         if self._watchdog is not None:
             self._watchdog.start(peers)
 
     def begin(self, now: float) -> None:
-        """Begin to measure at arming: forget delays and interventions before, and tell the watchdog to stop no more."""
+        """Begin to measure at arming: forget earlier delays and interventions, and end the watchdog's stops."""
         self._looked_s, self._asleep_s = now, measure_time_asleep()
         if self._watchdog is not None:
             self._watchdog.begin()
             self._watchdog.send(TAKEN_OVER)
 
     def find_stop_reason(self, now: float) -> StopReason | None:
-        """Find why this process must not move the robot now; None where all is well.
+        """Return why this process must not move the robot now, or None.
 
-        Disarms (`lost`): no check for more than LOST_S, a suspension, a watchdog that ended or does not answer. Stops
-        until the next command: no check for more than `deadline_s`, a watchdog that had to send stops since.
+        Reasons to disarm (`lost`) are no check for more than LOST_S, a suspension, and a watchdog that ended or does
+        not answer. Reasons to stop until the next command are no check for more than `deadline_s`, and a watchdog
+        that had to send stops since.
         """
         if self._watchdog is None:
             return None
@@ -89,7 +96,10 @@ class SelfMonitor:
         return None
 
     def check_overrun(self, since_s: float, now: float) -> StopReason | None:
-        """Return a reason where `since_s` to `now` exceeds `deadline_s`: the watchdog has sent stops meanwhile."""
+        """Return a reason to stop if the time from `since_s` to `now` exceeds `deadline_s`.
+
+        The watchdog has sent stops in that case.
+        """
         still_s = now - since_s
         if self._watchdog is None or still_s <= self._deadline_s:
             return None
@@ -99,8 +109,8 @@ class SelfMonitor:
     def send_heartbeat(self, now: float, *, armed: bool, moving: bool) -> None:
         """Send the watchdog a heartbeat after a check: whether the robot is armed, and whether it may be moving.
 
-        TAKEN_OVER after this process stood still or the watchdog intervened: the watchdog, which would go on for 1 s,
-        ends its stops, since the guard's check has just sent what the robot is to do.
+        TAKEN_OVER is sent after this process stood still or the watchdog intervened: it ends the watchdog's stops,
+        which would go on for 1 s, because the guard's check has just sent the right command.
         """
         self._looked_s = now
         if self._watchdog is not None:
@@ -111,25 +121,25 @@ class SelfMonitor:
         self._takes_over = False
 
     def leave_to_watchdog(self) -> None:
-        """Close the watchdog's pipe without a goodbye: it sends a robot that may be moving stops for 1 s, and ends."""
+        """Close the watchdog's pipe without a goodbye, so that it stops a moving robot for 1 s, and ends."""
         if self._watchdog is not None:
             self._watchdog.close_without_goodbye()
 
     def shut_watchdog_down(self) -> None:
-        """Say goodbye to the watchdog process, which ends without sending stops, and wait for its end."""
+        """End the watchdog process without stops, and wait for its end."""
         if self._watchdog is not None:
             self._watchdog.shut_down()
 
 
 def raise_thread_priority() -> None:
-    """Raise this thread's scheduling priority, on Linux with the right to (root, CAP_SYS_NICE); else do nothing."""
+    """Raise this thread's scheduling priority on Linux, if permitted (root, CAP_SYS_NICE); else do nothing."""
     if sys.platform == "linux":  # elsewhere threads have no numbers that this takes
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, get_native_id(), PRIORITY)
 
 
 def measure_time_asleep() -> float:
-    """Measure how long this computer was suspended since it was started, s; 0 where that is unknown (not Linux)."""
+    """Measure how long this computer was suspended since it was started, s; 0 if that is unknown (not Linux)."""
     if sys.platform != "linux":
         return 0.0
     return time.clock_gettime(time.CLOCK_BOOTTIME) - time.monotonic()

@@ -1,4 +1,4 @@
-"""Limit the speeds and accelerations of every command, whichever behavior asked for it; stops are not limited."""
+"""Limits on the speeds and accelerations of every command of any behavior; stops are not limited."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import TypeAlias
 from understudy.robots.robot_file import MotionLimits
 
 Speeds: TypeAlias = tuple[float, float]
-"""Forward, m/s, and counter-clockwise, rad/s."""
+"""Forward speed (m/s) and counter-clockwise turning (rad/s)."""
 STILL: Speeds = (0.0, 0.0)
 
 
 def limit_speeds(limits: MotionLimits, asked: Speeds, *, last: Speeds, elapsed_s: float) -> Speeds:
-    """Clip speeds to the limits, and their change from `last`, the speeds sent last, to acceleration times `elapsed_s`.
+    """Clip speeds to the limits, and their change from `last` (the speeds sent last) to acceleration × `elapsed_s`.
 
     `elapsed_s` is the time since the command before, s. NaN counts as 0: the robot slows down as fast as its
-    acceleration limit lets it. Infinite speeds are clipped. A stop of the guard does not pass here; it is sent at once.
+    acceleration limit allows. Infinite speeds are clipped. The guard sends its stops without this limit.
     """
     return (
         _toward(asked[0], last[0], limits.speed_m_s, limits.acceleration_m_s2, elapsed_s),

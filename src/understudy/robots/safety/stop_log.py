@@ -26,7 +26,7 @@ ENDING = ".stops.jsonl"
 
 
 class StopEvent(msgspec.Struct, frozen=True, kw_only=True):
-    """A stop: when (UTC), of which robot, for what cause, and by whom.
+    """A stop: its time (UTC), the robot, the cause, and who or what stopped it.
 
     `by` is "guard", "watchdog", "program" (which called `disarm`, `emergency_stop` or `close`), or the command that a
     person used, "robots stop".
@@ -44,13 +44,16 @@ def make_stop_event(robot: str, cause: str, by: str) -> StopEvent:
 
 
 def find_stop_log(file: RobotFile, path: Path | str) -> Path:
-    """Find the log of a robot: `safety.log` of its file, beside that, or else the file's name with ENDING."""
+    """Return the path of a robot's log: `safety.log` relative to its file, or the file's name with ENDING."""
     path = Path(path)
     return path.with_suffix(ENDING) if file.safety.log is None else path.parent / file.safety.log
 
 
 def append_stop(path: Path | str, stop: StopEvent | None = None) -> None:
-    """Append a stop to a log in one write; without one, only try whether the log can be opened. Raises OSError."""
+    """Append a stop to a log in one write; without a stop, only test whether the log can be opened.
+
+    OSError is raised if it cannot.
+    """
     line = b"" if stop is None else msgspec.json.encode(stop) + b"\n"
     log = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
     try:
@@ -61,15 +64,15 @@ def append_stop(path: Path | str, stop: StopEvent | None = None) -> None:
 
 
 class StopLog:
-    """Keep the stops of one robot since it was connected in memory, and append them to a file if there is one."""
+    """The stops of one robot since it was connected, in memory and in a file if there is one."""
 
     def __init__(self, robot: str, path: Path | str | None = None) -> None:
         self._robot, self._path = robot, path
         self.stops: list[StopEvent] = []
-        """Oldest first."""
+        """The stops, oldest first."""
 
     def begin(self) -> None:
-        """Try whether the file can be written, before arming; raise FileError where it cannot."""
+        """Test before arming whether the file can be written; raise FileError if it cannot."""
         if self._path is not None:
             try:
                 append_stop(self._path)
@@ -78,7 +81,7 @@ class StopLog:
                 raise FileError(path=self._path, place="", problem=problem, remedy="correct that") from None
 
     def add(self, cause: str, by: str) -> None:
-        """Record a stop that happens now, after it was sent. A file that cannot be written is ignored."""
+        """Record a stop that happens now, after it was sent; ignore a file that cannot be written."""
         stop = make_stop_event(self._robot, cause, by)
         self.stops.append(stop)
         if self._path is not None:
@@ -87,7 +90,7 @@ class StopLog:
 
 
 def read_stops(path: Path | str) -> Sequence[StopEvent]:
-    """Read the stops of a log as they were written; none where there is no log. FileError where a line is no stop."""
+    """Read the stops of a log; return none if there is no log, and raise FileError if a line is no stop."""
     try:
         lines = Path(path).read_bytes().splitlines()
     except FileNotFoundError:

@@ -1,23 +1,24 @@
-"""Run as a process of its own that stops a robot when the program that drives it is killed, crashes or freezes.
+"""The watchdog: a process that stops a robot if the program that drives it is killed, crashes or freezes.
 
 There is one watchdog per robot. It has one thread and its own connection to the robot. On standard input it receives
 a heartbeat every 20 ms from the guard's thread of the program, which says whether the robot may be moving; it answers
-what it has read on standard output.
+each on standard output.
 
-- While the robot may be moving and no heartbeat came for `deadline_s` (0.12 s unless the robot's file says otherwise),
-  it sends a stop every `PERIOD_S`, until heartbeats come again and `LASTING_S` (1 s) more, or until the program says
-  with a heartbeat that it has taken over (`TAKEN_OVER`). Its next answer says that it intervened (`STOPPED`).
+- While the robot may be moving and no heartbeat came for `deadline_s` (0.12 s unless the robot's file sets another),
+  it sends a stop every `PERIOD_S`, until heartbeats come again and `LASTING_S` (1 s) more, or until the program
+  reports with a heartbeat that it has taken over (`TAKEN_OVER`). Its next answer says that it intervened (`STOPPED`).
 - When the pipe closes without a goodbye while the robot may be moving, it sends stops for `LASTING_S` and ends. A
   child that the program forked keeps the pipe open: then the missing heartbeats count, as above.
-- While the robot is at rest (`RESTING`), it sends nothing, however long nothing comes.
-- When this process ends or hangs, the guard disarms the robot (`WatchdogClient.problem`). Should the program freeze or
+- While the robot is at rest (`RESTING`), it sends nothing, however long no heartbeat comes.
+- When this process ends or hangs, the guard disarms the robot (`WatchdogClient.problem`). Should the program freeze
+or
   be killed within the 0.5 s at most until then, only the robot's own command timeout stops it.
-- Where stops cannot be sent, it keeps trying, silently. Where the log of stops cannot be written, it goes on without;
+- If stops cannot be sent, it keeps trying, silently. If the log of stops cannot be written, it continues without;
   a write that blocks (a network file system) delays the stops after the first.
 - Intervals are of `time.monotonic`, so that setting the date has no effect. A suspended computer sends nothing; on
   waking, missing heartbeats count for the time awake only (Linux).
 
-A terminal's Ctrl-C does not reach it: it is started in a session of its own.
+A terminal's Ctrl-C does not reach it, because it is started in a session of its own.
 """
 
 from __future__ import annotations
@@ -39,13 +40,19 @@ from understudy.robots.safety.emergency_stop import make_stop_sender
 from understudy.robots.safety.stop_log import append_stop, make_stop_event
 
 TAKEN_OVER, MOVING, RESTING, BYE = b"*", b"+", b"-", b"."
-"""Heartbeats, a byte each. TAKEN_OVER: the robot may be moving, and stops still being sent have to end, since it was
-armed just now, or the program is back and has sent its own command. MOVING: it may be moving. RESTING: it is disarmed,
-and its stops were repeated long enough. BYE: the program leaves in good order."""
+"""The heartbeats, one byte each.
+
+TAKEN_OVER: the robot may be moving, and stops still being sent have to end, because it was armed just now, or the
+program is back and has sent its own command. MOVING: it may be moving. RESTING: it is disarmed, and its stops were
+repeated long enough. BYE: the program ends normally.
+"""
 WELL, STOPPED = b"+", b"!"
-"""Answers to what was read, a byte each: nothing happened, or stops were sent since the last answer."""
+"""The answers to heartbeats, one byte each: nothing happened, or stops were sent since the last answer."""
 READY = b"ready"
-"""The line that says that it is connected, and has discovered the robot; any other line says why it failed."""
+"""The line that reports that the watchdog is connected and has discovered the robot.
+
+Any other line is an error message.
+"""
 PERIOD_S = 0.02
 """Time between two stops, s."""
 LASTING_S = 1.0
@@ -58,11 +65,14 @@ PRIORITY = -10
 """Nice value of this process and of the guard's thread, where the system allows it (root, CAP_SYS_NICE)."""
 
 Hear: TypeAlias = Callable[[float | None], bytes | None]
-"""Wait so long (s; None: forever) for heartbeats; b"" when the pipe was closed, None when nothing came."""
+"""A function that waits for heartbeats, at most for a time (s; None: without limit).
+
+It returns them, b"" if the pipe was closed, or None if none came.
+"""
 
 
 class WatchdogConfig(msgspec.Struct, frozen=True, kw_only=True):
-    """What the process is started with: the robot, where to log stops, and whom to discover before it is ready."""
+    """The configuration of the process: robot, log of stops, and publishers to discover before it is ready."""
 
     file: RobotFile
     log: str
@@ -82,24 +92,25 @@ def watch_heartbeats(
     clock: Callable[[], float] = time.monotonic,
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Read heartbeats until the program says goodbye or the pipe closes; `stop` where none comes in time.
+    """Read heartbeats until the program says goodbye or the pipe closes; send stops if none comes in time.
 
     Parameters
     ----------
     hear
-        Wait for heartbeats, at most so long (s). Several may come at once: the last one counts, and any TAKEN_OVER.
+        Function that waits for heartbeats, at most for a time (s). If several come at once, the last one counts, and
+        any TAKEN_OVER.
     answer
-        Answer a heartbeat. Must not raise.
+        Function that answers heartbeats. It must not raise an exception.
     stop
-        Send one stop. Must not raise.
+        Function that sends one stop. It must not raise an exception.
     log
-        Log a stop with its cause. Must not raise.
+        Function that logs a stop with its cause. It must not raise an exception.
     deadline_s
-        How long heartbeats may be missing while the robot may be moving, s.
+        Time without heartbeats, s, after which stops are sent if the robot may be moving.
     clock
-        Return monotonic time, s.
+        Function that returns monotonic time, s.
     sleep
-        Wait for so long, s.
+        Function that waits for a time, s.
     """
     moving, frozen, until = False, False, 0.0
     while True:
@@ -134,7 +145,7 @@ def watch_heartbeats(
 def run_watchdog_process() -> None:
     """Read a WatchdogConfig as a line of JSON, then heartbeats, from standard input; answer on standard output.
 
-    Whatever goes wrong before it is ready is answered as a sentence in place of READY, and ends the process.
+    An error before it is ready is reported as a sentence in place of READY, and ends the process.
     """
     with contextlib.suppress(OSError, AttributeError):
         os.setpriority(os.PRIO_PROCESS, 0, PRIORITY)  # it has little to do, but has to do it in time

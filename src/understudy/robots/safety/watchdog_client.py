@@ -1,8 +1,8 @@
-"""Start a robot's watchdog process, send it heartbeats, and detect that it ended, hangs, or had to stop the robot.
+"""Client of a robot's watchdog process, which starts it, sends heartbeats, and detects its failures.
 
 The pipes to the process do not block, once it is ready: heartbeats that a hanging watchdog does not read are dropped,
-and `problem` reports it after `ANSWER_S`. There is no thread here but one that waits for the end of a watchdog that was
-abandoned. Intervals are of `time.monotonic`.
+and `problem` reports it after `ANSWER_S`. The only thread here waits for the end of a watchdog that was abandoned.
+Intervals are of `time.monotonic`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from understudy.robots.safety.watchdog import BYE, READY, RESTING, STOPPED, Watc
 STARTING_S = 15.0
 """How long starting may take, s: long, for computers that are very busy. Then WatchdogFailed is raised."""
 ANSWER_S = 0.5
-"""A watchdog that answers no heartbeat for so long counts as gone, s."""
+"""Time without an answer to heartbeats after which a watchdog counts as gone, s."""
 ASKING_S = 0.005
 """Time between two heartbeats that ask whether a watchdog still answers, before it is used again, s."""
 LEAVING_S = 3.0
@@ -35,7 +35,7 @@ LEAVING_S = 3.0
 
 
 class WatchdogFailed(UnderstudyError, json_type="WatchdogFailed"):
-    """Report why the watchdog cannot be started; the robot stays disarmed."""
+    """A watchdog that cannot be started; the robot stays disarmed."""
 
     def __init__(self, *, robot: str, problem: str) -> None:
         self.robot, self.problem = robot, problem
@@ -45,10 +45,10 @@ class WatchdogFailed(UnderstudyError, json_type="WatchdogFailed"):
 
 
 class WatchdogClient:
-    """Run the watchdog process of one robot: started when first needed, and again where it has ended or hangs.
+    """A client of the watchdog process of one robot.
 
-    `start` and `shut_down` block, and are called without the guard's lock; everything else returns at once, and is
-    called with it while the robot is armed.
+    The process is started when first needed, and again if it ended or hangs. `start` and `shut_down` block, and are
+    called without the guard's lock; everything else returns at once, and is called with it while the robot is armed.
     """
 
     def __init__(self, file: RobotFile, *, log: Path | str) -> None:
@@ -59,28 +59,31 @@ class WatchdogClient:
         self._lock = Lock()
 
     _leaving: Thread | None = None
-    """Waits for the end of a process that was abandoned."""
+    """The thread that waits for the end of a process that was abandoned."""
 
     @property
     def alive(self) -> bool:
-        """Whether the process runs; it may hang nevertheless."""
+        """True if the process runs; it may hang nevertheless."""
         return self._process is not None and self._process.poll() is None
 
     @property
     def count(self) -> int:
-        """How many processes may be connected to the robot: one that was abandoned still is until it ends."""
+        """The number of processes that may be connected to the robot.
+
+        One that was abandoned counts until it ends.
+        """
         leaving = self._leaving is not None and self._leaving.is_alive()
         return int(self.alive) + int(leaving)
 
     @property
     def pid(self) -> int:
-        """The id of the process; 0 where there is none."""
+        """The id of the process; 0 if there is none."""
         return 0 if self._process is None else self._process.pid
 
     def start(self, peers: Sequence[Publisher]) -> None:
         """Start the process unless it runs and answers; block until it has discovered these publishers, about 0.5 s.
 
-        Raises WatchdogFailed where it does not start, or does not discover them within `watchdog.DISCOVERY_S` (5 s).
+        WatchdogFailed is raised if it does not start, or does not discover them within `watchdog.DISCOVERY_S` (5 s).
         """
         with self._lock:
             if self.alive and self._answers():
@@ -117,7 +120,7 @@ class WatchdogClient:
             self._process, self._owner = process, os.getpid()
 
     def _answers(self) -> bool:
-        """Whether it answers heartbeats, tried for up to ANSWER_S; the robot has to be disarmed."""
+        """Return whether it answers heartbeats, trying for up to ANSWER_S; the robot has to be disarmed."""
         asked_s = time.monotonic()
         while time.monotonic() - asked_s < ANSWER_S:
             self.send(RESTING)
@@ -130,20 +133,20 @@ class WatchdogClient:
     def send(self, words: bytes) -> None:
         """Send a heartbeat: TAKEN_OVER, MOVING or RESTING.
 
-        Never blocks or raises; the heartbeat is dropped where the pipe is full or closed.
+        It never blocks or raises; the heartbeat is dropped if the pipe is full or closed.
         """
         if self._process is not None:
             with contextlib.suppress(OSError):  # `problem` reports it
                 _tell(self._process, words)
 
     def begin(self) -> None:
-        """Discard old answers, and expect new ones from now on: until now nobody sent heartbeats regularly."""
+        """Discard earlier answers, and expect new ones from now on, because heartbeats were not regular before."""
         self.problem()
         self.poll_intervention()
         self._answered_s = time.monotonic()
 
     def problem(self) -> str:
-        """Read the answers; return why the watchdog cannot be relied on, empty where all is well. Never block."""
+        """Read the answers, without blocking; return why the watchdog cannot be relied on, or an empty text."""
         process = self._process
         if process is None or process.stdout is None:
             return "there is no watchdog"
@@ -163,14 +166,14 @@ class WatchdogClient:
         return ""
 
     def poll_intervention(self) -> bool:
-        """Return whether, by the answers that `problem` has read since the last call, it had to send stops."""
+        """Return whether the watchdog had to send stops, by the answers that `problem` has read since the last call."""
         stopped, self._stopped = self._stopped, False
         return stopped
 
     def shut_down(self) -> None:
         """Say goodbye, and wait for the process to end without sending stops; kill it after LEAVING_S.
 
-        Does nothing in a process that was forked from the one that started it.
+        In a process that was forked from the one that started it, nothing happens.
         """
         process = self._process
         if self._owner == os.getpid():
@@ -181,9 +184,9 @@ class WatchdogClient:
             self._see_off()
 
     def close_without_goodbye(self) -> None:
-        """Close the pipes without a goodbye, whereupon the watchdog stops a robot that may be moving, and ends.
+        """Close the pipes without a goodbye, so that the watchdog stops a robot that may be moving, and ends.
 
-        Does not wait for that, since the caller holds the guard's lock: a thread does.
+        A thread waits for its end, because the caller holds the guard's lock.
         """
         process, self._process = self._process, None
         if process is not None:
@@ -222,7 +225,7 @@ def _wait_for(process: subprocess.Popen[bytes]) -> None:
 
 
 def _path() -> str:
-    """The module search path of this program, absolute, for the watchdog to import the same modules from any folder."""
+    """Return this program's module search path, made absolute so that the watchdog imports the same modules."""
     return os.pathsep.join(str(Path(each).absolute()) for each in sys.path)
 
 
@@ -232,7 +235,7 @@ def _tell(process: subprocess.Popen[bytes], words: bytes) -> None:
 
 
 def _line(process: subprocess.Popen[bytes], wait_s: float) -> bytes:
-    """Read the next line without its newline; what came of it where the pipe closes or `wait_s` (s) has passed."""
+    """Read the next line without its newline, or what has come if the pipe closes or `wait_s` (s) has passed."""
     line, until = b"", time.monotonic() + wait_s
     if process.stdout is None:
         return line
