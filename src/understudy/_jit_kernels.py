@@ -1,4 +1,7 @@
-"""How kernels run: compiled, compiled with bounds checked, or as the plain Python they are (see `read_kernel_mode`)."""
+"""Decorators of kernels, which run compiled, compiled with bounds checks, or as plain Python.
+
+See `understudy.kernel_cache.read_kernel_mode` for the mode.
+"""
 
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -17,6 +20,7 @@ if MODE == PYTHON:
     uint64: Any = wrap_64_bits
     prange: Any = range
     blank: Any = make_plain_records
+    """Make an array of `count` records of a type, all zeros."""
 else:
     import numba
 
@@ -45,7 +49,7 @@ __all__ = [
 
 
 def njit(**options: Any) -> Callable[[F], F]:
-    """Compile a kernel with Numba's options; in Python mode leave it as it is."""
+    """Compile a kernel with Numba and these options; in plain Python mode leave it unchanged."""
 
     def made(function: F) -> F:
         if MODE == PYTHON:
@@ -57,7 +61,7 @@ def njit(**options: Any) -> Callable[[F], F]:
 
 
 def njit_entry(**options: Any) -> Callable[[F], F]:
-    """Compile a kernel that Python calls with records; in Python mode it gets all arrays as plain ones."""
+    """Compile a kernel that Python calls with records; in plain Python mode convert its arguments by `make_plain`."""
 
     def made(function: F) -> F:
         return run_on_plain_arrays(function) if MODE == PYTHON else njit(**options)(function)
@@ -72,12 +76,12 @@ inlined = njit(error_model="numpy", forceinline=True, no_cpython_wrapper=True, n
 
 
 def convert_for_kernels(arrays: Any) -> Any:
-    """Arrays that kernels are given again and again, as they take them in this mode."""
+    """Convert arrays that are passed to kernels repeatedly, if the mode needs it."""
     return make_plain(arrays) if MODE == PYTHON else arrays
 
 
 def limit_threads(threads: int) -> int:
-    """Let `prange` use so many threads from now on; how many it was before."""
+    """Set the number of threads that `prange` uses; return the number before."""
     if MODE == PYTHON:
         return threads
     before = int(numba.get_num_threads())

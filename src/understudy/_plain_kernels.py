@@ -1,7 +1,7 @@
-"""Arrays for kernels that run as plain Python: records with attributes, Python's own numbers, no index out of range.
+"""Arrays for kernels that run as plain Python: records with attributes, Python's own numbers, and bounds checks.
 
-NumPy's own would do neither: its records have no attributes, its numbers are slow one by one and do not wrap or divide
-as compiled ones do, and an index below 0 counts from the end.
+NumPy's arrays do not fit: their records have no attributes, their numbers are slow one by one and do not wrap or
+divide as compiled ones do, and an index below 0 counts from the end.
 """
 
 import ctypes
@@ -22,9 +22,9 @@ NUMBERS: dict[str, Any] = {
 
 
 class Plain:
-    """An array [...] of numbers or records that shares its memory with a NumPy array.
+    """An array of numbers or records that shares its memory with a NumPy array of the same shape.
 
-    An element is a Python number, or a record whose attributes are, and which writes through.
+    An element is a Python number, or a record whose fields are attributes; writing to these changes the array.
     """
 
     __slots__ = ("_array", "_items", "shape")
@@ -56,7 +56,7 @@ class Plain:
             self._array[self._allowed(index)] = value
 
     def _allowed(self, index: Any) -> Any:
-        """The index, of which no part is below 0."""
+        """Return an index unchanged; raise IndexError if any part of it is below 0."""
         for part in index if isinstance(index, tuple) else (index,):
             for bound in (part.start, part.stop) if isinstance(part, slice) else (part,):
                 if bound is not None and bound < 0:
@@ -66,7 +66,7 @@ class Plain:
 
 @lru_cache
 def element_type(dtype: np.dtype[Any]) -> Any:
-    """The C type that lies in memory as an element of an array does."""
+    """Make the C type that has the same layout in memory as an element of an array."""
     if dtype.subdtype is not None:
         of, shape = dtype.subdtype
         return element_type(of) * shape[0]
@@ -82,7 +82,7 @@ def element_type(dtype: np.dtype[Any]) -> Any:
 
 
 def make_plain(value: Any) -> Any:
-    """A value as kernels in plain Python take it: all arrays in it plain, and of a lone record a plain copy."""
+    """Convert a value for kernels in plain Python: arrays in it become `Plain`, and a single record a copy of it."""
     if isinstance(value, np.ndarray):
         return Plain(value)
     if isinstance(value, np.void):
@@ -94,17 +94,17 @@ def make_plain(value: Any) -> Any:
 
 
 def wrap_64_bits(word: Any) -> int:
-    """What of a whole number a word of 64 bits holds: sums and products of such words wrap."""
+    """Return the lowest 64 bits of a whole number, because sums and products of 64-bit words wrap."""
     return int(word) & 0xFFFFFFFFFFFFFFFF
 
 
 def make_plain_records(count: int, dtype: Any) -> Any:
-    """So many records of a type, all zeros."""
+    """Make an array of `count` records of a type, all zeros."""
     return Plain(np.zeros(count, dtype))
 
 
 def run_on_plain_arrays(function: F) -> F:
-    """The function, given all its arguments as plain ones."""
+    """Wrap a function so that all its arguments are converted by `make_plain`."""
 
     @wraps(function)
     def called(*args: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: they must find a place even in a read-only install without a home."""
+"""Choice of a folder for compiled kernels, which exists even in a read-only install without a home folder."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ from understudy.errors import SettingError
 
 SETTING = "NUMBA_CACHE_DIR"
 KERNELS = ("**/kernels/*.py", "**/_*kernels.py", "sim/sensing/sectors.py")
-"""The files of kernels, and those that say what kernels find in memory."""
+"""The patterns of files with kernels, and of those that define the records in which kernels keep their data."""
 MODE = "UNDERSTUDY_KERNELS"
 COMPILED, CHECKED, PYTHON = "compiled", "checked", "python"
-"""How kernels run: compiled; compiled so that an index beyond an array's end raises IndexError; as plain Python.
+"""The modes in which kernels run: compiled; compiled with bounds checks; as plain Python.
 
-Plain Python refuses an index below 0 too, which the others count from the array's end.
+Checked kernels raise IndexError for an index beyond an array's end. Plain Python also refuses an index below 0, which
+the others count from the array's end.
 """
 
 
 def read_kernel_mode() -> str:
-    """How kernels run in this process: what the environment variable UNDERSTUDY_KERNELS names, else COMPILED."""
+    """Return the mode of kernels in this process, from the environment variable UNDERSTUDY_KERNELS; else COMPILED."""
     chosen, known = os.environ.get(MODE) or COMPILED, (COMPILED, CHECKED, PYTHON)
     if chosen not in known:
         remedy = f"give one of {', '.join(known)}"
@@ -33,9 +34,9 @@ def read_kernel_mode() -> str:
 
 
 def choose_cache_folder() -> None:
-    """Name a folder for compiled kernels where the usual ones - beside the source, then at home - cannot be written.
+    """Choose a folder for compiled kernels if the usual ones, beside the source and at home, cannot be written.
 
-    To be called before Numba is first imported. A folder that the user named stays.
+    Call it before Numba is first imported. A folder that the user named in NUMBA_CACHE_DIR stays.
     """
     if SETTING in os.environ or any(map(_writable, (Path(__file__).parent, *_at_home()))):
         return
@@ -50,14 +51,14 @@ def _at_home() -> tuple[Path, ...]:
 
 
 def _writable(folder: Path) -> bool:
-    """Whether a folder, or the nearest above it that exists, can be written to."""
+    """Return whether a folder, or the nearest existing folder above it, can be written to."""
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
     return os.access(folder, os.W_OK)
 
 
 def _temporary() -> Path:
-    """A folder for this user alone: compiled code from somebody else's must never be run."""
+    """Make a folder that only this user can write to, because compiled code of others must never be run."""
     user = os.getuid() if hasattr(os, "getuid") else 0
     folder = Path(tempfile.gettempdir()) / f"understudy-kernels-{user}"
     try:
@@ -71,16 +72,16 @@ def _temporary() -> Path:
 
 
 def make_checked_cache_path(named: str) -> str:
-    """A folder for kernels compiled with checks, in the one that is named for kernels, if any."""
+    """Return a folder for kernels compiled with checks, inside the named folder for kernels if there is one."""
     return str((Path(named) if named else _temporary()) / CHECKED)
 
 
 def hash_kernel_sources() -> str:
-    """Hash the sources of all kernels, and of the records that they find in memory.
+    """Hash the sources of all kernels, and of the records that they use.
 
-    Numba keeps a compiled kernel until its own file changes, and does not notice an edit in another file whose
-    kernels it calls, or that says where a record has its fields. It does key what it keeps by the variables that a
-    function closes over: so such a kernel is built in a function that is given this hash.
+    Numba keeps a compiled kernel until its own file changes, and does not notice an edit of another file that has the
+    kernels it calls or the records it uses. Its cache key includes the variables that a function closes over: so such
+    a kernel is made in a function that is given this hash.
     """
     here = Path(__file__).parent
     files = sorted({file for pattern in KERNELS for file in here.glob(pattern)})
@@ -89,7 +90,7 @@ def hash_kernel_sources() -> str:
 
 @contextmanager
 def pause_garbage_collection() -> Iterator[None]:
-    """While kernels are compiled, the garbage collector rests: it takes a tenth of the time, and finds nothing."""
+    """Pause the garbage collector while kernels are compiled, where it takes a tenth of the time and finds nothing."""
     enabled = gc.isenabled()
     gc.disable()
     try:

@@ -1,4 +1,4 @@
-"""Append-only files that survive the death of the program: records framed by their length and checksum.
+"""Append-only files that survive the end of the program: records framed by their length and checksum.
 
 A file that was cut off anywhere still reads as its complete records, and appending continues after the last of
 them.
@@ -25,14 +25,14 @@ _FRAME = Struct("<II")  # length, checksum
 
 
 class JournalLock:
-    """Says that somebody writes a log; the system releases it when the process ends, however it ends."""
+    """A lock on a log that is being written; the system releases it when the process ends, however it ends."""
 
     def __init__(self, file: BufferedReader) -> None:
         self._file = file
 
     @classmethod
     def try_acquire(cls, path: Path | str) -> Self | None:
-        """The lock of a log, or None where another session has it; FileError where it cannot be read."""
+        """Lock a log; return None if another session has locked it, and raise FileError if it cannot be read."""
         path = Path(path)
         try:
             file = path.open("rb")
@@ -48,7 +48,7 @@ class JournalLock:
 
     @classmethod
     def acquire(cls, path: Path | str) -> Self:
-        """The lock of a log; FileError where another session has it."""
+        """Lock a log; raise FileError if another session has locked it."""
         lock = cls.try_acquire(path)
         if lock is None:
             raise FileError(
@@ -60,14 +60,14 @@ class JournalLock:
         return lock
 
     def release(self) -> None:
-        """Let others write; once is enough."""
+        """Release the lock."""
         self._file.close()
 
 
 class AppendLog:
-    """An open log; `write` appends a record, and with `sync` it is on disk when the call returns.
+    """An open log, to which `write` appends records; with `sync`, a record is on disk when the call returns.
 
-    It holds the log's lock until it is closed: records of two writers would mix.
+    It holds the log's lock until it is closed, because records of two writers would mix.
     """
 
     def __init__(self, path: Path | str, lock: JournalLock | None = None) -> None:
@@ -101,7 +101,10 @@ class AppendLog:
 
     @classmethod
     def append(cls, path: Path | str, magic: bytes, *, lock: JournalLock | None = None) -> Self:
-        """Go on with a log: what follows its last complete record is cut off. `lock` is its lock, if it is held."""
+        """Open a log to continue it, and cut off what follows its last complete record.
+
+        `lock` is the log's lock if the caller holds it already.
+        """
         lock = lock or JournalLock.acquire(Path(path))
         try:
             end = len(magic) + sum(_FRAME.size + len(payload) for payload in read_log(path, magic))

@@ -1,4 +1,4 @@
-"""Atomic writing: a file is at every moment either the old or the new one, even if the program is killed."""
+"""Atomic writing: at every moment a file is either the old or the new one, even if the program is killed."""
 
 from __future__ import annotations
 

@@ -157,7 +157,7 @@ def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesso
 
 
 MOST_BYTES = 1 << 27
-"""The most bytes to which a part of an expectation may unpack, lest a damaged file fill the memory."""
+"""The largest size in bytes of a part of an expectation, so that a damaged file cannot fill the memory."""
 
 
 def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Expectation, ...]:

@@ -1,7 +1,7 @@
 """Documents: one readable JSON text per automaton (ARCHITECTURE section 8; docs/formats.md).
 
-Examples are the source. The trees built from them are stored too, with a hash: they are used if it matches,
-otherwise they are built again from the examples, and this is reported.
+Examples are the source. The trees learned from them are stored too, with a hash: they are used if the hash matches,
+otherwise they are learned again from the examples, and this is reported.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from understudy.storage.json_text import Source, find_repeated_key, format_docum
 from understudy.storage.schema import FORMAT, MIGRATIONS, Document, FormatVersion, LessonDoc, ScikitDoc
 
 Learn: TypeAlias = Callable[[Lesson], Mapping[str, Transition]]
-"""A function that learns the transition functions of a lesson: `understudy.learning.fit.learn`."""
+"""A function that learns the transition functions of a lesson, such as `understudy.learning.fit.learn`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,11 +101,10 @@ def _document(taught: TrainedAutomaton) -> Document:
 def decode_document(
     data: bytes, kit: Kit | None, *, path: Path | str, learn: Learn | None = None, checked: bool = False
 ) -> LoadedDocument:
-    """Decode a document; `kit` provides its features.
+    """Decode a document, with features of the kit; refuse invalid content with a FileError that names the place.
 
-    FileError, naming the place, for whatever cannot be right. Where the stored trees are not what the lesson
-    gives, or it keeps none, `learn` builds them; without it that is an error too. What `check_apart` has let through
-    is `checked`.
+    If the stored trees do not match the lesson, or there are none, `learn` makes them; without `learn` that is an
+    error too. `checked` is True for text that `check_apart` has accepted.
     """
     document, source = parse_document(data, path=path, checked=checked)
     automaton = decode_automaton(document.automaton, kit, source)
@@ -151,14 +150,14 @@ def _hash(document: Document) -> str:
 
 
 def _learner_version(lesson: LessonDoc | None) -> int:
-    """The first version of the learner that gives what this one does: trees of that version are used as they are."""
+    """Return the first version of the learner that gives the same trees for this lesson as the present version."""
     watched = [] if lesson is None else lesson.watched
     absent = any(value is None for group in watched for column in group.values for value in column)
     return LEARNER_VERSION if absent else 1
 
 
 def parse_document(data: bytes, *, path: Path | str, checked: bool = False) -> tuple[Document, Source]:
-    """The document in these bytes, brought to the current format; FileError where there is none."""
+    """Parse the document in these bytes and convert it to the current format; raise FileError if it is invalid."""
     source = Source(path, data.decode("utf-8", errors="replace"))
     if not checked:
         _check_text(data, source)
@@ -178,7 +177,7 @@ def parse_document(data: bytes, *, path: Path | str, checked: bool = False) -> t
 
 
 def _check_text(data: bytes, source: Source) -> None:
-    """FileError where bytes are no JSON, or an object has a key twice. Other threads stand still meanwhile."""
+    """Refuse bytes that are no JSON, or in which an object has a key twice; this blocks other threads."""
     path = source.path
     try:
         data.decode("utf-8")
@@ -241,9 +240,9 @@ SLOWEST_CHECK_S = 60.0
 
 
 def check_apart(documents: Sequence[tuple[str, bytes]]) -> None:
-    """Parse documents, each with its name, in a process of their own; FileError for the first that is none.
+    """Parse documents, each after its name, in a separate process; raise FileError for the first that is invalid.
 
-    Python parses JSON without letting any other thread run, which a large document would hold up for seconds.
+    Python's JSON parser lets no other thread run, so a large document would block them for seconds.
     """
     command = [sys.executable, "-P", "-m", __name__]
     try:
@@ -273,7 +272,7 @@ class _Wrong(msgspec.Struct, frozen=True):
 
 
 def _check_input() -> None:
-    """The other process: documents on standard input, and what is wrong on standard output."""
+    """Parse documents from standard input, in the separate process, and write the first error to standard output."""
     wrong = None
     try:
         for name, data in msgspec.msgpack.decode(sys.stdin.buffer.read(), type=list[tuple[str, bytes]]):

@@ -92,7 +92,7 @@ def _feature_doc(bound: BoundFeature) -> FeatureDoc:
 
 
 def format_feature_label(bound: BoundFeature) -> str:
-    """How a document's trees name a feature: its arguments follow the names of the parameters, by alphabet."""
+    """Format a feature as trees in documents do, with its arguments in alphabetical order of the parameters."""
     return format_bound_name(bound.feature.name, bound.binding)
 
 

@@ -1,4 +1,4 @@
-"""Layout of documents as JSON text that is easy to read and compare, and line numbers of places in it."""
+"""JSON text of documents: a layout that is easy to read and compare, and line numbers of places in it."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from understudy.errors import FileError, UnderstudyError
 
 @contextmanager
 def convert_decode_errors() -> Iterator[None]:
-    """Raise msgspec.DecodeError for all that is wrong with bytes decoded inside, JSON or MessagePack.
+    """Raise msgspec.DecodeError for every error of decoding JSON or MessagePack inside.
 
-    msgspec itself raises others for text that is not UTF-8, and for values nested deeper than Python's stack.
+    msgspec itself raises other errors for text that is not UTF-8, and for values nested deeper than Python's stack.
     """
     try:
         yield

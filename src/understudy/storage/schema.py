@@ -38,7 +38,7 @@ class StateDoc(DocStruct, kw_only=True):
 
 
 class FeatureDoc(DocStruct, kw_only=True):
-    """A feature as the automaton uses it; `sort` is "body", or which of the automaton's own features it is."""
+    """A feature as the automaton uses it; `sort` is "body" or the sort of an automaton's own feature."""
 
     name: DocName
     binding: dict[str, str] = {}
