@@ -1,4 +1,4 @@
-"""The inverse of a small matrix, in compiled code of one thread.
+"""Inversion of a small matrix in compiled code of one thread.
 
 Linear algebra libraries use several threads, which wait for each other on a busy machine.
 """

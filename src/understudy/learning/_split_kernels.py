@@ -317,9 +317,9 @@ def assign_to_children(
     column: Floats, segment: Ints, group: Ints, test: int, first: int, second: int, absent: int, flip: bool,
     side: Ints,
 ) -> int:  # fmt: skip
-    """Say of each example of a node which child it goes to; answers which one absent values go to.
+    """Write the child of each example to `side`; return the child of absent values.
 
-    That is none where no press-made example is absent: watched ones never decide.
+    It is NOTHING if no press-made example has the value absent, because watched examples never decide.
     """
     present, presses = count_present(column, segment), 0
     absent = 1 - absent if flip else absent

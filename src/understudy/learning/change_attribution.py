@@ -1,10 +1,10 @@
-"""Attribution of changes: which examples caused each condition of an automaton to move, appear or vanish.
+"""Attribution of changes: the examples that caused a condition of an automaton to move, appear or vanish.
 
-Between two versions of a lesson, examples are new, gone, edited, put in quarantine or let out of it; and in a lesson
-begun anew another press has the number of a former one. Such an example is
-behind a change where it reaches what changed, showing it or saying otherwise, or where it bounds a cut that the other
-version has not. Where none does, the change came about elsewhere in the tree: then it is those without which, one at a
-time, it would not have come.
+Between two versions of a lesson, examples are new, gone, edited, put in quarantine or let out of it; in a lesson that
+was started again, a number may belong to another press. Such a changed example is a cause if it fulfills a condition
+that changed, if it shows another next state there, or if it is next to a threshold that the other version does not
+have. If there is no such example, the causes are those changed examples without which, one at a time, the change
+would not have happened.
 """
 
 from __future__ import annotations
@@ -30,22 +30,26 @@ from understudy.model.tree_regions import Box
 from understudy.model.tree_text import describe_boxes, simplify_outcome_boxes
 
 Lines: TypeAlias = Mapping[str, Mapping[str, Box]]
-"""By next state, the conditions under which a state is left for it, each with its box of feature vectors."""
+"""The conditions for each next state, each with its box of feature vectors."""
 Numbered: TypeAlias = Mapping[int, Example]
+"""Examples by number."""
 MOST_NAMED = 6
+"""The largest number of examples that a sentence names."""
 MOST_TRIED = 20
-"""Of more examples that changed, none is tried as it was."""
+"""The largest number of changed examples for which it is tried whether one of them caused a change elsewhere."""
 SHOWN_ANEW = "shown anew"
+"""What happened to an example whose number now belongs to another press."""
 SIGNIFICANT = 1e-9
-"""The distance below which values count as equal, since a cut may be the float after an example's value."""
+"""The distance below which values count as equal; a threshold may be the next float after an example's value."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExampleAttribution:
-    """An example behind a change: what `happened` to it, and `how` it is behind the change.
+    """An example that caused a change: what `happened` to it, and `how` it is connected with the change.
 
-    It is "new", "gone", "edited", "in quarantine", "let out", "read anew" where the lesson's features or reaction time
-    changed, or "shown anew" where another press has its number now, as in a lesson begun anew.
+    `happened` is "new", "gone", "edited", "in quarantine", "let out", "read anew" if the lesson's features or
+    reaction time changed, or "shown anew" if its number now belongs to another press, as in a lesson that was started
+    again.
     """
 
     number: int
@@ -54,11 +58,12 @@ class ExampleAttribution:
 
 
 HowMoved: TypeAlias = Literal["moved", "appeared", "vanished"]
+"""The sort of a change: conditions for a next state were replaced, were added to none, or were all removed."""
 
 
 @dataclass(frozen=True, slots=True)
 class ConditionChange:
-    """When a state is left for another: the conditions that are gone and those that are new, and who is behind it.
+    """A change of the conditions for one next state: those that are gone, those that are new, and its causes.
 
     `said` is a sentence: "goto → done moved: examples 3 (gone, showed it) and 7 (new, shows it)".
     """
@@ -75,7 +80,7 @@ class ConditionChange:
 def attribute_condition_changes(
     before: TrainedAutomaton, after: TrainedAutomaton
 ) -> tuple[ConditionChange, ...]:
-    """List every change of when states are left between two versions, with the examples that caused it.
+    """List every change of conditions between two versions of an automaton, with the examples that caused it.
 
     The result is empty if one version has no lesson. Only decision trees have conditions.
     """
@@ -124,9 +129,10 @@ class _StateDiff:
                 yield number, "edited" if new.edited else "read anew"
 
     def _is_another(self, old: Example, new: Example) -> bool:
-        """Whether two examples of one number are of different presses, as where a lesson was begun anew.
+        """Return whether two examples with the same number come from different presses, as in a lesson started again.
 
-        Their moments differ then: in time, or in a reading that both lessons recorded. Those of a table have none.
+        Their moments differ then: in time, or in a reading that both lessons recorded. Examples from tables have no
+        moment.
         """
         if old.moment is None or new.moment is None:
             return False
@@ -200,7 +206,7 @@ class _StateDiff:
                 yield number, "says otherwise there" if lost else "said otherwise there"
 
     def _heard_in(self, box: Box, example: Example, *, lost: bool) -> bool:
-        """Return whether an example of the other version lies in this box and was decided as it shows there."""
+        """Return whether an example of the other version lies in this box and was decided there as it shows."""
         if not (self.alike and _inside(example, box)):
             return False
         automaton = (self.after if lost else self.before).automaton
@@ -264,7 +270,7 @@ class _StateDiff:
 
 
 def _name_examples(examples: Sequence[ExampleAttribution]) -> str:
-    """Who is behind a change, the first of them by number."""
+    """Name the examples that caused a change, with what happened to them; only the first ones by number."""
     if not examples:
         return "it is learned otherwise"
     named = [f"{who.number} ({who.happened}, {who.how})" for who in examples[:MOST_NAMED]]

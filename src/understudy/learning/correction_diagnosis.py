@@ -1,8 +1,8 @@
-"""Diagnosis of a correction: whether bad examples misled the robot, and which, or whether there were too few.
+"""Diagnosis of a correction: whether bad examples misled the robot and which, or whether there were too few.
 
-In the spirit of Sullivan, ElMolla, Squires and Luke, "Unlearning from Demonstration" (IJCAI 2013); the method
-is our own (docs/correcting.md). It uses examples only, not what was learned from them, so the diagnosis is the
-same for trees and for every classifier.
+The method follows the idea of Sullivan, ElMolla, Squires and Luke, "Unlearning from Demonstration" (IJCAI 2013), and
+is our own (docs/correcting.md). It uses examples only, not what was learned from them, so the diagnosis is the same
+for trees and for every classifier.
 """
 
 from __future__ import annotations
@@ -82,10 +82,10 @@ class CorrectionDiagnosis:
 
 
 def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagnosis:
-    """Find out why the robot was wrong where a correction was made.
+    """Diagnose why the robot decided wrongly at the moment of a correction.
 
-    Suspected are press-made examples of the same state (of all states in stateless lessons) that are similar to the
-    correction, show another next state, and are contradicted by other examples. Corrections are never suspected.
+    Press-made examples of the same state (of all states in stateless lessons) are suspected if they are similar to
+    the correction, show another next state, and are contradicted by other examples. Corrections are never suspected.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def _alone(place: int, seen: LeaveOneOut) -> bool:
 
 
 def _surrounded(place: int, unlike: Square, seen: LeaveOneOut) -> bool:
-    """Return whether an example has others on both sides: two of them are seen from it at more than a right angle.
+    """Return whether an example has others on both sides: two of them at more than a right angle as seen from it.
 
     The only example of an outcome is not suspected at the edge of the others, where it may begin a region of
     its own.

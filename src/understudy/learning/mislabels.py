@@ -1,7 +1,7 @@
 """Detection of presses that are probably mislabeled, because other examples contradict them.
 
-A press is compared twice: with the examples of its own state, and with all directives and confirmations of all
-states, since a wrong button is mostly wrong there, too. Both predict it from the other examples, see
+Each press is compared twice: with the examples of its own state, and with all directives and confirmations of all
+states, because a wrong button is mostly wrong in other states too. Both predict it from the other examples, see
 `fit_leave_one_out`.
 """
 
@@ -20,7 +20,7 @@ from understudy.model.lesson import Example, ExampleKind, Lesson
 TRUST_CORRECTION, TRUST_SAID, TRUST_DEFAULT = 0.02, 0.1, 0.2
 """The noise variances expected of corrections, other directives and confirmations, and defaults.
 
-Corrections are most reliable: who corrects has just seen what is wrong.
+Corrections are most reliable, because demonstrators who correct have just seen what is wrong.
 """
 WITNESSES = 3
 """The largest number of examples that a reason names."""

@@ -24,7 +24,10 @@ SAME = 1e-9
 
 
 def prune_tree(tree: Tree, shown: TrainingSet, pruning: float) -> Tree:
-    """Prune a tree: remove the tests that save at most `pruning` examples from a wrong decision per leaf they add."""
+    """Prune a tree: remove the tests that save at most `pruning` examples from a wrong decision per leaf they add.
+
+    `shown` is the training set from which the tree was learned.
+    """
     for worth, simpler in list_pruning_steps(tree, shown):
         if worth > pruning + SAME:
             break
@@ -115,7 +118,7 @@ def _children(node: Node) -> Sequence[int]:
 
 
 def _without(tree: Tree, question: _SplitCost) -> tuple[Tree, list[int]]:
-    """Replace a test by a leaf; return the tree, and which of its former nodes are left."""
+    """Replace a test by a leaf; return the tree, and the indices of its former nodes that are left."""
     nodes = list(tree.nodes)
     nodes[question.node] = make_leaf(question.outcome)
     kept = [False] * len(nodes)

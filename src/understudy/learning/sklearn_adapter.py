@@ -33,6 +33,7 @@ class AllowedClassifier(NamedTuple):
 
 
 SEEDED = MappingProxyType({"random_state": 0})
+"""The parameters that make a classifier's random choices repeatable."""
 
 ALLOWED: Mapping[str, AllowedClassifier] = MappingProxyType(
     {
@@ -64,6 +65,7 @@ ALLOWED: Mapping[str, AllowedClassifier] = MappingProxyType(
         "SVC": AllowedClassifier("sklearn.svm", ("C", "kernel", "degree", "gamma", "coef0", "tol"), SEEDED),
     }
 )
+"""The classifiers that lessons may use, by class name."""
 
 ROWS_APART = ("DecisionTreeClassifier", "RandomForestClassifier")
 """The classifiers that decide rows together exactly as one by one; others round by the size of the batch."""

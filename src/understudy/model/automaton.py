@@ -80,6 +80,7 @@ class State:
 
 
 START = State("start")
+"""The start state of automata, which idles."""
 
 
 @dataclass(frozen=True, slots=True)

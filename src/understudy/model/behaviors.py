@@ -66,6 +66,7 @@ class Command(Mapping[str, float]):
 
 
 IDLE = Command()
+"""The command that leaves all channels at rest."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Bindings: which targets the parameters of behaviors, features and automata refer to (paper section 3.1)."""
+"""Bindings of the parameters of behaviors, features and automata to targets (paper section 3.1)."""
 
 from __future__ import annotations
 
@@ -71,13 +71,14 @@ class Binding(Mapping[str, str]):
 
 
 NOTHING_BOUND = Binding()
+"""The binding without any parameters."""
 
 
 def format_bound_name(name: str, binding: Mapping[str, str], parameters: Sequence[str] = ()) -> str:
-    """How a bound name is written: distance_to(A), or just done where there is nothing to bind.
+    """Format a name with its arguments, such as "distance_to(A)"; without a binding return just the name.
 
-    Arguments are in the order of the `parameters`, in which they are read again; in that of the binding, which is by
-    alphabet, where these are not known.
+    Arguments are in the order of `parameters`, or in alphabetical order of the parameters if those are not the bound
+    ones.
     """
     known = set(parameters) == set(binding)
     ordered = [binding[parameter] for parameter in (parameters if known else binding)]

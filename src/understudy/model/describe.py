@@ -16,7 +16,7 @@ from understudy.model.tree_text import describe_exits
 
 ABSENT = "–"
 BY_CLASSIFIER = "decided by a classifier of scikit-learn"
-"""Text shown instead of conditions where a transition function is no decision tree."""
+"""The text that replaces conditions if a transition function is no decision tree."""
 _DIGITS = {"m": 2, "s": 1}
 _DEGREES = re.compile(r"(\d+(?:\.\d+)?)°")
 
@@ -34,7 +34,7 @@ def list_shown_vectors(lesson: Lesson | None, state: str) -> list[tuple[float, .
 
 
 def describe_transitions(automaton: Automaton, lesson: Lesson | None) -> dict[str, list[str]]:
-    """Describe in words, for each state, when the automaton switches to which other state.
+    """Describe in words, for each state, the conditions under which the automaton switches to other states.
 
     Numbers are rounded such that every example of the lesson stays on its side of each threshold.
     """

@@ -1,4 +1,4 @@
-"""Expected outcomes of a lesson: tests that the automaton raises a flag within some seconds of a stored moment."""
+"""Expectations of a lesson: tests that the automaton raises a flag within a time after a stored moment."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Features: the named values on which transition functions decide (paper section 3.1).
+"""Features: the named values that transition functions use to decide (paper section 3.1).
 
-Most are a reading of the body, possibly of a target. `@feature` makes one from a function of readings.
+Most are a reading of the body, possibly about a target. `@feature` makes one from a function of readings.
 `FlagFeature`, `CounterFeature`, `TimerFeature` and `TimeInState` depend on the automaton itself, not on the body.
 """
 
@@ -66,7 +66,7 @@ class FunctionName(NamedTuple):
     qualified: str
 
     def find(self) -> Any:
-        """Import the function with this name, unwrapped where a decorator made a feature or behavior of it."""
+        """Import the function with this name, and unwrap it if a decorator made a feature or behavior of it."""
         found: Any = import_module(self.module)
         for name in self.qualified.split("."):
             found = getattr(found, name)
@@ -315,7 +315,9 @@ class TimeInState:
 
 
 OwnFeature: TypeAlias = FlagFeature | CounterFeature | TimerFeature | TimeInState
+"""A feature that depends on the automaton itself."""
 AnyFeature: TypeAlias = Feature | OwnFeature
+"""A feature of the body or of the automaton itself."""
 
 
 @dataclass(frozen=True, slots=True)

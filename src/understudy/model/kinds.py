@@ -16,8 +16,11 @@ from numpy.typing import NDArray
 from understudy.errors import KindError
 
 TAU = tau
+"""The full circle in radians, 2π."""
 ABSENT = nan
+"""The value of an absent feature or reading: NaN."""
 Column: TypeAlias = NDArray[np.float64]
+"""An array of float64 values, one per agent; NaN where absent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,8 +203,10 @@ class Categorical:
 
 
 Kind: TypeAlias = Continuous | Toroidal | Categorical
+"""The kind of a feature's values."""
 
 BOOLEAN = Categorical(("no", "yes"))
+"""The kind of yes-or-no values: 0 is "no", 1 is "yes"."""
 NO, YES = 0.0, 1.0
 
 KIND_SPELLED = re.compile(r"(continuous|boolean|toroidal|categorical)(?:\((.*)\))?", re.DOTALL)

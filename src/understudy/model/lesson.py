@@ -1,6 +1,6 @@
-"""Examples and lessons: what a demonstrator chose and showed for one automaton.
+"""Lessons and examples: everything that a demonstrator chose and showed for one automaton.
 
-Examples are the source; transition functions are built from them and can be built again (ARCHITECTURE section 4).
+Examples are the source; transition functions are learned from them and can be learned again (ARCHITECTURE section 4).
 """
 
 from __future__ import annotations
@@ -108,15 +108,17 @@ def _make_example(kept: dict[str, Any]) -> Example:
 
 
 LEARNER_VERSION = 2
-"""Raised whenever the same lesson would give another automaton, so that stored trees are built again. Version 1 let
-absence that only watched examples had seen decide.
+"""The version of the learner, raised whenever the same lesson would give another automaton.
+
+Stored trees of older versions are learned again. Version 1 let absence decide that only watched examples had.
 """
 
 LONGEST_REACTION_S = 1.0
-"""The seconds before each press that the record keeps; `reaction_s` cannot be longer."""
+"""The number of seconds before each press that the record keeps; `reaction_s` cannot be longer."""
 
 
 BOUNDARIES = ("default keeps the gap", "midpoint")
+"""The rules for thresholds that `TreeOptions.boundary` may name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +183,7 @@ class SklearnOptions:
 
 
 Learner: TypeAlias = TreeOptions | SklearnOptions
+"""The learning method of a lesson and its options."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,7 +295,10 @@ class Lesson:
 
     @property
     def teaches(self) -> bool:
-        """Whether any state gets a transition function from it: a press in that state made an example that counts."""
+        """True if at least one state gets a transition function from it.
+
+        A state gets one if a press in that state made an example that is used.
+        """
         learner, stateless = self.options.learner, self.automaton.stateless
         defaults = isinstance(learner, SklearnOptions) or learner.defaults
         lasting = {state.name for state in self.automaton.states if state.flag is None}

@@ -1,4 +1,4 @@
-"""Libraries: a kit of features, basic behaviors and targets, and the automata that were taught with it."""
+"""Libraries: a kit of features, basic behaviors and targets, with the automata that were taught with it."""
 
 from __future__ import annotations
 

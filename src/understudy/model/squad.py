@@ -1,4 +1,4 @@
-"""Squads: which statistics a coordinator senses of its members, and which orders it can give (paper section 5).
+"""Squads: the statistics that a coordinator senses of its members, and the orders it can give (paper section 5).
 
 A squad acts as a body: its readings are statistics over its members, its basic behaviors are orders to them.
 """
@@ -20,13 +20,14 @@ Measuring: TypeAlias = Literal["mean", "minimum", "maximum", "spread"]
 How: TypeAlias = Telling | Measuring
 
 TELLING: tuple[str, ...] = get_args(Telling)
-"""The statistics of for how many members a condition holds; the others aggregate readings."""
+"""The statistics that evaluate a condition for each member; the others aggregate readings."""
 YES_OR_NO = ("any", "all", "none")
+"""The statistics whose values are yes or no."""
 
 
 @dataclass(frozen=True, slots=True)
 class Statistic:
-    """One number about the members of a squad: for how many a condition holds, or an aggregate of their readings.
+    """One number about the members of a squad: how many fulfill a condition, or an aggregate of their readings.
 
     `any`, `all`, `none`, `count` and `fraction` evaluate a condition for each member: its `flag` is raised; its
     yes-or-no `reading` is yes; or another reading is present and, if given, at least `least` and less than `below`.
@@ -34,9 +35,9 @@ class Statistic:
     (the standard deviation) aggregate those readings that are present. `role` restricts all this to members of that
     role. In an empty squad `all` is no.
 
-    At most one of these looks back in time. `within_s`: whether the condition held at some moment of the last
-    so many seconds; for numbers, the mean (for minimum and maximum the extreme) over that time. `since`: the
-    seconds since it last held, NaN if never. `for_s`: whether it has held for so many seconds without
+    At most one of these refers to the past. `within_s`: whether the condition held at some moment of the last
+    `within_s` seconds; for numbers, the mean (for minimum and maximum the extreme) over that time. `since`: the
+    seconds since it last held, NaN if never. `for_s`: whether it has held for `for_s` seconds without
     interruption.
     """
 
@@ -98,7 +99,7 @@ class Statistic:
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """The behavior that some members of a squad are to run: those of a role, a share of them, or all.
+    """The behavior that some members of a squad are ordered to run: those of a role, a share of them, or all.
 
     `share` is a number of members if 1 or more, or a fraction of the members (of those of `role`) if less than 1.
     None: no limit.
@@ -116,7 +117,7 @@ class Assignment:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What a coordinator's basic behavior orders its members to do.
+    """The order that a coordinator's basic behavior gives to its members.
 
     A member takes the first of the assignments (`duties`) that fits its role and is not full.
     """
@@ -124,7 +125,7 @@ class Order:
     duties: tuple[Assignment, ...]
 
     def substitute(self, binding: Mapping[str, str]) -> Order:
-        """Replace parameters in the order by what they are bound to."""
+        """Return the order with parameters replaced by the targets that they are bound to."""
         return Order(
             tuple(
                 Assignment(each.behavior, each.binding.substitute(binding), each.role, each.share)
@@ -135,7 +136,7 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Role:
-    """A role in a squad: which members can have it, and the least, preferred and largest number of them.
+    """A role in a squad: the members that can have it, and the least, preferred and largest number of them.
 
     `of` is a robot type or a sort of squad. None means no preference, or no upper limit.
     """
@@ -149,7 +150,7 @@ class Role:
 
 @dataclass(frozen=True)
 class Squad:
-    """The definition of one sort of squad: roles, statistics for the coordinator, and extra orders.
+    """The definition of one sort of squad: its roles, the statistics of its coordinator, and extra orders.
 
     Orders made from the behaviors of its members are added to `orders`. `drops` names a yes-or-no reading of
     members, such as being stuck; a member is not counted while it is yes.

@@ -15,10 +15,11 @@ from typing import Any, NamedTuple, TypeAlias
 from understudy.errors import KindError
 
 STAY = -1  # as an outcome: keep the current state; as a child: nothing was ever shown there, so keep it too
+"""The outcome, or child, that keeps the current state; as a child it stands for values that no example had."""
 
 
 class TestKind(IntEnum):
-    """The test that a node makes on the value x of its feature."""
+    """The kind of test that a node makes on the value x of its feature."""
 
     __test__ = False  # not a test case, whatever pytest thinks of the name
 
@@ -59,7 +60,7 @@ class PathStep(NamedTuple):
 
 
 Nested: TypeAlias = tuple[Any, ...]
-"""A node that contains its children instead of their indices, and a leaf in place of STAY: faster to evaluate."""
+"""A node that contains its children instead of their indices, with a leaf in place of STAY: faster to evaluate."""
 
 
 def _nested(nodes: Sequence[Node]) -> Nested:

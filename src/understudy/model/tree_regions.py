@@ -1,4 +1,4 @@
-"""Regions: the sets of one feature's values, and the boxes of feature vectors, that a tree tells apart."""
+"""Regions of a tree: the sets of a feature's values, and the boxes of feature vectors, that its tests separate."""
 
 from __future__ import annotations
 
@@ -70,10 +70,10 @@ def make_full_value_set(kind: Kind) -> ValueSet:
 
 
 def list_leaf_boxes(tree: Tree, kinds: Sequence[Kind]) -> list[tuple[int, Box]]:
-    """List for each leaf of a tree its outcome and the box of feature vectors that reach it.
+    """List the outcome of each leaf of a tree with the box of feature vectors that reach it.
 
-    The outcome is the index of a state, or STAY where no example was. Absence of a feature is left out of all
-    boxes if no example had it absent.
+    The outcome is the index of a state, or STAY for vectors that no example had. Absence of a feature is left out of
+    all boxes if no example had it absent.
     """
     knows = find_known_absent(tree, len(kinds))
     found: list[tuple[int, Box]] = []

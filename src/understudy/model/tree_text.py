@@ -31,7 +31,7 @@ MOST_DIGITS = 17
 
 
 class FeatureText:
-    """The wording of statements about one feature, with thresholds rounded to as few digits as possible.
+    """A writer of statements about one feature, with thresholds rounded to as few digits as possible.
 
     `cuts` are the feature's thresholds in a tree, `values` those of the examples. Rounded thresholds stay
     distinct, and every example stays on its side. The usual precision is whole degrees for angles, cm for
@@ -169,7 +169,7 @@ def _just_above(cut: float) -> bool:
 
 
 Vectors: TypeAlias = Sequence[Sequence[float]]
-"""Feature vectors of examples; rounded thresholds keep them on their sides."""
+"""Feature vectors of examples, which stay on their sides of rounded thresholds."""
 MOST_LEAVES = 48
 """The largest number of leaves for which boxes are joined.
 
