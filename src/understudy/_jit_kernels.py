@@ -20,7 +20,6 @@ if MODE == PYTHON:
     uint64: Any = wrap_64_bits
     prange: Any = range
     blank: Any = make_plain_records
-    """Make an array of `count` records of a type, all zeros."""
 else:
     import numba
 
@@ -28,7 +27,7 @@ else:
 
     @numba.njit
     def blank(count: Any, dtype: Any) -> Any:
-        """So many records of a type, all zeros."""
+        """Make an array of `count` records of a type, all zeros."""
         return np.zeros(count, dtype)
 
     if MODE == CHECKED:  # Numba's cache would take a kernel without checks for one with them

@@ -24,9 +24,10 @@ from understudy.training.session import Session
 
 @dataclass(frozen=True, slots=True)
 class ExpectationResult:
-    """The result of testing an expectation: after how many seconds it was met, or None if it was not.
+    """The result of testing an expectation.
 
-    `problem` is the reason why it could not be tested; empty if it could.
+    `took_s` is the time until it was met, in s; None if it was not. `problem` is the reason why it could not be
+    tested; empty if it could.
     """
 
     outcome: Expectation
@@ -94,7 +95,7 @@ def run_expectation(
 
 
 def _let_go(outcome: Expectation, name: str, library: Library, libraries: Libraries) -> float | None:
-    """Return after how many seconds the expectation was met, or None if it was not."""
+    """Return the time in s until the expectation was met, or None if it was not."""
     body = _body(outcome, {**libraries, outcome.sort: library})
     body.restore(outcome.snapshot)
     if not 0 <= outcome.agent < body.agents:

@@ -1,4 +1,4 @@
-"""Tests of lessons: whether a library still does what it was taught, and which automata a change affects."""
+"""Tests of lessons: whether a library still does what it was taught, and which automata are affected by a change."""
 
 from __future__ import annotations
 

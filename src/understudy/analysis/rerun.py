@@ -18,7 +18,7 @@ from understudy.sim.team.libraries import Libraries, make_scenario_team
 
 
 class Rerun:
-    """Agents of the given sorts that run a behavior over a recording, and restart where they were restarted then.
+    """Agents of the given sorts that run a behavior over a recording, restarted at the recorded moments.
 
     They form the scenario's team if as many agents were recorded as it has robots; otherwise each runs alone.
     """

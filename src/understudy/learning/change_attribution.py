@@ -38,7 +38,7 @@ MOST_NAMED = 6
 MOST_TRIED = 20
 """The largest number of changed examples for which it is tried whether one of them caused a change elsewhere."""
 SHOWN_ANEW = "shown anew"
-"""What happened to an example whose number now belongs to another press."""
+"""The text for an example whose number now belongs to another press."""
 SIGNIFICANT = 1e-9
 """The distance below which values count as equal; a threshold may be the next float after an example's value."""
 

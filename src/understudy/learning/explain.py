@@ -62,7 +62,8 @@ def explain(
     state
         Name of the state.
     values
-        Feature vector: a number for each of the lesson's features, NaN where absent, for a label its index.
+        Feature vector: a number for each of the lesson's features; NaN if absent, the index of a label if
+        categorical.
     transition
         The state's transition function. None if it has none, so that the state is kept.
 
@@ -76,7 +77,7 @@ def explain(
     UnknownName
         If the automaton has no such state.
     DefinitionError
-        If `values` is no list, or has not one number for each feature.
+        If `values` is no list, or does not have one number for each feature.
     KindError
         If a value is no number, or is outside its feature's kind.
 

@@ -1,4 +1,4 @@
-"""Suggestions how far to simplify trees by pruning, judged by examples that were left out of learning.
+"""Suggestions of how far to simplify trees by pruning, judged by examples that were left out of learning.
 
 Nothing here changes a lesson; a person decides.
 """
@@ -30,6 +30,7 @@ MOST_TRIALS = 48
 """The largest number of trials; in larger lessons, each trial leaves out several examples at once."""
 
 Fit: TypeAlias = Callable[[TrainingSet], Transition]
+"""A function that learns a transition function from a training set."""
 
 
 @dataclass(frozen=True, slots=True)

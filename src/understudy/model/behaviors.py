@@ -211,7 +211,7 @@ class Behavior(PartWithFunction):
     parameters
         Names of the parameters, which a state binds to targets.
     order
-        What a coordinator orders its squad to do while the behavior runs. None for a robot's behavior.
+        Order that a coordinator gives to its squad while the behavior runs. None for a robot's behavior.
     """
 
     name: str

@@ -50,7 +50,7 @@ class Binding(Mapping[str, str]):
         return f"Binding({', '.join(f'{key}={value!r}' for key, value in self._items.items())})"
 
     def substitute(self, around: Mapping[str, str]) -> Binding:
-        """Replace the names of the enclosing automaton's parameters by what these are bound to.
+        """Replace parameters of the enclosing automaton by the names that they are bound to.
 
         Parameters
         ----------

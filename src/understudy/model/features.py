@@ -224,9 +224,9 @@ def feature(kind: Kind, *, unit: str = "") -> Callable[[Callable[..., Column]], 
 
 @dataclass(frozen=True, slots=True)
 class FlagFeature:
-    """A feature that is yes while the automaton run by the current state has raised a flag.
+    """A feature that is "yes" while the automaton run by the current state has raised a flag, else "no".
 
-    It is no where the current state runs a basic behavior, which raises no flags.
+    It is "no" if the current state runs a basic behavior, which raises no flags.
 
     Parameters
     ----------
@@ -322,7 +322,7 @@ AnyFeature: TypeAlias = Feature | OwnFeature
 
 @dataclass(frozen=True, slots=True)
 class BoundFeature:
-    """A feature together with what its parameters are bound to, as an automaton uses it.
+    """A feature with the targets that its parameters are bound to, as an automaton uses it.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ from understudy.model.kinds import Column
 
 
 class ExampleKind(StrEnum):
-    """How an example was recorded.
+    """The way in which an example was recorded.
 
     "directive": the demonstrator switched to another state. "default": added automatically right after a switch, to
     stay in the new state. "confirmation": the demonstrator confirmed the current state. "watched": the demonstrator
@@ -64,7 +64,7 @@ class Example:
     own
         Values of the automaton's own features at that moment (flags, counters, timers, time in state), by name.
     binding
-        What the automaton's parameters were bound to at that moment.
+        Targets to which the automaton's parameters were bound at that moment.
     quarantined
         Reason why the example is left out of learning. Empty: it is used.
     """
@@ -110,7 +110,8 @@ def _make_example(kept: dict[str, Any]) -> Example:
 LEARNER_VERSION = 2
 """The version of the learner, raised whenever the same lesson would give another automaton.
 
-Stored trees of older versions are learned again. Version 1 let absence decide that only watched examples had.
+Trees stored by older versions are learned again. Version 1 let trees decide on the absence of a value even if only
+watched examples had it absent.
 """
 
 LONGEST_REACTION_S = 1.0
@@ -123,7 +124,7 @@ BOUNDARIES = ("default keeps the gap", "midpoint")
 
 @dataclass(frozen=True, slots=True)
 class TreeOptions:
-    """The option to learn decision trees, and how.
+    """The settings for learning decision trees.
 
     Parameters
     ----------
@@ -134,8 +135,8 @@ class TreeOptions:
     defaults
         Whether to learn from the examples that were recorded automatically after a switch.
     pruning
-        Least number of examples that a test must save from a wrong decision, for each leaf that it adds; tests
-        worth no more than this are removed. 0 removes none.
+        Tests are removed that save at most this many examples from a wrong decision, for each leaf that they
+        add. 0 removes none.
 
     Raises
     ------
@@ -165,7 +166,7 @@ class TreeOptions:
 
 @dataclass(frozen=True, slots=True)
 class SklearnOptions:
-    """The option to learn with a classifier of scikit-learn; unlike trees, it cannot be read as conditions.
+    """The settings for learning with a classifier of scikit-learn, which gives no readable conditions.
 
     Parameters
     ----------
@@ -188,12 +189,12 @@ Learner: TypeAlias = TreeOptions | SklearnOptions
 
 @dataclass(frozen=True, slots=True)
 class LearnerOptions:
-    """The choices of how a lesson is learned; they are stored with the lesson.
+    """The options for learning from a lesson, which are stored with it.
 
     Parameters
     ----------
     reaction_s
-        Time by which the demonstrator's presses come late, in seconds from 0 to 1.
+        Reaction time by which the demonstrator's presses are too late, in s from 0 to 1.
     watched
         Whether to record the robot's decisions as examples if the demonstrator watches and does not object.
     learner

@@ -173,7 +173,7 @@ Vectors: TypeAlias = Sequence[Sequence[float]]
 MOST_LEAVES = 48
 """The largest number of leaves for which boxes are joined.
 
-Larger trees are described leaf by leaf: joining takes long, and nobody would read the result.
+Larger trees are described leaf by leaf: joining takes long, and the result would be too long to read.
 """
 
 
@@ -191,7 +191,7 @@ def describe_tree_outcomes(
 def describe_boxes(
     tree: Tree, features: Sequence[BoundFeature], found: Sequence[Box], shown: Vectors = ()
 ) -> tuple[str, ...]:
-    """Describe in words the condition of each box that a tree tells apart."""
+    """Describe in words the condition of each box of a tree's regions."""
     words = _words(tree, features, shown)
     return tuple(" and ".join(_statements(box, words)) or "always" for box in found)
 

@@ -73,7 +73,7 @@ class ScikitDoc(DocStruct, tag_field="learns", tag="scikit-learn", omit_defaults
 
 
 class OptionsDoc(DocStruct, omit_defaults=False, kw_only=True):
-    """How the lesson is learned; `unlearning` is left out if false."""
+    """The options for learning the lesson; `unlearning` is left out if false."""
 
     reaction_s: float
     watched: bool

@@ -21,7 +21,7 @@ SCENARIO = "scenario"
 
 
 class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """What ran on a body.
+    """A description of what ran on a body.
 
     `scenario` is a name or the path of a file. `automata` has the fingerprint of each automaton that was used, by
     sort of agent and name. `behavior` is None if a person taught. `world` is the fingerprint of the scenario, in

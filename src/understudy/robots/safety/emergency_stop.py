@@ -20,7 +20,7 @@ from understudy.robots.ros.transport import Transport
 from understudy.robots.safety.stop_log import append_stop, find_stop_log, make_stop_event
 
 HALTING_S = 2.0
-"""How long stops are sent, s: several times as long as a guard takes to detect another publisher."""
+"""Duration of sending stops, s: several times as long as a guard takes to detect another publisher."""
 PERIOD_S = 0.02
 """Time between two stops, s."""
 

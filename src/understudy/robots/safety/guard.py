@@ -1,23 +1,26 @@
-"""Check 50 times a second whether a robot may move, and send it its last command or a stop.
+"""The guard of a robot, which checks 50 times a second whether it may move, and sends its last command or a stop.
 
 Every command of this process to a robot passes through its `Guard`. The guard's thread repeats the last command every
-`PERIOD_S`, since many drivers stop a robot that hears none, and sends a stop (zero speeds) instead where no tick comes,
-a required reading is absent, the robot leaves its geofence, the hold-to-run key is released, another publisher commands
-it, or the watchdog is gone. One lock orders everything that is sent, so that no older command follows a stop.
+`PERIOD_S`, because many drivers stop a robot that receives none, and sends a stop (zero speeds) instead if no tick
+comes, a required reading is absent, the robot leaves its geofence, the hold-to-run key is released, another publisher
+commands it, or the watchdog is gone. One lock orders everything that is sent, so that no older command follows a
+stop.
 
 What happens when a part of this fails:
 
 - The deciding thread ends, hangs or is late: from `tick_s + deadline_s` after its last command on, the guard's thread
   sends stops; `LOST_S` (1 s) later it disarms the robot.
-- A check raises in the guard's thread: the robot is disarmed and sent stops; the thread goes on.
-- The guard's thread ends or hangs, or the whole process is frozen or killed: the watchdog process hears nothing for
-  `deadline_s` and sends stops itself. `command` sends nothing but stops then, too, since the last check is too old.
+- A check raises an exception in the guard's thread: the robot is disarmed and sent stops; the thread continues.
+- The guard's thread ends or hangs, or the whole process is frozen or killed: the watchdog process gets no heartbeat
+for
+  `deadline_s` and sends stops itself. `command` sends nothing but stops then, too, because the last check is too old.
 - The watchdog process ends: the next check disarms the robot, `PERIOD_S` later at most. It hangs: disarmed after
-  0.5 s without an answer (`watchdog_client.ANSWER_S`). Until that is noticed the guard's thread alone stops the robot.
+  0.5 s without an answer (`watchdog_client.ANSWER_S`). Until that is noticed the guard's thread alone stops the
+  robot.
 - A command cannot be sent: the pipe to the watchdog is closed, whereupon the watchdog sends stops over its own
   connection; the robot is disarmed.
-- The date is set or NTP steps the clock: nothing, since all intervals are differences of `time.monotonic`. A computer
-  that was suspended disarms the robot when it wakes (`self_monitor`; detected on Linux only).
+- The date is set or NTP steps the clock: no effect, because all intervals are differences of `time.monotonic`. A
+  computer that was suspended disarms the robot when it wakes (`self_monitor`; detected on Linux only).
 - The link is cut, or the computer loses power: nothing here can stop the robot. Its own command timeout has to.
 """
 
@@ -43,15 +46,15 @@ NO_KEY = "nobody holds the key"
 PERIOD_S = 0.02
 """Time between two checks, and between two repetitions of a command, s."""
 FIRST_S = 10.0
-"""How long the first command may take after arming, s; until it comes the robot is sent zero speeds."""
+"""Longest time from arming to the first command, s; until it comes the robot is sent zero speeds."""
 STOPPING_S = 5.0
-"""How long stops are repeated after disarming, s; then nothing is sent, and others may drive the robot."""
+"""Duration of repeating stops after disarming, s; then nothing is sent, and others may drive the robot."""
 PARTING = 3
 """Number of further stops sent when the program leaves a robot that it stopped less than STOPPING_S ago."""
 OTHERS_S = 0.2
 """Time between two checks for other publishers of commands, s."""
 KEY_S = 1.0
-"""The longest that a hold-to-run key counts as held without a new report, s."""
+"""Longest time for which a hold-to-run key counts as held without a new report, s."""
 
 
 class ArmingRefused(UnderstudyError, json_type="ArmingRefused"):

@@ -1,7 +1,8 @@
-"""Detect that this process stood still, that the computer was suspended, or that the watchdog is gone.
+"""Detection that this process stood still, that the computer was suspended, or that the watchdog is gone.
 
-The guard asks before each command and at each check, and reports each check; every report is a heartbeat to the
-watchdog. Nothing here has a thread or sends to the robot: `SelfMonitor` returns a reason, and the guard acts on it.
+The guard queries this before each command and at each check, and reports each check; every report is a heartbeat to
+the watchdog. Nothing here has a thread or sends to the robot: `SelfMonitor` returns a reason, and the guard acts on
+it.
 
 Times are of `time.monotonic`, which no change of the date moves. On Linux it stands still while the computer is
 suspended, so that a suspension is no delay: it is measured as the growth of CLOCK_BOOTTIME over CLOCK_MONOTONIC. On
@@ -23,9 +24,9 @@ from understudy.robots.safety.watchdog import MOVING, PRIORITY, RESTING, TAKEN_O
 from understudy.robots.safety.watchdog_client import WatchdogClient
 
 LOST_S = 1.0
-"""How long a tick or a reading may be overdue, or the process stand still, s, before the robot is disarmed."""
+"""Longest delay of a tick or reading, or standstill of the process, s, before the robot is disarmed."""
 ASLEEP_S = 0.5
-"""A suspension longer than this since arming disarms, s: nobody expects a robot to start as a computer wakes."""
+"""Longest suspension after arming, s, before the robot is disarmed; it must not start as a computer wakes."""
 
 
 class StopReason(NamedTuple):

@@ -1,11 +1,11 @@
-"""Log when each robot was stopped, why and by whom, as lines of JSON (`understudy robots stops`).
+"""The log of stops: when each robot was stopped, why and by whom, as lines of JSON (`understudy robots stops`).
 
-The driving program, its watchdog and `robots stop` append to one file, each line in a single write, so that the log is
-complete though one of them is killed. Times are of day, in UTC: only here, and only for people; after the clock was
-set, lines need not be in order of time.
+The driving program, its watchdog and `robots stop` append to one file, each line in a single write, so that the log
+is complete even if one of them is killed. Times are of day, in UTC: only here, and only for people; after the clock
+was set, lines need not be in order of time.
 
-Logging never prevents a stop: it comes after the first stop was sent, and errors are ignored then. A write that blocks
-does delay the stops after it, in the guard and in the watchdog: keep the log on a local disk.
+Logging never prevents a stop: it comes after the first stop was sent, and errors are ignored then. A write that
+blocks does delay the stops after it, in the guard and in the watchdog: keep the log on a local disk.
 """
 
 from __future__ import annotations

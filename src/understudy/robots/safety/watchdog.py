@@ -56,9 +56,9 @@ Any other line is an error message.
 PERIOD_S = 0.02
 """Time between two stops, s."""
 LASTING_S = 1.0
-"""How long stops are repeated after the program has ended, or has come back, s: a message may get lost."""
+"""Duration of repeating stops after the program has ended, or has come back, s, because a message may get lost."""
 DISCOVERY_S = 5.0
-"""How long discovering the robot's publishers may take, s; then arming fails."""
+"""Longest time for discovering the robot's publishers, s; then arming fails."""
 SETTLING_S = 0.1
 """Time from having discovered the robot's publishers until its subscriber to commands was, too, s."""
 PRIORITY = -10
@@ -80,6 +80,7 @@ class WatchdogConfig(msgspec.Struct, frozen=True, kw_only=True):
 
 
 Answer: TypeAlias = Callable[[bytes], None]
+"""A function that answers heartbeats with WELL or STOPPED, or reports with READY or an error message."""
 
 
 def watch_heartbeats(

@@ -25,13 +25,13 @@ from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety.watchdog import BYE, READY, RESTING, STOPPED, WatchdogConfig
 
 STARTING_S = 15.0
-"""How long starting may take, s: long, for computers that are very busy. Then WatchdogFailed is raised."""
+"""Longest time for starting, s, chosen for very busy computers; then WatchdogFailed is raised."""
 ANSWER_S = 0.5
 """Time without an answer to heartbeats after which a watchdog counts as gone, s."""
 ASKING_S = 0.005
-"""Time between two heartbeats that ask whether a watchdog still answers, before it is used again, s."""
+"""Time between two heartbeats that test whether a watchdog still answers, before it is used again, s."""
 LEAVING_S = 3.0
-"""How long the process may take to end, s, up to 1 s of which it sends stops; then it is killed."""
+"""Longest time for the process to end, s, up to 1 s of which it sends stops; then it is killed."""
 
 
 class WatchdogFailed(UnderstudyError, json_type="WatchdogFailed"):
