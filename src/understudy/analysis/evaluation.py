@@ -329,6 +329,8 @@ def evaluate(
         If there is no such behavior or scenario.
     UnboundParameter
         If a parameter of the behavior is not bound to a target.
+    FileError
+        If `world` is the path of a file that cannot be read or is no scenario.
     """
     scenario = world if isinstance(world, Scenario) else find_scenario(world)
     seeds = _read_seeds(seeds)

@@ -101,7 +101,7 @@ class SimplifyPreview:
 def preview_simplification(taught: TrainedAutomaton, pruning: float | None = None) -> SimplifyPreview:
     """Prune an automaton's trees and compare the result; refuse an automaton that was not learned as trees.
 
-    Without `pruning`, the suggested strength is used.
+    Without `pruning`, the suggested strength is used, or UNTOLD if there is none.
     """
     lesson = get_simplifiable_lesson(taught)
     found = suggest_pruning(lesson)

@@ -35,8 +35,8 @@ class DigitalTwin:
     """A body with the robots of a fleet in the scenario that their robot files name.
 
     It has the scenario's readings, targets and channels; readings that a robot does not have are absent (NaN). Robots
-    are drawn at their readings `x`, `y` and `heading`; the origin is the corner of the first robot's geofence, or
-    without one the middle of the arena. A twin can neither be reset nor rewound.
+    are drawn at their readings `x`, `y` and `heading`: relative to the corner of the first robot's geofence, or,
+    without one, to the middle of the arena. A twin can neither be reset nor rewound.
     """
 
     worlds = 1
