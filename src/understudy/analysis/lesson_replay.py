@@ -63,9 +63,9 @@ class DecisionChange:
 class LessonReplay:
     """The decisions of an automaton at the recorded moments of its lesson.
 
-    `examples` is the number of examples that say what is right, and `before` the number of moments in the second
-    before presses. `different` has the examples decided otherwise than shown or than formerly, `changes` the other
-    moments.
+    `examples` is the number of examples that were compared, and `before` the number of moments in the second before
+    presses that could be replayed. `different` has the examples decided otherwise than shown or than formerly,
+    `changes` the other moments that a former version decides otherwise.
     """
 
     examples: int
@@ -101,9 +101,10 @@ def replay_lesson(taught: TrainedAutomaton, former: TrainedAutomaton | None = No
 
 
 def _tested(lesson: Lesson) -> Iterator[Example]:
-    """Yield the examples that say what is right: those made by presses.
+    """Yield the press-made examples with which decisions are compared.
 
-    An automatic default is skipped if a directive or confirmation has the same state and feature vector.
+    An automatic default is skipped in a stateless lesson, and if a directive or confirmation has the same state and
+    feature vector.
     """
     said = {
         (example.state, key)

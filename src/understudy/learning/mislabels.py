@@ -148,7 +148,7 @@ def list_press_examples(lesson: Lesson, number: int) -> tuple[int, ...]:
 def _pools(lesson: Lesson) -> Iterator[Sequence[Example]]:
     """Yield the examples to compare: those of all states, then those of each state with its defaults.
 
-    Stateless lessons do not tell states apart; the second list is then the first one again.
+    Stateless lessons do not distinguish states; the second list is then the first one again.
     """
     taught = select_teaching_examples(lesson)
     yield [example for example in taught if example.is_shown]

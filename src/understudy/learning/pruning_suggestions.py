@@ -35,7 +35,7 @@ Fit: TypeAlias = Callable[[TrainingSet], Transition]
 
 @dataclass(frozen=True, slots=True)
 class PruningSuggestion:
-    """The pruning with the fewest wrong decisions, and the simplest of several.
+    """The suggested pruning: the one with the fewest wrong decisions, the strongest of equals.
 
     `wrong` and `wrong_pruned` are how many of the `left_out` press-made examples are decided wrongly by trees
     learned without them: without pruning and with it.

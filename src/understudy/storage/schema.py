@@ -58,7 +58,7 @@ class AutomatonDoc(DocStruct, omit_defaults=False, kw_only=True):
 
 
 class TreesDoc(DocStruct, tag_field="learns", tag="trees", omit_defaults=False, kw_only=True):
-    """The option to learn decision trees; `defaults` is left out if true, `pruning` if 0."""
+    """The settings for learning decision trees; `defaults` is left out if true, `pruning` if 0."""
 
     boundary: Literal["default keeps the gap", "midpoint"]
     defaults: bool | UnsetType = UNSET
@@ -66,7 +66,7 @@ class TreesDoc(DocStruct, tag_field="learns", tag="trees", omit_defaults=False, 
 
 
 class ScikitDoc(DocStruct, tag_field="learns", tag="scikit-learn", omit_defaults=False, kw_only=True):
-    """The option to learn with a classifier of scikit-learn."""
+    """The settings for learning with a classifier of scikit-learn."""
 
     classifier: str
     parameters: dict[str, float | int | str | bool | None]
@@ -193,7 +193,7 @@ class AbsentDoc(DocStruct, tag_field="node", tag="absent", kw_only=True):
 
 
 class LabelDoc(DocStruct, tag_field="node", tag="label", omit_defaults=False, kw_only=True):
-    """A test which label a feature has."""
+    """A test with one branch for each label of a feature."""
 
     feature: str
     branches: dict[str, ChildDoc]

@@ -117,7 +117,7 @@ def _finite(value: float) -> float:
 
 
 def compute_heading(quaternion: Any) -> float:
-    """Compute the heading of an orientation (REP 103), in [0, tau) rad; NaN if it is no unit quaternion."""
+    """Compute the heading of an orientation (REP 103), in [0, tau) rad; NaN if its norm is far from 1."""
     x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
     norm = x * x + y * y + z * z + w * w
     if not 0.5 < norm < 2.0:  # many drivers leave it at zero; NaN is not between them either
