@@ -32,7 +32,7 @@ async def test_it_asks_where_it_is_unsure_and_waits(tmp_path: Path) -> None:
         await hand.press("up")
         await hand.wait(0.5)
         await hand.press("t", "A")
-        assert hand.said == "It asks where it is unsure, and waits"
+        assert hand.said == "It pauses and asks where it is unsure"
         await hand.wait(0.3)
         assert hand.said.startswith("I am not sure: I would ")
         assert hand.trainer.paused

@@ -100,7 +100,7 @@ def test_it_teaches_in_a_terminal_survives_a_kill_and_saves(tmp_path: Path) -> N
         first.process.send_signal(signal.SIGKILL)
         first.end()
     with terminal("teach", "goto", "--library", library, *GOTO) as second:
-        second.until("go on with it")
+        second.until("resume it")
         second.press("\r")
         second.until("Everything shown is back")
         second.press(" 1")

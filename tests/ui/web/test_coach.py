@@ -299,7 +299,7 @@ def test_a_reaction_time_is_offered_taken_and_undone(
     monkeypatch.setattr(coaching, "estimate_reaction_time", lambda lesson, *, steady: found)
     person.done("edit", number=1, next="forward")
     late = ready(person)["late"]
-    said = "You seem to press 0.55 s late. Taken 0.55 s earlier, they agree."
+    said = "Your presses seem to come 0.55 s late. Taken 0.55 s earlier, they agree."
     assert late == {"reaction_s": 0.55, "sentence": said}
     person.done("use_reaction", reaction_s=0.55)
     assert made.host.active_trainer.session.lesson.options.reaction_s == 0.55

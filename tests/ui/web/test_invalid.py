@@ -204,7 +204,7 @@ TYPED = [
     ('{"id": 1, "do": "save", "name": "a\\nb"}', "The name has a letter without a shape"),
     ('{"id": 1, "do": "promise", "flag": "done", "within_s": 0}', "The time is 0 or less"),
     ('{"id": 1, "do": "promise", "flag": "done", "within_s": 1e9}', "The time is more than 86400"),
-    ('{"id": 1, "do": "promise", "flag": "done", "within_s": "soon"}', "The time is no number"),
+    ('{"id": 1, "do": "promise", "flag": "done", "within_s": "soon"}', "The time is not a number"),
     ('{"id": 1, "do": "reset", "seed": 1e30}', "The seed is no whole number"),
     ('{"id": 1, "do": "reset", "seed": 9007199254740993}', "The seed is more than 9007199254740991"),
     (
@@ -321,7 +321,7 @@ def test_ten_thousand_mutated_messages(room: Room, text: str) -> None:
 
 
 def obeyed_or_refused(room: Room, text: str) -> None:
-    """Obeyed, or refused without a trace; never a fault of the program."""
+    """Obeyed, or refused without a trace; never an internal error."""
     before = room.state()
     outside = sorted(room.studio.host.library_view.folder.parent.iterdir())
     answer = room.hear(text)

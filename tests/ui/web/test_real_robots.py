@@ -133,7 +133,7 @@ def test_any_page_stops_it(lab: Lab, watching: bool) -> None:
 
 def test_real_robots_are_not_tried_in_other_worlds(lab: Lab) -> None:
     error = teaching(lab).say(do="evaluate")["error"]
-    assert error == "real robots cannot be tried in other worlds: there is only the one they are in"
+    assert error == "real robots cannot be tested in other worlds"
     assert lab.moves()
 
 
@@ -147,7 +147,7 @@ def test_it_stops_where_the_page_leaves(lab: Lab) -> None:
     teaching(lab)
     lab.studio.disconnect(lab.page)
     assert not lab.moves()
-    assert lab.shown()[0]["stopped"] == "nobody directs in the studio"
+    assert lab.shown()[0]["stopped"] == "no page is in control in the studio"
 
 
 def test_it_stops_where_the_page_falls_silent(lab: Lab) -> None:
@@ -156,7 +156,7 @@ def test_it_stops_where_the_page_falls_silent(lab: Lab) -> None:
     assert lab.shown()[0]["armed"]
     lab.wait(0.3, here=False)
     assert not lab.moves()
-    assert lab.shown()[0]["stopped"] == "the studio was silent"
+    assert lab.shown()[0]["stopped"] == "the studio stopped responding"
 
 
 def test_it_stops_where_the_page_is_loaded_again(lab: Lab) -> None:

@@ -123,7 +123,7 @@ def test_a_promise_is_listed_withdrawn_and_undone(made: StudioServer, person: Pa
     assert session_data(made)["outcomes"] == []
     person.done("undo")
     assert session_data(made)["outcomes"] == ["done within 5 s in forage, A = station"]
-    assert "has no outcome 2: it promises 1" in person.say("withdraw", outcome=1)["error"]
+    assert "has no outcome 2: it has 1" in person.say("withdraw", outcome=1)["error"]
     assert "its flags are done" in person.say("promise", flag="failed", within_s=5)["error"]
 
 

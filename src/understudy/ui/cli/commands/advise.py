@@ -126,7 +126,7 @@ def _show(name: str, found: tuple[Advice, ...], most: int) -> None:
     out = make_console()
     out.print(f"[bold]{escape(name)}[/]")
     if not found:
-        out.print("nothing to say: what was shown hangs together")
+        out.print("nothing to say: the lesson is consistent")
     for number, each in enumerate(found[:most], 1):
         color = "yellow" if each.weight > 0.7 else "default" if each.weight > 0.3 else "dim"
         out.print(Padding(f"[{color}]{number}. {escape(each.sentence)}[/]", (0, 0, 0, 2), expand=False))
