@@ -106,5 +106,7 @@ def test_a_color_is_shown_by_clicking_and_who_leaves_stops_it(visit: Callable[[]
     expect(bar).to_contain_text("humanoid armed")
     page.close()
     watcher = visit()
-    expect(watcher.get_by_role("group", name="Real robots")).to_contain_text("no page is in control in the studio")
+    expect(watcher.get_by_role("group", name="Real robots")).to_contain_text(
+        "no page is in control in the studio"
+    )
     assert causes(robot) == ["no page is in control in the studio"]

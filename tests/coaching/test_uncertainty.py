@@ -26,7 +26,7 @@ ASKED = [
     ("forward", 6.0, 10, 0.0, 0.0, DoubtReason.SHOWN, ""),
     ("forward", 5.4, 15, 0.0, 0.3, DoubtReason.SHOWN, ""),
     ("forward", 0.29, 350, 0.0, 0.1, DoubtReason.SHOWN, ""),
-    ("forward", 3.0, 180, 0.7, 1.0, DoubtReason.FAR, "nothing was shown in forward when A is"),
+    ("forward", 3.0, 180, 0.7, 1.0, DoubtReason.FAR, "there are no examples in forward when A is"),
     ("left", 5.0, 270, 0.7, 1.0, DoubtReason.FAR, "to the right"),
     ("left", 5.0, 340, 0.3, 0.5, DoubtReason.HANGING, "only example 5 says so"),
     ("done", 0.3, 0, 0.0, 0.0, DoubtReason.SHOWN, "never left"),

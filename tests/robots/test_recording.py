@@ -356,7 +356,7 @@ def test_what_is_no_recording_is_refused(content: bytes | None, problem: str, tm
 
 def test_a_head_that_is_nested_too_deeply_is_told() -> None:
     head = {"format": FORMAT, BODY: '{"more":' + "[" * 3000 + "]" * 3000 + "}", RUN: "{}"}
-    assert "its head cannot be read (it is nested too deeply" in str(decode_header(head))
+    assert "its header cannot be read (it is nested too deeply" in str(decode_header(head))
 
 
 def test_a_recording_without_decisions_is_refused(tmp_path: Path) -> None:

@@ -91,8 +91,8 @@ NO_AUTOMATA: dict[str, tuple[Any, str]] = {
         r"lesson 'goto': .* give TrainedAutomaton\(learn_automaton\(lesson\), lesson\)",
     ),
     "an automaton": (goto().automaton, r"automaton 'goto': .* give TrainedAutomaton\(automaton\)"),
-    "a name": ("goto", "'goto': it is no trained automaton; give a TrainedAutomaton"),
-    "nothing": (None, "None: it is no trained automaton"),
+    "a name": ("goto", "'goto': it is not a trained automaton; give a TrainedAutomaton"),
+    "nothing": (None, "None: it is not a trained automaton"),
 }
 
 

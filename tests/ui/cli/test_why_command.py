@@ -256,7 +256,7 @@ def test_a_damaged_trace_is_refused(line: int, content: bytes, library: Path) ->
     path.write_bytes(b"".join([*lines[:line], content, *lines[line + 1 :]]))
     refused = run("why", path, "--time", "1")
     assert refused.exit_code == 2
-    assert ("it is no trace of a run", "a line of it cannot be read")[line] in " ".join(
+    assert ("it is not a trace of a run", "a line of it cannot be read")[line] in " ".join(
         refused.output.split()
     )
 

@@ -72,7 +72,7 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         assert here.has_unsaved_changes
         here.save()
         assert here.status.tone == "error"
-        assert "goto no longer comes to done within 1 s in forage, A = station" in here.status.text
+        assert "goto no longer reaches done within 1 s in forage, A = station" in here.status.text
         with pytest.raises(SessionError, match="its flags are done"):
             add_expectation_here(here, "failed", 1.0)
     taught = open_library(tmp_path, FORAGE_KIT).library.taught["goto"]

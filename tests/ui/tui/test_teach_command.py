@@ -123,7 +123,7 @@ def test_it_needs_a_terminal(tmp_path: Path) -> None:
 
 BAD = [
     (("--states", "fly"), "no behavior 'fly'"),
-    (("--targets", "A"), "'A' is no binding; write PARAMETER=TARGET"),
+    (("--targets", "A"), "'A' is not a binding; write PARAMETER=TARGET"),
     (("--states", "forward(A", "--features", "food_left"), "is not a name"),
     (("--world", "moon"), "no world 'moon'; it has arena, boxes, forage"),
     (("--parameters", "station"), "has the name of a target"),

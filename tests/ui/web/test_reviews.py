@@ -91,7 +91,7 @@ def test_why_goes_back_with_time(made: StudioServer, person: Page) -> None:
     person.done("turn")
     for _ in range(7):
         person.done("step")
-    assert person.done("why")["levels"][0]["says"] == "done is raised, and never left by itself"
+    assert person.done("why")["levels"][0]["says"] == "done is raised; a flag state is never left"
     assert person.done("why")["last"]["says"].startswith("It went from forward to done")
     person.done("rewind", time_s=made.host.world.time_s - 0.1)
     now = made.host.world.time_s
@@ -167,7 +167,7 @@ def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
         "promised, and did not come: done within 3 s in forage; it does with the former version of goto"
     ]
     answer = person.done("save")
-    assert answer["worse"] == ["fetch no longer comes to done within 3 s in forage"]
+    assert answer["worse"] == ["fetch no longer reaches done within 3 s in forage"]
     assert session_data(made)["unsaved"]
     assert "not saved yet" in made.host.status.text
     assert "worse" not in person.done("save", anyway=True)

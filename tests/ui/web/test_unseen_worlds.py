@@ -146,9 +146,7 @@ def test_what_has_no_flag_is_judged_by_the_goal(person: Page) -> None:
     person.done("press", state="forward")
     person.done("step")
     result = tried(person, count=2)
-    assert (
-        result["success"] == "the goal of forage within 3 times the time of a hand-written controller"
-    )
+    assert result["success"] == "the goal of forage within 3 times the time of a hand-written controller"
     assert all(each["problem"].startswith("goal not reached after ") for each in result["failed"])
     assert result["succeeded"] == 0
 

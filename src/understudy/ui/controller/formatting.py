@@ -34,7 +34,9 @@ def parse_displayed_value(bound: BoundFeature, text: str) -> float:
         found = float(said.removesuffix("°" if is_angle(bound) else bound.feature.unit))
     except ValueError:
         remedy = "give a number, or nothing if it is absent"
-        raise KindError(where=str(bound), problem=f"{text.strip()!r} is not a number", remedy=remedy) from None
+        raise KindError(
+            where=str(bound), problem=f"{text.strip()!r} is not a number", remedy=remedy
+        ) from None
     return radians(found) if is_angle(bound) else found
 
 
@@ -106,6 +108,8 @@ def format_saved_message(path: Path, worse: tuple[str, ...]) -> str:
     if not worse:
         return f"Saved in {path}"
     more = (
-        f"; and {len(worse) - MOST_SAID} more, which `understudy test` lists" if len(worse) > MOST_SAID else ""
+        f"; and {len(worse) - MOST_SAID} more, which `understudy test` lists"
+        if len(worse) > MOST_SAID
+        else ""
     )
     return f"Saved in {path}, but something that worked no longer does: {'; '.join(worse[:MOST_SAID])}{more}"

@@ -81,6 +81,4 @@ def change_pruning(trainer: Trainer, pruning: float) -> StatusMessage:
     lesson = get_simplifiable_lesson(trainer.session.make_trained_automaton())
     trainer.session.change_design(options=replace_pruning(lesson, pruning).options)
     trainer.refresh_view()
-    return StatusMessage(
-        "Simplified as shown; undo reverts this" if pruning else "Pruning is off"
-    )
+    return StatusMessage("Simplified as shown; undo reverts this" if pruning else "Pruning is off")

@@ -118,8 +118,7 @@ def _again(plan: TrainingPlan) -> SessionStart:
     lesson = plan.library.taught[plan.name].lesson
     if lesson is None:
         raise SessionError(
-            f"automaton {plan.name!r} in {plan.folder} has no lesson to continue; "
-            "teach one with another name"
+            f"automaton {plan.name!r} in {plan.folder} has no lesson to continue; teach one with another name"
         )
     chosen, parameters = plan.choices, lesson.automaton.parameters
     if chosen.parameters is not None and tuple(chosen.parameters) != parameters:

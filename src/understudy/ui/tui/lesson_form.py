@@ -308,5 +308,8 @@ def _seconds(text: str) -> float:
         return float(text or REACTION_S)
     except ValueError:
         raise SettingError(
-            where="reaction", setting=repr(text), problem="is not a number of seconds", remedy="write 0.2, or 0"
+            where="reaction",
+            setting=repr(text),
+            problem="is not a number of seconds",
+            remedy="write 0.2, or 0",
         ) from None

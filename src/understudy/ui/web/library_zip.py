@@ -140,9 +140,7 @@ class NameTaken(SessionError, json_type="AlreadyThere"):
 
     def __init__(self, names: list[str]) -> None:
         self.names = names
-        super().__init__(
-            f"the library already has a different {', '.join(names)}: replace it, or leave it"
-        )
+        super().__init__(f"the library already has a different {', '.join(names)}: replace it, or leave it")
 
 
 def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection], str | None]) -> Route:

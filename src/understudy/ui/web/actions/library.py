@@ -71,7 +71,9 @@ def trash_behavior(host: SessionHost, message: TrashBehavior) -> StatusMessage:
     if trainer is not None and normalize_name(name) == normalize_name(trainer.name):
         raise SessionError(f"{name} is being trained: open another automaton before removing it")
     if trainer is not None and any(state.behavior == name for state in trainer.session.automaton.states):
-        raise SessionError(f"{trainer.name}, which is being trained, uses {name}: remove it from the states of {trainer.name} first")
+        raise SessionError(
+            f"{trainer.name}, which is being trained, uses {name}: remove it from the states of {trainer.name} first"
+        )
     host.refresh_library()
     library.move_to_trash(host.library_view, name)
     host.refresh_library()

@@ -68,9 +68,7 @@ def open_automaton(host: SessionHost, name: str, *, discard: bool) -> None:
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: its lesson has no states or features")
     opened = begin_session(plan, start, host.wall, body=host.body, agent=host.agent)
-    host.replace_session(
-        opened, f"Opened {name}: test it, and press the right state where it is wrong"
-    )
+    host.replace_session(opened, f"Opened {name}: test it, and press the right state where it is wrong")
 
 
 def _go_on_with_cut_off(host: SessionHost, name: str, left: interrupted_sessions.InterruptedSession) -> None:

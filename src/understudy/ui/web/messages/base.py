@@ -37,7 +37,10 @@ _FOUND = re.compile(r"(Expected .*) - at (`key` in )?`\$\.(\w+)(?:\[(\d+|\.\.\.)
 _SENTENCES = (
     (r"`str` of length <= (\d+)", "{what} has more than {0} characters: shorten it"),
     (r"`str` of length >= 1", "{what} is empty: give one"),
-    (r"`str` matching regex .*", "{what} has a character that cannot be printed, such as a line break: leave it out"),
+    (
+        r"`str` matching regex .*",
+        "{what} has a character that cannot be printed, such as a line break: leave it out",
+    ),
     (r"`array` of length <= (\d+)", "there are more than {0} {what}: leave some out"),
     (r"`int` <= (\d+)", "{what} is more than {0}: give a smaller number"),
     (r"`int` >= 0|`int.*, got .*", "{what} is not a whole number of 0 or more"),

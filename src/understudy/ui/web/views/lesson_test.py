@@ -182,7 +182,9 @@ def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMess
     if outcome.scenario != format_scenario(host.world.scenario) or outcome.sort != (host.sort or ""):
         raise SessionError(f"this outcome is expected in another world: {outcome.world} as it was then")
     if outcome.agent != trainer.session.agent:
-        raise SessionError(f"this outcome is expected of robot {outcome.agent + 1}: train that robot to see it")
+        raise SessionError(
+            f"this outcome is expected of robot {outcome.agent + 1}: train that robot to see it"
+        )
     others = trainer.session.other_agents.snapshot()
     host.go_back(SessionSnapshot(outcome.snapshot, (), trainer.session.mode, others))
     if dict(outcome.targets) != dict(trainer.session_view.targets):
