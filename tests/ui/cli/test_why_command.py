@@ -231,7 +231,7 @@ def test_other_files(library: Path, tmp_path: Path) -> None:
     del header["run"]
     path.write_text(json.dumps(header) + "\n")
     for what, told in (
-        (path, "does not say how the run was made"),
+        (path, "does not say how the run was produced"),
         (library / "goto.json", "no trace of a run"),
         (tmp_path / "nothing.jsonl", "reading the trace"),
     ):

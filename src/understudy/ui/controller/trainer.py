@@ -238,7 +238,7 @@ class Trainer:
         self.note(self.robot, state)
         self.corrected = correction or (self.corrected and self.session_view.waiting is not None)
         self.session_view = self.session.view()
-        then = " when time runs on" if self.paused else ""
+        then = " on the next tick" if self.paused else ""
         return StatusMessage(
             f"{'correction: ' if correction else ''}{what}{then}", "correction" if correction else ""
         )
