@@ -180,7 +180,7 @@ def test_two_files_for_one_automaton(tmp_path: Path) -> None:
     path = save_automaton(tmp_path, goto())
     (tmp_path / "goto copy.json").write_bytes(path.read_bytes())
     with pytest.raises(
-        FileError, match=r"goto copy\.json.*holds automaton 'goto', as goto\.json beside it does"
+        FileError, match=r"goto copy\.json.*contains automaton 'goto', as goto\.json beside it does"
     ):
         open_library(tmp_path, KIT)
 

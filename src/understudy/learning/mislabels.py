@@ -54,7 +54,7 @@ def describe_counterevidence(pool: Sequence[Example], place: int, seen: LeaveOne
     ones = "is" if len(witnesses) == 1 else "are"
     example = pool[place]
     return (
-        f"Example {example.number} goes to {example.next}, but {format_example_numbers(witnesses)}, "
+        f"Example {example.number} says {example.next}, but {format_example_numbers(witnesses)}, "
         f"which {ones} most like it, {'says' if len(witnesses) == 1 else 'say'} {outcome}."
     )
 

@@ -48,7 +48,10 @@ BAD = [  # arguments, what the error says
     ),
     (["eval", "patrol", "-l", "{lib}/no"], "and the basic behaviors are forwards, "),
     (["run", "patrol", "-l", "{lib}"], "open it with the kit it was taught with"),
-    (["eval", "patrol", "-l", "{lib}/no", "--behavior", "stop"], "goal is missing, so that no run of it can"),
+    (
+        ["eval", "patrol", "-l", "{lib}/no", "--behavior", "stop"],
+        "goal is missing, and a run cannot be evaluated",
+    ),
     (["eval", "moon", "-l", "{lib}"], "no world 'moon'"),
     (["worlds", "moon"], "no world 'moon'; it has arena"),
     (["run", "-l", "{lib}", "--trace", "x.csv"], "is not a trace; name a file that ends in .jsonl"),
@@ -67,13 +70,13 @@ BAD = [  # arguments, what the error says
     ),
     (
         ["run", "-l", "{lib}", "--robot", "r.toml", "--trace", "x.jsonl"],
-        "--trace means nothing to real robots",
+        "--trace is not used with real robots",
     ),
     (["run", "-l", "{lib}", "--replay", "/none.mcap"], "/none.mcap: there is no such file"),
     (["run", "-l", "{lib}", "--record", "/nowhere/x.mcap"], "/nowhere/x.mcap: cannot be written"),
     (
         ["run", "--robot", "r.toml", "--replay", "x.mcap"],
-        "--robot means nothing to --replay: all is as it was",
+        "--robot is not used with --replay",
     ),
     (["learn", "x.csv", "--features", "x"], "--features is not used with a table; leave it"),
     (["learn", "--recording", "/none.mcap", "--features", "x"], "/none.mcap: there is no such file"),

@@ -57,17 +57,17 @@ MISTAKES = [  # arguments, what the error says
     (["run", "--robot", "team.toml"], "is the format of a team's file; give it with --team"),
     (["run", "--team", "rover.toml"], "is the format of one robot's file; give it with --robot"),
     (["run", "--team", "lone.toml"], "missing.toml: there is no such file"),
-    (["run", "--team", "twins.toml"], "so that both would obey the same commands; give each its own"),
+    (["run", "--team", "twins.toml"], "both would get the same commands; give each its own"),
     (["studio", "--team", "mixed.toml"], "'soccer', that of rover is 'arena'; give all the same"),
     (["run", "--robot", "rover.toml", "--team", "team.toml"], "were both given; give one of them"),
     (["run", "soccer", "--robot", "rover.toml"], "is named by its file, and 'soccer' by the command"),
     (["run", "--robot", "rover.toml"], "is not a terminal, so a robot could not be armed or stopped"),
     (["teach", "x", "--robot", "rover.toml"], "is not a terminal"),
-    (["teach", "x", "--robot", "held.toml"], "a terminal does not tell when one is let go; teach it in the"),
-    (["run", "--robot", "rover.toml", "--seed", "3"], "--seed means nothing to real robots, which are"),
+    (["teach", "x", "--robot", "held.toml"], "a terminal does not report released keys; teach it in the"),
+    (["run", "--robot", "rover.toml", "--seed", "3"], "--seed is not used with real robots"),
     (["run", "--robot", "rover.toml", "--record", "a.gif"], "real robots are not drawn; name a file"),
     (["run", "--robot", "rover.toml", "--record", "a.mcap", "--no-record"], "--no-record were both given"),
-    (["run", "--replay", "a.mcap", "--robot", "rover.toml"], "--robot means nothing to --replay"),
+    (["run", "--replay", "a.mcap", "--robot", "rover.toml"], "--robot is not used with --replay"),
 ]
 
 

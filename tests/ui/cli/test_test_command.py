@@ -169,7 +169,7 @@ def test_a_world_that_is_found_out_is_named(command: tuple[str, ...], library: P
     assert refused.exit_code == 2
     told = " ".join(refused.output.split())
     assert "--world cannot be determined: none of the scenarios forage, arena, boxes," in told
-    assert "has all that its automata name" in told
+    assert "has everything that its automata use" in told
     assert "give the scenario, such as --world my-scenario.toml" in told
     assert said(*command, folder, "--world", mine)["world"] == "mine"
 

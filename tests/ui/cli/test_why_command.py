@@ -209,7 +209,7 @@ def test_a_run_that_comes_out_otherwise_is_never_lied_about(library: Path) -> No
     path.write_text(path.read_text().replace('"x":', '"x":1'))
     refused = run("why", path, "--time", "2")
     assert refused.exit_code == 1
-    assert "the run cannot be made again" in " ".join(refused.output.split())
+    assert "the run cannot be repeated" in " ".join(refused.output.split())
 
 
 MISTAKES = [  # what is given, what is said
@@ -232,7 +232,7 @@ def test_other_files(library: Path, tmp_path: Path) -> None:
     path.write_text(json.dumps(header) + "\n")
     for what, told in (
         (path, "does not say how the run was produced"),
-        (library / "goto.json", "no trace of a run"),
+        (library / "goto.json", "not a trace of a run"),
         (tmp_path / "nothing.jsonl", "reading the trace"),
     ):
         refused = run("why", what, "--time", "1")
@@ -271,7 +271,7 @@ def test_a_run_that_was_killed(library: Path) -> None:
     path.write_bytes(lines[0] + lines[1][:30])
     refused = run("why", path, "--time", "0")
     assert refused.exit_code == 2
-    assert "says nothing of robot 0" in " ".join(refused.output.split())
+    assert "has no data of robot 0" in " ".join(refused.output.split())
 
 
 def test_parquet(library: Path) -> None:

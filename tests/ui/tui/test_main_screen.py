@@ -196,7 +196,7 @@ async def test_what_is_saved_is_opened_again_and_goes_on(tmp_path: Path) -> None
         await hand.wait(0.3)
         await hand.press("s", "q")
     async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:
-        assert "open again" in hand.said
+        assert "Opened " in hand.said
         assert hand.trainer.session_view.targets == {"A": "station"}
         assert not hand.trainer.has_unsaved_changes
         await hand.press("p", "right")

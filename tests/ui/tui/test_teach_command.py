@@ -94,7 +94,7 @@ def terminal(*arguments: str) -> Iterator[Terminal]:
 def test_it_teaches_in_a_terminal_survives_a_kill_and_saves(tmp_path: Path) -> None:
     library = str(tmp_path / "library")
     with terminal("teach", "goto", "--library", library, *GOTO) as first:
-        first.until("Nothing shown yet")
+        first.until("No examples yet")
         first.press("\x1b[D")  # the left arrow
         first.until("with its default")
         first.process.send_signal(signal.SIGKILL)
@@ -102,7 +102,7 @@ def test_it_teaches_in_a_terminal_survives_a_kill_and_saves(tmp_path: Path) -> N
     with terminal("teach", "goto", "--library", library, *GOTO) as second:
         second.until("resume it")
         second.press("\r")
-        second.until("Everything shown is back")
+        second.until("The lesson is restored")
         second.press(" 1")
         second.until("with its default")
         second.press("s")

@@ -211,7 +211,7 @@ def test_only_who_directs_imports(rig: Rig) -> None:
     parcel = rig.out()
     for key in ("", "guess", "é"):
         status, answer = rig.give(parcel, key=key)
-        assert (status, "only watches" in answer["error"]) == (403, True)
+        assert (status, "not in control" in answer["error"]) == (403, True)
     assert rig.give(parcel, taken="all")[0] == 400
     rig.person.done("hand_over")
     assert rig.give(parcel)[0] == 403

@@ -84,7 +84,7 @@ def test_what_the_others_cannot_do(
 
 def test_one_robot_has_no_company(tmp_path: Path) -> None:
     with served(studio(tmp_path)) as client, page(client) as person:
-        assert "Nothing is being trained" in person.say("others", behavior=None)["error"].capitalize()
+        assert "No automaton is open" in person.say("others", behavior=None)["error"].capitalize()
         person.done(**GOTO)
         assert "one robot" in person.say("others", behavior="forward")["error"]
 
@@ -148,7 +148,7 @@ def test_robots_are_counted_as_they_are_drawn(made: StudioServer, person: Page) 
     person.done("agent", agent=1)
     assert made.host.status.text == "Training goto with robot 2 now"
     teach(person, "forward")
-    assert "by robot 2" in person.say("agent", agent=0)["error"]
+    assert "from robot 2" in person.say("agent", agent=0)["error"]
     x, y = places(made)[3]
     error = person.say("place", agent=1, x=x, y=y)["error"]
     assert "place of robot 2" in error

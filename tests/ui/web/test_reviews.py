@@ -212,4 +212,4 @@ def test_those_who_look_on_may_ask_but_not_change(made: StudioServer) -> None:
             ("prune", {"pruning": 1}),
         ]
         for do, fields in changing:
-            assert "only watches" in second.say(do, **fields)["error"]
+            assert "not in control" in second.say(do, **fields)["error"]

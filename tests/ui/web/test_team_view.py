@@ -72,7 +72,7 @@ def test_what_a_squad_was_taught_is_kept_in_its_folder(
     person.done("pause", paused=True)
     person.done("press", state="out")
     person.done("step")
-    assert "not saved" in refused(person, "agent", agent=0)
+    assert "unsaved changes" in refused(person, "agent", agent=0)
     person.done("save")
     assert (tmp_path / "library" / "patrol" / "lead.json").is_file()
     person.done("agent", agent=2)

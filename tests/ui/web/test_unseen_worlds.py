@@ -166,9 +166,9 @@ def test_a_number_of_worlds_that_is_none(person: Page, count: Any) -> None:
 
 def test_what_cannot_be_tried_is_said(made: StudioServer) -> None:
     with served(made) as client, page(client) as person:
-        assert "Nothing is being trained" in person.say("evaluate")["error"].capitalize()
+        assert "No automaton is open" in person.say("evaluate")["error"].capitalize()
         person.done(**GOTO)
-        assert "there is nothing to try yet" in person.say("evaluate")["error"]
+        assert "there is nothing to test yet" in person.say("evaluate")["error"]
 
 
 def test_without_a_goal_and_without_a_flag_nothing_says_what_success_is(tmp_path: Path) -> None:
@@ -199,7 +199,7 @@ def test_a_coordinator_is_not_tried(tmp_path: Path) -> None:
         person.done("agent", agent=0, sort=sort["name"])
         offered = person.desk["library"]["basic"]
         person.done("new", name="lead", states=[offered[0]], features=["time_in_state"], flags=["done"])
-        assert "coordinators cannot be tried" in person.say("evaluate")["error"]
+        assert "coordinators cannot be tested" in person.say("evaluate")["error"]
 
 
 def test_the_world_goes_on_and_what_is_tried_stays_as_it_was(
@@ -260,7 +260,7 @@ def test_who_looks_on_sees_it_and_may_not_begin_or_end_it(made: StudioServer) ->
         person.done("evaluate", count=5)
         assert ended(other) == ended(person)
         for do in ("evaluate", "cancel_evaluation"):
-            assert "directs" in other.say(do)["error"]
+            assert "not in control" in other.say(do)["error"]
 
 
 def test_what_goes_wrong_in_a_world_is_said(person: Page, monkeypatch: pytest.MonkeyPatch) -> None:

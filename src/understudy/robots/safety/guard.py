@@ -159,7 +159,7 @@ class Guard:
             self._refuse_closed()
             orders = self._orders
             if not by.strip():
-                self._refuse("nothing can arm it", "give a person's name")
+                self._refuse("no person is named", "give a person's name")
             self._refuse_danger()
             self.log.begin()
             if self._monitor.has_watchdog:

@@ -137,7 +137,7 @@ def _lesson_notes(opened: LoadedDocument) -> list[str]:
         return ["there are no examples yet"]
     for state, function in automaton.transitions.items():
         for group in find_contradictions(lesson, state):
-            said = ", ".join(f"{example.number} goes to {example.next}" for example in group)
+            said = ", ".join(f"{example.number} says {example.next}" for example in group)
             found.append(f"in {state}, examples contradict each other: {said}")
         against = find_disagreements(lesson, state, function)
         if against:

@@ -41,7 +41,7 @@ _SENTENCES = (
         r"`str` matching regex .*",
         "{what} has a character that cannot be printed, such as a line break: leave it out",
     ),
-    (r"`array` of length <= (\d+)", "there are more than {0} {what}: leave some out"),
+    (r"`array` of length <= (\d+)", "{what} must be at most {0}: leave some out"),
     (r"`int` <= (\d+)", "{what} is more than {0}: give a smaller number"),
     (r"`int` >= 0|`int.*, got .*", "{what} is not a whole number of 0 or more"),
     (r"`float` > 0.0", "{what} must be above 0"),
