@@ -171,7 +171,7 @@ def test_a_change_below_is_found_from_above() -> None:
     seen = run_lesson_test(broken, "goto", {"goto": TrainedAutomaton(goto)})
     assert (seen.is_passing, seen.changed, seen.affected) == (True, True, ("fetch",))
     (said,) = find_regressions(library, TrainedAutomaton(SITS), TrainedAutomaton(goto))
-    assert said == "fetch no longer comes to done within 60 s in forage"
+    assert said == "fetch no longer reaches done within 60 s in forage"
     assert find_regressions(library, TrainedAutomaton(goto), TrainedAutomaton(goto)) == ()
     assert find_regressions(library, TrainedAutomaton(goto), None) == ()
 
@@ -191,14 +191,14 @@ def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None
     coordinators = known["patrol"]
     assert find_regressions(coordinators, made.make_trained_automaton(), former) == ()
     assert find_regressions(coordinators, made.make_trained_automaton(), former, known) == (
-        "out no longer comes to done within 3 s in patrol",
+        "out no longer reaches done within 3 s in patrol",
     )
     known["patrol"] = coordinators.with_automaton(former)
     wander = ROBOTS.taught["wander"]
     unbound = TrainedAutomaton(replace(wander.automaton, parameters=("A",)))
     assert find_regressions(ROBOTS, unbound, wander) == ()
     assert find_regressions(ROBOTS, unbound, wander, known) == (
-        "patrol/out no longer comes to done within 3 s in patrol",
+        "patrol/out no longer reaches done within 3 s in patrol",
     )
     assert find_regressions(ROBOTS, wander, wander, known) == ()
 

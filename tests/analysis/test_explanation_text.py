@@ -25,8 +25,8 @@ DECISIONS = [  # next state, conditions, whether it was shown, the sentence
     ("done", (NEAR,), True, f"goes from forward to done because {NEAR}"),
     ("forward", (NEAR,), True, f"stays in forward because {NEAR}"),
     ("done", (), True, "goes from forward to done, always"),
-    ("forward", (NEAR,), False, f"stays in forward: nothing was ever shown where {NEAR}"),
-    ("forward", (), False, "stays in forward: nothing was ever shown there"),
+    ("forward", (NEAR,), False, f"stays in forward: there are no examples where {NEAR}"),
+    ("forward", (), False, "stays in forward: there are no examples there"),
     (
         "done",
         (NEAR, AROUND),
@@ -64,13 +64,13 @@ def test_examples(examples: tuple[Example, ...], named: str) -> None:
 
 
 def test_a_raised_flag() -> None:
-    assert describe_present(None, "done") == "It raised done, which is never left by itself."
+    assert describe_present(None, "done") == "It raised done; a flag state is never left."
     assert describe_intention(None) == "A raised flag is never left."
     assert describe_present(LEFT, None) == f"It goes from forward to done because {NEAR} (shown by 3, 4)."
     assert describe_rest(LevelExplanation("goto", "done", 0.0, None, None, "done")) == (
-        "done is raised, and never left by itself"
+        "done is raised; a flag state is never left"
     )
     assert (
         describe_rest(LevelExplanation("goto", "forward", 0.0, None, None, None))
-        == "nothing was ever shown there"
+        == "there are no examples there"
     )

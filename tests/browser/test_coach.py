@@ -165,12 +165,12 @@ def test_late_presses_are_noticed_and_taken_earlier_on_a_click(
         page.get_by_role("tab", name="Coach").click()
         late = page.get_by_role("region", name="Reaction time")
         expect(late).to_contain_text(
-            re.compile(r"You seem to press 0\.\d+ s late\. Taken 0\.\d+ s earlier, the")
+            re.compile(r"Your presses seem to come 0\.\d+ s late\. Taken 0\.\d+ s earlier, the")
         )
         snap(page, "late")
         late.get_by_role("button", name=re.compile("Use 0")).click()
         expect(late).to_have_count(0)
-        expect(page.get_by_text(re.compile(r"Presses count 0\.\d+ s earlier from now on"))).to_be_visible()
+        expect(page.get_by_text(re.compile(r"Reaction time is 0\.\d+ s from now on"))).to_be_visible()
         teacher.click("undo")
         expect(late).to_be_visible()
     finally:

@@ -36,6 +36,6 @@ def test_the_others_and_nobody_watching(visit: Callable[[], Page]) -> None:
     page.get_by_role("button", name="Choose", exact=True).click()
     switch.click()
     expect(switch).to_have_attribute("aria-checked", "true")
-    expect(page.get_by_text("You are not watching")).to_be_visible()
+    expect(page.get_by_text("Learning from silence: off")).to_be_visible()
     others.select_option("")
     expect(page.get_by_role("button", name="robot 2")).to_contain_text("idle")

@@ -75,7 +75,7 @@ def test_an_example_is_edited(teacher: Teacher, snap: Snap) -> None:
     field = page.get_by_role("textbox", name="angle_to(A)")
     field.fill("left")
     field.press("Enter")
-    expect(page.get_by_text("'left' is no number")).to_be_visible()
+    expect(page.get_by_text("'left' is not a number")).to_be_visible()
     field.fill("-20")
     field.press("Enter")
     expect(row).to_contain_text("−20°")
@@ -117,7 +117,7 @@ def test_a_seed_is_typed_while_the_robot_goes_on(teacher: Teacher) -> None:
     expect(seed).to_have_value("4")
     seed.press_sequentially("2")
     seed.press("Enter")
-    expect(teacher.page.get_by_text("World 42 from its beginning")).to_be_visible()
+    expect(teacher.page.get_by_text("World 42, restarted")).to_be_visible()
     expect(seed).to_have_value("42")
 
 

@@ -100,11 +100,13 @@ def test_a_color_is_shown_by_clicking_and_who_leaves_stops_it(visit: Callable[[]
     camera = page.get_by_role("img", name="What the camera sees")
     former = robot.read_text()
     camera.click()
-    expect(page.get_by_text("ball is looked for by this color, in humanoid.toml too")).to_be_visible()
+    expect(page.get_by_text("Cameras detect ball by this color now; saved in humanoid.toml")).to_be_visible()
     assert robot.read_text() != former
     bar.get_by_role("button", name="Arm").click()
     expect(bar).to_contain_text("humanoid armed")
     page.close()
     watcher = visit()
-    expect(watcher.get_by_role("group", name="Real robots")).to_contain_text("nobody directs in the studio")
-    assert causes(robot) == ["nobody directs in the studio"]
+    expect(watcher.get_by_role("group", name="Real robots")).to_contain_text(
+        "no page is in control in the studio"
+    )
+    assert causes(robot) == ["no page is in control in the studio"]

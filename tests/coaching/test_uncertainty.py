@@ -26,7 +26,7 @@ ASKED = [
     ("forward", 6.0, 10, 0.0, 0.0, DoubtReason.SHOWN, ""),
     ("forward", 5.4, 15, 0.0, 0.3, DoubtReason.SHOWN, ""),
     ("forward", 0.29, 350, 0.0, 0.1, DoubtReason.SHOWN, ""),
-    ("forward", 3.0, 180, 0.7, 1.0, DoubtReason.FAR, "nothing was shown in forward when A is"),
+    ("forward", 3.0, 180, 0.7, 1.0, DoubtReason.FAR, "there are no examples in forward when A is"),
     ("left", 5.0, 270, 0.7, 1.0, DoubtReason.FAR, "to the right"),
     ("left", 5.0, 340, 0.3, 0.5, DoubtReason.HANGING, "only example 5 says so"),
     ("done", 0.3, 0, 0.0, 0.0, DoubtReason.SHOWN, "never left"),
@@ -54,7 +54,7 @@ def test_where_nothing_was_shown_or_hardly_anything() -> None:
 def test_absence_that_was_never_shown_is_far_from_all() -> None:
     found = doubts(goto()).estimate("forward", (nan, nan))
     assert found.amount >= 0.9
-    assert "nothing" in found.reason
+    assert "there are no examples like this" in found.reason
 
 
 def test_a_leaf_whose_examples_want_different_things() -> None:

@@ -1,4 +1,4 @@
-"""What pages said to the studio of 0.1.0, said again, is answered as it was."""
+"""What pages said to the studio of 0.1.0, said again, is answered as it was, but for the wording."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from tests.formats.made import FOLDER, transcript
+from tests.formats.reworded import reword
 from tests.ui.web.pages import studio
 
 pytest.importorskip("sklearn", reason="needs the extra sklearn")
@@ -34,7 +35,7 @@ def test_the_same_messages_are_answered_the_same(name: str, world: str, library:
     shown_now: dict[str, object] = {}
     shown_then: dict[str, object] = {}
     for line, line_then in zip(again, lines, strict=True):
-        now, then = json.loads(line), json.loads(line_then)
+        now, then = json.loads(line), reword(json.loads(line_then))
         undoable, undoable_then = take_undoable(now, shown_now), take_undoable(then, shown_then)
         assert now == then  # the order of keys means nothing
         if shown_then.get("waiting") is None:

@@ -72,7 +72,7 @@ CASES: list[tuple[Shown, Shown, list[tuple[str, str, list[tuple[int, str, str]]]
         BASE,
         {**BASE, 4: (1.0, "turn")},
         [
-            ("done", "moved", [(4, "new", "says otherwise there")]),
+            ("done", "moved", [(4, "new", "contradicts it there")]),
             ("turn", "appeared", [(4, "new", "shows it")]),
         ],
     ),

@@ -82,7 +82,7 @@ def test_whom_a_correction_makes_suspect(
 
 def test_reasons_name_examples() -> None:
     found = judged([*DRIVING, ARRIVING, WRONG, RIGHT])
-    assert found.reason == "What correction 7 shows was decided wrongly because of example 6."
+    assert found.reason == "The decision at correction 7 was wrong because of example 6."
     reason = "Example 6 says turn, but examples 3, 4 and 7, which are most like it, say go."
     assert found.reasons == {6: reason}
     assert str(found) == f"{found.reason} {reason}"
@@ -141,9 +141,9 @@ def test_what_is_like_a_correction_may_agree_with_it() -> None:
     """It was all said near by; what was learned has the boundary elsewhere."""
     found = judged([*DRIVING, ("go", [3], "turn", "directive"), ("go", [79], "go", "confirmation")])
     assert found.verdict is MistakeCause.FEW
-    assert found.reason == "What is like correction 6 agrees with it: it shows where the boundary is not."
+    assert found.reason == "Examples like correction 6 agree with it: the boundary was in the wrong place."
     alone = judged([*DRIVING, ARRIVING, ("go", [200], "done", "directive")])
-    assert alone.reason == "Nothing like correction 6 had been shown: it adds what was missing."
+    assert alone.reason == "There were no examples like correction 6: it adds what was missing."
 
 
 def test_the_learner_makes_no_difference() -> None:

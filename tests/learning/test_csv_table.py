@@ -105,7 +105,7 @@ BAD = [
     (HEADER, "it has no examples"),
     (
         "state,next,x:continuous\na,b,1\n",
-        "line 1: there is no column 'kind', only state, next and x:continuous",
+        "line 1: there is no column 'kind'; the columns are state, next and x:continuous",
     ),
     (
         "state,next,kind,x\na,b,directive,1\n",

@@ -170,7 +170,7 @@ def test_explanations() -> None:
     assert str(staying) == "stays in forward because f0 is above 2"
     unseen = explain(APPROACH, "forward", (nan,), functions["forward"])
     assert not unseen.shown
-    assert str(unseen) == "stays in forward because f0 is absent; nothing was ever shown there"
+    assert str(unseen) == "stays in forward because f0 is absent; there are no examples there"
     untaught = explain(APPROACH, "forward", (1.0,), None)
     assert (untaught.next, untaught.shown) == ("forward", False)
 

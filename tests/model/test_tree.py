@@ -45,7 +45,7 @@ NO_VECTORS: list[tuple[Any, str]] = [
     (None, "it is None; give a list of numbers"),
     (0.4, r"it is 0\.4; give a list of numbers"),
     ({"x": 0.4, "y": 1.0}, "give a list of numbers"),
-    (("near", 0.0), "value 1 is 'near'; give a number, or NaN where it is absent"),
+    (("near", 0.0), "value 1 is 'near'; give a number, or NaN if it is absent"),
     ((None, 0.0), "value 1 is None; give a number"),
     ((0.4, "stuck"), "value 2 is 'stuck'; give a number"),
     ((0.4, 3.0), r"value 2 is 3\.0; give the index of one of 3 labels"),

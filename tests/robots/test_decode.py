@@ -151,7 +151,7 @@ def test_wrong_image(change: dict[str, object], said: str) -> None:
         (lambda: compressed(".png")[:-12], "is a PNG that was cut off"),
         (long_chunk, "is a PNG that is damaged"),
         (changed_pixels, "is a PNG that is damaged"),
-        (no_pixels, "is damaged; look at what the camera sends"),
+        (no_pixels, "is damaged; check what the camera sends"),
         (b"\xff\xd8\xff\xd9", "without a size"),
     ],
     ids=lambda value: getattr(

@@ -187,7 +187,7 @@ def test_a_reading_that_is_no_number_for_a_second_disarms() -> None:
 REFUSED: list[tuple[Callable[[Rig], None], str, str]] = [  # what was before, who arms, what is said
     (lambda rig: None, "Ada", "sonar_ahead is absent"),
     (lambda rig: rig.hear(SONAR, sonar(2.0)), "Ada", "outside its geofence"),
-    (lambda rig: heard(rig), "", "nobody says who"),
+    (lambda rig: heard(rig), "", "no person is named"),
     (lambda rig: heard(rig, OTHER), "Ada", "somebody else publishes on /rover/cmd_vel"),
 ]
 
@@ -371,7 +371,7 @@ def test_without_a_log_it_is_not_armed(guarded: Guarded) -> None:
 
 def test_a_stop_while_it_is_armed_wins(guarded: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(guarded.watchdog, "start", lambda peers: guarded.robot.emergency_stop("a key"))
-    with pytest.raises(ArmingRefused, match="told to stop meanwhile"):
+    with pytest.raises(ArmingRefused, match="it was stopped meanwhile"):
         guarded.ready()
     assert not guarded.robot.armed
 

@@ -228,7 +228,7 @@ def test_a_full_disk_ends_a_run_with_a_sentence(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(writer, "CHUNK_S", 0.0)
     monkeypatch.setattr(writer, "_opened", lambda path: Path("/dev/full").open("wb"))  # noqa: SIM115
     with pytest.raises(
-        RecordingFailed, match=r"full\.mcap: recording ended: No space left on device; make room"
+        RecordingFailed, match=r"full\.mcap: recording ended: No space left on device; free space"
     ):
         slid(tmp_path / "full.mcap", 200, lambda tick: time.sleep(0.01))
 
@@ -339,8 +339,8 @@ def test_what_is_there_is_kept(tmp_path: Path) -> None:
 
 
 NONE = [
-    (b"", "it is no MCAP"),
-    (b"not an mcap file at all", "it is no MCAP"),
+    (b"", "it is not an MCAP file"),
+    (b"not an mcap file at all", "it is not an MCAP file"),
     (None, "there is no such file"),
 ]
 
@@ -356,13 +356,13 @@ def test_what_is_no_recording_is_refused(content: bytes | None, problem: str, tm
 
 def test_a_head_that_is_nested_too_deeply_is_told() -> None:
     head = {"format": FORMAT, BODY: '{"more":' + "[" * 3000 + "]" * 3000 + "}", RUN: "{}"}
-    assert "its head cannot be read (it is nested too deeply" in str(decode_header(head))
+    assert "its header cannot be read (it is nested too deeply" in str(decode_header(head))
 
 
 def test_a_recording_without_decisions_is_refused(tmp_path: Path) -> None:
     with RunRecorder(tmp_path / "bare.mcap") as recorder:
         recorder.open_topic("/sonar", RANGE)(sonar(1.0), 0.0)
-    with pytest.raises(FileError, match="it does not say what ran"):
+    with pytest.raises(FileError, match="it does not say which behavior ran"):
         read_recording(tmp_path / "bare.mcap")
     with RunRecorder(tmp_path / "begun.mcap") as recorder:
         recorder.begin(Scripted(1))

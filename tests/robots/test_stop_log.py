@@ -43,7 +43,7 @@ def test_a_line_is_a_stop(tmp_path: Path) -> None:
 def test_no_log_yet_and_one_that_is_none(tmp_path: Path) -> None:
     assert read_stops(tmp_path / "log") == ()
     (tmp_path / "log").write_text('{"time":"2026-05-04T12:00:00Z","robot":"","cause":"","by":""}\n{"time"\n')
-    with pytest.raises(FileError, match="log at line 2: is no stop"):
+    with pytest.raises(FileError, match="log at line 2: is not an entry of a log of stops"):
         read_stops(tmp_path / "log")
 
 
@@ -56,7 +56,7 @@ def test_no_log_yet_and_one_that_is_none(tmp_path: Path) -> None:
 )
 def test_a_damaged_log_is_refused(line: bytes, problem: str, tmp_path: Path) -> None:
     (tmp_path / "log").write_bytes(line + b"\n")
-    with pytest.raises(FileError, match=f"log at line 1: is no stop .{problem}"):
+    with pytest.raises(FileError, match=f"log at line 1: is not an entry of a log of stops .{problem}"):
         read_stops(tmp_path / "log")
 
 

@@ -74,7 +74,7 @@ def test_at_rest_robots_are_stopped_again_and_again() -> None:
 
 
 def test_two_robots_of_one_namespace_are_no_fleet() -> None:
-    with pytest.raises(SettingError, match="both would obey the same commands; give each its own"):
+    with pytest.raises(SettingError, match="both would get the same commands; give each its own"):
         Rig(("one", "one"))
 
 

@@ -236,7 +236,7 @@ TREES: list[tuple[tuple[Node, ...], str]] = [
     ((Node(TestKind.BELOW, 1, high=1.0, yes=1, no=1), make_leaf(0)), "asks for feature 1 of 1"),
     (
         (Node(TestKind.BELOW, 0, yes=1, no=1), make_leaf(0)),
-        r"has a boundary of range_of\(ball\) that is no number",
+        r"has a boundary of range_of\(ball\) that is not a number",
     ),
     ((Node(TestKind.LABEL, 0, branches=(1, 1)), make_leaf(0)), "has 2 branches for the 0 labels of range_of"),
 ]

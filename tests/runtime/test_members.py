@@ -33,7 +33,7 @@ BROKEN: list[tuple[Lists, Lists, str]] = [  # the pairs' members, the camps', th
     (GOOD, [[(2, 2, 0)]], "squad 'camp', number 0: row 2 of 'pair' is none of the 2 there are"),
     ([[(0, 2, 0)]], [], "row 2 is of 'carrier', and its role 'scouts' is for 'scout'"),
     ([[(0, 0, 1)]], [], "row 0 is of 'scout', and its role 'carriers' is for 'carrier'"),
-    ([[(1, 2, 2)]], [], "role 2 of a member is none of its 2"),
+    ([[(1, 2, 2)]], [], "role 2 of a member is not one of its 2 roles"),
     ([[(2, 0, 0)]], [], "sort 2 of a member is none of the 2 below it"),
     (GOOD, [[(3, 0, 0)]], "sort 3 of a member is none of the 3 below it"),
 ]  # fmt: skip
@@ -88,11 +88,11 @@ def test_members_know_what_is_ordered_of_them() -> None:
 
 
 LACKING = [
-    (Assignment("fly"), "its scouts (scout) know no behavior 'fly'", "search"),
-    (Assignment("search"), "its carriers (carrier) know no behavior 'search'", "fetch"),
+    (Assignment("fly"), "its scouts (scout) have no behavior 'fly'", "search"),
+    (Assignment("search"), "its carriers (carrier) have no behavior 'search'", "fetch"),
     (
         Assignment("fetch", Binding(A="ball"), "scouts"),
-        "its scouts (scout) know no behavior 'fetch'",
+        "its scouts (scout) have no behavior 'fetch'",
         "search",
     ),
 ]

@@ -96,7 +96,7 @@ def test_absent_values_and_truth_values_are_within_a_kind() -> None:
 def test_what_is_no_kind_and_what_is_no_part() -> None:
     with pytest.raises(DefinitionError, match=r"its kind is 'continuous'; give Continuous\(\)"):
         Feature("x", "continuous", reading="range")  # type: ignore[arg-type]
-    with pytest.raises(DefinitionError, match="kit: 3 is no part of it"):
+    with pytest.raises(DefinitionError, match="kit: 3 is not part of it"):
         Kit.from_parts(3)  # type: ignore[arg-type]
     with pytest.raises(KindError, match="its labels are 'no'; give them as a tuple"):
         Categorical("no")  # type: ignore[arg-type]

@@ -252,7 +252,7 @@ def test_settings_that_cannot_be(settings: dict[str, Any], message: str) -> None
 
 def test_unknown_setting_is_refused_as_of_other_sensors() -> None:
     text = format_scenario(world_of(Lidar(beams=40)).scenario)
-    with pytest.raises(FileError, match=r"sensors\[0\]\.beam_count: is no key there; known are .*'beams'"):
+    with pytest.raises(FileError, match=r"sensors\[0\]\.beam_count: is not a key here; known are .*'beams'"):
         parse_scenario(text.replace("beams = 40", "beam_count = 40"))
 
 

@@ -136,7 +136,7 @@ def test_an_order_to_both_roles_splits_one_of_them() -> None:
 def test_an_order_asks_of_nobody_what_their_own_library_has_not() -> None:
     libraries = dict(known())
     libraries["scout"] = Library.from_automata(KITS["scout"], doing("roam", "forward"))
-    with pytest.raises(DefinitionError, match=r"its scouts \(scout\) know no behavior 'explore'"):
+    with pytest.raises(DefinitionError, match=r"its scouts \(scout\) have no behavior 'explore'"):
         make_team(SALVAGE, [3], libraries, {"crew": ("lead", {})})
 
 

@@ -219,13 +219,13 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
         pair("statistics", "stuck"),
         {"how": "count", "reading": "stuck"},
         "squads.pair.statistics.stuck",
-        "of a robot is another sort of reading",
+        "is a different reading for a robot",
     ),
     (
         camp("statistics", "sees"),
         {"how": "count"},
         "squads.camp.statistics.sees",
-        "of the squad 'pair' is another sort of reading",
+        "is a different reading for the squad 'pair'",
     ),
     # who is counted no more
     (pair("drops"), "stukc", "squads.pair.drops", "did you mean 'stuck'"),

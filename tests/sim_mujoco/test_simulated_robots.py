@@ -278,7 +278,7 @@ def named(name: str) -> Scenario:
 
 @pytest.mark.parametrize("name", ["my rover", "2d", "r\u00f6ver", "r-1"])
 def test_names_that_topics_cannot_have_are_refused(name: str) -> None:
-    with pytest.raises(SettingError, match=f"types.{name} is no name in ROS 2; begin with a letter"):
+    with pytest.raises(SettingError, match=f"types.{name} is not a valid name in ROS 2; begin with a letter"):
         check_ros(named(name))
     check_ros(named("rover_2"))
 

@@ -133,7 +133,11 @@ EDITS: dict[str, tuple[Edit, str, str]] = {  # what is done -> where and what th
         "$.built.trees.x",
         "start and forward",
     ),
-    "a tree for a flag": (lambda d: d["built"]["trees"].update(done=[]), "$.built.trees.done", "to be left"),
+    "a tree for a flag": (
+        lambda d: d["built"]["trees"].update(done=[]),
+        "$.built.trees.done",
+        "that can be left",
+    ),
     "an empty tree": (lambda d: d["built"]["trees"].update(start=[]), "$.built.trees.start", "no nodes"),
     "missing node": (lambda d: node(d, 0, yes=6), "$.built.trees.start[0].yes", "nodes 0 to 5"),
     "a cycle": (lambda d: node(d, 2, yes=1), "$.built.trees.start[2].yes", "further down"),
@@ -213,7 +217,7 @@ def test_unreadable_text(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("length", range(0, len(DATA) - 1, 97))
 def test_cut_anywhere(length: int) -> None:
-    with pytest.raises(FileError, match=r"cut short|no JSON"):
+    with pytest.raises(FileError, match=r"cut short|not JSON"):
         decode_document(DATA[:length], KIT, path="goto.json")
 
 

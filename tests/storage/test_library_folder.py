@@ -91,8 +91,8 @@ NO_AUTOMATA: dict[str, tuple[Any, str]] = {
         r"lesson 'goto': .* give TrainedAutomaton\(learn_automaton\(lesson\), lesson\)",
     ),
     "an automaton": (goto().automaton, r"automaton 'goto': .* give TrainedAutomaton\(automaton\)"),
-    "a name": ("goto", "'goto': it is no trained automaton; give a TrainedAutomaton"),
-    "nothing": (None, "None: it is no trained automaton"),
+    "a name": ("goto", "'goto': it is not a trained automaton; give a TrainedAutomaton"),
+    "nothing": (None, "None: it is not a trained automaton"),
 }
 
 
@@ -180,7 +180,7 @@ def test_two_files_for_one_automaton(tmp_path: Path) -> None:
     path = save_automaton(tmp_path, goto())
     (tmp_path / "goto copy.json").write_bytes(path.read_bytes())
     with pytest.raises(
-        FileError, match=r"goto copy\.json.*holds automaton 'goto', as goto\.json beside it does"
+        FileError, match=r"goto copy\.json.*contains automaton 'goto', as goto\.json beside it does"
     ):
         open_library(tmp_path, KIT)
 

@@ -263,7 +263,7 @@ def test_body_and_automaton_go_back_to_the_last_snapshot(tmp_path: Path) -> None
     assert again.view().path == taught.view().path == ("go", "done")
     taught.reset(0)
     play(taught, 3)
-    assert resumed(tmp_path).body.time_s == 0.0  # and whenever the robot was put elsewhere
+    assert resumed(tmp_path).body.time_s == 0.0  # and whenever the robot was moved
 
 
 def test_a_journal_may_be_named_by_a_text(tmp_path: Path) -> None:

@@ -524,7 +524,7 @@ def test_a_body_that_cannot_be_rewound() -> None:
         snapshot = restore = None  # type: ignore[assignment]
 
     taught = session(body=Real(1))
-    with pytest.raises(SessionError, match=r"this body cannot be rewound: it is no simulation; drive"):
+    with pytest.raises(SessionError, match=r"this body cannot be rewound: it is not simulated; drive"):
         taught.capture()
 
 

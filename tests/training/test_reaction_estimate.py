@@ -106,7 +106,7 @@ def test_the_evidence_says_by_what() -> None:
     assert late.startswith("Taken 0.3 s earlier, the 20 presses from go to done lie about 0.0")
     assert " by x, instead of 0.0" in late
     assert str(estimate_reaction_time(demonstrated(0.0))).endswith(
-        "agree hardly better at any moment before: they do not seem late."
+        "hardly agree better at any earlier moment: they do not seem late."
     )
 
 

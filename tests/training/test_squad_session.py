@@ -117,7 +117,7 @@ def test_a_troop_is_rewound() -> None:
     "snapshot", [b"\x81\xa4more" + b"\x91" * 3000 + b"\x90", b"\x81\xa1\xff\xc0", b"no snapshot"]
 )
 def test_a_damaged_snapshot_is_refused(snapshot: bytes) -> None:
-    with pytest.raises(FileError, match="is none of a troop"):
+    with pytest.raises(FileError, match="is not a snapshot of a squad"):
         coordinator_body().restore(snapshot)
 
 

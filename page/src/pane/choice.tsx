@@ -110,7 +110,7 @@ function atStake(studio: Studio, name: string): string | null {
   if (desk?.unsaved === true) return `${desk.name} has changes that are not in the library.`;
   const left = told?.library.cut_off.find((each) => each.name === name.trim());
   if (left === undefined) return null;
-  return `A lesson of ${left.name} was cut off with ${counted(left.examples, "example")}; the library can go on with it.`;
+  return `A lesson of ${left.name} was interrupted with ${counted(left.examples, "example")}; the library can resume it.`;
 }
 
 /** What is still to be said; null where nothing is. */

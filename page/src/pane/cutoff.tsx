@@ -1,4 +1,4 @@
-/** A lesson that was cut off before it was saved: go on with it, or throw it away, which can be taken back. */
+/** A lesson that was cut off before it was saved: resume it, or throw it away, which can be taken back. */
 
 import type { CutOff } from "../protocol";
 import type { Studio } from "../studio";
@@ -24,7 +24,7 @@ export function CutOffLesson({ left, studio }: { left: CutOff; studio: Studio })
         </button>
         <Discard name={name} studio={studio} />
       </div>
-      <p class="tiny">cut off before it was saved, with {counted(examples, "example")}</p>
+      <p class="tiny">interrupted before it was saved, with {counted(examples, "example")}</p>
       {asks}
     </li>
   );
@@ -35,7 +35,7 @@ export function Discard({ name, studio }: { name: string; studio: Studio }) {
     <button
       type="button"
       class="small danger"
-      aria-label={`Discard the lesson of ${name} that was cut off`}
+      aria-label={`Discard the interrupted lesson of ${name}`}
       disabled={!studio.directs}
       onClick={() => void studio.change({ do: "discard", name }, { do: "recall", name })}
     >

@@ -115,7 +115,7 @@ export function SimplerCard({ desk, panel, studio, close }: CardProps) {
 function Advice({ found, suggest }: { found: Simpler; suggest: () => void }) {
   const { suggested, enough, pruning } = found;
   if (suggested === null) {
-    return <>It has fewer than {enough} examples, and each of them was meant: better leave it as it is.</>;
+    return <>It has fewer than {enough} examples, too few to prune.</>;
   }
   const { left_out: all, wrong, wrong_pruned: pruned } = suggested;
   if (suggested.pruning !== pruning) {

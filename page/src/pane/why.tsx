@@ -82,7 +82,7 @@ function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
             <b>{level.automaton}</b> in {level.state} since {clock(level.since_s)}
           </p>
           <p>
-            {level.yours && "You decide: it is in training. In testing: "}
+            {level.yours && "In training, you decide. In testing: "}
             {says(level)}
           </p>
           <BehindIt behind={level} />

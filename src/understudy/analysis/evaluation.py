@@ -387,7 +387,7 @@ def measure_team_outcomes(
     """
     world = team.ground
     if not isinstance(world, World):
-        raise TypeError("a team of robots that are no simulation")
+        raise TypeError("a team of real robots")
     raised_s = np.full(world.worlds, np.nan)
 
     def advance(ticks: int) -> None:
@@ -471,7 +471,7 @@ def link_for_evaluation(
         raise SettingError(
             where=f"scenario {scenario.name!r}",
             setting="goal",
-            problem="is missing, so that no run of it can be judged",
+            problem="is missing, and a run cannot be evaluated without it",
             remedy="give it a [goal], or watch it with understudy run",
         )
     return link(library, behavior, binding)

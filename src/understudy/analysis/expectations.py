@@ -53,7 +53,7 @@ def make_expectation(session: Session, *, flag: str, within_s: float) -> Expecta
         )
     ground = body.ground if isinstance(body, CoordinatorBody) else body
     if not isinstance(ground, World) or not is_rewindable(body) or ground.worlds != 1:
-        raise SessionError("an outcome is of one simulated world, so that it can be put back to this moment")
+        raise SessionError("an outcome needs a single simulated world, which can be restored to this moment")
     scenario = ground.scenario
     return Expectation(
         flag,
@@ -89,9 +89,7 @@ def run_expectation(
     except UnderstudyError as error:
         return ExpectationResult(outcome, None, str(error))
     except KeyError as error:
-        return ExpectationResult(
-            outcome, None, f"its world has agents of the sort {error}, of whom nothing is known here"
-        )
+        return ExpectationResult(outcome, None, f"its world has agents of the unknown sort {error}")
 
 
 def _let_go(outcome: Expectation, name: str, library: Library, libraries: Libraries) -> float | None:

@@ -39,7 +39,7 @@ class RunNotReproducible(UnderstudyError, json_type="CannotRepeat"):
 
     def __init__(self, *, problem: str, remedy: str) -> None:
         self.problem, self.remedy = problem, remedy
-        super().__init__(f"the run cannot be made again: {problem}; {remedy}")
+        super().__init__(f"the run cannot be repeated: {problem}; {remedy}")
 
 
 @dataclass(frozen=True, slots=True)

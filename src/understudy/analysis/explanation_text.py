@@ -52,7 +52,7 @@ def describe_switch(before: str, after: str, explanation: Explanation, examples:
 def describe_rest(level: LevelExplanation) -> str:
     """Describe why an automaton had no decision to make."""
     return (
-        f"{level.flag} is raised, and never left by itself" if level.flag else "nothing was ever shown there"
+        f"{level.flag} is raised; a flag state is never left" if level.flag else "there are no examples there"
     )
 
 
@@ -62,7 +62,7 @@ def describe_present(decision: Explanation | None, flag: str | None) -> str:
     `decision` is None if the automaton's flag is raised.
     """
     if decision is None:
-        return f"It raised {flag}, which is never left by itself."
+        return f"It raised {flag}; a flag state is never left."
     return f"It {describe_decision(decision)}{list_examples(decision)}."
 
 
@@ -108,7 +108,7 @@ def _describe_conditions(explanation: Explanation) -> str:
     held = format_condition(" and ".join(explanation.conditions))
     if explanation.shown:
         return f" because {held}" if held else ", always"
-    return f": nothing was ever shown where {held}" if held else ": nothing was ever shown there"
+    return f": there are no examples where {held}" if held else ": there are no examples there"
 
 
 def _describe_example(example: DecisionExampleData) -> str:

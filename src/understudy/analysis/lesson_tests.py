@@ -194,7 +194,7 @@ def find_regressions(
         for outcome in _outcomes(now.find_library(sort).taught[each]):
             known = not outcome.sort or libraries
             if known and not now.run_outcome(outcome, sort, each) and before.run_outcome(outcome, sort, each):
-                found.append(f"{f'{sort}/' if sort else ''}{each} no longer comes to {outcome}")
+                found.append(f"{f'{sort}/' if sort else ''}{each} no longer reaches {outcome}")
     return tuple(found)
 
 
@@ -262,7 +262,7 @@ def describe_other_differences(seen: LessonTestResult, former: str) -> Iterator[
     numbers = [str(each.number) for each in seen.replayed.mismatches]
     if numbers:
         many = f"{len(numbers)} example{'s' * (len(numbers) != 1)}"
-        yield f"{many} decided otherwise than shown: {', '.join(numbers)}"
+        yield f"{many} decided differently than shown: {', '.join(numbers)}"
     if seen.replayed.changes:
         yield _anew(seen.replayed)
     if seen.changed:

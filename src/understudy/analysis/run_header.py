@@ -99,7 +99,7 @@ def read_recorded_tick(path: Path | str, *, robot: int, time_s: float) -> Record
         header, rows = _parquet(path, robot) if path.suffix.lower() == PARQUET else _lines(path, robot)
     ran = header.run
     if ran is None:
-        problem = "it does not say how the run was made"
+        problem = "it does not say how the run was produced"
         raise _no_trace(path, problem, "run it again with `understudy run --trace`, of this version")
     if ran.scenario is None or ran.behavior is None:
         raise _other_file(path)
@@ -108,7 +108,7 @@ def read_recorded_tick(path: Path | str, *, robot: int, time_s: float) -> Record
         raise SettingError(where=str(path), setting="--agent", problem=f"is {robot}", remedy=remedy)
     if not rows:
         raise _no_trace(
-            path, f"it says nothing of robot {robot}", "run it again with `understudy run --trace`"
+            path, f"it has no data of robot {robot}", "run it again with `understudy run --trace`"
         )
     if time_s > rows[-1].time_s + header.tick_s / 2:
         problem, remedy = f"is {time_s:g}, after the run had ended", f"give at most {rows[-1].time_s:g}"
@@ -165,7 +165,7 @@ def _header(line: bytes, path: Path) -> TraceHeader:
 
 
 def _other_file(path: Path) -> FileError:
-    return _no_trace(path, "it is no trace of a run", "name a file that `understudy run --trace` wrote")
+    return _no_trace(path, "it is not a trace of a run", "name a file that `understudy run --trace` wrote")
 
 
 def _no_trace(path: Path, problem: str, remedy: str) -> FileError:

@@ -129,7 +129,7 @@ def _is_parquet(path: Path) -> bool:
     suffix = path.suffix.lower()
     if suffix not in (LINES, PARQUET):
         remedy = f"name a file that ends in {LINES} (to read) or {PARQUET} (for tables)"
-        raise SettingError(where="trace", setting=repr(str(path)), problem="is no trace", remedy=remedy)
+        raise SettingError(where="trace", setting=repr(str(path)), problem="is not a trace", remedy=remedy)
     if suffix == PARQUET:
         _duckdb(path)
     return suffix == PARQUET

@@ -87,7 +87,7 @@ class UncertaintyModel:
             return known.estimate(values)
         if state in self._flags:
             return Uncertainty(0.0, DoubtReason.SHOWN, "a raised flag is never left")
-        return Uncertainty(NONE_SHOWN, DoubtReason.UNTAUGHT, f"nothing was ever shown in {state}")
+        return Uncertainty(NONE_SHOWN, DoubtReason.UNTAUGHT, f"there are no examples in {state}")
 
 
 class _StateModel:
@@ -120,7 +120,7 @@ class _StateModel:
         leaf = self._transition.path(values)[1] if self._split else STAY
         if outcome == STAY and isinstance(self._transition, Tree):
             return Uncertainty(
-                0.9, DoubtReason.UNSHOWN, f"nothing like this was ever shown in {self._learner.state}"
+                0.9, DoubtReason.UNSHOWN, f"there are no examples like this in {self._learner.state}"
             )
         here = np.array(values, np.float64)
         apart = self._nearness.compute_by_feature(self._rows, here)
@@ -137,12 +137,12 @@ class _StateModel:
                 Uncertainty(
                     min(1.0, 2.0 * share),
                     DoubtReason.DISAGREEING,
-                    f"examples {', '.join(map(str, numbers))} want different things here",
+                    f"examples {', '.join(map(str, numbers))} disagree here",
                     numbers,
                 )
             )
         if self._scant:
-            found.append(Uncertainty(HARDLY, DoubtReason.SCANT, "hardly anything was shown yet"))
+            found.append(Uncertainty(HARDLY, DoubtReason.SCANT, "there are hardly any examples yet"))
         return max(found, key=lambda each: each.amount)
 
     def _far(
@@ -151,7 +151,7 @@ class _StateModel:
         amount = min(1.0, distance / (2 * FAR))
         if amount < 0.5:
             return Uncertainty(
-                amount, DoubtReason.SHOWN, "something like it was shown", (self._numbers[nearest],)
+                amount, DoubtReason.SHOWN, "there are examples like this", (self._numbers[nearest],)
             )
         cells = find_cells(self._words, here[None])[0]
         telling = {
@@ -162,7 +162,7 @@ class _StateModel:
         return Uncertainty(
             amount,
             DoubtReason.FAR,
-            f"nothing was shown in {self._learner.state} when {said}",
+            f"there are no examples in {self._learner.state} when {said}",
             (self._numbers[nearest],),
         )
 

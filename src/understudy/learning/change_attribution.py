@@ -203,7 +203,7 @@ class _StateDiff:
             if mine is not None and mine.next == following and _inside(mine, box):
                 yield number, "showed it" if lost else "shows it"
             elif other is not None and other.next != following and self._heard_in(box, other, lost=lost):
-                yield number, "says otherwise there" if lost else "said otherwise there"
+                yield number, "contradicts it there" if lost else "contradicted it there"
 
     def _heard_in(self, box: Box, example: Example, *, lost: bool) -> bool:
         """Return whether an example of the other version lies in this box and was decided there as it shows."""

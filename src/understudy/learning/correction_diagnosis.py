@@ -138,7 +138,7 @@ def _pool(lesson: Lesson, correction: Example) -> tuple[Example, ...]:
     if correction not in found:
         raise DefinitionError(
             what=f"example {correction.number} of lesson {lesson.name!r}",
-            problem="it cannot be judged, since it teaches nothing there",
+            problem="it cannot be diagnosed, since it teaches nothing there",
             remedy="give a directive or confirmation of the lesson that is not in quarantine",
         )
     return tuple(sorted(found, key=lambda example: example.number))
@@ -163,17 +163,19 @@ def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: LeaveOneO
     said = f"correction {correction.number}"
     if suspects:
         bad = format_example_numbers([suspect.example for suspect in suspects])
-        reason = f"What {said} shows was decided wrongly because of {bad}."
+        reason = f"The decision at {said} was wrong because of {bad}."
         return CorrectionDiagnosis(correction, MistakeCause.BAD, reason, suspects)
     if itself >= DOUBTED:
-        reason = f"What is like {said} agrees on something else, so either it is wrong or a boundary runs close by."
+        reason = (
+            f"Examples like {said} agree on something else, so either it is wrong or a boundary is close by."
+        )
         return CorrectionDiagnosis(correction, MistakeCause.UNSURE, reason)
     if against.any():
-        reason = f"Too little had been shown around {said}, and no example there is clearly bad."
+        reason = f"There were too few examples around {said}, and none of them is clearly bad."
     elif reach.sum() > 1:  # itself
-        reason = f"What is like {said} agrees with it: it shows where the boundary is not."
+        reason = f"Examples like {said} agree with it: the boundary was in the wrong place."
     else:
-        reason = f"Nothing like {said} had been shown: it adds what was missing."
+        reason = f"There were no examples like {said}: it adds what was missing."
     return CorrectionDiagnosis(correction, MistakeCause.FEW, reason)
 
 

@@ -69,7 +69,7 @@ class _CsvTable:
         if title not in self.header:
             raise self.make_error(
                 f"line {self.line}",
-                f"there is no column {title!r}, only {join_names(self.header)}",
+                f"there is no column {title!r}; the columns are {join_names(self.header)}",
                 f"add the column {title!r}" if len(self.header) > 1 else "put commas between the columns",
             )
         return self.header.index(title)

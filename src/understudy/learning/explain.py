@@ -46,7 +46,7 @@ class Explanation:
     def __str__(self) -> str:
         why = f" because {' and '.join(self.conditions)}" if self.conditions else ""
         if not self.shown:
-            return f"stays in {self.state}{why}; nothing was ever shown there"
+            return f"stays in {self.state}{why}; there are no examples there"
         return f"{'stays in' if self.next == self.state else 'goes to'} {self.next}{why}"
 
 
@@ -86,7 +86,7 @@ def explain(
     >>> from understudy import Automaton, BoundFeature, Continuous, Feature, Lesson
     >>> distance = BoundFeature(Feature("distance", Continuous(), reading="distance", unit="m"))
     >>> print(explain(Lesson(Automaton("approach", features=(distance,))), "start", [0.5], None))
-    stays in start; nothing was ever shown there
+    stays in start; there are no examples there
     """
     automaton = lesson.automaton
     automaton.index(state)
@@ -118,7 +118,7 @@ def _check_vector(automaton: Automaton, values: Sequence[float]) -> tuple[float,
         raise DefinitionError(what=what, problem=f"it has {len(values)} values", remedy=remedy)
     for label, value in zip(labels, values, strict=True):
         if not isinstance(value, Real):
-            problem, remedy = f"{value!r:.60} is not a number", "give a number, or NaN where it is absent"
+            problem, remedy = f"{value!r:.60} is not a number", "give a number, or NaN if it is absent"
             raise KindError(where=f"{what}, {label}", problem=problem, remedy=remedy)
     return tuple(
         bound.kind.check(float(value), where=f"{what}, {label}")

@@ -162,7 +162,7 @@ class Feature(PartWithFunction):
             raise DefinitionError(
                 what=f"feature {self.name!r}",
                 problem=f"it is to read {self.fresh!r} after a switch",
-                remedy="give 0 or 1, or None where a switch does not matter",
+                remedy="give 0 or 1, or None if switches leave it unchanged",
             )
         if not isinstance(self.kind, Kind):
             raise DefinitionError(

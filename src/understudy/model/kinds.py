@@ -166,7 +166,7 @@ class Categorical:
             if "|" in label or label != label.strip():
                 raise KindError(
                     where="categorical kind",
-                    problem=f"{label!r} cannot be written in a table",
+                    problem=f"{label!r} cannot be written to a table",
                     remedy="give labels without | and without spaces around them",
                 )
 

@@ -286,7 +286,7 @@ class Lesson:
             raise DefinitionError(
                 what=f"lesson {self.automaton.name!r}",
                 problem="its automaton already has transition functions",
-                remedy="a lesson holds what was shown; learn from it to get them",
+                remedy="a lesson holds examples only; learn from it to get transition functions",
             )
 
     @property

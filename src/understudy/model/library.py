@@ -66,7 +66,7 @@ class Kit:
                 _add(features, part, "features")
             else:
                 remedy = "give features, behaviors and targets, one by one"
-                raise DefinitionError(what="kit", problem=f"{part!r:.60} is no part of it", remedy=remedy)
+                raise DefinitionError(what="kit", problem=f"{part!r:.60} is not part of it", remedy=remedy)
         return cls(MappingProxyType(features), MappingProxyType(behaviors), MappingProxyType(targets))
 
     def __add__(self, other: Kit) -> Kit:
@@ -82,7 +82,7 @@ class Kit:
 def _add(parts: dict[str, KitPart], part: KitPart, sort: str) -> None:
     if part.name in parts:
         raise DefinitionError(
-            what="kit", problem=f"two {sort} are called {part.name!r}", remedy="rename one of the two"
+            what="kit", problem=f"two {sort} have the name {part.name!r}", remedy="rename one of the two"
         )
     parts[part.name] = part
 
@@ -112,7 +112,7 @@ def check_trained_automaton(given: object) -> None:
         what, remedy = f"lesson {given.name!r}", "give TrainedAutomaton(learn_automaton(lesson), lesson)"
     if isinstance(given, Automaton):
         what, remedy = f"automaton {given.name!r}", "give TrainedAutomaton(automaton)"
-    raise DefinitionError(what=what, problem="it is no trained automaton", remedy=remedy)
+    raise DefinitionError(what=what, problem="it is not a trained automaton", remedy=remedy)
 
 
 @dataclass(frozen=True)

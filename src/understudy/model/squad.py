@@ -65,7 +65,7 @@ class Statistic:
         if self.reading is None and (self.flag is None or not telling) and self.how != "count":
             return f"it is the {self.how} of nothing", "name a reading" + " or a flag" * telling
         if self.reading is None and (self.least, self.below) != (None, None):
-            return "it compares what is no reading", "leave least and below out"
+            return "it compares something that is not a reading", "leave least and below out"
         if not telling and (self.least, self.below) != (None, None):
             return f"it compares for a {self.how}", "leave least and below out"
         if sum(each is not None for each in timed) > 1:

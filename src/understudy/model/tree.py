@@ -212,7 +212,7 @@ def _explain_failure(nodes: Sequence[Node], values: Sequence[float]) -> KindErro
         return _wrong(problem, "give one for each feature")
     for feature, node in sorted(asked.items()):
         if not isinstance(values[feature], Real):
-            return _wrong(_value(feature, values), "give a number, or NaN where it is absent")
+            return _wrong(_value(feature, values), "give a number, or NaN if it is absent")
         labels = len(node.branches)
         if node.test == TestKind.LABEL and not (isnan(values[feature]) or 0 <= values[feature] < labels):
             return _wrong(_value(feature, values), f"give the index of one of {labels} labels")

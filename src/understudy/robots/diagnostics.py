@@ -110,9 +110,7 @@ def _problem(
     if of.rate_hz is not None and latest.rate_hz < SLOW * of.rate_hz:
         return f"{name}: {topic} comes at {latest.rate_hz:.1f} Hz, not {of.rate_hz:g}; correct `rate_hz`, or the sensor"
     if latest.refused:
-        return (
-            f"{name}: {latest.refused} on {topic} were no {of.type} ({latest.problem}); find who sends those"
-        )
+        return f"{name}: {latest.refused} on {topic} were not {of.type} ({latest.problem}); find their sender"
     return ""
 
 

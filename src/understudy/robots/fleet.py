@@ -165,7 +165,7 @@ class Fleet:
             if topic in taken:
                 raise self._wrong(
                     f"namespace of {robot.file.name}",
-                    f"is that of {taken[topic]}, so that both would obey the same commands",
+                    f"is also that of {taken[topic]}: both would get the same commands",
                     "give each its own",
                 )
             taken[topic] = robot.file.name
@@ -178,7 +178,7 @@ class Fleet:
                 if (before.kind, before.of_targets) != (reading.kind, reading.of_targets):
                     raise self._wrong(
                         f"readings.{reading.name} of {robot.file.name}",
-                        "is another sort of reading than with another robot",
+                        "differs from the reading of this name of another robot",
                         "rename one of the two",
                     )
         return found

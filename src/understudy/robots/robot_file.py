@@ -24,8 +24,8 @@ from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
 FORMAT = "understudy-robot/1"
 TEAM = "understudy-robots/1"
 OTHER = {
-    FORMAT: "is that of one robot's file, not of a team's; name it with --robot, or in a team's file",
-    TEAM: "is that of a team's file, not of a robot's; name it with --team, or one of the files in it",
+    FORMAT: "is the format of one robot's file; give it with --robot, or in a team's file",
+    TEAM: "is the format of a team's file; give it with --team, or one of the files in it",
 }
 """The problem and remedy, separated by "; ", if a file of this format is given where the other one is expected."""
 
@@ -216,7 +216,7 @@ def _described(content: str, path: Path | str, format: str, whole: type[Describe
             problem, _, remedy = OTHER[given].partition("; ")
             raise FileError(path=path, place="format", problem=problem, remedy=remedy)
         problem = (
-            "is missing" if given is None else f"is {given!r:.60}, which is no format of {what} known here"
+            "is missing" if given is None else f"is {given!r:.60}, which is not a known format of {what}"
         )
         raise FileError(path=path, place="format", problem=problem, remedy=f'write format = "{format}"')
     found = decode_toml_values(document, whole)
@@ -252,7 +252,7 @@ def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
     yield from _wrong_names(robot)
     yield from _range("safety.deadline_s", robot.safety.deadline_s, SHORTEST_DEADLINE_S, 1.0)
     if robot.router is not None and robot.transport != "zenoh":
-        yield DecodeProblem("router", "means nothing to DDS", 'leave it out, or give transport = "zenoh"')
+        yield DecodeProblem("router", "is not used with DDS", 'leave it out, or give transport = "zenoh"')
     if robot.router is not None and not ROUTER.fullmatch(robot.router):
         yield DecodeProblem("router", f"is {robot.router!r:.60}", "give one as tcp/192.168.0.5:7447")
     for name, target in robot.targets.items():
@@ -264,10 +264,10 @@ def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
 
 def _wrong_reading(robot: RobotFile, key: str, name: str, reading: ReadingSpec) -> Iterator[DecodeProblem]:
     if not READING.fullmatch(name):
-        yield DecodeProblem(key, "is no name for a reading", "give letters, digits and _")
+        yield DecodeProblem(key, "is not a valid name of a reading", "give letters, digits and _")
     yield from _wrong_topic(robot, f"{key}.topic", reading.topic)
     if not TYPE.fullmatch(reading.type):
-        problem = f"is {reading.type!r:.60}, which is no type of messages"
+        problem = f"is {reading.type!r:.60}, which is not a message type"
         yield DecodeProblem(f"{key}.type", problem, "give one as sensor_msgs/msg/Range")
     yield from _wrong_times(key, stale_s=reading.stale_s, rate_hz=reading.rate_hz)
     if not isfinite(reading.offset_m):
@@ -292,7 +292,7 @@ def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:
 
 def _wrong_target(robot: RobotFile, key: str, name: str, target: TargetPlaceSpec) -> Iterator[DecodeProblem]:
     if not READING.fullmatch(name):
-        yield DecodeProblem(key, "is no name for a target", "give letters, digits and _")
+        yield DecodeProblem(key, "is not a valid name of a target", "give letters, digits and _")
     if (target.at is None) == (target.topic is None):
         yield DecodeProblem(key, "has to have either `at` or `topic`", "give one of the two")
     if target.at is not None and not all(map(isfinite, target.at)):
@@ -300,10 +300,10 @@ def _wrong_target(robot: RobotFile, key: str, name: str, target: TargetPlaceSpec
     if target.topic is not None:
         yield from _wrong_topic(robot, f"{key}.topic", target.topic)
     if not TYPE.fullmatch(target.type):
-        problem = f"is {target.type!r:.60}, which is no type of messages"
+        problem = f"is {target.type!r:.60}, which is not a message type"
         yield DecodeProblem(f"{key}.type", problem, "give one as geometry_msgs/msg/PoseStamped")
     if target.at is not None and target.relative:
-        yield DecodeProblem(f"{key}.relative", "means nothing of a fixed place", "leave it out")
+        yield DecodeProblem(f"{key}.relative", "is not used with a fixed place", "leave it out")
     yield from _wrong_times(key, stale_s=target.stale_s, rate_hz=target.rate_hz)
 
 
@@ -338,7 +338,7 @@ def _wrong_topic(robot: RobotFile, key: str, topic: str) -> Iterator[DecodeProbl
         yield DecodeProblem(key, problem, f"give a name of a topic of at most {LONGEST_TOPIC}")
     elif not TOPIC.fullmatch(topic):
         yield DecodeProblem(
-            key, f"is {topic!r:.60}, which is no name of a topic", "give letters, digits, _ and /"
+            key, f"is {topic!r:.60}, which is not a valid topic name", "give letters, digits, _ and /"
         )
 
 

@@ -46,7 +46,7 @@ class DigitalTwin:
             raise SettingError(
                 where=fleet.robots[0].file.name,
                 setting="world",
-                problem="is missing, so that it is unknown what can be taught",
+                problem="is missing: it defines the features and behaviors",
                 remedy='name the scenario whose features and behaviors it has: world = "soccer"',
             )
         self.fleet = fleet

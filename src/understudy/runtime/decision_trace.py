@@ -13,7 +13,7 @@ from understudy.runtime.interpreter import Interpreter, RunningAutomaton
 class Decision:
     """What one automaton decided, with the feature vector and the tests it passed on the way.
 
-    `after` is `before` where it stays because nothing was ever shown there.
+    `after` is `before` where it stays because there are no examples there.
     """
 
     time_s: float

@@ -105,7 +105,7 @@ def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
                 raise _wrong(
                     scenario,
                     f"types.{kind}.sensors[{index}]",
-                    f"reads {reading.name!r}, which in a type before is another sort of reading",
+                    f"reads {reading.name!r}, which is a different reading for an earlier type",
                     "rename one of the two",
                 )
     return tuple(found.values())

@@ -109,7 +109,7 @@ def decode_snapshot(
     lengths = {name: _length(header, name, wanted["arrays"][name]) for name in growing}
     for place in ("version", "world", "settings", "arrays"):
         if header.get(place) != wanted[place]:
-            problem = f"is of another {place}: {header.get(place)} where this world has {wanted[place]}"
+            problem = f"belongs to another {place}: {header.get(place)}, but this world has {wanted[place]}"
             raise _refused(place, problem, "restore it in a world like the one it was taken of")
     arrays: dict[str, NDArray[Any]] = {}
     for name, array in like.items():

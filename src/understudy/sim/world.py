@@ -97,7 +97,7 @@ class World:
         """Time since the last reset, s; SettingError where some worlds ended early, so that there is no one time."""
         ticks = self.state.tick
         if self.worlds > 1 and (ticks != ticks[0]).any():
-            remedy = "reset it before it goes on, or read the time of each world off its view"
+            remedy = "reset it first, or read the time of each world from its view"
             raise self._wrong("time_s", "differs between its worlds, some of which have ended", remedy)
         return int(ticks[0]) * self.scenario.tick_s
 
@@ -225,7 +225,7 @@ class World:
             and np.all((holding >= 0) & (holding <= len(self.rules.class_of)))
         ):
             raise FileError(
-                path="snapshot", place="robots", problem="are none of this world", remedy="take it again"
+                path="snapshot", place="robots", problem="do not belong to this world", remedy="take it again"
             )
         self._begin(state)
 
@@ -266,7 +266,7 @@ class World:
         self._free_for(f"place of {name!r}", self.names.classes.index(name), x, y, world=world)
         most = 2**31 - 1 if kind["food"] else 0
         if not _is_whole(amount, most):
-            remedy = "give a whole number from 0 up" if kind["food"] else "leave it out: it is no food"
+            remedy = "give a whole number from 0 up" if kind["food"] else "leave it out: it is not food"
             raise self._wrong(f"amount of {name!r}", f"is {amount}", remedy)
         things = self.state.objects[world, kind["first"] : kind["end"]]
         free = np.flatnonzero((things["present"] == 0) & (things["due"] < 0))
@@ -369,7 +369,9 @@ class World:
         things = self.state.objects[self._index("world", world, self.worlds)]
         if not things[self._index("slot", slot, len(things))]["present"]:
             there = join_names(map(str, np.flatnonzero(things["present"])))
-            raise self._wrong("slot", f"is {slot}, where no object is", f"give one of {there}")
+            raise self._wrong(
+                "slot", f"is {slot}, but there is no object with this index", f"give one of {there}"
+            )
         return things[slot]
 
     def _obstacle(self, index: int, world: int) -> Any:
@@ -377,7 +379,7 @@ class World:
         discs = self.state.discs[self._index("world", world, self.worlds)]
         there = np.flatnonzero(discs["radius"] > 0)
         if not len(there):
-            raise self._wrong("obstacle", f"is {index}, where there is none", "add one first")
+            raise self._wrong("obstacle", f"is {index}, but there is no such index", "add one first")
         return discs[there[self._index("obstacle", index, len(there))]]
 
     def _finite(self, what: str, x: float, y: float, third: float) -> None:

@@ -54,7 +54,9 @@ def check_ros(scenario: Scenario) -> None:
     names += [(f"targets.{name}", name) for name in scenario.targets if name != MARKER]
     for setting, name in names:
         if not ROS_NAME.fullmatch(name):
-            raise SettingError(where=where, setting=setting, problem="is no name in ROS 2", remedy=remedy)
+            raise SettingError(
+                where=where, setting=setting, problem="is not a valid name in ROS 2", remedy=remedy
+            )
 
 
 def list_robot_names(scenario: Scenario) -> tuple[str, ...]:

@@ -160,7 +160,7 @@ def read_log(path: Path | str, magic: bytes) -> Iterator[bytes]:
             path=path,
             place=f"byte {at}",
             problem="it is damaged there, though complete records follow",
-            remedy="take it from a backup, or keep a copy and cut the file off there to go on from before",
+            remedy="restore a backup, or keep a copy and truncate the file there",
         )
 
 

@@ -337,7 +337,7 @@ class _Examples:
         if labels or isinstance(value, str):
             right = f"one of its labels: {join_names(labels)}" if labels else "a number"
             problem = f"{value!r} is outside feature {bound}, which is {bound.kind}"
-            raise self.source.make_error(here, problem, f"write {right}, or null where absent")
+            raise self.source.make_error(here, problem, f"write {right}, or null if it is absent")
         with self.source.convert_errors(here):
             return bound.kind.check(value, where=f"feature {bound}")
 
@@ -355,13 +355,15 @@ def decode_trees(doc: BuiltDoc, automaton: Automaton, source: Source) -> Mapping
     movable = [state.name for state in automaton.states if state.flag is None]
     if automaton.stateless and EVERY_STATE in doc.trees and EVERY_STATE not in automaton.state_names:
         if list(doc.trees) != [EVERY_STATE]:
-            problem = f"there are trees beside {EVERY_STATE!r}, which stands for every state"
+            problem = f"there are trees besides {EVERY_STATE!r}, which is the tree of all states"
             raise source.make_error(here, problem, "keep one or the other")
         shared = _tree(doc.trees[EVERY_STATE], automaton, source, (*here, EVERY_STATE))
         return dict.fromkeys(movable, shared)
     for name in doc.trees:
         if name not in movable:
-            problem = f"there is a tree for {name!r}, which is no state of {automaton.name!r} to be left"
+            problem = (
+                f"there is a tree for {name!r}, which is not a state of {automaton.name!r} that can be left"
+            )
             raise source.make_error((*here, name), problem, f"give trees to {join_names(movable)} only")
     return {name: _tree(nodes, automaton, source, (*here, name)) for name, nodes in doc.trees.items()}
 
@@ -369,7 +371,7 @@ def decode_trees(doc: BuiltDoc, automaton: Automaton, source: Source) -> Mapping
 def _tree(nodes: list[NodeDoc], automaton: Automaton, source: Source, here: JsonSteps) -> Tree:
     if not nodes:
         raise source.make_error(
-            here, "this tree has no nodes", "leave the tree out where a state keeps itself"
+            here, "this tree has no nodes", "leave out the tree of a state that is never left"
         )
     reader = _Nodes(automaton, len(nodes), source)
     return Tree(tuple(reader.node(node, index, (*here, index)) for index, node in enumerate(nodes)))
@@ -387,7 +389,7 @@ class _Nodes:
             return make_leaf(STAY)
         if isinstance(doc, GoDoc):
             if doc.to not in self.automaton.state_names:
-                problem = f"it goes to {doc.to!r}, which is no state of automaton {self.automaton.name!r}"
+                problem = f"it goes to {doc.to!r}, which is not a state of automaton {self.automaton.name!r}"
                 remedy = f"name one of its states: {join_names(self.automaton.state_names)}"
                 raise self.source.make_error((*here, "to"), problem, remedy)
             return make_leaf(self.automaton.index(doc.to))
@@ -429,7 +431,7 @@ class _Nodes:
 
     def feature(self, name: str, here: JsonSteps) -> int:
         if name not in self.names:
-            problem = f"it tests {name!r}, which is no feature of automaton {self.automaton.name!r}"
+            problem = f"it tests {name!r}, which is not a feature of automaton {self.automaton.name!r}"
             raise self.source.make_error(
                 (*here, "feature"), problem, f"name one of its features: {join_names(self.names)}"
             )

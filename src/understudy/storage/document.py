@@ -172,7 +172,7 @@ def parse_document(data: bytes, *, path: Path | str, checked: bool = False) -> t
     except msgspec.DecodeError as error:  # what Python's reader takes and JSON does not: NaN, Infinity
         at = re.search(r"\(byte (\d+)\)", str(error))
         line = data.count(b"\n", 0, int(at[1])) + 1 if at else 1
-        problem = "it is no JSON: there is something that is no number, text, true, false or null"
+        problem = "it is not JSON: something in it is not a number, a string, true, false or null"
         raise _unreadable(path, f"line {line}", problem) from error
 
 
@@ -188,9 +188,11 @@ def _check_text(data: bytes, source: Source) -> None:
     except JSONDecodeError as error:
         cut = error.pos >= len(source.text.rstrip())
         place = f"line {error.lineno}, column {error.colno}"
-        raise _unreadable(path, place, "it is cut short" if cut else f"it is no JSON: {error.msg}") from error
+        raise _unreadable(
+            path, place, "it is cut short" if cut else f"it is not JSON: {error.msg}"
+        ) from error
     except ValueError as error:
-        raise _unreadable(path, "", f"it is no JSON: {error}") from error
+        raise _unreadable(path, "", f"it is not JSON: {error}") from error
     except RecursionError as error:
         raise _unreadable(path, "", "it is nested too deeply to be a document") from error
     if repeated is not None:

@@ -231,7 +231,7 @@ def encode_built_trees(taught: TrainedAutomaton) -> BuiltDoc | None:
             if taught.lesson is None or isinstance(taught.lesson.options.learner, TreeOptions):
                 raise DefinitionError(
                     what=f"automaton {automaton.name!r}",
-                    problem=f"the transition function of state {state!r} is no tree",
+                    problem=f"the transition function of state {state!r} is not a tree",
                     remedy="only trees can be stored; keep the lesson it was learned from",
                 )
             return None

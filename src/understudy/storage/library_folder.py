@@ -164,7 +164,7 @@ def open_document(path: Path | str, kit: Kit | None, learn: Learn | None = None)
     expected = f"{make_file_stem(name)}.json"
     if normalize("NFC", path.name) != normalize("NFC", expected):
         also = f", as {expected} beside it does" if path.with_name(expected).exists() else ""
-        problem = f"it holds automaton {name!r}{also}"
+        problem = f"it contains automaton {name!r}{also}"
         remedy = f"remove it, rename the file to {expected}, or rename the automaton in it"
         raise FileError(path=path, place="$.automaton.name", problem=problem, remedy=remedy)
     return opened

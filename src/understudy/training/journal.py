@@ -245,7 +245,7 @@ class Journal:
             self.write(SnapshotTaken(self.tick, zlib.compress(body, 1), list(run), mode))
 
     def log_moved(self) -> None:
-        """The robot was put elsewhere after the last tick."""
+        """The robot was moved after the last tick."""
         self.flush()
         self.write(RobotMoved())
         self._snapshot_tick = None

@@ -96,7 +96,7 @@ def check_binding_names(library: Library, automaton: Automaton) -> None:
             raise DefinitionError(
                 what=f"automaton {automaton.name!r}",
                 problem=f"its flag {flag!r} has the name of a feature",
-                remedy="rename the flag, so that others can tell the two apart",
+                remedy="rename one of the two",
             )
     for user, binding in (
         *((f"state {state.name!r}", state.binding) for state in automaton.states),

@@ -18,7 +18,7 @@ from understudy.training.trainee import FlagEntry, Mode
 RunStates: TypeAlias = tuple[tuple[StackFrame, ...], ...]
 
 
-NO_SIMULATION = "it is no simulation; drive the robot into position instead"
+NO_SIMULATION = "it is not simulated; drive the robot into position instead"
 
 
 def require_rewindable(body: Body) -> Rewindable:

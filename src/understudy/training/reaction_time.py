@@ -177,7 +177,7 @@ def _evidence(told: _ShiftLikelihood, best: int) -> str:
     now, then = told.scatter[0], told.scatter[best]
     where = f"the {told.presses} presses from {told.state} to {told.next}"
     if best == 0:
-        return f"By {told.bound}, {where} agree hardly better at any moment before: they do not seem late."
+        return f"By {told.bound}, {where} hardly agree better at any earlier moment: they do not seem late."
     return (
         f"Taken {SHIFTS_S[best]:g} s earlier, {where} lie about {then:.3g}{unit} from each other by {told.bound}, "
         f"instead of {now:.3g}{unit}."

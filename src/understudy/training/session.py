@@ -331,7 +331,7 @@ class Session:
         self._run = self._new_run()
 
     def note_moved(self) -> None:
-        """The robot or the world was put elsewhere by hand: what came before says nothing about now."""
+        """The robot or the world was moved by hand: what came before says nothing about now."""
         self._percept = None
         self._log.begin_episode()
 

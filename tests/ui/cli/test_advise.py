@@ -57,4 +57,4 @@ def test_what_cannot_be_advised_on(folder: Path, library: Path) -> None:
     assert "it was written by hand" in by_hand.output
     nowhere = run("advise", "goto", "-l", folder, "--bind", "A=station")
     assert nowhere.exit_code == 2
-    assert "--bind: A=station means nothing without a world" in " ".join(nowhere.output.split())
+    assert "--bind: A=station needs a world" in " ".join(nowhere.output.split())

@@ -191,7 +191,7 @@ def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "understudy.ui.cli"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
     for arguments, expected in (
-        ("validate", "built anew"),
+        ("validate", "built again"),
         ("rebuild", "1 automaton rebuilt"),
         ("validate", "all valid"),
     ):

@@ -252,13 +252,13 @@ def test_what_is_no_recording_is_refused(tmp_path: Path, library: Path) -> None:
     (tmp_path / "a.mcap").write_bytes(b"no")
     refused = run("run", "--replay", tmp_path / "a.mcap")
     assert refused.exit_code == 2
-    assert "it is no MCAP" in refused.stderr
+    assert "it is not an MCAP file" in refused.stderr
     again = run("run", "-l", library, "--seconds", "1", "--record", tmp_path / "a.mcap")
     assert again.exit_code == 2
     assert "is there already" in again.stderr
     both = run("run", "arena", "--replay", tmp_path / "a.mcap")
     assert both.exit_code == 2
-    assert "SCENARIO means nothing to --replay" in both.stderr
+    assert "SCENARIO is not used with --replay" in both.stderr
 
 
 def test_presses_over_a_recording_are_learned(tmp_path: Path) -> None:

@@ -116,7 +116,7 @@ def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
     ]
     assert told["fetch"]["otherwise"] == [1]
     assert "where it went from start to goto as shown (example 1), it now goes to done" in text
-    assert "1 example decided otherwise than shown: 1" in text
+    assert "1 example decided differently than shown: 1" in text
 
 
 def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
@@ -168,9 +168,9 @@ def test_a_world_that_is_found_out_is_named(command: tuple[str, ...], library: P
     refused = run(*command, folder)
     assert refused.exit_code == 2
     told = " ".join(refused.output.split())
-    assert "--world cannot be found out: none of the scenarios forage, arena, boxes," in told
-    assert "has all that its automata name" in told
-    assert "name the scenario, such as --world my-scenario.toml" in told
+    assert "--world cannot be determined: none of the scenarios forage, arena, boxes," in told
+    assert "has everything that its automata use" in told
+    assert "give the scenario, such as --world my-scenario.toml" in told
     assert said(*command, folder, "--world", mine)["world"] == "mine"
 
 

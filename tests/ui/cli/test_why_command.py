@@ -209,7 +209,7 @@ def test_a_run_that_comes_out_otherwise_is_never_lied_about(library: Path) -> No
     path.write_text(path.read_text().replace('"x":', '"x":1'))
     refused = run("why", path, "--time", "2")
     assert refused.exit_code == 1
-    assert "the run cannot be made again" in " ".join(refused.output.split())
+    assert "the run cannot be repeated" in " ".join(refused.output.split())
 
 
 MISTAKES = [  # what is given, what is said
@@ -231,8 +231,8 @@ def test_other_files(library: Path, tmp_path: Path) -> None:
     del header["run"]
     path.write_text(json.dumps(header) + "\n")
     for what, told in (
-        (path, "does not say how the run was made"),
-        (library / "goto.json", "no trace of a run"),
+        (path, "does not say how the run was produced"),
+        (library / "goto.json", "not a trace of a run"),
         (tmp_path / "nothing.jsonl", "reading the trace"),
     ):
         refused = run("why", what, "--time", "1")
@@ -256,7 +256,7 @@ def test_a_damaged_trace_is_refused(line: int, content: bytes, library: Path) ->
     path.write_bytes(b"".join([*lines[:line], content, *lines[line + 1 :]]))
     refused = run("why", path, "--time", "1")
     assert refused.exit_code == 2
-    assert ("it is no trace of a run", "a line of it cannot be read")[line] in " ".join(
+    assert ("it is not a trace of a run", "a line of it cannot be read")[line] in " ".join(
         refused.output.split()
     )
 
@@ -271,7 +271,7 @@ def test_a_run_that_was_killed(library: Path) -> None:
     path.write_bytes(lines[0] + lines[1][:30])
     refused = run("why", path, "--time", "0")
     assert refused.exit_code == 2
-    assert "says nothing of robot 0" in " ".join(refused.output.split())
+    assert "has no data of robot 0" in " ".join(refused.output.split())
 
 
 def test_parquet(library: Path) -> None:

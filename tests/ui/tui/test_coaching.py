@@ -14,7 +14,7 @@ from understudy.training.trainee import Mode
 async def test_the_coach_sets_up_what_it_wants_to_be_shown(tmp_path: Path) -> None:
     async with trainer(plan(tmp_path, seed=6)) as hand:
         await hand.press("C")
-        assert "there is no place to go to" in hand.said
+        assert "there is no situation to set up" in hand.said
         await hand.show(worlds=1)
         shown = len(hand.trainer.session.examples)
         await hand.press("C")
@@ -32,7 +32,7 @@ async def test_it_asks_where_it_is_unsure_and_waits(tmp_path: Path) -> None:
         await hand.press("up")
         await hand.wait(0.5)
         await hand.press("t", "A")
-        assert hand.said == "It asks where it is unsure, and waits"
+        assert hand.said == "It pauses and asks where it is unsure"
         await hand.wait(0.3)
         assert hand.said.startswith("I am not sure: I would ")
         assert hand.trainer.paused

@@ -148,7 +148,7 @@ async def test_undo_and_redo(tmp_path: Path) -> None:
         assert kinds(hand) == ["directive", "default"]
         assert hand.trainer.session_view.state == "rotate_left"
         await hand.press("U")
-        assert hand.said == "Done again: rotate_left → forward"
+        assert hand.said == "Redone: rotate_left → forward"
         assert len(hand.trainer.session.examples) == 4
 
 
@@ -196,7 +196,7 @@ async def test_what_is_saved_is_opened_again_and_goes_on(tmp_path: Path) -> None
         await hand.wait(0.3)
         await hand.press("s", "q")
     async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:
-        assert "open again" in hand.said
+        assert "Opened " in hand.said
         assert hand.trainer.session_view.targets == {"A": "station"}
         assert not hand.trainer.has_unsaved_changes
         await hand.press("p", "right")
@@ -313,7 +313,7 @@ async def test_watched_examples_can_be_switched_off(tmp_path: Path) -> None:
     watched = replace(GOTO, watched=True)
     async with trainer(plan(tmp_path, choices=watched)) as hand:
         await hand.press("w")
-        assert hand.said == "You are not watching"
+        assert hand.said == "Learning from silence: off"
         await hand.press("w", "up")
         await hand.wait(2)
         await hand.press("left")

@@ -158,7 +158,7 @@ def test_values_are_read_as_they_are_said(bound: BoundFeature, text: str, read: 
 
 @pytest.mark.parametrize(
     ("bound", "text", "problem"),
-    [(DISTANCE, "far", "'far' is no number"), (LEFT, "1", "give no or yes")],
+    [(DISTANCE, "far", "'far' is not a number"), (LEFT, "1", "give no or yes")],
 )
 def test_what_is_no_value_is_refused(bound: BoundFeature, text: str, problem: str) -> None:
     with pytest.raises(KindError, match=problem):

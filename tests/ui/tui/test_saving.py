@@ -63,7 +63,7 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         here.reset_world()
         here.save()
         add_expectation_here(here, "done", 1.0)
-        assert here.status.text.startswith("Promised from here: done within 1 s in forage, A = station")
+        assert here.status.text.startswith("Expected from here: done within 1 s in forage, A = station")
         assert here.has_unsaved_changes
         here.save()
         saved = here.status
@@ -72,7 +72,7 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         assert here.has_unsaved_changes
         here.save()
         assert here.status.tone == "error"
-        assert "goto no longer comes to done within 1 s in forage, A = station" in here.status.text
+        assert "goto no longer reaches done within 1 s in forage, A = station" in here.status.text
         with pytest.raises(SessionError, match="its flags are done"):
             add_expectation_here(here, "failed", 1.0)
     taught = open_library(tmp_path, FORAGE_KIT).library.taught["goto"]
@@ -83,5 +83,5 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
 def test_only_some_is_said() -> None:
     said = format_saved_message(Path("goto.json"), ("a", "b", "c", "d"))
     assert said == (
-        "Saved in goto.json, but something that worked no longer does: a; b; and 2 more, which understudy test tells"
+        "Saved in goto.json, but something that worked no longer does: a; b; and 2 more, which `understudy test` lists"
     )

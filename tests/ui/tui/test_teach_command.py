@@ -94,15 +94,15 @@ def terminal(*arguments: str) -> Iterator[Terminal]:
 def test_it_teaches_in_a_terminal_survives_a_kill_and_saves(tmp_path: Path) -> None:
     library = str(tmp_path / "library")
     with terminal("teach", "goto", "--library", library, *GOTO) as first:
-        first.until("Nothing shown yet")
+        first.until("No examples yet")
         first.press("\x1b[D")  # the left arrow
         first.until("with its default")
         first.process.send_signal(signal.SIGKILL)
         first.end()
     with terminal("teach", "goto", "--library", library, *GOTO) as second:
-        second.until("go on with it")
+        second.until("resume it")
         second.press("\r")
-        second.until("Everything shown is back")
+        second.until("The lesson is restored")
         second.press(" 1")
         second.until("with its default")
         second.press("s")
@@ -123,7 +123,7 @@ def test_it_needs_a_terminal(tmp_path: Path) -> None:
 
 BAD = [
     (("--states", "fly"), "no behavior 'fly'"),
-    (("--targets", "A"), "'A' is no binding; write PARAMETER=TARGET"),
+    (("--targets", "A"), "'A' is not a binding; write PARAMETER=TARGET"),
     (("--states", "forward(A", "--features", "food_left"), "is not a name"),
     (("--world", "moon"), "no world 'moon'; it has arena, boxes, forage"),
     (("--parameters", "station"), "has the name of a target"),

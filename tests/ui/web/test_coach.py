@@ -59,7 +59,7 @@ def sentences(person: Page) -> list[str]:
 
 def test_a_lesson_without_presses_says_so(made: StudioServer) -> None:
     with served(made) as client, page(client) as person:
-        assert "Nothing is being trained" in person.say("advise")["error"].capitalize()
+        assert "No automaton is open" in person.say("advise")["error"].capitalize()
         person.done(**GOTO)
         assert sentences(person)[0].startswith("You showed me nothing yet")
         assert ready(person)["late"] is None
@@ -113,7 +113,7 @@ def test_who_looks_on_hears_the_advice_and_may_not_follow_it(made: StudioServer)
         (few, *_) = advised(other)
         assert few["kind"] == "few"
         for message in ({"do": "ask_when", "when": "mark"}, {"do": "set_up", "sentence": few["sentence"]}):
-            assert "directs" in other.send(message)["error"]
+            assert "not in control" in other.send(message)["error"]
 
 
 def test_advice_is_asked_for_again_only_when_the_lesson_changed(person: Page, made: StudioServer) -> None:
@@ -256,7 +256,7 @@ def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: Stu
     person.done("press", state="rotate_right")
     left = plain(made.host.session_data())["asking"]["marks"]
     assert first["number"] not in [mark["number"] for mark in left]
-    assert "no moment 99" in person.say("go_to_mark", number=99)["error"]
+    assert "moment 99 is no longer marked" in person.say("go_to_mark", number=99)["error"]
 
 
 def test_marks_of_another_run_are_gone_back_to(person: Page, made: StudioServer) -> None:
@@ -299,7 +299,7 @@ def test_a_reaction_time_is_offered_taken_and_undone(
     monkeypatch.setattr(coaching, "estimate_reaction_time", lambda lesson, *, steady: found)
     person.done("edit", number=1, next="forward")
     late = ready(person)["late"]
-    said = "You seem to press 0.55 s late. Taken 0.55 s earlier, they agree."
+    said = "Your presses seem to come 0.55 s late. Taken 0.55 s earlier, they agree."
     assert late == {"reaction_s": 0.55, "sentence": said}
     person.done("use_reaction", reaction_s=0.55)
     assert made.host.active_trainer.session.lesson.options.reaction_s == 0.55
@@ -336,7 +336,7 @@ def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: 
     (number, *_) = odd[0]["examples"]
     person.done("stand_by", number=number)
     assert "slip" not in [each["kind"] for each in advised(person)]
-    assert "nobody asked" in person.say("stand_by", number=number)["error"]
+    assert "not in question" in person.say("stand_by", number=number)["error"]
     person.done("mend", number=number, next="rotate_left")
     assert next(each.next for each in trainer.session.examples if each.number == number) == "rotate_left"
     assert "no state 'fly'" in person.say("mend", number=number, next="fly")["error"]

@@ -1,4 +1,4 @@
-"""As fast as it goes: the world runs ahead, and pages are heard, moments kept and presses journaled all the same."""
+"""As fast as possible: the world runs ahead, and pages are heard, moments kept and presses journaled all the same."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def test_a_fault_of_the_program(
     scenario = find_scenario("forage")
     made = StudioServer(SessionHost(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()))
     with caplog.at_level(logging.CRITICAL), served(made) as client, page(client) as person:
-        assert "something broke inside Understudy: KeyError" in person.say("undo")["error"]
+        assert "internal error: KeyError" in person.say("undo")["error"]
         person.done("pause", paused=True)
 
 

@@ -192,24 +192,24 @@ def test_it_changes_nothing(room: Room, text: str | bytes) -> None:
 
 NEW = '{"id": 1, "do": "new", "name": "a", "states": ["forward"], "features": ["done"], '
 TYPED = [
-    (f'{NEW} "flags": ["done", "{LONG}"]}}', "Flag 2 has more than 150 letters"),
-    (f'{NEW} "parameters": ["{LONG}"]}}', "Parameter 1 has more than 150 letters"),
-    (f'{NEW} "flags": {json.dumps(["x"] * 201)}}}', "The flags are more than 200"),
-    (f'{NEW} "targets": {{"{LONG}": "station"}}}}', "A parameter has more than 150 letters"),
+    (f'{NEW} "flags": ["done", "{LONG}"]}}', "Flag 2 has more than 150 characters"),
+    (f'{NEW} "parameters": ["{LONG}"]}}', "Parameter 1 has more than 150 characters"),
+    (f'{NEW} "flags": {json.dumps(["x"] * 201)}}}', "The flags must be at most 200"),
+    (f'{NEW} "targets": {{"{LONG}": "station"}}}}', "A parameter has more than 150 characters"),
     (
         f'{{"id": 1, "do": "rename", "name": "goto", "to": "{LONG}"}}',
-        "The new name has more than 150 letters",
+        "The new name has more than 150 characters",
     ),
     ('{"id": 1, "do": "save", "name": ""}', "The name is empty"),
-    ('{"id": 1, "do": "save", "name": "a\\nb"}', "The name has a letter without a shape"),
-    ('{"id": 1, "do": "promise", "flag": "done", "within_s": 0}', "The time is 0 or less"),
+    ('{"id": 1, "do": "save", "name": "a\\nb"}', "The name has a character that cannot be printed"),
+    ('{"id": 1, "do": "promise", "flag": "done", "within_s": 0}', "The time must be above 0"),
     ('{"id": 1, "do": "promise", "flag": "done", "within_s": 1e9}', "The time is more than 86400"),
-    ('{"id": 1, "do": "promise", "flag": "done", "within_s": "soon"}', "The time is no number"),
-    ('{"id": 1, "do": "reset", "seed": 1e30}', "The seed is no whole number"),
+    ('{"id": 1, "do": "promise", "flag": "done", "within_s": "soon"}', "The time is not a number"),
+    ('{"id": 1, "do": "reset", "seed": 1e30}', "The seed is not a whole number"),
     ('{"id": 1, "do": "reset", "seed": 9007199254740993}', "The seed is more than 9007199254740991"),
     (
         f'{{"id": 1, "do": "edit", "number": 1, "values": {{"done": "{LONG}"}}}}',
-        "A value has more than 150 letters",
+        "A value has more than 150 characters",
     ),
 ]
 
@@ -321,7 +321,7 @@ def test_ten_thousand_mutated_messages(room: Room, text: str) -> None:
 
 
 def obeyed_or_refused(room: Room, text: str) -> None:
-    """Obeyed, or refused without a trace; never a fault of the program."""
+    """Obeyed, or refused without a trace; never an internal error."""
     before = room.state()
     outside = sorted(room.studio.host.library_view.folder.parent.iterdir())
     answer = room.hear(text)

@@ -96,7 +96,7 @@ def test_killed_in_the_middle_of_a_lesson(tmp_path: Path) -> None:
         assert shown(person, 4) == before
         assert person.desk["desk"]["waiting"] == "done"
         assert person.desk["paused"]
-        assert "cut off" in person.desk["said"]["text"]
+        assert "interrupted" in person.desk["said"]["text"]
         person.say("step")
         process.send_signal(signal.SIGTERM)
         assert process.wait(10) in (0, -signal.SIGTERM)

@@ -127,7 +127,7 @@ def test_back_to_a_moment_and_on_from_there(tmp_path: Path) -> None:
         number = person.desk["desk"]["examples"][0]["number"]
         person.done("rewind", example=number)
         assert "no example 10000" in person.say("rewind", example=10_000)["error"]
-        assert "two things" in person.say("rewind", example=number, time_s=1.0)["error"]
+        assert "neither or both" in person.say("rewind", example=number, time_s=1.0)["error"]
 
 
 def test_back_to_an_example_of_another_run(tmp_path: Path) -> None:
@@ -161,7 +161,7 @@ def test_back_to_an_example_of_another_run(tmp_path: Path) -> None:
         assert person.frame.robots == turned
         person.done("save")
         person.done("open", name="goto")
-        assert "example 3 was not shown in this session" in person.say("rewind", example=3)["error"]
+        assert "example 3 is not from this session" in person.say("rewind", example=3)["error"]
 
 
 def test_an_example_is_edited(tmp_path: Path) -> None:

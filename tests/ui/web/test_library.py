@@ -50,15 +50,15 @@ def files(host: SessionHost) -> list[str]:
 def test_unsaved_work_is_not_left_by_accident(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     teach(person, "forward")
-    assert "not saved" in person.send({**GOTO, "name": "other"})["error"]
+    assert "unsaved changes" in person.send({**GOTO, "name": "other"})["error"]
     assert made.host.active_trainer.name == "goto"
     person.done("save")
     person.done(**{**GOTO, "name": "other"})
     teach(person, "rotate_left")
-    assert "not saved" in person.say("open", name="goto")["error"]
+    assert "unsaved changes" in person.say("open", name="goto")["error"]
     person.done("open", name="goto", discard=True)
     assert made.host.active_trainer.session_view.examples == 2
-    assert "goto is open again" in made.host.status.text
+    assert "Opened goto" in made.host.status.text
 
 
 def test_a_copy_under_another_name(made: StudioServer, person: Page) -> None:
@@ -107,7 +107,7 @@ def test_what_is_run_by_others_is_not_removed(made: StudioServer, person: Page) 
     teach(person, "forward")
     person.done("save")
     person.done(**CARRY)
-    assert "which is being trained, runs goto" in person.say("remove", name="goto")["error"]
+    assert "which is being trained, uses goto" in person.say("remove", name="goto")["error"]
     teach(person, "goto")
     person.done("save")
     assert [row["runs"] for row in plain(made.host.library())["trained"]] == [
@@ -115,7 +115,7 @@ def test_what_is_run_by_others_is_not_removed(made: StudioServer, person: Page) 
         ["forward", "rotate_left", "rotate_right"],
     ]
     person.done(**{**GOTO, "name": "third"})
-    assert "is run by carry" in person.say("remove", name="goto")["error"]
+    assert "is used by carry" in person.say("remove", name="goto")["error"]
     person.done("remove", name="carry")
     person.done("remove", name="goto")
     person.done("restore", name="carry")
@@ -253,7 +253,7 @@ def test_a_session_that_was_cut_off_is_offered(tmp_path: Path) -> None:
     with served(again) as client, page(client) as person:
         (left,) = person.desk["library"]["cut_off"]
         assert (left["name"], left["examples"]) == ("goto", 4)
-        assert "cut off with 4 examples" in person.send(GOTO)["error"]
+        assert "interrupted with 4 examples" in person.send(GOTO)["error"]
         person.done("open", name="goto")
         assert again.host.seed == 3
         assert plain(again.host.library())["cut_off"] == []

@@ -24,7 +24,7 @@ def test_choosing_a_robot_opens_the_library_of_its_type(tmp_path: Path) -> None:
         person.done("pause", paused=True)
         person.done("press", state="forward")
         person.done("step")
-        assert "not saved" in str(person.say("agent", agent=5)["error"])
+        assert "unsaved changes" in str(person.say("agent", agent=5)["error"])
         person.done("save")
         assert (tmp_path / "library" / "scout" / "roam.json").is_file()
         person.done("agent", agent=5)

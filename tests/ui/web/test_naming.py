@@ -46,7 +46,7 @@ def test_what_is_trained_has_another_name(made: StudioServer, person: Page) -> N
     assert (trainer.has_unsaved_changes, trainer.paused, trainer.status.text) == (
         False,
         True,
-        "goto is called reach now",
+        "Renamed goto to reach",
     )
     teach(person, "forward")
     person.done("save")
@@ -72,10 +72,10 @@ def test_versions_go_behind_those_of_a_former_one(made: StudioServer, person: Pa
 
 def test_what_others_run_keeps_its_name(made: StudioServer, person: Page) -> None:
     person.done(**{**CARRY, "states": ["goto(station)"]})
-    assert "goto is run by carry" in person.say("rename", name="goto", to="reach")["error"]
+    assert "carry uses goto" in person.say("rename", name="goto", to="reach")["error"]
     teach(person, "goto")
     person.done("save")
-    assert "goto is run by carry" in person.say("rename", name="goto", to="reach")["error"]
+    assert "carry uses goto" in person.say("rename", name="goto", to="reach")["error"]
     person.done("rename", name="carry", to="bring")
     assert names(made.host) == ["bring", "goto"]
 
@@ -146,7 +146,7 @@ def test_back_to_a_version_and_forth(made: StudioServer, person: Page) -> None:
 def test_who_looks_on_may_read_versions(made: StudioServer, person: Page) -> None:
     with served(made) as client, page(client) as other:
         assert other.done("versions", name="goto")["versions"] == []
-        assert "only watches" in other.say("rename", name="goto", to="reach")["error"]
+        assert "not in control" in other.say("rename", name="goto", to="reach")["error"]
 
 
 def test_a_copy_can_be_used_at_once(made: StudioServer, person: Page) -> None:
@@ -170,6 +170,6 @@ def test_any_name_can_be_chosen_as_a_state(made: StudioServer, person: Page, nam
 @pytest.mark.parametrize("name", ["goto(A)", "a,b", "a=b"])
 def test_a_name_that_could_not_is_refused(made: StudioServer, person: Page, name: str) -> None:
     for way in ({"do": "duplicate", "name": "goto", "to": name}, {"do": "save", "name": name}):
-        assert "could not be chosen as a state" in person.send(way)["error"]
-    assert "could not be chosen as a state" in person.send({**GOTO, "name": name})["error"]
+        assert "cannot be the name of a state" in person.send(way)["error"]
+    assert "cannot be the name of a state" in person.send({**GOTO, "name": name})["error"]
     assert names(made.host) == ["goto"]

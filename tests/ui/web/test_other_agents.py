@@ -52,7 +52,7 @@ def test_the_others_run_what_was_just_saved(made: StudioServer, person: Page) ->
     assert "goto" in person.say("others", behavior="goto", targets={"A": "station"})["error"]
     person.done("save")
     person.done("others", behavior="goto", targets={"A": "station"})
-    assert made.host.status.text == "The others run goto(station) meanwhile"
+    assert made.host.status.text == "The other robots run goto(station) meanwhile"
     before = places(made)
     person.done("step")
     assert places(made)[1:] != before[1:]
@@ -62,7 +62,7 @@ def test_the_others_run_what_was_just_saved(made: StudioServer, person: Page) ->
 
 WRONG = [
     ("fly", {}, "no behavior 'fly'"),
-    ("goto", {}, "need what A stands for"),
+    ("goto", {}, "need targets for A"),
     ("forward", {"A": "station"}, "need no targets"),
     ("goto", {"A": "moon"}, "no target 'moon'"),
 ]
@@ -84,7 +84,7 @@ def test_what_the_others_cannot_do(
 
 def test_one_robot_has_no_company(tmp_path: Path) -> None:
     with served(studio(tmp_path)) as client, page(client) as person:
-        assert "Nothing is being trained" in person.say("others", behavior=None)["error"].capitalize()
+        assert "No automaton is open" in person.say("others", behavior=None)["error"].capitalize()
         person.done(**GOTO)
         assert "one robot" in person.say("others", behavior="forward")["error"]
 
@@ -146,9 +146,9 @@ def test_others_that_the_library_has_no_more_idle_after_a_kill(tmp_path: Path) -
 def test_robots_are_counted_as_they_are_drawn(made: StudioServer, person: Page) -> None:
     """The page writes 1 beside the first of them."""
     person.done("agent", agent=1)
-    assert made.host.status.text == "goto is trained with robot 2 now"
+    assert made.host.status.text == "Training goto with robot 2 now"
     teach(person, "forward")
-    assert "by robot 2" in person.say("agent", agent=0)["error"]
+    assert "from robot 2" in person.say("agent", agent=0)["error"]
     x, y = places(made)[3]
     error = person.say("place", agent=1, x=x, y=y)["error"]
     assert "place of robot 2" in error
@@ -163,7 +163,7 @@ def test_the_robot_is_chosen_before_the_lesson(tmp_path: Path) -> None:
     made = studio(tmp_path / "library", world="forage-team")
     with served(made) as client, page(client) as here:
         here.done("agent", agent=2)
-        assert made.host.status.text == "Robot 3 is the one that will be trained"
+        assert made.host.status.text == "Robot 3 will be trained"
         here.done(**GOTO)
         assert made.host.active_trainer.robot == 2
 

@@ -133,13 +133,13 @@ def test_any_page_stops_it(lab: Lab, watching: bool) -> None:
 
 def test_real_robots_are_not_tried_in_other_worlds(lab: Lab) -> None:
     error = teaching(lab).say(do="evaluate")["error"]
-    assert error == "real robots cannot be tried in other worlds: there is only the one they are in"
+    assert error == "real robots cannot be tested in other worlds"
     assert lab.moves()
 
 
 def test_a_page_that_only_watches_arms_nothing(lab: Lab) -> None:
     answer = lab.say(lab.studio.connect(None), do="arm")
-    assert "only watches" in answer["error"]
+    assert "not in control" in answer["error"]
     assert not lab.shown()[0]["armed"]
 
 
@@ -147,7 +147,7 @@ def test_it_stops_where_the_page_leaves(lab: Lab) -> None:
     teaching(lab)
     lab.studio.disconnect(lab.page)
     assert not lab.moves()
-    assert lab.shown()[0]["stopped"] == "nobody directs in the studio"
+    assert lab.shown()[0]["stopped"] == "no page is in control in the studio"
 
 
 def test_it_stops_where_the_page_falls_silent(lab: Lab) -> None:
@@ -156,7 +156,7 @@ def test_it_stops_where_the_page_falls_silent(lab: Lab) -> None:
     assert lab.shown()[0]["armed"]
     lab.wait(0.3, here=False)
     assert not lab.moves()
-    assert lab.shown()[0]["stopped"] == "the studio was silent"
+    assert lab.shown()[0]["stopped"] == "the studio stopped responding"
 
 
 def test_it_stops_where_the_page_is_loaded_again(lab: Lab) -> None:
@@ -212,12 +212,12 @@ def test_a_page_that_says_too_much_still_stops_it(lab: Lab) -> None:
 
 REFUSED = [
     ({"do": "reset", "seed": 3}, "this body cannot be reset"),
-    ({"do": "speed", "speed": 4}, "real robots' time passes as it does; leave it at 1"),
+    ({"do": "speed", "speed": 4}, "real robots run in real time; leave it at 1"),
     (
         {"do": "place", "agent": 0, "x": 1.0, "y": 1.0, "heading": None},
-        "real robots and things are not moved",
+        "real robots and objects cannot be moved",
     ),
-    ({"do": "rewind", "time_s": 0.0}, "nothing of this run is kept"),
+    ({"do": "rewind", "time_s": 0.0}, "there is nothing to go back to yet"),
 ]
 
 
@@ -344,7 +344,7 @@ def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
         lab.wait(0.2)
         assert not lab.moves()
         assert not lab.shown()[0]["armed"]
-        assert "recording ended: no space left; make room" in lab.studio.host.status.text
+        assert "recording ended: no space left; free space" in lab.studio.host.status.text
         lab.studio.host.close()
         recorder._writer.problem = ""
 

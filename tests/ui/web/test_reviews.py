@@ -91,7 +91,7 @@ def test_why_goes_back_with_time(made: StudioServer, person: Page) -> None:
     person.done("turn")
     for _ in range(7):
         person.done("step")
-    assert person.done("why")["levels"][0]["says"] == "done is raised, and never left by itself"
+    assert person.done("why")["levels"][0]["says"] == "done is raised; a flag state is never left"
     assert person.done("why")["last"]["says"].startswith("It went from forward to done")
     person.done("rewind", time_s=made.host.world.time_s - 0.1)
     now = made.host.world.time_s
@@ -123,7 +123,7 @@ def test_a_promise_is_listed_withdrawn_and_undone(made: StudioServer, person: Pa
     assert session_data(made)["outcomes"] == []
     person.done("undo")
     assert session_data(made)["outcomes"] == ["done within 5 s in forage, A = station"]
-    assert "has no outcome 2: it promises 1" in person.say("withdraw", outcome=1)["error"]
+    assert "has no outcome 2: it has 1" in person.say("withdraw", outcome=1)["error"]
     assert "its flags are done" in person.say("promise", flag="failed", within_s=5)["error"]
 
 
@@ -167,7 +167,7 @@ def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
         "promised, and did not come: done within 3 s in forage; it does with the former version of goto"
     ]
     answer = person.done("save")
-    assert answer["worse"] == ["fetch no longer comes to done within 3 s in forage"]
+    assert answer["worse"] == ["fetch no longer reaches done within 3 s in forage"]
     assert session_data(made)["unsaved"]
     assert "not saved yet" in made.host.status.text
     assert "worse" not in person.done("save", anyway=True)
@@ -212,4 +212,4 @@ def test_those_who_look_on_may_ask_but_not_change(made: StudioServer) -> None:
             ("prune", {"pruning": 1}),
         ]
         for do, fields in changing:
-            assert "only watches" in second.say(do, **fields)["error"]
+            assert "not in control" in second.say(do, **fields)["error"]

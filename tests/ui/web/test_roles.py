@@ -15,8 +15,8 @@ def test_the_first_page_directs_and_the_second_watches(tmp_path: Path) -> None:
     with served(studio(tmp_path)) as client, page(client) as first, page(client) as second:
         assert (first.hello["directs"], second.hello["directs"]) == (True, False)
         first.done(**GOTO)
-        assert "only watches" in second.say("press", state="forward")["error"]
-        assert "another page directs" in second.say("take")["error"]
+        assert "not in control" in second.say("press", state="forward")["error"]
+        assert "another page is in control" in second.say("take")["error"]
         assert second.done("why")["levels"]
         while not second.desk["desk"]:
             second.hear()
@@ -34,7 +34,7 @@ def test_handing_over_pauses_and_lets_another_take(tmp_path: Path) -> None:
         assert "take over first" in first.say("press", state="forward")["error"]
         second.done("take")
         second.done("press", state="forward")
-        assert "only watches" in first.say("undo")["error"]
+        assert "not in control" in first.say("undo")["error"]
 
 
 def test_the_director_leaving_pauses_and_its_key_brings_it_back(tmp_path: Path) -> None:
@@ -93,7 +93,7 @@ def test_a_silent_director_can_be_replaced(tmp_path: Path) -> None:
 
 REFUSED = [  # query, headers, what it says
     ("?token=secret", {"origin": "http://elsewhere.example"}, "another site"),
-    ("?token=secret", {"host": "elsewhere.example"}, "not called by this name"),
+    ("?token=secret", {"host": "elsewhere.example"}, "not a host name of the studio"),
     ("", {}, "token"),
     ("?token=secre", {}, "token"),
     ("?token=s%C3%A9cret", {}, "token"),
@@ -121,7 +121,7 @@ def test_too_many_pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
         page(client),
         client.websocket_connect("ws://127.0.0.1/ws") as third,
     ):
-        assert "2 pages look on already" in third.receive()["reason"]
+        assert "2 pages are open already" in third.receive()["reason"]
 
 
 def test_too_many_messages_are_refused_and_undone_by_waiting(tmp_path: Path) -> None:
@@ -130,7 +130,7 @@ def test_too_many_messages_are_refused_and_undone_by_waiting(tmp_path: Path) -> 
     with served(made) as client, page(client) as person:
         answers = [person.say("pause", paused=False) for _ in range(210)]
         assert [answer.get("ok", False) for answer in answers] == [True] * 200 + [False] * 10
-        assert "200 a second" in answers[-1]["error"]
+        assert "200 per second" in answers[-1]["error"]
         wall.now += 0.1
         person.done("pause", paused=True)
 

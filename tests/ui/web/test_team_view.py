@@ -72,7 +72,7 @@ def test_what_a_squad_was_taught_is_kept_in_its_folder(
     person.done("pause", paused=True)
     person.done("press", state="out")
     person.done("step")
-    assert "not saved" in refused(person, "agent", agent=0)
+    assert "unsaved changes" in refused(person, "agent", agent=0)
     person.done("save")
     assert (tmp_path / "library" / "patrol" / "lead.json").is_file()
     person.done("agent", agent=2)
@@ -116,4 +116,4 @@ def test_a_coordinator_promises_and_says_why(made: StudioServer, person: Page) -
     last = plain(made.host.session_data())["examples"][-1]["number"]
     person.done("delete", number=last)
     (said,) = person.done("save")["worse"]
-    assert said.startswith("out no longer comes to done within 1 s in patrol")
+    assert said.startswith("out no longer reaches done within 1 s in patrol")

@@ -146,9 +146,7 @@ def test_what_has_no_flag_is_judged_by_the_goal(person: Page) -> None:
     person.done("press", state="forward")
     person.done("step")
     result = tried(person, count=2)
-    assert (
-        result["success"] == "the goal of forage within 3 times as long as a controller written by hand takes"
-    )
+    assert result["success"] == "the goal of forage within 3 times the time of a hand-written controller"
     assert all(each["problem"].startswith("goal not reached after ") for each in result["failed"])
     assert result["succeeded"] == 0
 
@@ -163,14 +161,14 @@ def test_a_number_of_worlds_that_makes_no_sense(person: Page, count: int) -> Non
 @pytest.mark.parametrize("count", [-1, 4.5, "many"])
 def test_a_number_of_worlds_that_is_none(person: Page, count: Any) -> None:
     error = person.say("evaluate", count=count)["error"]
-    assert error == "The count is no whole number of 0 or more: give one. Nothing was changed"
+    assert error == "The count is not a whole number of 0 or more. Nothing was changed"
 
 
 def test_what_cannot_be_tried_is_said(made: StudioServer) -> None:
     with served(made) as client, page(client) as person:
-        assert "Nothing is being trained" in person.say("evaluate")["error"].capitalize()
+        assert "No automaton is open" in person.say("evaluate")["error"].capitalize()
         person.done(**GOTO)
-        assert "there is nothing to try yet" in person.say("evaluate")["error"]
+        assert "there is nothing to test yet" in person.say("evaluate")["error"]
 
 
 def test_without_a_goal_and_without_a_flag_nothing_says_what_success_is(tmp_path: Path) -> None:
@@ -187,7 +185,7 @@ def test_without_a_goal_and_without_a_flag_nothing_says_what_success_is(tmp_path
         person.done("press", state="forwards")
         person.done("step")
         error = person.say("evaluate")["error"]
-        assert error == "nothing says when wander has succeeded: patrol has no goal, and wander no flag done"
+        assert error == "success is not defined: scenario patrol has no goal, and wander has no flag done"
         person.done("choose", states=["forwards"], features=["time_in_state"], flags=["done"])
         person.done("press", state="done")
         person.done("step")
@@ -201,7 +199,7 @@ def test_a_coordinator_is_not_tried(tmp_path: Path) -> None:
         person.done("agent", agent=0, sort=sort["name"])
         offered = person.desk["library"]["basic"]
         person.done("new", name="lead", states=[offered[0]], features=["time_in_state"], flags=["done"])
-        assert "coordinators cannot be tried" in person.say("evaluate")["error"]
+        assert "coordinators cannot be tested" in person.say("evaluate")["error"]
 
 
 def test_the_world_goes_on_and_what_is_tried_stays_as_it_was(
@@ -251,7 +249,7 @@ def test_it_ends_when_it_is_cancelled_and_with_its_session(
         while shown(person) is not None:
             person.until_desk()
         if end == "cancel_evaluation":
-            assert person.desk["said"]["text"] == "Cancelled: it is not tried any further"
+            assert person.desk["said"]["text"] == "Test cancelled"
             person.done("cancel_evaluation")  # there is none, which is no mistake
 
 
@@ -262,7 +260,7 @@ def test_who_looks_on_sees_it_and_may_not_begin_or_end_it(made: StudioServer) ->
         person.done("evaluate", count=5)
         assert ended(other) == ended(person)
         for do in ("evaluate", "cancel_evaluation"):
-            assert "directs" in other.say(do)["error"]
+            assert "not in control" in other.say(do)["error"]
 
 
 def test_what_goes_wrong_in_a_world_is_said(person: Page, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -274,7 +272,7 @@ def test_what_goes_wrong_in_a_world_is_said(person: Page, monkeypatch: pytest.Mo
     found = ended(person)
     assert (found["result"], found["problem"]) == (
         None,
-        "something broke inside Understudy: ValueError: no more worlds",
+        "internal error: ValueError: no more worlds",
     )
     while person.desk["said"]["tone"] != "error":
         person.until_desk()

@@ -44,7 +44,9 @@ def strip_image_metadata(content: bytes) -> tuple[bytes, Size]:
         return _png(content)
     if content.startswith(JPEG):
         if not content.rstrip(b"\0").endswith(JPEG_END):  # some cameras fill up with zeros
-            raise ImageError(problem="is a JPEG that was cut off", remedy="look at the link to the camera")
+            raise ImageError(
+                problem="is a JPEG that was cut off", remedy="check the connection to the camera"
+            )
         return content, _jpeg_size(content)
     raise ImageError(problem=f"begins with {content[:8]!r}", remedy="let the camera send JPEG or PNG")
 
@@ -55,7 +57,7 @@ def _png(content: bytes) -> tuple[bytes, Size]:
     view = memoryview(content)
     while kind != b"IEND":
         if at + 12 > len(content):
-            raise ImageError(problem="is a PNG that was cut off", remedy="look at the link to the camera")
+            raise ImageError(problem="is a PNG that was cut off", remedy="check the connection to the camera")
         length, kind = _PNG_CHUNK.unpack_from(content, at)
         end = at + 12 + length
         first = len(kept) == 1
@@ -71,7 +73,7 @@ def _png(content: bytes) -> tuple[bytes, Size]:
 
 
 def _damaged() -> ImageError:
-    return ImageError(problem="is a PNG that is damaged", remedy="look at the link to the camera")
+    return ImageError(problem="is a PNG that is damaged", remedy="check the connection to the camera")
 
 
 def _jpeg_size(content: bytes) -> Size:
@@ -88,7 +90,7 @@ def _jpeg_size(content: bytes) -> Size:
             return width, height
         else:
             at += 2 + length
-    raise ImageError(problem="is a JPEG without a size", remedy="look at what the camera sends")
+    raise ImageError(problem="is a JPEG without a size", remedy="check what the camera sends")
 
 
 Data: TypeAlias = bytes | bytearray | memoryview | NDArray[np.uint8]
@@ -150,7 +152,7 @@ def decode_compressed_image(data: Data) -> Image:
     cv = import_opencv()
     image = _decoded(cv, np.frombuffer(content, np.uint8))
     if image is None:
-        raise ImageError(problem="is damaged", remedy="look at what the camera sends, or at the link")
+        raise ImageError(problem="is damaged", remedy="check what the camera sends, and the connection")
     rgb: Image = cv.cvtColor(image, cv.COLOR_BGR2RGB)
     return rgb
 

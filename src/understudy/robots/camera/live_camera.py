@@ -60,7 +60,7 @@ class LiveCamera:
         check_color_name(name)
         image = next((seen.image for seen in self._seen if seen.number == number), None)
         if image is None:
-            problem = f"is {number}, which is no image that is still kept"
+            problem = f"is {number}, but that image is no longer kept"
             remedy = "click into one that came a moment ago"
             raise SettingError(where="the camera", setting="image", problem=problem, remedy=remedy)
         color = calibrate_from_clicks(image, points, where=f"color {name!r}")

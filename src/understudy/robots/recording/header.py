@@ -116,7 +116,7 @@ def decode_header(entries: Mapping[str, str]) -> RecordingHeader | str:
             for each in body.readings
         ]
     except (KeyError, msgspec.MsgspecError, UnderstudyError) as error:
-        return f"its head cannot be read ({error})"
+        return f"its header cannot be read ({error})"
     channels = [Channel(each.name, each.rest, each.unit) for each in body.channels]
     files = {key.removeprefix(FILE): text for key, text in entries.items() if key.startswith(FILE)}
     return RecordingHeader(

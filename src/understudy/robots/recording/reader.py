@@ -98,7 +98,7 @@ class _FileReader:
 
     def __init__(self, run: int | None) -> None:
         self._run, self.runs = run, 0
-        self.head: RecordingHeader | str = "it does not say what ran, so nobody can decide it again"
+        self.head: RecordingHeader | str = "it does not say which behavior ran"
         self._channels: dict[int, tuple[str, str]] = {}
         self._wanted: dict[tuple[str, str], tuple[str, int]] = {}
         self._schemas: dict[int, str] = {}
@@ -124,7 +124,7 @@ class _FileReader:
             raise _no_recording(path, problem) from None
         except Exception as error:  # whatever a reader does with bytes that end too early or are damaged
             if not begun:
-                raise _no_recording(path, f"it is no MCAP ({error.__class__.__name__})") from None
+                raise _no_recording(path, f"it is not an MCAP file ({error.__class__.__name__})") from None
             return False  # all until here is good
         return True
 
@@ -204,7 +204,7 @@ def _step(tick: int, said: str) -> RecordedPress:
     try:
         return RecordedPress(tick, None, does, float(at) if at else None)
     except ValueError:
-        raise MessageRefused(type=TEXT, problem=f"{said!r:.60} is no step of a session") from None
+        raise MessageRefused(type=TEXT, problem=f"{said!r:.60} is not a step of a session") from None
 
 
 class _ReadingColumn:

@@ -49,7 +49,7 @@ class RecordingFailed(UnderstudyError, json_type="RecordingFailed"):
 
     def __init__(self, *, path: Path | str, problem: str) -> None:
         self.path, self.problem = str(path), problem
-        super().__init__(f"{path}: recording ended: {problem}; make room, or go on without a recording")
+        super().__init__(f"{path}: recording ended: {problem}; free space, or continue without a recording")
 
 
 class RunRecorder:

@@ -56,7 +56,7 @@ class DdsTransport:
             _quieten()
             self._participant = DomainParticipant(domain)
         except DDSException as error:
-            remedy = "look whether the network is up, and whether CYCLONEDDS_URI, if set, fits it"
+            remedy = "check that the network is up, and that CYCLONEDDS_URI, if set, matches it"
             raise Unreachable(what=f"domain {domain} of DDS", problem=str(error), remedy=remedy) from error
         self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
         self._changes, self._gone, self._alive = _conditions(self._publications)

@@ -47,17 +47,17 @@ def make_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodePr
             "type", problem, "give a type of ROS 2's common interfaces, as sensor_msgs/msg/Range"
         )
     if reading.clear_m is not None and (reading.type, reading.field) != (SCAN, WIDTH):
-        return DecodeProblem("clear_m", f'means nothing without field = "width" of a {SCAN}', "leave it out")
+        return DecodeProblem("clear_m", f'is only used with field = "width" of a {SCAN}', "leave it out")
     if reading.type == SCAN:
         return _make_scan_extractor(reading)
     if reading.sector_deg is not None:
         return DecodeProblem(
-            "sector_deg", f"means nothing of a {reading.type}", f"leave it out, or read a {SCAN}"
+            "sector_deg", f"is not used with a {reading.type}", f"leave it out, or read a {SCAN}"
         )
     if reading.type == RANGE and reading.field in (None, "range"):
         return Continuous(), reading.unit or "m", _of_range(reading.offset_m)
     if reading.offset_m:
-        return DecodeProblem("offset_m", "means nothing of what is no range", "leave it out")
+        return DecodeProblem("offset_m", "is only used with ranges", "leave it out")
     if reading.field is None:
         return DecodeProblem(
             "field", "is missing", f"give one of {', '.join(list_message_fields(reading.type))}"
@@ -99,7 +99,7 @@ def _of_field(type: str, path: str, unit: str) -> tuple[Kind, str, Extract] | De
         return Toroidal(), unit or "rad", lambda message: compute_heading(_walk(message, path))
     if sort != BASE or of[0] == "string":
         remedy = "give the path of a number, of a truth or of an orientation"
-        return DecodeProblem("field", f"is {path!r:.60}, which is no number", remedy)
+        return DecodeProblem("field", f"is {path!r:.60}, which is not a number", remedy)
     if (type, path) == POSE_2D:
         return Toroidal(), unit or "rad", lambda message: _turned(float(_walk(message, path)))
     kind = BOOLEAN if of[0] == "bool" else Continuous()
@@ -168,7 +168,7 @@ def _make_scan_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | De
         clear_m = CLEAR_M if reading.clear_m is None else reading.clear_m
         return Continuous(), reading.unit or "m", lambda scan: sector.measure_opening(scan, offset_m, clear_m)
     remedy = 'give sector_deg = [from, to] and no field, or field = "bearing" or "width"'
-    return DecodeProblem("field", "means nothing of a scan", remedy)
+    return DecodeProblem("field", "is not used with a scan", remedy)
 
 
 class ScanSector:

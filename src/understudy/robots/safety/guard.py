@@ -162,7 +162,7 @@ class Guard:
             self._refuse_closed()
             orders = self._orders
             if not by.strip():
-                self._refuse("nobody says who arms it", "give a person's name")
+                self._refuse("no person is named", "give a person's name")
             self._refuse_danger()
             self.log.begin()
             if self._monitor.has_watchdog:
@@ -170,7 +170,7 @@ class Guard:
                 self._refuse_danger()  # it took a while
             with self._lock:
                 if orders != self._orders:
-                    self._refuse("it was told to stop meanwhile", "arm again")
+                    self._refuse("it was stopped meanwhile", "arm again")
                 now = self._clock()
                 self._by, self.stopped, self.speeds = by, "", STILL
                 if self._file.safety.hold_to_run:

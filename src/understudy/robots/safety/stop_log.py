@@ -77,7 +77,7 @@ class StopLog:
             try:
                 append_stop(self._path)
             except OSError as error:
-                problem = f"cannot be written ({error.strerror}), and stops of {self._robot} are logged there"
+                problem = f"cannot be written ({error.strerror}), but it is the log of stops of {self._robot}"
                 raise FileError(path=self._path, place="", problem=problem, remedy="correct that") from None
 
     def add(self, cause: str, by: str) -> None:
@@ -101,6 +101,6 @@ def read_stops(path: Path | str) -> Sequence[StopEvent]:
             with convert_decode_errors():
                 stops.append(msgspec.json.decode(line, type=StopEvent))
         except msgspec.DecodeError as error:
-            place, problem = f"line {number}", f"is no stop ({error})"
+            place, problem = f"line {number}", f"is not an entry of a log of stops ({error})"
             raise FileError(path=path, place=place, problem=problem, remedy="remove that line") from None
     return tuple(stops)

@@ -105,7 +105,7 @@ class Engine:
     def begin(self, agents: Sequence[int] | NDArray[np.intp], program: Program) -> None:
         """Let these agents run a program, one of those the engine was made with, from its start."""
         if id(program) not in self._roots:
-            raise _wrong("program", "is none that the engine knows", "make the engine with it")
+            raise _wrong("program", "is not a behavior of the engine", "make the engine with it")
         self.stacks.root[agents] = self._roots[id(program)]
         self.restart(agents)
 

@@ -180,4 +180,4 @@ def _problem(node: Node, automaton: Automaton) -> str | None:
         known = 0 < len(node.branches) == labels
         return None if known else f"has {len(node.branches)} branches for the {labels} labels of {bound}"
     cuts = {TestKind.BELOW: (node.high,), TestKind.ARC: (node.low, node.high)}.get(TestKind(node.test), ())
-    return f"has a boundary of {bound} that is no number" if any(map(isnan, cuts)) else None
+    return f"has a boundary of {bound} that is not a number" if any(map(isnan, cuts)) else None

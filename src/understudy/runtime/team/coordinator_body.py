@@ -28,7 +28,7 @@ from understudy.runtime.team.squad_body import SquadBody, SquadState
 from understudy.runtime.team.team import Team
 from understudy.storage.json_text import convert_decode_errors
 
-NO_SIMULATION = "its robots are no simulation"
+NO_SIMULATION = "its robots are not simulated"
 
 
 class AgentRunState(msgspec.Struct):
@@ -52,7 +52,7 @@ class CoordinatorBody:
     def __init__(self, team: Team, name: str) -> None:
         layer = team.layer(name)
         if not isinstance(layer.body, SquadBody):
-            raise SessionError(f"{name} is no sort of squads")
+            raise SessionError(f"{name} is not a sort of squads")
         self.squads: SquadBody = layer.body
         self.team = team
         self.ground: Body = team.ground
@@ -91,14 +91,14 @@ class CoordinatorBody:
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin anew, a world per seed: nobody has orders, nothing is remembered."""
         if not isinstance(self.ground, Resettable):
-            raise SessionError(f"this troop cannot be reset: {NO_SIMULATION}")
+            raise SessionError(f"this squad cannot be reset: {NO_SIMULATION}")
         self.ground.reset(seeds)
         self.team.clear()
 
     def snapshot(self) -> bytes:
         """The whole state, for `restore`."""
         if not isinstance(self.ground, Rewindable):
-            raise SessionError(f"this troop cannot be rewound: {NO_SIMULATION}")
+            raise SessionError(f"this squad cannot be rewound: {NO_SIMULATION}")
         squads = [
             layer.body.capture_state()
             for layer in (*self._below, self._own)
@@ -113,7 +113,7 @@ class CoordinatorBody:
             with convert_decode_errors():
                 kept = msgspec.msgpack.decode(snapshot, type=CoordinatorSnapshot)
         except msgspec.MsgspecError as error:
-            raise _refused(f"is none of a troop ({error})") from None
+            raise _refused(f"is not a snapshot of a squad ({error})") from None
         layers = [layer for layer in (*self._below, self._own) if isinstance(layer.body, SquadBody)]
         if len(kept.squads) != len(layers) or len(kept.runs) != len(self._below):
             raise _refused("is of another team")

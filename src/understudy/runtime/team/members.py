@@ -139,7 +139,7 @@ def _problem(member: Member, squad: Squad, sorts: Sequence[tuple[str, Sequence[s
     """What is wrong with a member by itself."""
     band, row, role = member
     if not 0 <= role < len(squad.roles):
-        return f"role {role} of a member is none of its {len(squad.roles)}"
+        return f"role {role} of a member is not one of its {len(squad.roles)} roles"
     if not 0 <= band < len(sorts):
         return f"sort {band} of a member is none of the {len(sorts)} below it"
     name, rows = sorts[band]
@@ -168,8 +168,8 @@ def find_ordered_program(
             raise
         raise DefinitionError(
             what=what,
-            problem=f"its {role.name} ({role.of}) know no behavior {duty.behavior!r}",
-            remedy=f"teach it to them, or order what they know: {join_names(error.known)}",
+            problem=f"its {role.name} ({role.of}) have no behavior {duty.behavior!r}",
+            remedy=f"teach it to them, or order one of {join_names(error.known)}",
         ) from None
     except UnderstudyError as error:
         error.add_note(f"{what} asks for it")

@@ -98,7 +98,7 @@ def _decoded(content: bytes, path: Path | str) -> str:
         raise FileError(
             path=path,
             place=f"line {line}",
-            problem="is no text in UTF-8",
+            problem="is not UTF-8 text",
             remedy="save it as UTF-8, or give another file",
         ) from None
 
@@ -118,7 +118,7 @@ def _table(content: str | bytes, path: Path | str) -> ScenarioDocument:
             lines = content.splitlines() or [""]
             place = f"line {len(lines)}, column {len(lines[-1]) + 1}"
         raise FileError(
-            path=path, place=place.rstrip(")"), problem=f"is no TOML: {problem}", remedy="correct it there"
+            path=path, place=place.rstrip(")"), problem=f"is not TOML: {problem}", remedy="correct it there"
         ) from None
 
 
@@ -127,7 +127,7 @@ def _head(document: ScenarioDocument, path: Path | str) -> ScenarioDocument:
     begin = "let the file begin with " + join_names(repr(line) for line in HEAD.splitlines())
     if document.get("understudy") != FORMAT:
         given = document.get("understudy")
-        problem = "is missing" if given is None else f"is {given!r:.60}: this is no scenario"
+        problem = "is missing" if given is None else f"is {given!r:.60}: this is not a scenario file"
         raise FileError(path=path, place="understudy", problem=problem, remedy=begin)
     version = document.get("version")
     if type(version) is not int or version < 1:

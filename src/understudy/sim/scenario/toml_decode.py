@@ -82,7 +82,7 @@ def _explain(document: Any, message: str, whole: type[StrictStruct]) -> DecodePr
         got = f"of length {got}" if length else _WORDS.get(got, got)
         return DecodeProblem(format_key_path(steps), f"is {got}", f"give {wanted}{length}")
     return DecodeProblem(
-        format_key_path(steps), f"cannot be: {problem}", "give what the description of the key says"
+        format_key_path(steps), f"cannot be: {problem}", "give a value that the reference of this key allows"
     )
 
 
@@ -90,7 +90,7 @@ def _unknown_key(sort: Any, steps: KeySteps, key: str) -> DecodeProblem:
     known = [
         name for option in _options(sort) if _is_part(option) for name in option.__struct_encode_fields__
     ]
-    return DecodeProblem(format_key_path(steps), "is no key there", suggest_name(key, known, what="key"))
+    return DecodeProblem(format_key_path(steps), "is not a key here", suggest_name(key, known, what="key"))
 
 
 def _real_steps(document: Any, message: str, path: str, whole: type[StrictStruct]) -> KeySteps:

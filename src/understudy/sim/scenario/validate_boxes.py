@@ -71,7 +71,7 @@ def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None
         if signal is not None:
             _check_raised(checker, f"{key}.{word}", signal)
     if target.unclaimed is not None and target.nearest is None:
-        remedy = "give the class whose nearest unclaimed object is meant as `nearest`"
+        remedy = "give the class of the objects as `nearest`"
         checker.fail(f"{key}.unclaimed", "is given without `nearest`", remedy)
     if (target.unclaimed is None) != (target.within is None):
         given, other = ("within", "unclaimed") if target.unclaimed is None else ("unclaimed", "within")

@@ -64,7 +64,7 @@ def check_identifier(checker: ScenarioErrors, key: str, name: str) -> None:
     """SettingError where a name is no word."""
     if not NAME.fullmatch(name):
         remedy = "give up to 60 letters, digits, _, - and spaces inside"
-        checker.fail(key, f"has {name!r:.80}, which is no name", remedy)
+        checker.fail(key, f"has {name!r:.80}, which is not a valid name", remedy)
 
 
 def _check_spelling(checker: ScenarioErrors) -> None:
@@ -169,7 +169,7 @@ def _check_behaviors(checker: ScenarioErrors, key: str, kind: RobotType) -> None
             at = f"{key}.{name}.{channel}"
             if channel in carrying and not carries:
                 remedy = "give some type a capacity above 0, or some object a pull"
-                checker.fail(at, "is asked for where no robot carries food or pulls a box", remedy)
+                checker.fail(at, "needs a robot that carries food or pulls a box", remedy)
             checker.check_known(at, channel, [*moving, *carrying * carries, SIGNAL], what="channel")
             if isinstance(value, str):
                 continue

@@ -213,7 +213,7 @@ def _check_order(checker: ScenarioErrors) -> None:
             seen.add(at)
             at = near[at]
         if at == thing.name:
-            remedy = "let one of them be placed by itself"
+            remedy = "place one of them without the other"
             checker.fail(f"objects[{index}].near", f"leads back to {thing.name!r} itself", remedy)
 
 
@@ -300,5 +300,5 @@ def _check_room(checker: ScenarioErrors) -> None:
         count, half = _fewest(placing), 0.5 * placing.apart
         taken += count * pi * (radius + half) ** 2
         if taken > DENSEST * (width + 2 * half) * (height + 2 * half):
-            problem = f"asks for {count}, and they cannot fit: there is no free space for them"
+            problem = f"asks for {count}, but there is not enough free space for them"
             checker.fail(f"{key}.count", problem, "give fewer, smaller radii, less `apart`, or a larger size")

@@ -79,7 +79,7 @@ def _check_members(checker: ScenarioErrors, name: str) -> None:
         _check_sizes(checker, f"{key}.{role}", member)
     if not any(member.least for member in squad.members.values()):
         at = f"{key}.{next(iter(squad.members))}.least"
-        checker.fail(at, "is 0, so that squads may have nobody", "give 1 or more for one of the roles")
+        checker.fail(at, "is 0, which allows squads without members", "give 1 or more for one of the roles")
 
 
 def _check_sizes(checker: ScenarioErrors, key: str, member: RoleSpec) -> None:
@@ -134,7 +134,7 @@ def _check_sorts(
         if replace(before, doc="") != replace(reading, doc=""):
             own = checker.scenario.squads[squad].statistics
             name = reading.name if reading.name in own else reading.name[:-2]
-            problem = f"reads {reading.name!r}, which of {of} is another sort of reading"
+            problem = f"reads {reading.name!r}, which is a different reading for {of}"
             checker.fail(f"squads.{squad}.statistics.{name}", problem, "rename one of the two")
 
 
@@ -148,7 +148,7 @@ def _check_orders(
         if name in known:
             checker.fail(key, "has the name of what its members do already", "give another name")
         if not order.duties:
-            checker.fail(key, "is empty", "say what members are to run")
+            checker.fail(key, "is empty", "give the behavior that members run")
         _check_duties(checker, key, order.duties, squad)
     return known | set(squad.orders)
 

@@ -92,7 +92,7 @@ def find_behavior_sort(libraries: Libraries, behavior: str | None) -> str:
     if any(libraries[name] is not libraries[found[0]] for name in found) or len(leading) > 1:
         sorts = "squads" if leading else "robots"
         remedy = f"name it as {join_names(f'{name}/{behavior}' for name in found)}"
-        problem = f"is known to several sorts of {sorts}"
+        problem = f"belongs to several sorts of {sorts}"
         raise SettingError(where="team", setting=repr(behavior), problem=problem, remedy=remedy)
     return found[0]
 

@@ -92,7 +92,7 @@ def find_listed(listings: Mapping[str, LoadedLibrary], name: str) -> tuple[str, 
     if not found:
         raise UnknownName(what="automaton", name=name, where="the library", known=labels)
     if len(found) > 1:
-        problem, remedy = "is known to several sorts of agents", f"name it as {join_names(labels)}"
+        problem, remedy = "belongs to several sorts of agents", f"name it as {join_names(labels)}"
         raise SettingError(where="library", setting=repr(name), problem=problem, remedy=remedy)
     return found[0]
 
@@ -139,7 +139,9 @@ def find_fitting_world(folder: Path) -> str:
 
     if not list_documents(folder) and not list_sort_folders(folder):
         remedy = "name a folder with automata, or the scenario they were taught in"
-        raise SettingError(where=str(folder), setting="--world", problem="cannot be found out", remedy=remedy)
+        raise SettingError(
+            where=str(folder), setting="--world", problem="cannot be determined", remedy=remedy
+        )
     for error in find_broken_documents(folder).values():
         raise error
     tried: dict[str, dict[str, UnderstudyError]] = {}
@@ -152,9 +154,9 @@ def find_fitting_world(folder: Path) -> str:
     raise SettingError(
         where=str(folder),
         setting="--world",
-        problem=f"cannot be found out: none of the scenarios {join_names(tried)} has all that its automata name "
-        f"({nearest} comes nearest: {wrong})",
-        remedy="name the scenario, such as --world my-scenario.toml",
+        problem=f"cannot be determined: none of the scenarios {join_names(tried)} has everything that its automata use "
+        f"(the best match is {nearest}: {wrong})",
+        remedy="give the scenario, such as --world my-scenario.toml",
     )
 
 
@@ -174,7 +176,7 @@ def _find_unresolved_name(library: Library, name: str) -> UnderstudyError | None
     targets = list(library.kit.targets)
     parameters = library.automaton(name).parameters
     if parameters and not targets:
-        problem = f"the kit has no target that its parameters ({', '.join(parameters)}) could stand for"
+        problem = f"the kit has no target to bind to its parameters ({', '.join(parameters)})"
         return DefinitionError(what=f"automaton {name!r}", problem=problem, remedy="add a target to the kit")
     try:
         link(library, name, dict.fromkeys(parameters, targets[0]) if parameters else {})

@@ -268,7 +268,7 @@ def parse_bindings(bound: list[str] | None) -> dict[str, str]:
             raise SettingError(
                 where="--bind",
                 setting=repr(text),
-                problem="is no binding",
+                problem="is not a binding",
                 remedy="write PARAMETER=TARGET: A=station",
             )
         pairs[parameter] = target
@@ -289,6 +289,8 @@ def parse_targets(text: str | None) -> dict[str, str]:
         parameter, equals, target = (part.strip() for part in pair.partition("="))
         if not (parameter and equals and target):
             remedy = "write PARAMETER=TARGET: A=station"
-            raise SettingError(where="--targets", setting=repr(pair), problem="is no binding", remedy=remedy)
+            raise SettingError(
+                where="--targets", setting=repr(pair), problem="is not a binding", remedy=remedy
+            )
         found[parameter] = target
     return found

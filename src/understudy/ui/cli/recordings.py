@@ -36,7 +36,7 @@ def record_team_ticks(
 
     body = team.ground
     if not isinstance(body, World):
-        raise TypeError("a team of robots that are no simulation")
+        raise TypeError("a team of real robots")
     keys = list_reading_keys(body)
     with RunRecorder(path, clock=lambda: body.time_s) as recorder:
         recorder.begin(body, ran=ran(), files={SCENARIO: format_scenario(body.scenario)})
@@ -95,6 +95,6 @@ def choose_recording_kit(recording: Recording, named: str | None, where: Scenari
     if named is not None:
         return find_kit(named, WORLD)
     if where is None:
-        problem, remedy = "it says neither its world nor its kit", "give --kit MODULE:NAME"
+        problem, remedy = "it names neither its world nor its kit", "give --kit MODULE:NAME"
         raise FileError(path=recording.path, place="", problem=problem, remedy=remedy)
     return make_scenario_kit(where)

@@ -129,7 +129,7 @@ def _see_record(record: Path | None, *, recorded: bool) -> None:
             where="--record", setting="and --no-record", problem="were both given", remedy="give one of them"
         )
     if record.suffix.lower() != ".mcap":
-        problem = "is no recording, and real robots are not drawn"
+        problem = "is not a recording, and real robots are not drawn"
         raise SettingError(
             where="--record",
             setting=repr(str(record)),

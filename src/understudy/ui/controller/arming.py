@@ -64,7 +64,7 @@ class RobotArming:
         Raises SessionError with simulated robots, and what `Fleet.arm` raises.
         """
         if self._twin is None:
-            raise SessionError("these robots are simulated: nothing has to be armed")
+            raise SessionError("these robots are simulated and need not be armed")
         self._twin.fleet.arm(self._place)
         self._heard_s = self._wall()  # arming took a while, and reports since are unread
 
@@ -92,7 +92,7 @@ class RobotArming:
         if self._twin is None:
             return False
         if self.armed and self._wall() - self._heard_s > SILENT_S:
-            self._twin.fleet.disarm(f"{self._place} was silent")
+            self._twin.fleet.disarm(f"{self._place} stopped responding")
         return self._twin.idle()
 
     def close(self) -> None:

@@ -13,7 +13,7 @@ WallClock: TypeAlias = Callable[[], float]
 """A clock that only goes forward, s."""
 
 FASTEST = inf
-"""As fast as it goes."""
+"""As fast as possible."""
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, FASTEST)
 BUSY_S = 0.012
 """How long a beat takes ticks that goes as fast as it can: most of a picture's 1/60 s; the rest is for pages."""
@@ -24,7 +24,7 @@ LONGEST_STALL_S = 0.25
 def check_speed(speed: float, where: str, *, live: bool = False) -> float:
     """A speed that there is; SettingError where it is another. Time that is `live` passes as in life."""
     if live and speed != 1.0:
-        problem = f"is {speed:g}, and real robots' time passes as it does"
+        problem = f"is {speed:g}, but real robots run in real time"
         raise SettingError(where=where, setting="speed", problem=problem, remedy="leave it at 1")
     if speed not in SPEEDS:
         known = ", ".join(f"{each:g}" for each in SPEEDS[:-1])

@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 TURN = (QueryPolicy.NEVER, QueryPolicy.PAUSE, QueryPolicy.MARK)
 WHEN_SAID = {
-    QueryPolicy.NEVER: "It does not ask",
-    QueryPolicy.PAUSE: "It asks where it is unsure, and waits",
-    QueryPolicy.MARK: "Where it is unsure it goes on, and marks the moment",
+    QueryPolicy.NEVER: "It never asks",
+    QueryPolicy.PAUSE: "It pauses and asks where it is unsure",
+    QueryPolicy.MARK: "It marks moments at which it is unsure, and continues",
 }
 AS_GOOD_S = 0.1
 """A reaction time so near to what the lesson has is no news."""
@@ -119,8 +119,8 @@ class CoachController:
         """The next advice that is about a place, in turn; SessionError where there is none."""
         places = [each for each in self.advice() if each.region is not None]
         if not places:
-            said = [each.sentence for each in self.advice()] or ["what was shown hangs together"]
-            raise SessionError(f"there is no place to go to: {said[0]}")
+            said = [each.sentence for each in self.advice()] or ["the lesson is consistent"]
+            raise SessionError(f"there is no situation to set up: {said[0]}")
         self._next += 1
         return places[(self._next - 1) % len(places)]
 
@@ -129,7 +129,7 @@ class CoachController:
         said = () if self.last_report is None else self.last_report.advice
         doubts = {each.examples[0]: each.doubt for each in said if each.kind is AdviceKind.SLIP}
         if number not in doubts:
-            raise SessionError(f"nobody asked whether example {number} was meant")
+            raise SessionError(f"example {number} is not in question")
         self._meant[number] = doubts[number]
         self.last_report = self._making = None
 
@@ -182,12 +182,12 @@ def pause_for_question(trainer: Trainer, question: Question) -> StatusMessage:
     if not trainer.paused:
         trainer.pause()
     trainer.coach.question = question
-    return StatusMessage(f"{question.sentence} Space lets it go on", "correction")
+    return StatusMessage(f"{question.sentence} Space continues", "correction")
 
 
 @keep_status
 def answer_question(trainer: Trainer, state: str | None) -> StatusMessage:
-    """Answer the question that waits: the press (None: keep doing this) is recorded, and it decides by itself again.
+    """Answer the question that waits: the press (None: confirm) is recorded, and it decides by itself again.
 
     It goes on where it is, not afresh: what was learned of the answer counts from the next tick on.
     """
@@ -215,7 +215,7 @@ def change_reaction_time(trainer: Trainer, reaction_s: float) -> StatusMessage:
     """Choose how late presses come, s; examples are computed again from the record."""
     trainer.session.change_design(options=replace(trainer.session.lesson.options, reaction_s=reaction_s))
     trainer.refresh_view()
-    return StatusMessage(f"Presses count {reaction_s:g} s earlier from now on; undo takes that back")
+    return StatusMessage(f"Reaction time is {reaction_s:g} s from now on; undo reverts this")
 
 
 @keep_status
@@ -223,14 +223,14 @@ def correct_slip(trainer: Trainer, number: int, next: str) -> StatusMessage:
     """Say what a press was meant for."""
     trainer.session.correct_slip(number, next)
     trainer.refresh_view()
-    return StatusMessage(f"Example {number} says {next} now; undo takes that back")
+    return StatusMessage(f"Example {number} goes to {next} now; undo reverts this")
 
 
 @keep_status
 def confirm_doubted_press(trainer: Trainer, number: int) -> StatusMessage:
     """Say that a press that looks like a slip was meant."""
     trainer.coach.confirm_press(number)
-    return StatusMessage(f"Example {number} was meant")
+    return StatusMessage(f"Example {number} is kept as it is")
 
 
 @keep_status

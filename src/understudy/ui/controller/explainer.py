@@ -147,7 +147,7 @@ class DecisionExplainer:
         values = tuple(view.features.values())
         now = self.explain_decision(view.state, values) if view.flag is None else None
         if view.mode is Mode.TRAINING:
-            said = ["You decide: it is in training.", describe_intention(now)]
+            said = ["In training, you decide.", describe_intention(now)]
         else:
             said = [describe_present(now, view.flag)]
         if self.last_switch is not None:

@@ -25,16 +25,18 @@ def parse_displayed_value(bound: BoundFeature, text: str) -> float:
         return nan
     if isinstance(bound.kind, Categorical):
         if said not in bound.kind.labels:
-            remedy = f"give {' or '.join(bound.kind.labels)}, or nothing where it is absent"
+            remedy = f"give {' or '.join(bound.kind.labels)}, or nothing if it is absent"
             raise KindError(
-                where=str(bound), problem=f"{text.strip()!r} is none of its values", remedy=remedy
+                where=str(bound), problem=f"{text.strip()!r} is not one of its values", remedy=remedy
             )
         return float(bound.kind.labels.index(said))
     try:
         found = float(said.removesuffix("°" if is_angle(bound) else bound.feature.unit))
     except ValueError:
-        remedy = "give one, or nothing where it is absent"
-        raise KindError(where=str(bound), problem=f"{text.strip()!r} is no number", remedy=remedy) from None
+        remedy = "give a number, or nothing if it is absent"
+        raise KindError(
+            where=str(bound), problem=f"{text.strip()!r} is not a number", remedy=remedy
+        ) from None
     return radians(found) if is_angle(bound) else found
 
 
@@ -59,17 +61,17 @@ def format_switch(name: str, before: SessionView, after: SessionView, *, driving
     if before.state == after.state:
         return ""
     if before.waiting is not None:
-        return f"{before.state} → {after.state}, and nothing recorded: a directed flag has no examples"
+        return f"{before.state} → {after.state}; nothing recorded: a flag state has no examples"
     if after.flag is None or driving:
         return ""
-    return f"{name} raised {after.flag}. Right? Try another world. Wrong? Press what was right"
+    return f"{name} raised {after.flag}. If that is right, try another world; if not, press the right state"
 
 
 def format_speed(times: float) -> str:
     """How fast the world goes: 4 times as fast as in life."""
     if times == inf:
-        return "As fast as it goes"
-    return "As fast as in life" if times == 1 else f"{times:g} times as fast as in life"
+        return "As fast as possible"
+    return "Real time" if times == 1 else f"{times:g} × real time"
 
 
 def format_minutes(seconds: float) -> str:
@@ -106,6 +108,8 @@ def format_saved_message(path: Path, worse: tuple[str, ...]) -> str:
     if not worse:
         return f"Saved in {path}"
     more = (
-        f"; and {len(worse) - MOST_SAID} more, which understudy test tells" if len(worse) > MOST_SAID else ""
+        f"; and {len(worse) - MOST_SAID} more, which `understudy test` lists"
+        if len(worse) > MOST_SAID
+        else ""
     )
     return f"Saved in {path}, but something that worked no longer does: {'; '.join(worse[:MOST_SAID])}{more}"

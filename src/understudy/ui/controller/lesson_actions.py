@@ -16,7 +16,7 @@ from understudy.model.expectation import Expectation
 from understudy.ui.controller.status import StatusMessage, keep_status
 from understudy.ui.controller.trainer import Trainer
 
-BY_HAND = "Somebody put it there."
+BY_HAND = "Put into quarantine by hand."
 
 
 @keep_status
@@ -26,7 +26,7 @@ def quarantine_examples(trainer: Trainer, numbers: Sequence[int]) -> StatusMessa
     reasons = {} if judgement is None else judgement.reasons
     trainer.session.quarantine({number: reasons.get(number, BY_HAND) for number in numbers})
     trainer.refresh_view()
-    return StatusMessage(f"{_examples(numbers)} in quarantine; undo takes that back")
+    return StatusMessage(f"{_examples(numbers)} in quarantine; undo reverts this")
 
 
 @keep_status
@@ -34,7 +34,7 @@ def release_examples(trainer: Trainer, numbers: Sequence[int]) -> StatusMessage:
     """Let examples teach again."""
     trainer.session.quarantine(dict.fromkeys(numbers, ""))
     trainer.refresh_view()
-    return StatusMessage(f"{_examples(numbers)} out of quarantine; undo takes that back")
+    return StatusMessage(f"{_examples(numbers)} out of quarantine; undo reverts this")
 
 
 def _examples(numbers: Sequence[int]) -> str:
@@ -49,7 +49,7 @@ def add_expectation_here(trainer: Trainer, flag: str, within_s: float) -> Status
     """Let the lesson promise that from here on, started afresh, the automaton raises a flag in time."""
     outcome = expectations.add_expectation(trainer.session, flag=flag, within_s=within_s)
     trainer.refresh_view()
-    return StatusMessage(f"Promised from here: {outcome}; undo takes it back")
+    return StatusMessage(f"Expected from here: {outcome}; undo reverts this")
 
 
 @keep_status
@@ -59,14 +59,14 @@ def remove_expectation(trainer: Trainer, number: int) -> StatusMessage:
     kept = trainer.session.lesson.outcomes
     trainer.session.change_design(outcomes=(*kept[:number], *kept[number + 1 :]))
     trainer.refresh_view()
-    return StatusMessage(f"No longer promised: {outcome}; undo takes that back")
+    return StatusMessage(f"No longer expected: {outcome}; undo reverts this")
 
 
 def find_expectation(trainer: Trainer, number: int) -> Expectation:
     """The outcome of this number; SessionError where there is none."""
     kept = trainer.session.lesson.outcomes
     if not 0 <= number < len(kept):
-        raise SessionError(f"{trainer.name} has no outcome {number + 1}: it promises {len(kept)}")
+        raise SessionError(f"{trainer.name} has no outcome {number + 1}: it has {len(kept)}")
     return kept[number]
 
 
@@ -81,6 +81,4 @@ def change_pruning(trainer: Trainer, pruning: float) -> StatusMessage:
     lesson = get_simplifiable_lesson(trainer.session.make_trained_automaton())
     trainer.session.change_design(options=replace_pruning(lesson, pruning).options)
     trainer.refresh_view()
-    return StatusMessage(
-        "It is as simple as you saw; undo takes that back" if pruning else "Nothing is pruned now"
-    )
+    return StatusMessage("Simplified as shown; undo reverts this" if pruning else "Pruning is off")

@@ -74,7 +74,7 @@ def resume_session(
     trainer = Trainer(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
     _follow(session, ground)
     trainer.pause()
-    trainer.status = StatusMessage("Everything shown is back. Space goes on, n begins in a new world")
+    trainer.status = StatusMessage("The lesson is restored. Space resumes, n begins in a new world")
     return OpenSession(trainer, journal)
 
 
@@ -108,5 +108,5 @@ def _saved(plan: TrainingPlan) -> Lesson | None:
 
 def _welcome(trainer: Trainer) -> str:
     if trainer.session.examples:
-        return f"{trainer.name} is open again: T lets it try, the keys of the states direct it, h is help"
-    return f"Direct the robot with the keys of the states: that is how {trainer.name} is taught. h is help"
+        return f"Opened {trainer.name}: t tests it, the keys of the states direct it, h shows help"
+    return f"Direct the robot with the keys of the states: each press teaches {trainer.name}. h shows help"

@@ -176,14 +176,14 @@ class Trainer:
         """Let time stand still, or go on."""
         self.session.paused = not self.session.paused
         self._set_pace()
-        return StatusMessage("Paused: . takes one step, space goes on" if self.paused else "Going on")
+        return StatusMessage("Paused: . takes one step, space resumes" if self.paused else "Going on")
 
     def step(self) -> None:
         """One tick, then pause."""
         if not self.session.paused:
             self.pause()
         if self.driving and self.steering is None:
-            raise SessionError("no behavior was chosen to drive with: press its key, or d to end driving")
+            raise SessionError("no behavior is chosen for driving: press its key, or d to stop driving")
         self.pace.step()
         self.tick()
 
@@ -229,7 +229,7 @@ class Trainer:
     def confirm(self) -> StatusMessage:
         """Keep doing this."""
         if self.driving:
-            raise SessionError("nothing is recorded while driving: press d to end it first")
+            raise SessionError("nothing is recorded while driving: press d to stop driving first")
         correction = self.session_view.mode is Mode.TESTING
         self.session.confirm()
         return self._pressed(correction, f"keep {self.session_view.state}", None)
@@ -238,7 +238,7 @@ class Trainer:
         self.note(self.robot, state)
         self.corrected = correction or (self.corrected and self.session_view.waiting is not None)
         self.session_view = self.session.view()
-        then = " when time goes on" if self.paused else ""
+        then = " on the next tick" if self.paused else ""
         return StatusMessage(
             f"{'correction: ' if correction else ''}{what}{then}", "correction" if correction else ""
         )
@@ -257,7 +257,7 @@ class Trainer:
                 )
             self.session.test()
             self.note(self.robot, step="test")
-            said = StatusMessage("Testing: it decides by itself. Press a state's key where it does wrong")
+            said = StatusMessage("Testing: the automaton decides. Press a state's key where it is wrong")
         else:
             self.session.train()
             self.note(self.robot, step="train")
@@ -271,13 +271,13 @@ class Trainer:
         self.session.restart()
         self.note(self.robot, step="restart")
         self._look()
-        return StatusMessage(f"{self.name} started afresh; nothing recorded")
+        return StatusMessage(f"{self.name} restarted; nothing recorded")
 
     @keep_status
     def reset_world(self) -> StatusMessage:
         """The same world from its beginning."""
         if self.seed is None:
-            raise SessionError("the seed of a resumed world is not known any more: n begins a new one")
+            raise SessionError("the seed of a resumed world is not known: n begins a new world")
         return self._world(self.seed, f"World {self.seed} from its beginning")
 
     @keep_status
@@ -293,7 +293,7 @@ class Trainer:
     @keep_status
     def load_world(self, seed: int) -> StatusMessage:
         """The world of a seed from its beginning."""
-        return self._world(seed, f"World {seed} from its beginning")
+        return self._world(seed, f"World {seed}, restarted")
 
     def _world(self, seed: int, what: str) -> StatusMessage:
         self._end_driving()
@@ -308,10 +308,10 @@ class Trainer:
     def toggle_watching(self) -> StatusMessage:
         """I am not watching, or I am again."""
         if not self.can_watch:
-            raise SessionError("this lesson records presses only: choose watched examples with c first")
+            raise SessionError("this lesson records presses only: turn on learning from silence with c first")
         self.session.is_watching = not self.session.is_watching
         return StatusMessage(
-            "You watch: silence is consent" if self.session.is_watching else "You are not watching"
+            "Learning from silence: on" if self.session.is_watching else "Learning from silence: off"
         )
 
     @keep_status
@@ -319,7 +319,7 @@ class Trainer:
         """Let the parameters stand for the next targets."""
         parameters, known = self.session.automaton.parameters, tuple(self.body.targets)
         if not parameters:
-            raise SessionError(f"{self.name} has no parameters that could stand for something else")
+            raise SessionError(f"{self.name} has no parameters")
         ways = list(product(known, repeat=len(parameters)))
         now = tuple(self.session_view.targets[parameter] for parameter in parameters)
         way = ways[(ways.index(now) + 1) % len(ways)]
@@ -335,7 +335,7 @@ class Trainer:
 
     @keep_status
     def note_moved(self, what: str) -> StatusMessage:
-        """Something in the world was put elsewhere by hand, which is said."""
+        """Report that something in the world was moved by hand."""
         self.session.note_moved()
         self.memory.clear()
         self.explainer.clear()
@@ -349,7 +349,7 @@ class Trainer:
         """Begin to drive the robot into position, or end it; nothing is recorded."""
         if self.driving:
             self._end_driving()
-            return StatusMessage(f"Driving ended; {self.name} goes on in {self.session_view.state}")
+            return StatusMessage(f"Driving ended; {self.name} continues in {self.session_view.state}")
         self.driving, self.steering = True, None
         self._set_pace()
         return StatusMessage("Drive it into position with the same keys; d ends it. Nothing is recorded")
@@ -361,7 +361,7 @@ class Trainer:
             self.explainer.clear()
         self._set_pace()
         return StatusMessage(
-            f"Driving: {name} (the same key stops it)" if self.steering else "Driving: it stands still"
+            f"Driving: {name} (the same key stops it)" if self.steering else "Driving: the robot stands still"
         )
 
     def _end_driving(self) -> None:
@@ -381,26 +381,26 @@ class Trainer:
     @keep_status
     def redo(self) -> StatusMessage:
         """Do the last undone step again."""
-        return self._changed(f"Done again: {self.session.redo()}")
+        return self._changed(f"Redone: {self.session.redo()}")
 
     @keep_status
     def delete(self, number: int) -> StatusMessage:
         """Delete an example."""
         self.session.delete(number)
-        return self._changed(f"Example {number} deleted; undo takes that back")
+        return self._changed(f"Example {number} deleted; undo reverts this")
 
     @keep_status
     def edit(self, number: int, **what: Unpack[ExampleChange]) -> StatusMessage:
         """Let an example say another state, next state or values."""
         self.session.edit(number, **what)
-        return self._changed(f"Example {number} edited; undo takes that back")
+        return self._changed(f"Example {number} edited; undo reverts this")
 
     @keep_status
     def change_design(self, choices: LessonChoices) -> StatusMessage:
         """Choose what the lesson is about anew; examples stay where they can."""
         self.session.change_design(**choices.to_design_change(self._options))
         self.memory.clear()
-        return self._changed("Chosen anew; the examples stay, and undo takes it back")
+        return self._changed("Design changed; the examples are kept, and undo reverts this")
 
     @keep_status
     def save(self) -> StatusMessage:

@@ -86,7 +86,7 @@ def make_session_start(plan: TrainingPlan) -> SessionStart | None:
         if other != plan.name and normalize_name(other) == normalize_name(plan.name):
             raise DefinitionError(
                 what=f"automaton {plan.name!r}",
-                problem=f"the library has it as {other!r}, but for case or the form of letters",
+                problem=f"the library has {other!r}, which differs only in letter case or Unicode form",
                 remedy=f"teach {other!r}, or give another name",
             )
     if plan.is_known:
@@ -118,16 +118,15 @@ def _again(plan: TrainingPlan) -> SessionStart:
     lesson = plan.library.taught[plan.name].lesson
     if lesson is None:
         raise SessionError(
-            f"automaton {plan.name!r} in {plan.folder} was written without a lesson, so there is nothing to "
-            "go on with; teach one of another name"
+            f"automaton {plan.name!r} in {plan.folder} has no lesson to continue; teach one with another name"
         )
     chosen, parameters = plan.choices, lesson.automaton.parameters
     if chosen.parameters is not None and tuple(chosen.parameters) != parameters:
         raise SettingError(
             where=f"automaton {plan.name!r}",
             setting="--parameters",
-            problem=f"cannot be changed once it was taught: they are {', '.join(parameters) or 'none'}",
-            remedy="leave the option out, or teach one of another name",
+            problem=f"cannot be changed after teaching began: they are {', '.join(parameters) or 'none'}",
+            remedy="leave the option out, or teach one with another name",
         )
     if chosen.features is not None:
         features = tuple(parse_feature(plan.library, feature) for feature in chosen.features)
@@ -135,7 +134,7 @@ def _again(plan: TrainingPlan) -> SessionStart:
             raise SettingError(
                 where=f"automaton {plan.name!r}",
                 setting="--features",
-                problem=f"are not those it is taught with, {', '.join(map(str, lesson.automaton.features))}",
+                problem=f"differ from those of the lesson, {', '.join(map(str, lesson.automaton.features))}",
                 remedy="leave the option out, and press c in the trainer to choose others",
             )
     choice = DesignChange(options=chosen.options(lesson.options))

@@ -77,10 +77,10 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
             return
         found = self.unfinished
         question = (
-            f"A session of {self.plan.name} was cut off. It began on {found.began:%d %B at %H:%M} and has "
+            f"A session of {self.plan.name} was interrupted. It began on {found.began:%d %B at %H:%M} and has "
             f"{found.examples} example{'s' * (found.examples != 1)}; the last step was “{found.steps}”."
         )
-        ways = {"enter": "go on with it", "n": "leave it, and begin from the library", "escape": "quit"}
+        ways = {"enter": "resume it", "n": "discard it, and start from the library", "escape": "quit"}
         self.push_screen(QuestionDialog(question, ways), self._answered)
 
     def _cut_off(self, name: str) -> None:

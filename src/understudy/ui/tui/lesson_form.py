@@ -65,12 +65,12 @@ class MultiSelect(OptionList):
 
 Check = Callable[[LessonChoices], object]
 NEW = (
-    "Choose what it can do (states) and what it decides on (features): space chooses, tab goes on, "
-    "ctrl+g begins, esc gives up. With a parameter such as A it is taught once and works for any target."
+    "Choose states (what it can do) and features (what it decides on): space selects, tab moves on, "
+    "ctrl+g begins, esc cancels. With a parameter such as A it is taught once and works for any target."
 )
-AGAIN = "Choose anew: space chooses, tab goes on, ctrl+g takes it, esc leaves all as it is."
+AGAIN = "Change the design: space selects, tab moves on, ctrl+g applies, esc cancels."
 REACTION_S = "0"
-CONSENT = "silence is consent: what I watch and let pass counts"
+CONSENT = "learn from silence: ticks I watch without pressing count"
 
 
 class LessonForm(Screen[LessonChoices | None]):
@@ -150,7 +150,7 @@ class LessonForm(Screen[LessonChoices | None]):
         yield from _row("Flags", "flags", ", ".join(now.flags or ()), "done")
         yield from _row("More states", "more", "", "turn_back=rotate_left: another name for a state above")
         yield from _row(
-            "Reaction, s", "reaction", f"{now.reaction_s or 0:g}", "how late you press: 0.2, or 0"
+            "Reaction, s", "reaction", f"{now.reaction_s or 0:g}", "how late your presses come, s: 0.2, or 0"
         )
         with Horizontal(classes="row"):
             yield Label("Watched")
@@ -308,5 +308,8 @@ def _seconds(text: str) -> float:
         return float(text or REACTION_S)
     except ValueError:
         raise SettingError(
-            where="reaction", setting=repr(text), problem="is no number of seconds", remedy="write 0.2, or 0"
+            where="reaction",
+            setting=repr(text),
+            problem="is not a number of seconds",
+            remedy="write 0.2, or 0",
         ) from None

@@ -57,7 +57,7 @@ class LessonScreen(Screen[None]):
         keys = Text()
         for key, what in (("x", "delete"), ("u", "undo"), ("U", "redo"), ("esc", "back to the robot")):
             keys.append(f"{key} ", "bold").append(f"{what}  ", DIM)
-        keys.append("◆ correction  ! contradicts another", DIM)
+        keys.append("◆ correction  ! contradicts another example", DIM)
         self.query_one("#told", Static).update(Text.assemble((told, "bold"), "\n" if told else "", keys))
 
     def _rules(self) -> Text:
@@ -65,7 +65,7 @@ class LessonScreen(Screen[None]):
         for state, rule in self.trainer.explainer.describe_rules():
             rules.append("\n").append(f"{state}: ", "bold").append(rule)
         if not self.trainer.session.examples:
-            rules.append("\nnothing yet: go back and direct the robot with the keys of the states", DIM)
+            rules.append("\nnothing yet: go back and press the keys of the states", DIM)
         return rules
 
     def _fill_table(self) -> None:

@@ -173,7 +173,7 @@ class TeachingScreen(Screen[str]):
         def arm() -> None:
             self.robots.arm()
             self.trainer.session.refresh_percept()  # what it read before is old by now
-            self.trainer.status = StatusMessage("Armed: it moves while time goes on. Esc stops it")
+            self.trainer.status = StatusMessage("Armed: the robot moves while time runs. Esc stops it")
 
         self._guarded(arm)
         self.draw()
@@ -213,8 +213,8 @@ class TeachingScreen(Screen[str]):
         if not self.trainer.has_unsaved_changes:
             self.dismiss("quit")
             return
-        question = f"{self.trainer.name} is not saved as it is now."
-        ways = {"s": "save and quit", "x": "quit without saving", "escape": "go on teaching"}
+        question = f"{self.trainer.name} has unsaved changes."
+        ways = {"s": "save and quit", "x": "quit without saving", "escape": "continue teaching"}
         self.app.push_screen(QuestionDialog(question, ways), self._left)
 
     def _left(self, way: str | None) -> None:

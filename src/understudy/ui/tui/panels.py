@@ -21,7 +21,7 @@ TONES = {"": "", "recorded": "green", "correction": "bold magenta", "error": "bo
 MARKS = {"": "·", "recorded": "●", "correction": "◆", "error": "!"}
 
 COMMANDS = (
-    ("t", "test"), ("enter", "keep doing this"), ("u", "undo"), ("U", "redo"), ("space", "pause"),
+    ("t", "test"), ("enter", "confirm"), ("u", "undo"), ("U", "redo"), ("space", "pause"),
     (".", "step"), ("+−", "speed"), ("n", "world"), ("r", "restart"), ("d", "drive"), ("p", "target"),
     ("w", "not watching"), ("l", "lesson"), ("c", "choose"), ("?", "why"), ("s", "save"), ("q", "quit"),
     ("h", "help"),
@@ -106,7 +106,7 @@ def render_readings(trainer: Trainer, width: int) -> Text:
         lines.append(Text.assemble(f"{label:<{wide}} ", (f"{now:>10}", "bold"), (f"  {bars}", "cyan")))
         lines[-1].truncate(width)
     if not labels:
-        lines.append(Text("none chosen: c", DIM))
+        lines.append(Text("none chosen: press c", DIM))
     return Text("\n").join(lines)
 
 
@@ -118,8 +118,8 @@ def render_examples(trainer: Trainer, width: int, height: int) -> Text:
     lines = [_title("Examples", note if trainer.session.examples else "", width)]
     if not shown:
         return lines[0] + Text(
-            "\nNothing shown yet. Press the key of a state: what the robot senses then, and that state, "
-            "become an example. Then press t and see what it learned.",
+            "\nNo examples yet. Press the key of a state: what the robot senses then, and that state, "
+            "become an example. Then press t to test what it learned.",
             DIM,
         )
     presses = list(reversed(_presses(shown)))[: max(0, height - 1)]

@@ -93,7 +93,7 @@ def find_connection_problem(
     """
     host = caller.headers.get("host", "")
     if hosts is not None and (urlsplit(f"//{host}").hostname or "") not in hosts:
-        return "the studio is not called by this name"
+        return "this is not a host name of the studio"
     origin = caller.headers.get("origin")
     if origin is not None and urlsplit(origin).netloc != host:
         return "a page of another site may not connect"

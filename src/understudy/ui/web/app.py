@@ -54,7 +54,7 @@ def make_app(
         await websocket.accept()
         problem = find_connection_problem(websocket, token, hosts)
         if problem is None and len(studio.viewers) >= MOST_PAGES:
-            problem = f"{MOST_PAGES} pages look on already: close one of them"
+            problem = f"{MOST_PAGES} pages are open already: close one of them"
         if problem is not None:
             await websocket.close(REFUSED, problem)
             return

@@ -134,8 +134,8 @@ class Clients:
             silent_s = self._wall() - self.director.spoke_s
             if silent_s < SILENT_S:
                 raise SessionError(
-                    f"another page directs: it can hand over, or be replaced once it has been silent for "
-                    f"{SILENT_S:g} s ({silent_s:.0f} s so far)"
+                    f"another page is in control: it can hand over control, or be replaced after {SILENT_S:g} s "
+                    f"without a message ({silent_s:.0f} s so far)"
                 )
         self.director = viewer
 
@@ -148,7 +148,7 @@ class Clients:
         """SessionError unless it directs."""
         if viewer is not self.director:
             raise SessionError(
-                "this page only watches: take over first"
+                "this page is not in control: take over first"
                 if self.director is None
-                else "this page only watches: another page directs"
+                else "this page is not in control: another page is"
             )

@@ -112,9 +112,9 @@ def _joined(library: Library, file: str, content: bytes) -> Library:
     taught = decode_document(content, library.kit, path=shown, learn=learn, checked=True).taught
     name = taught.automaton.name
     if file != f"{make_file_stem(name)}.json":
-        raise _wrong(shown, f"it holds automaton {name!r}", f"call it {make_file_stem(name)}.json")
+        raise _wrong(shown, f"it contains automaton {name!r}", f"call it {make_file_stem(name)}.json")
     if name in library.taught:
-        raise _wrong(shown, "it is in the zip twice", "leave one of them out")
+        raise _wrong(shown, "it occurs twice in the zip", "leave one of them out")
     try:
         return library.with_automaton(taught)
     except UnderstudyError as error:
@@ -140,9 +140,7 @@ class NameTaken(SessionError, json_type="AlreadyThere"):
 
     def __init__(self, names: list[str]) -> None:
         self.names = names
-        super().__init__(
-            f"the library has {', '.join(names)} already, not the same: replace what is there, or leave it"
-        )
+        super().__init__(f"the library already has a different {', '.join(names)}: replace it, or leave it")
 
 
 def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection], str | None]) -> Route:
@@ -151,7 +149,7 @@ def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection],
     def not_directing(request: Request) -> str | None:
         director, key = studio.viewers.director, request.query_params.get("key", "")
         if director is None or not compare_digest(director.key.encode(), key.encode()):
-            return "this page only watches: who directs may import a library"
+            return "this page is not in control: only the page in control may import a library"
         return None
 
     async def serve(request: Request) -> Response:
@@ -206,7 +204,7 @@ def import_automata(host: SessionHost, given: Library, taken: str) -> str:
         raise NameTaken(different)
     trainer = host.trainer
     if trainer is not None and trainer.name in different and taken == "replace":
-        raise SessionError(f"{trainer.name} is being trained: open another before it is replaced")
+        raise SessionError(f"{trainer.name} is being trained: open another automaton before replacing it")
     wanted = [name for name in given.taught if taken == "replace" or name not in different]
     library = here.library
     for name in wanted:
@@ -216,7 +214,7 @@ def import_automata(host: SessionHost, given: Library, taken: str) -> str:
         save_automaton(here.folder, given.taught[name])
     host.refresh_library()
     replaced = [name for name in different if name in wanted]
-    said = f"Imported {', '.join(new)}" if new else "Nothing new was in it"
+    said = f"Imported {', '.join(new)}" if new else "The zip contains nothing new"
     said += f"; replaced {', '.join(replaced)}, former versions are kept" if replaced else ""
     host.status = StatusMessage(said, "recorded")
     return said

@@ -73,7 +73,7 @@ class RewindBuffer:
     def find_before_time(self, time_s: float) -> RewindPoint:
         """The last moment kept before a time, or the first there is; SessionError where there is none."""
         if not self._frames:
-            raise SessionError("nothing of this run is kept yet: let it go on for a moment")
+            raise SessionError("there is nothing to go back to yet: let the run continue for a moment")
         times = [frame.time_s for frame in self._frames]
         return self._frames[max(0, bisect_right(times, time_s + 1e-9) - 1)]
 
@@ -181,4 +181,4 @@ class UncertainMoments:
         for mark in self._marks:
             if mark.number == number:
                 return mark
-        raise SessionError(f"no moment {number} is marked any more")
+        raise SessionError(f"moment {number} is no longer marked")

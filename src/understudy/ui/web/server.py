@@ -30,8 +30,8 @@ REST_S = 0.002
 """What a beat leaves at least for what pages say, however long it took."""
 SESSION_S = 1 / 20
 """How often the session is shown at most, but for what was pressed."""
-LEFT = "Nobody directs, so the robot was paused"
-LEFT_ROBOTS = "nobody directs in the studio"
+LEFT = "Paused: no page is in control"
+LEFT_ROBOTS = "no page is in control in the studio"
 _encode = msgspec.json.Encoder().encode
 
 
@@ -152,7 +152,7 @@ class StudioServer:
         try:
             if not viewer.allow_message() and not _stops(text):
                 number = m.find_message_number(text)
-                raise SessionError(f"too many messages: at most {PER_SECOND} a second are heard")
+                raise SessionError(f"too many messages: at most {PER_SECOND} per second are accepted")
             if isinstance(text, bytes):
                 raise m.InvalidMessage(problem="it is binary; send JSON text")
             try:

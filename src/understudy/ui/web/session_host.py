@@ -43,7 +43,7 @@ from understudy.ui.web.views.session import (
 )
 from understudy.ui.web.views.team import ActivityNames, TrainableGroups
 
-NOTHING = "Nothing is being trained: begin a new automaton, or open one of the library"
+NOTHING = "No automaton is open: teach something new, or open one from the library"
 CARRY = "drive the robot there, or carry it"
 YIELD_S = 0.0002
 """How long an evaluation rests whenever it tells how far it is: else the world on the page would wait for the
@@ -54,11 +54,11 @@ _log = logging.getLogger(__name__)
 
 
 def describe_error(error: Exception) -> str:
-    """What went wrong in a sentence; a fault of the program is logged, too."""
+    """What went wrong in a sentence; an internal error is logged, too."""
     if isinstance(error, UnderstudyError):
         return str(error)
-    _log.error("a fault of the program", exc_info=error)
-    return f"something broke inside Understudy: {type(error).__name__}: {error}"
+    _log.error("an internal error", exc_info=error)
+    return f"internal error: {type(error).__name__}: {error}"
 
 
 def _as_on_the_page(text: str) -> str:
@@ -153,7 +153,7 @@ class SessionHost:
         self.refresh_interrupted()
         if self.cut_off:
             self._status = StatusMessage(
-                f"Cut off before it was saved: {', '.join(self.cut_off)}. Open it to go on"
+                f"Interrupted before it was saved: {', '.join(self.cut_off)}. Open it to resume"
             )
 
     # What there is to see
@@ -328,9 +328,9 @@ class SessionHost:
         seed = self.seed if seed is None else seed
         if self.trainer is None:
             if isinstance(self.world, DigitalTwin):
-                raise SessionError(f"the world of real robots cannot be reset: {CARRY}")
+                raise SessionError(f"a world of real robots cannot be reset: {CARRY}")
             self.world.reset([seed])
-            said = StatusMessage(f"World {seed} from its beginning")
+            said = StatusMessage(f"World {seed}, restarted")
         else:
             said = self.trainer.load_world(seed)
         self.clear_rewind()
@@ -370,7 +370,7 @@ class SessionHost:
         trainer.note_moved("back")
         self.note_world_change()
         now = formatting.format_minutes(self.world.time_s)
-        return StatusMessage(f"Back at {now}; the lesson stays, and going on begins here")
+        return StatusMessage(f"Back at {now}; the lesson is unchanged, and the run continues from here")
 
     def note_world_change(self) -> None:
         """The world was changed otherwise than by a tick."""
@@ -381,7 +381,7 @@ class SessionHost:
     def edit_world(self, change: Callable[[World], object], what: str) -> StatusMessage:
         """Change the world by hand."""
         if isinstance(self.world, DigitalTwin):
-            raise SessionError(f"real robots and things are not moved by hand here: {CARRY}")
+            raise SessionError(f"real robots and objects cannot be moved here: {CARRY}")
         try:
             change(self.world)
         except SettingError as error:

@@ -40,7 +40,7 @@ def advise(
     from understudy.ui.cli.output import compile_once, print_json
 
     if bind and world is None:
-        raise _refused("--bind", bind[0], "means nothing without a world", "add --world SCENARIO")
+        raise _refused("--bind", bind[0], "needs a world", "add --world SCENARIO")
     parts = find_optional_kit(kit, world)
     listing = open_each_automaton(library, parts, import_learner())
     if name not in listing.opened and (error := listing.problems.get(f"{name}.json")):
@@ -126,7 +126,7 @@ def _show(name: str, found: tuple[Advice, ...], most: int) -> None:
     out = make_console()
     out.print(f"[bold]{escape(name)}[/]")
     if not found:
-        out.print("nothing to say: what was shown hangs together")
+        out.print("No suggestions: the lesson is consistent")
     for number, each in enumerate(found[:most], 1):
         color = "yellow" if each.weight > 0.7 else "default" if each.weight > 0.3 else "dim"
         out.print(Padding(f"[{color}]{number}. {escape(each.sentence)}[/]", (0, 0, 0, 2), expand=False))

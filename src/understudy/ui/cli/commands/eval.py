@@ -95,7 +95,7 @@ def parse_seeds(text: str) -> range:
     raise SettingError(
         where="--seeds",
         setting=repr(text),
-        problem="is no range of seeds",
+        problem="is not a range of seeds",
         remedy="write A:B with A below B: 0:100",
     )
 

@@ -147,7 +147,7 @@ def _only_table(context: typer.Context) -> None:
     for option in OF_RECORDINGS:
         source = context.get_parameter_source(option)
         if source is not None and source.name == "COMMANDLINE":
-            problem, remedy = "means nothing to a table, which says all", "leave it out, or give --recording"
+            problem, remedy = "is not used with a table", "leave it out, or give --recording"
             raise SettingError(where="learn", setting=f"--{option}", problem=problem, remedy=remedy)
 
 

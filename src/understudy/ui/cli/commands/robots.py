@@ -188,7 +188,7 @@ def _values(values: Mapping[str, float], unit: str) -> str:
             seen.setdefault(target, []).append(f"{what.removeprefix('blob_')} {value:.3g}")
     return (
         ", ".join(f"{name} {', '.join(each)} {unit}" for name, each in seen.items())
-        or "sees nothing it knows"
+        or "detects no known color"
     )
 
 

@@ -95,7 +95,7 @@ def simulate_robots(
         elif only is None:
             said = ", ".join(f"/{name}" for name in names)
             out.print(
-                f"{scenario.name} (seed {seed}): {said} on domain {domain}, {rate:g} Hz. Ctrl-C ends it."
+                f"{scenario.name} (seed {seed}): {said} on domain {domain}, {rate:g} Hz. Ctrl-C stops it."
             )
         if apart and only is None:
             _apart([*names, REFEREE], left, seconds=seconds)
@@ -144,7 +144,9 @@ def _write(
         for name, content in files.items():
             path, said = folder / name, "Wrote {}"
             if path.exists() and path.read_bytes() != content.encode():
-                said = "Left {} as it is: it says something else; remove it, and it is written anew"
+                said = (
+                    "{} exists with other content and was left as it is; remove it to have it written again"
+                )
             else:
                 write_atomically(path, content.encode())
             out.print(said.format(path), soft_wrap=True, markup=False)

@@ -50,7 +50,7 @@ class SimulatedRunOptions(RunOptions):
 class RobotRunOptions(RunOptions):
     """The options of a run on real robots."""
 
-    REFUSAL: ClassVar[str] = "means nothing to real robots, which are recorded as they are"
+    REFUSAL: ClassVar[str] = "is not used with real robots"
     robot: Path | None
     team: Path | None
     record: Path | None
@@ -63,7 +63,7 @@ class RobotRunOptions(RunOptions):
 class ReplayOptions(RunOptions):
     """The options of deciding again over a recording; None for what is as it was recorded."""
 
-    REFUSAL: ClassVar[str] = "means nothing to --replay: all is as it was recorded"
+    REFUSAL: ClassVar[str] = "is not used with --replay"
     replay: Path
     library: Path | None
 

@@ -90,7 +90,7 @@ def _check_taught(recording: Recording, options: ReplayOptions) -> None:
     if recording.head.ran.behavior is None and (options.behavior is None or options.library is None):
         missing = "--behavior" if options.behavior is None else "--library"
         problem = "is missing: nothing ran, a person taught"
-        remedy = "say which automaton of which library to ask"
+        remedy = "name the automaton and its library"
         raise SettingError(where=str(options.replay), setting=missing, problem=problem, remedy=remedy)
 
 

@@ -96,14 +96,14 @@ def _see_person(fleet: Fleet) -> None:
         raise SettingError(
             where="understudy run --robot",
             setting="its input or output",
-            problem="is not a terminal, so that nobody could arm or stop a robot",
+            problem="is not a terminal, so a robot could not be armed or stopped",
             remedy="run it in one (ssh -t HOST for another machine), or arm it from Python with Robot.arm",
         )
     if fleet.needs_hold_to_run:
         raise SettingError(
             where=fleet.name,
             setting="safety.hold_to_run",
-            problem="needs a key that is held, and a terminal does not tell when one is let go",
+            problem="needs a key that is held, and a terminal does not report released keys",
             remedy="let it go in the studio: understudy studio --robot FILE",
         )
 
@@ -134,7 +134,7 @@ def _armed_by_a_person(fleet: Fleet, behavior: str) -> None:
     )
     if sys.stdin.readline().strip().lower() != "arm":
         raise SettingError(
-            where=fleet.name, setting="arming", problem="was not confirmed, so that nothing moved",
+            where=fleet.name, setting="arming", problem="was not confirmed; nothing moved",
             remedy="type arm to let it move",
         )  # fmt: skip
     fleet.arm(BY)

@@ -62,7 +62,10 @@ def _check_record(record: Path | None) -> None:
     if record is not None and not is_recording(record) and record.suffix.lower() not in PICTURES:
         remedy = "name a file that ends in .gif (in motion), .png (its path) or .mcap (all readings)"
         raise SettingError(
-            where="--record", setting=repr(str(record)), problem="is no picture or recording", remedy=remedy
+            where="--record",
+            setting=repr(str(record)),
+            problem="is neither a picture nor a recording",
+            remedy=remedy,
         )
 
 
@@ -92,7 +95,7 @@ class RunSession:
         from understudy.sim.world import World
 
         if not isinstance(team.ground, World):
-            raise TypeError("a team of robots that are no simulation")
+            raise TypeError("a team of real robots")
         self.team, self.body, self.behavior = team, team.ground, assigned.behavior
         self.tick_team = team.tick
         self._options, self._named, self._assigned = options, named, assigned
@@ -229,7 +232,7 @@ def _record(running: RunSession, trace: TraceWriter | None) -> list[RunFrame]:
 
 
 def _watch(running: RunSession, speed: float, trace: TraceWriter | None) -> list[RunFrame]:
-    """Show the run in the terminal as it goes; Ctrl-C ends it."""
+    """Show the run in the terminal as it goes; Ctrl-C stops it."""
     from rich.live import Live
 
     from understudy.ui.cli.output import make_console

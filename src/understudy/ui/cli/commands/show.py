@@ -113,7 +113,7 @@ def _conditions(automaton: Automaton, conditions: Mapping[str, Sequence[str]], o
     for state in automaton.states:
         if state.flag is None:
             out.print(f"  [cyan]{escape(state.name)}[/]")
-            for line in conditions.get(state.name) or ["[dim]stays: nothing was shown here[/]"]:
+            for line in conditions.get(state.name) or ["[dim]stays: there are no examples here[/]"]:
                 out.print(
                     Padding(line if line.startswith("[dim]") else escape(line), (0, 0, 0, 4), expand=False)
                 )

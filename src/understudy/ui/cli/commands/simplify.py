@@ -116,7 +116,7 @@ def _show(result: SimplifyResult, *, chosen: bool) -> None:
             f"[dim]suggested: {found.pruning:.3g}; examples left out in turn: {wrong}[/]", soft_wrap=True
         )
     elif not chosen:
-        few = f"It has fewer than {ENOUGH} examples, and each of them was meant: better leave it as it is."
+        few = f"It has fewer than {ENOUGH} examples, too few to prune."
         out.print(f"[dim]{few}[/]", soft_wrap=True)
     for state, both in result.conditions.items():
         out.print(f"\n[cyan]{escape(state)}[/]")

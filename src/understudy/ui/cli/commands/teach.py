@@ -103,7 +103,7 @@ def _see_hold(twin: DigitalTwin) -> None:
         raise SettingError(
             where=twin.fleet.name,
             setting="safety.hold_to_run",
-            problem="needs a key that is held, and a terminal does not tell when one is let go",
+            problem="needs a key that is held, and a terminal does not report released keys",
             remedy="teach it in the studio: understudy studio --robot FILE",
         )
 
@@ -136,7 +136,7 @@ def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> No
     if isinstance(ended, UnderstudyError):
         raise ended
     if trainer.return_code == 1:
-        typer.echo(f"Nothing shown is lost: `understudy teach {plan.name}` goes on where it was.", err=True)
+        typer.echo(f"No examples are lost: `understudy teach {plan.name}` resumes the session.", err=True)
         raise typer.Exit(FAULT)
     if trainer.return_code:
         raise typer.Exit(trainer.return_code)

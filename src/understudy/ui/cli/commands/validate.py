@@ -109,7 +109,7 @@ def find_warnings(listing: LoadedLibrary, name: str) -> list[str]:
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     found = []
     if opened.rebuilt is not None and "classifier" not in opened.rebuilt:
-        found.append(f"its trees were built anew: {opened.rebuilt}; `understudy rebuild {name}` stores them")
+        found.append(f"its trees were built again: {opened.rebuilt}; `understudy rebuild {name}` stores them")
     trees = [function for function in automaton.transitions.values() if isinstance(function, Tree)]
     if lesson is not None:
         found += _lesson_notes(opened)
@@ -134,7 +134,7 @@ def _lesson_notes(opened: LoadedDocument) -> list[str]:
     if lesson is None:
         return found
     if not lesson.examples:
-        return ["nothing was shown yet"]
+        return ["there are no examples yet"]
     for state, function in automaton.transitions.items():
         for group in find_contradictions(lesson, state):
             said = ", ".join(f"{example.number} says {example.next}" for example in group)
@@ -143,6 +143,6 @@ def _lesson_notes(opened: LoadedDocument) -> list[str]:
         if against:
             which = ", ".join(str(example.number) for example in against)
             found.append(
-                f"in {state}, {format_count(len(against), 'example')} decided otherwise than shown: {which}"
+                f"in {state}, {format_count(len(against), 'example')} decided differently than shown: {which}"
             )
     return found

@@ -68,7 +68,7 @@ def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
     if robot.path.is_file():
         write_color(robot.path, message.name, color)
     host.status = StatusMessage(
-        f"{message.name} is looked for by this color, in {robot.path.name} too", "recorded"
+        f"Cameras detect {message.name} by this color now; saved in {robot.path.name}", "recorded"
     )
     return ColorReply(color=ColorData(**structs.asdict(color)))
 
@@ -76,7 +76,7 @@ def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
 def _eye(host: SessionHost, number: int) -> tuple[Robot, LiveCamera]:
     """A robot with its camera."""
     if not isinstance(host.world, DigitalTwin):
-        raise SessionError("these robots are simulated: their cameras know colors already")
+        raise SessionError("these robots are simulated: their cameras need no calibration")
     robots = host.world.fleet.robots
     if not 0 <= number < len(robots):
         remedy = f"give one from 1 to {len(robots)}"

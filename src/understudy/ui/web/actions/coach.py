@@ -95,9 +95,9 @@ def _late(said: AdviceReport) -> LateData | None:
         return None
     but = f", not {now:g} s" if now else ""
     seems = (
-        f"You seem to press {late.reaction_s:g} s late{but}."
+        f"Your presses seem to come {late.reaction_s:g} s late{but}."
         if late.reaction_s
-        else "You seem to press in time."
+        else "Your presses seem to be on time."
     )
     return LateData(reaction_s=late.reaction_s, sentence=f"{seems} {late.evidence}")
 
@@ -109,10 +109,10 @@ def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> Sit
     given = () if said is None or said.lesson.automaton is not trainer.session.automaton else said.advice
     wanted = next((each for each in given if each.sentence == message.sentence), None)
     if wanted is None:
-        raise SessionError("this advice is out of date: the lesson has changed since")
+        raise SessionError("this suggestion is out of date: the lesson has changed since")
     staged = coach.set_up_advised_situation(trainer, wanted)
     host.pause(True)
-    trainer.status = StatusMessage("The robot is set up; nothing recorded")
+    trainer.status = StatusMessage("The situation is set up; nothing recorded")
     host.clear_rewind()
     return SituationReply(sentence=staged.sentence, run=host.run.number)
 
@@ -128,7 +128,7 @@ def handle_go_to_uncertain(host: SessionHost, message: m.GoToUncertain) -> None:
     mark = host.unsure.find(message.number)
     question = mark.question
     if question.instant is None:  # pragma: no cover - worlds can be rewound
-        raise SessionError("this moment is not kept")
+        raise SessionError("the readings of this moment were not kept")
     if mark.run == host.run.number:
         host.rewind(RewindPoint(question.time_s, question.instant, 0))
     else:

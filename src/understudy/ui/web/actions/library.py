@@ -69,9 +69,11 @@ def trash_behavior(host: SessionHost, message: TrashBehavior) -> StatusMessage:
     """Move a trained behavior to the trash."""
     trainer, name = host.trainer, message.name
     if trainer is not None and normalize_name(name) == normalize_name(trainer.name):
-        raise SessionError(f"{name} is being trained: open another before it is removed")
+        raise SessionError(f"{name} is being trained: open another automaton before removing it")
     if trainer is not None and any(state.behavior == name for state in trainer.session.automaton.states):
-        raise SessionError(f"{trainer.name}, which is being trained, runs {name}: choose its states first")
+        raise SessionError(
+            f"{trainer.name}, which is being trained, uses {name}: remove it from the states of {trainer.name} first"
+        )
     host.refresh_library()
     library.move_to_trash(host.library_view, name)
     host.refresh_library()
@@ -92,25 +94,25 @@ def discard_session(host: SessionHost, message: DiscardSession) -> StatusMessage
     name = message.name
     host.refresh_interrupted()
     if name not in host.cut_off:
-        where, known = "the lessons that were cut off", list(host.cut_off)
+        where, known = "the interrupted lessons", list(host.cut_off)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
     host.discarded[name] = interrupted_sessions.finish_journal(
         host.cut_off[name].path, host.library_view.folder, name
     )
     host.refresh_interrupted()
-    return StatusMessage(f"The lesson of {name} that was cut off is thrown away")
+    return StatusMessage(f"Discarded the interrupted lesson of {name}")
 
 
 def recall_session(host: SessionHost, message: RecallSession) -> StatusMessage:
     """Offer a lesson again that was thrown away since the studio was started."""
     name = message.name
     if name not in host.discarded:
-        where, known = "the lessons that were thrown away", list(host.discarded)
+        where, known = "the discarded lessons", list(host.discarded)
         raise UnknownName(what="automaton", name=name, where=where, known=known)
     interrupted_sessions.reopen_journal(host.discarded[name])
     del host.discarded[name]
     host.refresh_interrupted()
-    return StatusMessage(f"The lesson of {name} that was cut off can go on again")
+    return StatusMessage(f"The interrupted lesson of {name} can be resumed again")
 
 
 class VersionData(Data, frozen=True, kw_only=True):
@@ -201,7 +203,7 @@ def revert_version(host: SessionHost, message: RevertVersion) -> StatusMessage |
         host.library_view, _version(host, name, number), name
     )  # it may have had another name
     save_automaton(host.library_view.folder, taught)
-    said = f"{name} is as it was in version {number}; what it was until now is kept as a version, too"
+    said = f"Restored version {number} of {name}; the version until now is kept, too"
     return session.reload_automaton(host, name, said, here=here)
 
 
@@ -222,13 +224,13 @@ def rename_behavior(host: SessionHost, message: RenameBehavior) -> StatusMessage
     if users:
         runs = ", ".join(dict.fromkeys(users))
         raise SessionError(
-            f"{name} is run by {runs}: duplicate it instead, or choose the states of {runs} first"
+            f"{runs} uses {name}: duplicate it instead, or remove it from the states of {runs} first"
         )
     host.library_view.refuse_new(to, remedy="give another name")
     library_folder.rename_automaton(
         host.library_view.folder, name, library.make_renamed_copy(host.library_view, taught, to)
     )
-    return session.reload_automaton(host, to, f"{name} is called {to} now", here=here)
+    return session.reload_automaton(host, to, f"Renamed {name} to {to}", here=here)
 
 
 def duplicate_behavior(host: SessionHost, message: DuplicateBehavior) -> StatusMessage:

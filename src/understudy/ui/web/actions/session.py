@@ -37,17 +37,17 @@ def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, dis
     left = host.cut_off.get(name)
     if left is not None and not discard:
         raise SessionError(
-            f"a session of {name} was cut off with {left.examples} examples: open {name} to go on with it, or "
+            f"a session of {name} was interrupted with {left.examples} examples: open {name} to resume it, or "
             "discard it to begin anew"
         )
     plan = _plan(host, name, choices)
     start = make_session_start(plan)
     if start is None:
-        raise SessionError(f"{name} needs at least one state and one feature: choose what it can do")
+        raise SessionError(f"{name} needs at least one state and one feature")
     opened = begin_session(plan, start, host.wall, body=host.body, agent=host.agent)
     if left is not None:
         interrupted_sessions.finish_journal(left.path, plan.folder, name)
-    host.replace_session(opened, f"Direct the robot by pressing a state: that is how {name} is taught")
+    host.replace_session(opened, f"Press a state to direct the robot: each press teaches {name}")
 
 
 def open_automaton(host: SessionHost, name: str, *, discard: bool) -> None:
@@ -66,11 +66,9 @@ def open_automaton(host: SessionHost, name: str, *, discard: bool) -> None:
         raise UnknownName(what="automaton", name=name, where="the library", known=known)
     start = make_session_start(plan := _plan(host, name))
     if start is None:  # pragma: no cover - what the library has is settled
-        raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
+        raise SessionError(f"{name} cannot be opened: its lesson has no states or features")
     opened = begin_session(plan, start, host.wall, body=host.body, agent=host.agent)
-    host.replace_session(
-        opened, f"{name} is open again: let it try, and press what is right where it does wrong"
-    )
+    host.replace_session(opened, f"Opened {name}: test it, and press the right state where it is wrong")
 
 
 def _go_on_with_cut_off(host: SessionHost, name: str, left: interrupted_sessions.InterruptedSession) -> None:
@@ -84,7 +82,7 @@ def _go_on_with_cut_off(host: SessionHost, name: str, left: interrupted_sessions
     plural = "s" * (left.examples != 1)
     host.replace_session(
         opened,
-        f"The session of {name} that was cut off goes on where it was, paused: {left.examples} example{plural}, "
+        f"Resumed the interrupted session of {name}, paused: {left.examples} example{plural}, "
         f"the last step was “{left.steps}”",
     )
 
@@ -117,18 +115,18 @@ def select_agent(host: SessionHost, agent: int) -> None:
         host.agent = agent
         if trainer is None:
             who = f"Robot {agent + 1}" if host.sort is None else f"The coordinator of {host.sort} {agent + 1}"
-            host.status = StatusMessage(f"{who} is the one that will be trained")
+            host.status = StatusMessage(f"{who} will be trained")
             host.frame_version += 1
         return
     session = trainer.session
     if session.view().undoable is not None or len(session.examples) != host.began_with:
         raise SessionError(
-            f"{trainer.name} has been shown something by robot {trainer.robot + 1}: save it and open it again to train "
+            f"{trainer.name} already has examples from robot {trainer.robot + 1}: save it and open it again to train "
             "it with another robot"
         )
     start = SessionStart(session.lesson, dict(trainer.session_view.targets))
     opened = begin_session(_plan(host, trainer.name), start, host.wall, body=host.body, agent=agent)
-    host.replace_session(opened, f"{trainer.name} is trained with robot {agent + 1} now")
+    host.replace_session(opened, f"Training {trainer.name} with robot {agent + 1} now")
 
 
 def is_saved_in_training(host: SessionHost, name: str) -> bool:
@@ -137,7 +135,7 @@ def is_saved_in_training(host: SessionHost, name: str) -> bool:
     if trainer is None or trainer.name != name:
         return False
     if trainer.has_unsaved_changes:
-        raise SessionError(f"{name} is being trained, and not saved as it is now: save it first")
+        raise SessionError(f"{name} is being trained and has unsaved changes: save it first")
     return True
 
 
@@ -160,7 +158,7 @@ def _reopen(host: SessionHost, name: str, said: str) -> None:
     )
     start = make_session_start(plan := _plan(host, name, choices))
     if start is None:  # pragma: no cover - what the library has is settled
-        raise SessionError(f"{name} cannot be opened: nothing was chosen for it")
+        raise SessionError(f"{name} cannot be opened: its lesson has no states or features")
     host.replace_session(begin_session(plan, start, host.wall, body=host.body, agent=trainer.robot), said)
     host.pause(paused, said)
 
@@ -180,7 +178,7 @@ def _plan(host: SessionHost, name: str, choices: LessonChoices | None = None) ->
 def _refuse_unsaved(host: SessionHost, *, discard: bool) -> None:
     trainer = host.trainer
     if trainer is not None and trainer.has_unsaved_changes and not discard:
-        raise SessionError(f"{trainer.name} is not saved as it is now: save it first, or discard it")
+        raise SessionError(f"{trainer.name} has unsaved changes: save it first, or discard them")
 
 
 def set_other_agents(host: SessionHost, message: SetOtherAgents) -> StatusMessage:
@@ -188,12 +186,12 @@ def set_other_agents(host: SessionHost, message: SetOtherAgents) -> StatusMessag
     trainer, library = host.active_trainer, host.library_view.library
     behavior, targets = message.behavior, message.targets
     if host.world.robots < 2:
-        problem, remedy = "cannot be told: there is one robot", "open a world with more"
+        problem, remedy = "cannot be set: there is only one robot", "open a scenario with more"
         raise SettingError(where="the studio", setting="others", problem=problem, remedy=remedy)
     wanted = () if behavior is None else library.parameters(behavior)
     if set(wanted) != set(targets):
-        problem = f"need what {', '.join(wanted)} stands for" if wanted else "need no targets"
-        raise SettingError(where="the studio", setting="others", problem=problem, remedy="say exactly that")
+        problem = f"need targets for {', '.join(wanted)}" if wanted else "need no targets"
+        raise SettingError(where="the studio", setting="others", problem=problem, remedy="give exactly these")
     known = list(host.world.targets)
     for target in targets.values():
         if target not in known:
@@ -207,7 +205,7 @@ def set_other_agents(host: SessionHost, message: SetOtherAgents) -> StatusMessag
         raise
     doing = "idle" if behavior is None else f"run {format_bound_name(behavior, Binding(targets))}"
     host.frame_version += 1
-    return StatusMessage(f"The others {doing} meanwhile")
+    return StatusMessage(f"The other robots {doing} meanwhile")
 
 
 def go_to_example(host: SessionHost, number: int) -> None:
@@ -222,7 +220,7 @@ def go_to_example(host: SessionHost, number: int) -> None:
     journal = host.open_session.journal if host.open_session else Path()
     snapshot = _before(journal, number)
     if snapshot is None:
-        raise SessionError(f"example {number} was not shown in this session: its moment is not kept")
+        raise SessionError(f"example {number} is not from this session: its moment was not kept")
     others = trainer.session.other_agents.snapshot()  # what they did then is not kept: they go on
     host.go_back(SessionSnapshot(zlib.decompress(snapshot.body), tuple(snapshot.run), snapshot.mode, others))
 
@@ -290,7 +288,7 @@ def handle_reset(host: SessionHost, message: m.ResetWorld) -> None:
 def handle_rewind(host: SessionHost, message: m.Rewind) -> None:
     """Go back to a time, or to an example."""
     if (message.time_s is None) == (message.example is None):
-        problem, remedy = "says nothing, or two things", "give a time or an example"
+        problem, remedy = "gives neither or both of a time and an example", "give one of them"
         raise SettingError(where="the studio", setting="rewind", problem=problem, remedy=remedy)
     if message.example is not None:
         go_to_example(host, message.example)

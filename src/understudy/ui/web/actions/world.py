@@ -20,7 +20,7 @@ def handle_move_robot(host: SessionHost, message: m.MoveRobot) -> None:
     if heading is None:
         heading = float(host.world.state.robots["heading"][message.agent])
     place = (message.agent, message.x, message.y, heading)
-    host.edit_world(lambda world: world.place(*place), f"Robot {message.agent + 1} was put elsewhere")
+    host.edit_world(lambda world: world.place(*place), f"Robot {message.agent + 1} was moved")
 
 
 def handle_move_object(host: SessionHost, message: m.MoveObject) -> None:
@@ -71,7 +71,7 @@ def handle_arm(host: SessionHost, _: m.Arm) -> StatusMessage:
     if host.trainer is not None:
         host.trainer.session.refresh_percept()  # what it read before is old by now
     host.frame_version += 1
-    return StatusMessage("Armed: it moves when time goes on. Esc stops it")
+    return StatusMessage("Armed: the robot moves while time runs. Esc stops it")
 
 
 def handle_emergency_stop(host: SessionHost, _: m.EmergencyStop) -> StatusMessage:
@@ -79,7 +79,7 @@ def handle_emergency_stop(host: SessionHost, _: m.EmergencyStop) -> StatusMessag
     host.robots.stop("stopped in the studio")
     host.pause(True)
     host.frame_version += 1
-    return StatusMessage("Stopped. Arm it again before it moves", "error")
+    return StatusMessage("Stopped. Arm the robot again before it can move", "error")
 
 
 def handle_heartbeat(host: SessionHost, message: m.Heartbeat) -> None:

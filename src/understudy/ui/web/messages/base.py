@@ -35,15 +35,18 @@ class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag
 
 _FOUND = re.compile(r"(Expected .*) - at (`key` in )?`\$\.(\w+)(?:\[(\d+|\.\.\.)\])?`")
 _SENTENCES = (
-    (r"`str` of length <= (\d+)", "{what} has more than {0} letters: shorten it"),
+    (r"`str` of length <= (\d+)", "{what} has more than {0} characters: shorten it"),
     (r"`str` of length >= 1", "{what} is empty: give one"),
-    (r"`str` matching regex .*", "{what} has a letter without a shape, such as a line break: leave it out"),
-    (r"`array` of length <= (\d+)", "{what} are more than {0}: leave some out"),
-    (r"`int` <= (\d+)", "{what} is more than {0}: give a smaller one"),
-    (r"`int` >= 0|`int.*, got .*", "{what} is no whole number of 0 or more: give one"),
-    (r"`float` > 0.0", "{what} is 0 or less: give more"),
-    (r"`float` <= ([\d.]+)", "{what} is more than {0}: give less"),
-    (r"`float.*, got .*", "{what} is no number: give one"),
+    (
+        r"`str` matching regex .*",
+        "{what} has a character that cannot be printed, such as a line break: leave it out",
+    ),
+    (r"`array` of length <= (\d+)", "{what} must be at most {0}: leave some out"),
+    (r"`int` <= (\d+)", "{what} is more than {0}: give a smaller number"),
+    (r"`int` >= 0|`int.*, got .*", "{what} is not a whole number of 0 or more"),
+    (r"`float` > 0.0", "{what} must be above 0"),
+    (r"`float` <= ([\d.]+)", "{what} is more than {0}: give a smaller number"),
+    (r"`float.*, got .*", "{what} is not a number"),
 )
 _CALLED = {"to": "the new name", "reaction_s": "the reaction time", "within_s": "the time"}
 _KEYS = {"targets": "a parameter", "values": "a feature", "renamed": "a state"}

@@ -140,17 +140,17 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
         problem, remedy = f"is {message.count}", f"give one from 1 to {MOST_WORLDS}"
         raise SettingError(where="the studio", setting="number of worlds", problem=problem, remedy=remedy)
     if not isinstance(host.world, World):
-        raise SessionError("real robots cannot be tried in other worlds: there is only the one they are in")
+        raise SessionError("real robots cannot be tested in other worlds")
     if host.sort is not None:
-        raise SessionError("coordinators cannot be tried in other worlds yet: only what robots do can be")
+        raise SessionError("coordinators cannot be tested in other worlds yet, only behaviors of robots")
     if host.evaluation is not None and host.evaluation.is_running:
-        raise SessionError("this is being tried in other worlds already: wait for it, or cancel it")
+        raise SessionError("a test in other worlds is running already: wait for it, or cancel it")
     if not any(example.is_from_press for example in trainer.session.examples):
-        raise SessionError("there is nothing to try yet: direct the robot by pressing a state first")
+        raise SessionError("there is nothing to test yet: press a state to direct the robot first")
     name, library, targets = trainer.name, _present(host), dict(trainer.session_view.targets)
     if scenario.goal is None and find_success_flag(library, name) is None:
         raise SessionError(
-            f"nothing says when {name} has succeeded: {scenario.name} has no goal, and {name} no flag {SUCCESS_FLAG}"
+            f"success is not defined: scenario {scenario.name} has no goal, and {name} has no flag {SUCCESS_FLAG}"
         )
     link_for_evaluation(library, name, scenario, targets)  # mistakes are told at once
     unseen = (seed for seed in count(FIRST_SEED) if seed not in host.shown_seeds)
@@ -165,14 +165,14 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
         ),
     )
     plural = "s" * (len(seeds) != 1)
-    return StatusMessage(f"{name} is tried in {len(seeds)} world{plural} that it has not seen")
+    return StatusMessage(f"Testing {name} in {len(seeds)} unseen world{plural}")
 
 
 def handle_cancel_evaluation(host: SessionHost, _: CancelEvaluation) -> StatusMessage | None:
     """Cancel the evaluation in unseen worlds, or put its result away."""
     running = host.evaluation is not None and host.evaluation.is_running
     host.end_evaluation()
-    return StatusMessage("Cancelled: it is not tried any further") if running else None
+    return StatusMessage("Test cancelled") if running else None
 
 
 def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMessage:
@@ -180,14 +180,16 @@ def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMess
     trainer = host.active_trainer
     outcome = lesson_actions.find_expectation(trainer, message.outcome)
     if outcome.scenario != format_scenario(host.world.scenario) or outcome.sort != (host.sort or ""):
-        raise SessionError(f"that was promised in another world, as {outcome.world} was then")
+        raise SessionError(f"this outcome is expected in another world: {outcome.world} as it was then")
     if outcome.agent != trainer.session.agent:
-        raise SessionError(f"that was promised with robot {outcome.agent + 1}: train that one to see it")
+        raise SessionError(
+            f"this outcome is expected of robot {outcome.agent + 1}: train that robot to see it"
+        )
     others = trainer.session.other_agents.snapshot()
     host.go_back(SessionSnapshot(outcome.snapshot, (), trainer.session.mode, others))
     if dict(outcome.targets) != dict(trainer.session_view.targets):
         trainer.bind_targets(outcome.targets)
-    return StatusMessage(f"Here it was promised: {outcome}")
+    return StatusMessage(f"Expected from here: {outcome}")
 
 
 class LeavesData(Data, frozen=True, kw_only=True):

@@ -81,8 +81,8 @@ class LibraryView:
     def refuse_new(self, name: str, *, remedy: str) -> None:
         """SessionError where an automaton may not be called so from now on."""
         if any(each in NOT_IN_NAMES for each in name):
-            problem = "goto(A) is a call, and a=b gives a name to one"
-            raise SessionError(f"{name!r} could not be chosen as a state: {problem}; leave ( ) , and = out")
+            problem = "goto(A) binds a target, and a=b names a state"
+            raise SessionError(f"{name!r} cannot be the name of a state: {problem}; leave out ( ) , and =")
         self.refuse_taken(name, remedy=remedy)
 
     def refuse_taken(self, name: str, *, remedy: str) -> None:
@@ -102,7 +102,7 @@ class LibraryView:
         return self.library.taught[name]
 
     def data(self, cut_off: list[CutOffData]) -> LibraryData:
-        """What a page shows of it, with the lessons that were cut off."""
+        """What a page shows of it, with the interrupted lessons."""
         return LibraryData(
             folder=str(self.folder),
             basic=list(self.library.kit.behaviors),
@@ -152,11 +152,11 @@ def check_folder(folder: Path) -> None:
     with convert_os_errors(folder, "opening the library"):
         there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     if not there.is_dir():
-        remedy = "name a folder, which is made where there is none"
+        remedy = "give a folder; it is created if it does not exist"
         raise FileError(path=there, place="", problem="it is a file, not a folder", remedy=remedy)
     if there != folder and not os.access(there, os.W_OK):
-        remedy = "name another, or see that you may write there"
-        raise FileError(path=folder, place="", problem=f"it cannot be made in {there}", remedy=remedy)
+        remedy = "give another, or make it writable"
+        raise FileError(path=folder, place="", problem=f"it cannot be created in {there}", remedy=remedy)
 
 
 def read_library_folder(folder: Path, kit: Kit) -> LibraryView:
@@ -192,7 +192,7 @@ def move_to_trash(library_view: LibraryView, name: str) -> None:
         raise UnknownName(what="automaton", name=name, where="the library", known=known)
     users = [user for user in library_view.library.find_users(name) if user != name]
     if users:
-        raise SessionError(f"{name} is run by {', '.join(users)}: remove that first")
+        raise SessionError(f"{name} is used by {', '.join(users)}: remove that first")
     trash = library_view.folder / TRASH
     numbers = [number for known, number, _ in _trashed(library_view.folder) if known == name]
     number = max(numbers, default=0) + 1

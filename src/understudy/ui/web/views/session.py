@@ -357,7 +357,7 @@ def describe_evaluation(found: Evaluation) -> EvaluationResultData:
 def _success(found: Evaluation) -> str:
     wanted = f"the goal of {found.world}" if found.flag is None else found.flag
     if found.expert is not None:
-        return f"{wanted} within {LENIENCE:g} times as long as a controller written by hand takes"
+        return f"{wanted} within {LENIENCE:g} times the time of a hand-written controller"
     return f"{wanted} within {found.taught.limit_s[0]:.0f} s"
 
 
