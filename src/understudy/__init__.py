@@ -75,8 +75,8 @@ if TYPE_CHECKING:
     from understudy.training.reaction_time import ReactionEstimate as ReactionEstimate
     from understudy.training.reaction_time import estimate_reaction_time as estimate_reaction_time
     from understudy.training.session import Session as Session
-    from understudy.training.session_view import SessionView as SessionView
     from understudy.training.trainee import Mode as Mode
+    from understudy.training.trainee import SessionView as SessionView
 
 __version__ = "0.2.0.dev0"
 """The version of this package, from which the distribution takes its own."""
@@ -150,7 +150,7 @@ _MODULES = {
     "ReactionEstimate": "training.reaction_time",
     "estimate_reaction_time": "training.reaction_time",
     "Session": "training.session",
-    "SessionView": "training.session_view",
+    "SessionView": "training.trainee",
     "Mode": "training.trainee",
 }
 """The module, within `understudy`, that defines each public name; the imports above repeat it for type checkers."""

@@ -18,7 +18,7 @@ from tests.browser.glance import glance
 from tests.browser.hand import drag_robot, turn_robot
 from tests.browser.teacher import Teacher
 
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.tasks import forage_teacher
 from understudy_lab.teachers.person import Seen, TryResult, Wish
 from understudy_lab.teachers.teacher import LessonPlan

@@ -9,8 +9,7 @@ from typing import Any
 from playwright.sync_api import Page
 
 from understudy.model.kinds import NO, YES
-from understudy.training.session_view import SessionView
-from understudy.training.trainee import Mode
+from understudy.training.trainee import Mode, SessionView
 
 LOOK = """() => {
   const all = (selector) => [...document.querySelectorAll(selector)];

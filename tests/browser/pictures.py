@@ -19,7 +19,7 @@ from tests.browser.conftest import NAMES, QUIET
 from tests.browser.foraging import GOTO, HARVEST, WAYS, Forager, on_its_way
 from tests.browser.studio import Studio
 
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 
 PICTURES = Path(__file__).parents[2] / "docs" / "pictures"
 ANYWHERE = 1_000

@@ -8,8 +8,7 @@ import pytest
 
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT
-from understudy.training.session_view import SessionView
-from understudy.training.trainee import Mode
+from understudy.training.trainee import Mode, SessionView
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.hierarchy import study
 from understudy_lab.hierarchy.forage_variants import OneLayer, should_go_home, show_two_layers

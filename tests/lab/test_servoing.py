@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from understudy.training.session_view import SessionView
-from understudy.training.trainee import Mode
+from understudy.training.trainee import Mode, SessionView
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.servoing import study

@@ -1,11 +1,11 @@
-"""The body contract: anything an automaton can drive - simulated robots, a real robot, a squad.
+"""The body contract: everything that automata can drive, such as simulated robots, a real robot or a squad.
 
-A body senses one snapshot per tick as columns over its N agents, and obeys one command per agent. A run is
+A body senses one snapshot per tick, as columns over its N agents, and applies one command per agent. A run is
 
     while True:
         percept = body.sense(keys)          # sense
         commands = decide(percept)          # decide
-        body.act(commands)                  # act: obey for one tick
+        body.act(commands)                  # act for one tick
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Commands: TypeAlias = Mapping[str, Column]
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A reading that a body offers: of itself, or of each of its targets."""
+    """A reading that a body offers, either of the robot itself or of each of its targets."""
 
     name: str
     kind: Kind
@@ -40,7 +40,7 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A channel that a body obeys, with the value at which it rests."""
+    """A command channel of a body, with the value that it has at rest."""
 
     name: str
     rest: float = 0.0
@@ -49,26 +49,26 @@ class Channel:
 
 
 class Body(Protocol):
-    """What an automaton senses with and acts through; N agents at once, a single robot has N = 1."""
+    """What an automaton senses with and acts through: N agents at once; N = 1 for a single robot."""
 
     @property
     def agents(self) -> int:
-        """N."""
+        """The number N of agents."""
         ...
 
     @property
     def readings(self) -> Sequence[Reading]:
-        """What it can sense."""
+        """The readings that `sense` offers."""
         ...
 
     @property
     def targets(self) -> Sequence[str]:
-        """The names that readings of targets can refer to."""
+        """The names of the targets that readings can refer to."""
         ...
 
     @property
     def channels(self) -> Sequence[Channel]:
-        """What it obeys."""
+        """The command channels."""
         ...
 
     @property
@@ -82,47 +82,100 @@ class Body(Protocol):
         ...
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """One snapshot: a column [N] for each key; NaN where absent. Twice in a tick it is the same."""
+        """Take one snapshot of readings.
+
+        Calls within one tick return the same values.
+
+        Parameters
+        ----------
+        keys
+            Pairs (reading, target); the target is None for a reading of the robot itself.
+
+        Returns
+        -------
+        Percept
+            A column [N] for each key, in the reading's unit. NaN where the reading is absent.
+        """
         ...
 
     def act(self, commands: Commands) -> None:
-        """Obey for one tick; a channel that `commands` leaves out rests."""
+        """Apply commands for one tick.
+
+        Parameters
+        ----------
+        commands
+            A column [N] for each channel. A channel that is left out rests.
+        """
         ...
 
 
 @runtime_checkable
 class Rewindable(Protocol):
-    """A body whose state can be kept and brought back: simulated ones."""
+    """A body whose state can be stored and restored, such as a simulated one."""
 
     def snapshot(self) -> bytes:
-        """The whole state, for `restore`."""
+        """Return the whole state.
+
+        Returns
+        -------
+        bytes
+            The state, to be passed to `restore`.
+        """
         ...
 
     def restore(self, snapshot: bytes) -> None:
-        """Go back to a snapshot, bit for bit; FileError where it is not one of this body."""
+        """Go back to a snapshot, bit for bit.
+
+        Parameters
+        ----------
+        snapshot
+            What `snapshot` returned.
+
+        Raises
+        ------
+        FileError
+            If it is not a snapshot of such a body.
+        """
         ...
 
 
 def is_rewindable(body: Body) -> TypeGuard[Rewindable]:
-    """Whether the state of a body can be kept and brought back; of one that stands on another, that of both."""
+    """Return whether the state of a body can be stored and restored; for a body on top of another, that of both."""
     return isinstance(body, Rewindable) and isinstance(getattr(body, "ground", body), Rewindable)
 
 
 @runtime_checkable
 class Resettable(Protocol):
-    """A body whose worlds can begin anew: simulated ones."""
+    """A body whose worlds can be reset, such as a simulated one."""
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Begin anew, a world per seed."""
+        """Begin new worlds.
+
+        Parameters
+        ----------
+        seeds
+            The seed of each world.
+        """
         ...
 
 
 @runtime_checkable
 class OrderReceiver(Protocol):
-    """A body that passes orders on: a squad. Its channels are ORDER and ISSUED."""
+    """A body that passes on orders, that is, a squad. Its channels are ORDER and ISSUED."""
 
     def index_order(self, order: Order) -> int:
-        """The number of an order whose parameters are ground, for the channel ORDER; 0 orders to idle."""
+        """Return the number of an order.
+
+        Parameters
+        ----------
+        order
+            An order whose parameters are all bound to targets.
+
+        Returns
+        -------
+        int
+            The value that orders it on the channel ORDER. 0 is the order to idle.
+        """
         ...
 
 
@@ -132,11 +185,11 @@ ORDER, ISSUED = "order", "issued"
 
 @dataclass(frozen=True, slots=True)
 class FusedPlan:
-    """What agents run, where all of it is data: for a body that senses, decides and acts in kernels.
+    """What agents run, if all of it is data, for a body that senses, decides and acts in kernels.
 
-    Column k of a feature vector is the reading `keys[k]`. `pulse` in `runtime/_kernels.py` decides on it with `tables`
-    and changes `stacks`; it answers a row of `commands` [B, C], whose columns are the body's channels in order, and
-    `running` [N] is to say which row each agent was given last.
+    Column k of a feature vector is the reading `keys[k]`. The kernel `pulse` decides on it with `tables`, changes
+    `stacks`, and returns a row of `commands` [B, C], whose columns are the body's channels in order. The body writes to
+    `running` [N] the row that each agent got last.
     """
 
     tables: Tables
@@ -150,11 +203,19 @@ class FusedPlan:
 
 @runtime_checkable
 class Fused(Protocol):
-    """A body that can go on for many ticks by itself: simulated ones, whose ticks are too quick for Python."""
+    """A body that can run many ticks by itself: simulated worlds, where a tick is too short for Python."""
 
     def advance(self, plan: FusedPlan, ticks: int, threads: int | None) -> None:
-        """Sense, decide and act so many times, exactly as tick by tick, in at most `threads` threads (None: the
-        body's choice). Agents pulse at the body's time.
+        """Sense, decide and act many times, with the same result as tick by tick.
+
+        Parameters
+        ----------
+        plan
+            What the agents run. They pulse at the body's time.
+        ticks
+            The number of ticks.
+        threads
+            The largest number of threads. None: the body chooses.
         """
         ...
 
@@ -180,7 +241,7 @@ def check_reading_keys(
 
 
 def list_reading_keys(body: Body) -> tuple[ReadingKey, ...]:
-    """Keys of all readings of a body, of itself and of each target, in declared order."""
+    """List the keys of all readings of a body, of the robot itself and of each target, in declared order."""
     return tuple(
         (reading.name, target)
         for reading in body.readings

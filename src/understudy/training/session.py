@@ -1,4 +1,4 @@
-"""The session: one training of one automaton, by whoever presses (paper section 3.2).
+"""Sessions: a person, or a program in place of one, trains an automaton (paper section 3.2).
 
 session = Session(body, library, lesson, targets={"A": "station"})
 session.direct("rotate_left")
@@ -11,52 +11,57 @@ from collections.abc import Callable, Mapping
 from math import isfinite
 from numbers import Real
 from pathlib import Path
-from typing import Self, Unpack
+from typing import Self
 
-from understudy.errors import DefinitionError, SessionError, SettingError, UnderstudyError, UnknownName
+from understudy.errors import SessionError, SettingError, UnknownName
 from understudy.learning.correction_diagnosis import CorrectionDiagnosis
-from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import Percept
 from understudy.model.lesson import Example, Lesson
-from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.library import Library
 from understudy.runtime.body import Body, Resettable, is_rewindable, list_reading_keys
 from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.storage.append_log import JournalLock
-from understudy.training.edits import (
-    DesignChange,
-    ExampleChange,
-    change_design,
-    correct_press,
-    delete_examples,
-    describe_edit,
-    edit_example,
-    set_quarantine,
-)
 from understudy.training.feature_values import (
     collect_own_values,
     compute_feature_values,
     list_steady_readings,
 )
 from understudy.training.journal import Journal, SessionStarted
-from understudy.training.journal_replay import HistoryStep, ReplayedSession, encode_journal_lesson
+from understudy.training.journal_replay import ReplayedSession, encode_journal_lesson
 from understudy.training.lesson_design import check_binding_names, check_parameter_targets
 from understudy.training.lesson_log import LessonLog, TraineeState
 from understudy.training.other_agents import NO_SIMULATION, OtherAgents, SessionSnapshot, require_rewindable
 from understudy.training.sample_buffer import Sample
-from understudy.training.session_view import SessionView
-from understudy.training.trainee import Mode, Press, TickResult, Trainee
+from understudy.training.session_edits import EditableSession
+from understudy.training.trainee import Mode, Press, SessionView, TickResult
 
 
-class Session:
-    """One agent of a body being taught one automaton; the others idle, or run behaviors of the library.
+class Session(EditableSession):
+    """A training session of one automaton on one agent of a body; the other agents idle or run behaviors.
 
-    `targets` says what the automaton's parameters stand for while it is taught. `clock` is the demonstrator's
-    time, s (the body's where there is none). With a `journal` (a new file), every press is on disk before `direct` or
-    `confirm` returns, and `Session.resume` goes on after any end; `about` is kept there for whoever resumes.
+    Parameters
+    ----------
+    body
+        The body whose agent is trained.
+    library
+        The behaviors that the automaton may use.
+    lesson
+        The lesson to begin or to continue; see `new_lesson`.
+    agent
+        Index of the agent that is trained.
+    targets
+        The target of each parameter of the automaton while it is trained.
+    clock
+        The demonstrator's time, s. None: the body's clock.
+    journal
+        Path of a new file to which every press is written before `direct` or `confirm` returns, so that
+        `Session.resume` can continue the session after any end. None: no journal.
+    about
+        What `Session.resume` finds again in the journal, such as the seed of the world.
     """
 
     def __init__(
@@ -86,10 +91,31 @@ class Session:
     def resume(
         cls, journal: Path | str, body: Body, library: Library, *, clock: Callable[[], float] | None = None
     ) -> Self:
-        """Go on with a session that ended, however it ended: nothing acknowledged is lost.
+        """Resume a session from its journal, however it ended.
 
-        The lesson is as it was; body and automaton are as at the last snapshot, if the body can be rewound. FileError
-        where another session is writing the journal.
+        No acknowledged press is lost. The lesson is as it was. Body and automaton are as at the last snapshot, if the
+        body can be rewound.
+
+        Parameters
+        ----------
+        journal
+            Path of the journal, which is continued.
+        body
+            A body like that of the session.
+        library
+            The behaviors that the automaton may use.
+        clock
+            The demonstrator's time, s. None: the body's clock.
+
+        Returns
+        -------
+        Session
+            The session, ready for the next tick.
+
+        Raises
+        ------
+        FileError
+            If the file is not a journal, or another session is writing it.
         """
         journal = Path(journal)
         lock = JournalLock.acquire(journal)  # before it is read: another session may be adding to it
@@ -142,27 +168,27 @@ class Session:
 
     @property
     def lesson(self) -> Lesson:
-        """The lesson as it stands, with its record."""
+        """The current lesson, with its record."""
         return self._log.complete
 
     @property
     def automaton(self) -> Automaton:
-        """What was chosen for the automaton under training, without transition functions."""
+        """The automaton in training, without transition functions."""
         return self._log.lesson.automaton
 
     @property
     def examples(self) -> tuple[Example, ...]:
-        """The lesson's examples, oldest first."""
+        """The examples of the lesson, oldest first."""
         return self._log.lesson.examples
 
     @property
     def mode(self) -> Mode:
-        """Training: the demonstrator decides. Testing: what was learned decides."""
+        """The mode: in training the demonstrator decides, in testing the learned automaton does."""
         return self.trainee.mode
 
     @property
     def run_state(self) -> tuple[StackFrame, ...]:
-        """The run state of the automaton under training and of those below."""
+        """The run state of the automaton in training and of those below it."""
         return self.trainee.snapshot(self.body.time_s)
 
     @property
@@ -174,12 +200,12 @@ class Session:
 
     @property
     def correction_diagnosis(self) -> CorrectionDiagnosis | None:
-        """What the last correction of a wrong decision came to: who is to blame for it; None if there is none."""
+        """The diagnosis of the last correction: which examples caused the wrong decision. None if there is none."""
         return self._log.correction_diagnosis
 
     @property
     def is_watching(self) -> bool:
-        """Whether silence counts as consent, in a lesson with watched examples; False: I am not watching."""
+        """Whether ticks without a press become watched examples, in a lesson that records them."""
         return self._log.is_watching
 
     @is_watching.setter
@@ -187,7 +213,13 @@ class Session:
         self._log.is_watching = watching
 
     def view(self) -> SessionView:
-        """What a person sees now."""
+        """Return what a person sees now.
+
+        Returns
+        -------
+        SessionView
+            Mode, state and path, values of the chosen features, targets, and what can be undone.
+        """
         machine, press = self.trainee.taught, self.trainee.press
         own = collect_own_values(machine, self.body.time_s)
         return SessionView(
@@ -210,12 +242,34 @@ class Session:
     # Pressing
 
     def direct(self, state: str) -> int:
-        """Direct the robot to a state from the next tick on; a correction in testing. The press's number."""
+        """Direct the robot to a state from the next tick on. In testing this is a correction. Ends driving.
+
+        Parameters
+        ----------
+        state
+            Name of the state.
+
+        Returns
+        -------
+        int
+            Number of the press.
+
+        Raises
+        ------
+        UnknownState
+            If the automaton has no such state.
+        """
         self.automaton.index(state)
         return self._press(state)
 
     def confirm(self) -> int:
-        """Keep doing this: acts at the next tick. The press's number."""
+        """Confirm the current state, from the next tick on.
+
+        Returns
+        -------
+        int
+            Number of the press.
+        """
         return self._press(None)
 
     def _press(self, state: str | None) -> int:
@@ -230,7 +284,7 @@ class Session:
         return press.number
 
     def tick(self) -> None:
-        """One tick: sense, decide, act, and write down what a press showed."""
+        """Run one tick: sense, decide, act, and record the examples of a press."""
         percept, trainee, log = self.percept, self.trainee, self._log
         if log.journal.wants_snapshot(self.body.tick_s):
             self._keep_snapshot()
@@ -254,7 +308,18 @@ class Session:
         self._log.log_silence(outcome, moment, binding)
 
     def run_for(self, seconds: float) -> None:
-        """Tick for so long of the body's time; SettingError where that is no finite number from 0 up."""
+        """Run for some time.
+
+        Parameters
+        ----------
+        seconds
+            The body's time to run, s; finite and at least 0. It is rounded to whole ticks.
+
+        Raises
+        ------
+        SettingError
+            If `seconds` is negative or not finite.
+        """
         if not (isinstance(seconds, Real) and isfinite(seconds) and seconds >= 0):
             where, problem = f"session of {self.automaton.name!r}", f"are {seconds!r:.60}"
             remedy = "give a finite number, 0 or more"
@@ -266,25 +331,37 @@ class Session:
     # Modes
 
     def test(self, *, afresh: bool = True) -> None:
-        """Switch to testing: learn from the lesson and restart the automaton, or let it go on where it is."""
+        """Switch to testing: learn from the lesson, and let the automaton decide.
+
+        Parameters
+        ----------
+        afresh
+            Whether the automaton restarts. False: it continues in its current state.
+        """
         self._log.accept_watched()
         self._relink(self._new_trainee(self._log.lesson, Mode.TESTING))
         (self.restart if afresh else self._turned)()
 
     def train(self) -> None:
-        """Switch to training: the robot goes on with what it is doing until directed."""
+        """Switch to training: the robot stays in its current state until it is directed."""
         self.trainee.mode = Mode.TRAINING
         self._turned()
 
     def restart(self) -> None:
-        """Start the automaton under training afresh; records nothing."""
+        """Restart the automaton in training, and record nothing."""
         self._log.begin_episode()
         self.trainee.press = None
         self.trainee.start(self.body.time_s)
         self._turned()
 
     def reset(self, seed: int) -> None:
-        """Begin anew in the world of another seed, with the automaton restarted; records nothing."""
+        """Begin the world of another seed and restart the automaton; record nothing.
+
+        Parameters
+        ----------
+        seed
+            Seed of the world, at least 0.
+        """
         if not isinstance(self.body, Resettable):
             raise SessionError(f"this body cannot be reset: {NO_SIMULATION}")
         self.body.reset([seed])
@@ -293,7 +370,18 @@ class Session:
         self.restart()
 
     def capture(self) -> SessionSnapshot:
-        """This moment of the run, to come back to with `rewind`; SessionError where the body cannot be rewound."""
+        """Capture the present moment of the run.
+
+        Returns
+        -------
+        SessionSnapshot
+            The moment, to be passed to `rewind`.
+
+        Raises
+        ------
+        SessionError
+            If the body cannot be rewound.
+        """
         return SessionSnapshot(
             require_rewindable(self.body).snapshot(),
             self.run_state,
@@ -303,7 +391,13 @@ class Session:
         )
 
     def rewind(self, instant: SessionSnapshot) -> None:
-        """Go back to a moment of this session, world and automata both; the lesson stays, and nothing is recorded."""
+        """Go back to a moment of this session: the world and all automata. The lesson stays as it is.
+
+        Parameters
+        ----------
+        instant
+            What `capture` returned.
+        """
         require_rewindable(self.body).restore(instant.body)
         self.other_agents.restore(instant.others)
         self.note_moved()
@@ -319,7 +413,15 @@ class Session:
         self._keep_snapshot()
 
     def drive(self, behavior: str | None, binding: Mapping[str, str] | None = None) -> None:
-        """Drive the robot into position with a basic behavior, recording nothing; None ends it."""
+        """Drive the robot into position with a basic behavior, and record nothing.
+
+        Parameters
+        ----------
+        behavior
+            Name of the behavior. None ends driving.
+        binding
+            A target for each parameter of the behavior.
+        """
         if behavior is not None and behavior not in (known := self.library.kit.behaviors):
             raise UnknownName(what="basic behavior", name=behavior, where="the kit", known=list(known))
         self._driving = None
@@ -331,16 +433,22 @@ class Session:
         self._run = self._new_run()
 
     def note_moved(self) -> None:
-        """The robot or the world was moved by hand: what came before says nothing about now."""
+        """Note that the robot or the world was moved by hand, so that no press refers to what was sensed before."""
         self._percept = None
         self._log.begin_episode()
 
     def refresh_percept(self) -> None:
-        """Sense anew: what is on display may have changed between two ticks."""
+        """Sense again, after something changed between two ticks."""
         self._percept = None
 
     def bind_targets(self, **targets: str) -> None:
-        """Let parameters stand for other targets from now on."""
+        """Bind parameters of the automaton to other targets from now on.
+
+        Parameters
+        ----------
+        **targets
+            The target of each parameter that changes.
+        """
         check_parameter_targets(self.automaton, targets, self.body.targets)
         self._log.begin_episode()
         self._targets |= targets
@@ -354,125 +462,28 @@ class Session:
         *,
         library: Library | None = None,
     ) -> None:
-        """What the other agents do meanwhile: idle (None), or a behavior of the library, or of a newer one."""
+        """Set what the other agents do during training.
+
+        Parameters
+        ----------
+        behavior
+            Name of the behavior that they run. None: they idle.
+        binding
+            A target for each parameter of the behavior.
+        library
+            Library of the behavior. None: that of the session.
+        """
         self.other_agents.set_behavior(behavior, binding, library=library)
         self._run = self._new_run()
         self._log.journal.write(self.other_agents.behavior_call)
 
-    # Changing the lesson
-
-    def undo(self) -> str:
-        """Take back a press that still waits, or else the last step that changed the lesson; the world stays.
-
-        What it was.
-        """
-        waiting = self.trainee.press
-        if waiting is None:
-            return self._went(*self._log.undo())
-        what, self.trainee.press = self._describe_press(waiting), None
-        self._relink(self._try_trainee(Mode.TESTING if waiting.correction else self.mode))
-        self._turned()
-        return what
-
-    def redo(self) -> str:
-        """Do the last undone step again. What it was."""
-        return self._went(*self._log.redo())
-
-    def _went(self, what: str, there: HistoryStep) -> str:
-        mode, self.trainee.press = self.mode, None
-        self._relink(self._try_trainee(mode))
-        self.trainee.restore(there.run, now=self.body.time_s)
-        self.trainee.keep(None, there.raised)
-        if self.mode is not mode:
-            self._turned()
-        return what
-
-    def _try_trainee(self, mode: Mode) -> Trainee:
-        try:
-            return self._new_trainee(self._log.lesson, mode)
-        except DefinitionError:  # what is left is too little for its classifier: nothing to test
-            return self._new_trainee(self._log.lesson, Mode.TRAINING)
-
-    def _describe_press(self, press: Press) -> str:
-        state = self.trainee.taught.state_name
-        return f"{state} → {press.state or state}"
-
-    def delete(self, *numbers: int) -> None:
-        """Delete examples by number."""
-        self._change(describe_edit("delete", len(numbers)), delete_examples(self._log.lesson, numbers))
-
-    def quarantine(self, reasons: Mapping[int, str]) -> None:
-        """Let examples teach nothing for now, by number, each for a reason; "" lets one teach again."""
-        what = describe_edit("quarantine" if any(reasons.values()) else "release", len(reasons))
-        self._change(what, set_quarantine(self._log.lesson, reasons))
-
-    def edit(self, number: int, **change: Unpack[ExampleChange]) -> None:
-        """Edit an example: its state, its next state, or its values by feature label."""
-        self._change(f"edit example {number}", edit_example(self._log.lesson, number, **change))
-
-    def correct_slip(self, number: int, next: str) -> None:
-        """Say what a press was meant for, by its example's number: it slipped."""
-        self._change(f"mend example {number}", correct_press(self._log.lesson, number, next))
-
-    def change_design(
-        self, *, targets: Mapping[str, str] | None = None, **choice: Unpack[DesignChange]
-    ) -> None:
-        """Choose states, flags, features, parameters, statelessness or options anew; what is not given stays.
-
-        Examples stay, valued from the record; those of states that are gone are dropped. `targets`: for parameters.
-        """
-        self._log.accept_watched()
-        stand_for = {**self._targets, **(targets or {})}
-        lesson = change_design(self._log.lesson, self.library, choice, stand_for)
-        check_parameter_targets(lesson.automaton, targets or {}, self.body.targets)
-        self._change(f"choose {' and '.join(choice)}", self._log.recompute_values(lesson), targets)
-
-    def _change(self, what: str, lesson: Lesson, targets: Mapping[str, str] | None = None) -> None:
-        former, self._targets = self._targets, {**self._targets, **(targets or {})}
-        try:
-            trainee = self._new_trainee(lesson, self.mode)
-        except UnderstudyError:
-            self._targets = former
-            raise
-        here = self._trainee_state()
-        if targets:
-            self._turned()
-        self._log.step(what, lesson, before=here, after=here)
-        self._relink(trainee)
-
-    def make_trained_automaton(self) -> TrainedAutomaton:
-        """The automaton as learned from the lesson now, with the lesson: what a library keeps."""
-        lesson = self._log.complete
-        return TrainedAutomaton(learn_automaton(lesson), lesson)
-
     def close(self) -> None:
-        """Put everything on disk, and let go of the journal."""
+        """Write everything to disk, and release the journal."""
         self._log.journal.close()
-
-    def _trainee_state(self) -> TraineeState:
-        return TraineeState(self.run_state, self.trainee.entry)
-
-    def _turned(self) -> None:
-        self._log.log_mode(self.mode, self.run_state, self._targets, self.trainee.press)
 
     def _keep_snapshot(self) -> None:
         if self._log.journal.path is not None and is_rewindable(self.body):
             self._log.journal.snapshot(self.body.snapshot(), self.run_state, self.mode)
-
-    def _relink(self, trainee: Trainee) -> None:
-        """Another trainee goes on where the one before is."""
-        old, self.trainee = self.trainee, trainee
-        trainee.restore(old.snapshot(self.body.time_s), now=self.body.time_s)
-        trainee.keep(old.press, old.entry)
-        self._run = self._new_run()
-        if trainee.press is not old.press:
-            self._turned()  # its state is gone
-
-    def _new_trainee(self, lesson: Lesson, mode: Mode) -> Trainee:
-        automaton = learn_automaton(lesson) if mode is Mode.TESTING else lesson.automaton
-        library = self.library.with_automaton(TrainedAutomaton(automaton))
-        bound = {name: target for name, target in self._targets.items() if name in automaton.parameters}
-        return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)
 
     def _new_run(self) -> Run:
         return self.other_agents.run(self.agent, self._driving or self.trainee)

@@ -19,7 +19,7 @@ from understudy.model.lesson import Lesson
 from understudy.model.library import Kit, Library
 from understudy.sim.forage import FORAGE_KIT as usual_kit
 from understudy.training.lesson_design import parse_feature
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.tasks.forage_teacher import CAPACITY, TOPICS
 from understudy_lab.teachers.person import Seen, Wish
 from understudy_lab.teachers.teacher import LessonPlan

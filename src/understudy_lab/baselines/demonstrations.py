@@ -8,7 +8,7 @@ import numpy as np
 
 from understudy.model.library import Library
 from understudy.training.session import Session
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.baselines.recording_body import OnboardPolicy, RecordedTicks, RecordingWorld
 from understudy_lab.baselines.tasks import BaselineTask
 from understudy_lab.teachers.person import Seen, SimulatedPerson

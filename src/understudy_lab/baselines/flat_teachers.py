@@ -6,7 +6,7 @@ from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.wall_following import AHEAD, LEFT, choose_wall_action
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, FACING, all_home
 from understudy_lab.tasks.servo_teacher import (

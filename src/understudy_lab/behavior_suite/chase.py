@@ -22,7 +22,7 @@ from understudy.sim.scenario.schema import (
 )
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.task import (
     SPEED,
     BehaviorTask,

@@ -17,7 +17,7 @@ from understudy.model.library import Kit
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import Camera, RobotType, Sonar, TargetLocator
 from understudy.sim.world import World
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.tracks import GroundTruth, Yes
 from understudy_lab.teachers.person import Wish
 from understudy_lab.teachers.teacher import LessonPlan, MakesBody

@@ -13,7 +13,7 @@ from understudy.model.lesson import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.random_rooms import (
     RoomLayout,
     build_world,

@@ -15,7 +15,7 @@ from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ObjectClass, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.task import (
     SPEED,
     BehaviorTask,

@@ -19,7 +19,7 @@ from understudy.sim.forage import Forage, make_practice_worlds
 from understudy.sim.target_lookup import find_target_place
 from understudy.sim.world import World
 from understudy.training.session import Session
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.novices.novice import BEARINGS_DEG, FIELD_M, Novice
 from understudy_lab.novices.study import judge as judge_servoing
 from understudy_lab.novices.traits import UNDERSTOOD

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from understudy.model.kinds import NO, YES
 from understudy.model.lesson import LearnerOptions
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, DEPOSIT, FORAGE, GOTO, HARVEST, all_home
 from understudy_lab.teachers.teacher import LessonPlan, Situation
 

@@ -11,7 +11,7 @@ from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.tasks.servo_teacher import (
     FEATURES,
     FOUR_STATES,

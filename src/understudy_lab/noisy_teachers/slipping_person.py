@@ -8,8 +8,7 @@ from understudy.learning.mislabels import SuspectExample
 from understudy.model.automaton import Automaton
 from understudy.model.lesson import Example
 from understudy.training.session import Session
-from understudy.training.session_view import SessionView
-from understudy.training.trainee import Mode
+from understudy.training.trainee import Mode, SessionView
 from understudy_lab.teachers.person import ReactionTime, SimulatedPerson, Wish
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.training.session import Session
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.novices.traits import ALIKE, UNDERSTOOD, SharedTraits, Traits
 from understudy_lab.tasks.servo_teacher import MIDDLE_PX, THERE_PX, blob_x, four_states
 from understudy_lab.tasks.soccer import Soccer, StartPose, kit

@@ -15,7 +15,7 @@ from understudy.model.library import Library
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.team.libraries import collect_libraries, make_team
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.patrol.evaluate import TICKS, rounds
 from understudy_lab.patrol.metrics import cycles
 from understudy_lab.patrol.practice import ROBOT, practices, robots_world, scenario

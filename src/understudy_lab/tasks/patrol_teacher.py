@@ -11,7 +11,7 @@ from math import isnan
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import (
     AROUND_S,
     AWAY_S,

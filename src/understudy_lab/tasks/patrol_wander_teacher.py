@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
 from understudy_lab.teachers.teacher import LessonPlan, Situation
 

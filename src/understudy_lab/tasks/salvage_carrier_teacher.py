@@ -6,7 +6,7 @@ from math import pi
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import make_timed_sequence
 from understudy_lab.tasks.salvage_scout_teacher import (
     bearing,

@@ -14,7 +14,7 @@ from types import MappingProxyType
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import Wish
 from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 

@@ -6,7 +6,7 @@ from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
 from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 

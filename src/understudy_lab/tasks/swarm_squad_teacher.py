@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from understudy.model.kinds import YES
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after
 from understudy_lab.teachers.teacher import LessonPlan, Situation
 

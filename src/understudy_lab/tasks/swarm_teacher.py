@@ -6,7 +6,7 @@ Whoever is ordered about while it pulls what moves brings that home first, and l
 from __future__ import annotations
 
 from understudy.training.lesson_design import new_lesson
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 from understudy_lab.tasks.swarm_motion_teacher import APPROACH, HAUL, STEER, WANDER, there, yes
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
 from understudy_lab.teachers.teacher import LessonPlan, Situation

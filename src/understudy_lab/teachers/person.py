@@ -14,8 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from understudy.training.session import Session
-from understudy.training.session_view import SessionView
-from understudy.training.trainee import Mode
+from understudy.training.trainee import Mode, SessionView
 
 Wish: TypeAlias = Callable[[SessionView], str | None]
 """The state a person would rather have the robot in; None, or the current one, where they are content."""

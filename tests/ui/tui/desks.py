@@ -16,8 +16,7 @@ from understudy.robots.twin import DigitalTwin
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import open_library
-from understudy.training.session_view import SessionView
-from understudy.training.trainee import Mode
+from understudy.training.trainee import Mode, SessionView
 from understudy.ui.controller import interrupted_sessions
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan

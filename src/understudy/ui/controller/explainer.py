@@ -23,8 +23,7 @@ from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
 from understudy.runtime.interpreter import Interpreter, RunningAutomaton
 from understudy.training.session import Session
-from understudy.training.session_view import SessionView
-from understudy.training.trainee import Mode
+from understudy.training.trainee import Mode, SessionView
 
 MOST_SWITCHES = 1_000
 

@@ -11,7 +11,7 @@ from understudy.model.describe import ABSENT, around_zero, format_values, is_ang
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, ExampleKind
-from understudy.training.session_view import SessionView
+from understudy.training.trainee import SessionView
 
 MOST_SAID = 2
 """How many regressions the message of a save names."""

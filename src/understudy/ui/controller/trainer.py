@@ -21,8 +21,7 @@ from understudy.sim.view import WorldView
 from understudy.storage.library_folder import save_automaton
 from understudy.training.edits import ExampleChange
 from understudy.training.session import Session
-from understudy.training.session_view import SessionView
-from understudy.training.trainee import Mode
+from understudy.training.trainee import Mode, SessionView
 from understudy.ui.controller import formatting
 from understudy.ui.controller.clock import RealTimeClock, check_speed
 from understudy.ui.controller.coach import CoachController, pause_for_question

@@ -1,0 +1,211 @@
+"""Changes of a session's lesson: undo and redo, edits of examples, another design (paper section 3.2)."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Unpack
+
+from understudy.errors import DefinitionError, UnderstudyError
+from understudy.learning.fit import learn_automaton
+from understudy.model.lesson import Lesson
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.runtime.body import Body
+from understudy.runtime.program import link
+from understudy.runtime.run_loop import Run
+from understudy.training.edits import (
+    DesignChange,
+    ExampleChange,
+    change_design,
+    correct_press,
+    delete_examples,
+    describe_edit,
+    edit_example,
+    set_quarantine,
+)
+from understudy.training.journal_replay import HistoryStep
+from understudy.training.lesson_design import check_parameter_targets
+from understudy.training.lesson_log import LessonLog, TraineeState
+from understudy.training.trainee import Mode, Press, Trainee
+
+
+class EditableSession(ABC):
+    """The part of a session that changes its lesson. After each change another trainee continues where the last was."""
+
+    body: Body
+    library: Library
+    trainee: Trainee
+    _log: LessonLog
+    _run: Run
+    _targets: dict[str, str]
+
+    @abstractmethod
+    def _new_run(self) -> Run:
+        """Make the run of the trainee and of the other agents."""
+
+    def undo(self) -> str:
+        """Undo a press that still waits for its tick, or else the last change of the lesson. The world stays as it is.
+
+        Returns
+        -------
+        str
+            What was undone, in words.
+
+        Raises
+        ------
+        SessionError
+            If there is nothing to undo.
+        """
+        waiting = self.trainee.press
+        if waiting is None:
+            return self._went(*self._log.undo())
+        what, self.trainee.press = self._describe_press(waiting), None
+        self._relink(self._try_trainee(Mode.TESTING if waiting.correction else self.trainee.mode))
+        self._turned()
+        return what
+
+    def redo(self) -> str:
+        """Redo the change that was undone last.
+
+        Returns
+        -------
+        str
+            What was redone, in words.
+
+        Raises
+        ------
+        SessionError
+            If there is nothing to redo.
+        """
+        return self._went(*self._log.redo())
+
+    def _went(self, what: str, there: HistoryStep) -> str:
+        mode, self.trainee.press = self.trainee.mode, None
+        self._relink(self._try_trainee(mode))
+        self.trainee.restore(there.run, now=self.body.time_s)
+        self.trainee.keep(None, there.raised)
+        if self.trainee.mode is not mode:
+            self._turned()
+        return what
+
+    def _try_trainee(self, mode: Mode) -> Trainee:
+        try:
+            return self._new_trainee(self._log.lesson, mode)
+        except DefinitionError:  # what is left is too little for its classifier: nothing to test
+            return self._new_trainee(self._log.lesson, Mode.TRAINING)
+
+    def _describe_press(self, press: Press) -> str:
+        state = self.trainee.taught.state_name
+        return f"{state} → {press.state or state}"
+
+    def delete(self, *numbers: int) -> None:
+        """Delete examples.
+
+        Parameters
+        ----------
+        *numbers
+            Numbers of the examples.
+        """
+        self._change(describe_edit("delete", len(numbers)), delete_examples(self._log.lesson, numbers))
+
+    def quarantine(self, reasons: Mapping[int, str]) -> None:
+        """Put examples into quarantine, where they do not teach, or take them out.
+
+        Parameters
+        ----------
+        reasons
+            A reason for each number of an example; "" takes it out.
+        """
+        what = describe_edit("quarantine" if any(reasons.values()) else "release", len(reasons))
+        self._change(what, set_quarantine(self._log.lesson, reasons))
+
+    def edit(self, number: int, **change: Unpack[ExampleChange]) -> None:
+        """Edit an example.
+
+        Parameters
+        ----------
+        number
+            Number of the example.
+        **change
+            Its new `state`, `next`, or `values` by feature label.
+        """
+        self._change(f"edit example {number}", edit_example(self._log.lesson, number, **change))
+
+    def correct_slip(self, number: int, next: str) -> None:
+        """Correct a press that was a slip.
+
+        Parameters
+        ----------
+        number
+            Number of its example.
+        next
+            The state that was meant.
+        """
+        self._change(f"mend example {number}", correct_press(self._log.lesson, number, next))
+
+    def change_design(
+        self, *, targets: Mapping[str, str] | None = None, **choice: Unpack[DesignChange]
+    ) -> None:
+        """Change states, flags, features, parameters, statelessness or options; what is not given stays.
+
+        Examples stay and get values of new features from the record. Examples of states that are gone are dropped.
+
+        Parameters
+        ----------
+        targets
+            A target for each new parameter.
+        **choice
+            What changes, as for `new_lesson`.
+        """
+        self._log.accept_watched()
+        stand_for = {**self._targets, **(targets or {})}
+        lesson = change_design(self._log.lesson, self.library, choice, stand_for)
+        check_parameter_targets(lesson.automaton, targets or {}, self.body.targets)
+        self._change(f"choose {' and '.join(choice)}", self._log.recompute_values(lesson), targets)
+
+    def _change(self, what: str, lesson: Lesson, targets: Mapping[str, str] | None = None) -> None:
+        former, self._targets = self._targets, {**self._targets, **(targets or {})}
+        try:
+            trainee = self._new_trainee(lesson, self.trainee.mode)
+        except UnderstudyError:
+            self._targets = former
+            raise
+        here = self._trainee_state()
+        if targets:
+            self._turned()
+        self._log.step(what, lesson, before=here, after=here)
+        self._relink(trainee)
+
+    def make_trained_automaton(self) -> TrainedAutomaton:
+        """Learn from the lesson, and return the automaton together with the lesson.
+
+        Returns
+        -------
+        TrainedAutomaton
+            What `save_automaton` stores in a library.
+        """
+        lesson = self._log.complete
+        return TrainedAutomaton(learn_automaton(lesson), lesson)
+
+    def _trainee_state(self) -> TraineeState:
+        return TraineeState(self.trainee.snapshot(self.body.time_s), self.trainee.entry)
+
+    def _turned(self) -> None:
+        self._log.log_mode(
+            self.trainee.mode, self.trainee.snapshot(self.body.time_s), self._targets, self.trainee.press
+        )
+
+    def _relink(self, trainee: Trainee) -> None:
+        """Let another trainee continue where the present one is."""
+        old, self.trainee = self.trainee, trainee
+        trainee.restore(old.snapshot(self.body.time_s), now=self.body.time_s)
+        trainee.keep(old.press, old.entry)
+        self._run = self._new_run()
+        if trainee.press is not old.press:
+            self._turned()  # its state is gone
+
+    def _new_trainee(self, lesson: Lesson, mode: Mode) -> Trainee:
+        automaton = learn_automaton(lesson) if mode is Mode.TESTING else lesson.automaton
+        library = self.library.with_automaton(TrainedAutomaton(automaton))
+        bound = {name: target for name, target in self._targets.items() if name in automaton.parameters}
+        return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)
