@@ -1,4 +1,4 @@
-"""Acting: from the basic behavior each agent runs to the columns of commands that a body obeys."""
+"""Acting: from the basic behavior that each agent runs to the columns of commands for a body."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from understudy.runtime.program import GroundBehavior
 class CommandColumns:
     """The commands of ground basic behaviors for one body.
 
-    `table` [B, C] has what each of them commands by channel; `computed` are those that are functions, for which the
-    body must sense `keys`.
+    `table` [B, C] has the command of each behavior by channel. `computed` are the behaviors that are functions, for
+    which the body must sense `keys`.
     """
 
     def __init__(self, basics: Sequence[GroundBehavior], body: Body) -> None:
@@ -41,7 +41,7 @@ class CommandColumns:
     def commands(
         self, running: NDArray[np.intp] | NDArray[np.int32], percept: Percept, entered: Callable[[], Column]
     ) -> NDArray[np.float64]:
-        """Commands [C, N] for the agents that run the basic behaviors `running` [N] since they `entered` [N] them."""
+        """Return the commands [C, N] of agents that run the basic behaviors `running` [N] since `entered` [N]."""
         commands: NDArray[np.float64] = np.take(self.table.T, running, axis=1)  # a row per channel
         for index in self.computed:
             chosen = running == index
@@ -53,7 +53,7 @@ class CommandColumns:
         return commands
 
     def _compute(self, index: int, percept: Percept, chosen: NDArray[np.bool_]) -> dict[str, Column]:
-        """What the agents that run a basic behavior which is a function command by channel."""
+        """Compute the commands, by channel, of the agents that run a basic behavior which is a function."""
         ground = self.basics[index]
         function = ground.behavior.function
         if function is None:

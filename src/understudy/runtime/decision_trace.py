@@ -1,4 +1,4 @@
-"""Traces: what a run decided, level by level, with why each switch was made."""
+"""Traces: the decisions of a run, level by level, with the reason of each switch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from understudy.runtime.interpreter import Interpreter, RunningAutomaton
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What one automaton decided, with the feature vector and the tests it passed on the way.
+    """A decision of one automaton, with the feature vector and the tests it passed on the way.
 
     `after` is `before` where it stays because there are no examples there.
     """
@@ -25,10 +25,15 @@ class Decision:
 
 
 class DecisionTrace:
-    """Records the decisions of an interpreter's automata while attached.
+    """A recorder of the decisions of an interpreter's automata.
 
-    `switches` are those that left a state; `unshown` those that kept one only because nothing was ever shown
+    `switches` are the decisions that left a state. `unshown` are those that kept one only because there are no examples
     there, once for each place in the tree until the automaton switches.
+
+    Parameters
+    ----------
+    interpreter
+        The interpreter, which is observed until `close`.
     """
 
     def __init__(self, interpreter: Interpreter) -> None:

@@ -21,9 +21,7 @@ from understudy.runtime.body import Body, list_reading_keys
 
 
 class FeatureColumns:
-    """The columns of `features` (ground, of the body) for one body; `keys` is what the body must sense for
-    them.
-    """
+    """The columns of ground body features for one body; `keys` are the readings that the body must sense for them."""
 
     def __init__(self, features: Sequence[BoundFeature], body: Body) -> None:
         self.features = tuple(features)
@@ -57,7 +55,7 @@ class FeatureColumns:
         self._labels = {index: len(kind.labels) for index, kind in kinds if isinstance(kind, Categorical)}
 
     def columns(self, percept: Percept) -> NDArray[np.float64]:
-        """Values [F, N] of the features in one snapshot; KindError where one is outside its kind."""
+        """Return the values [F, N] of the features in one snapshot; KindError for a value outside its kind."""
         values = np.empty((len(self.features), self.agents))
         for index, bound in enumerate(self.features):
             values[index] = read_feature_column(bound, percept, agents=self.agents)
@@ -71,14 +69,14 @@ class FeatureColumns:
 
 
 def check_targets(body: Body, binding: Mapping[str, str]) -> None:
-    """UnknownName where a ground binding refers to what the body does not know."""
+    """Refuse a ground binding to a target that the body does not have, with UnknownName."""
     for target in binding.values():
         if target not in body.targets:
             raise UnknownName(what="target", name=target, where="the body", known=list(body.targets))
 
 
 def get_body_feature(bound: BoundFeature) -> Feature:
-    """The feature of the body behind a bound feature; DefinitionError for one of the automaton itself."""
+    """Get the body feature of a bound feature; DefinitionError for a feature of the automaton itself."""
     if not isinstance(bound.feature, Feature):
         raise DefinitionError(
             what=f"feature {bound}", problem="it belongs to an automaton", remedy="a body cannot sense it"
@@ -87,13 +85,13 @@ def get_body_feature(bound: BoundFeature) -> Feature:
 
 
 def get_feature_key(bound: BoundFeature) -> ReadingKey:
-    """The reading, and its target, behind a data feature whose binding is ground."""
+    """Get the reading, with its target, that a data feature with a ground binding reads."""
     feature = get_body_feature(bound)
     return feature.reading or "", bound.binding[feature.of] if feature.of else None
 
 
 def read_feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Column:
-    """The values [N] of one ground feature in one snapshot; what a function returned is checked."""
+    """Read the values [N] of one ground feature from a snapshot, and check the result if it is a function."""
     feature = get_body_feature(bound)
     what = f"feature {feature.name!r}"
     if feature.function is None:
@@ -121,7 +119,7 @@ def read_feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -
 
 
 def _no_label(column: Column, labels: int) -> NDArray[np.bool_]:
-    """Where a value is neither absent nor the index of a label."""
+    """Return where a value is neither absent nor the index of a label."""
     present = column == column
     outside: NDArray[np.bool_] = present & ((column < 0) | (column >= labels) | (column != np.floor(column)))
     return outside
@@ -132,7 +130,7 @@ def _refuse(feature: Feature, column: Column, agent: int) -> None:
 
 
 def check_float_column(values: object, *, what: str, remedy: str) -> Column:
-    """What a function returned as a column of floats; DefinitionError where it is none."""
+    """Convert the result of a function to a column of floats; DefinitionError if that is not possible."""
     try:
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:

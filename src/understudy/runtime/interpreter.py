@@ -1,7 +1,7 @@
-"""The interpreter: what a pulse means, for one agent, in plain Python (ARCHITECTURE section 3, paper 3.1).
+"""The interpreter: the meaning of a pulse for one agent, in plain Python (ARCHITECTURE section 3, paper 3.1).
 
-This file is the definition that every other engine and export must agree with. Real robots and sessions
-run it.
+Every other engine and every export must agree with this file, which is the definition. Real robots and sessions run
+it.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ QueryObserver: TypeAlias = "Callable[[RunningAutomaton, int, int, Sequence[float
 
 
 def measure_elapsed(now: float, since: float) -> float:
-    """Seconds from one time to another, rounded: equally many ticks read the same, whenever they began.
+    """Return the seconds from one time to another, rounded so that equally many ticks always give the same number.
 
-    Rounded by plain arithmetic, which every engine and export can repeat bit for bit: to 1e-9, and to 1e-6 from 2**22 s
-    on, where floats are too far apart for that, as on a clock that counts from 1970.
+    Rounding is plain arithmetic that every engine and export can repeat bit for bit: to 1e-9 s, and to 1e-6 s from
+    2**22 s on, where floats are too far apart for that, as on a clock that counts from 1970.
     """
     steps = 1e9 if now < 4194304.0 else 1e6
     return floor((now - since) * steps + 0.5) / steps
 
 
 class RunningBehavior:
-    """One running basic behavior: it raises no flags, and a pulse of it issues its command."""
+    """A running basic behavior: it raises no flags, and a pulse of it issues its command."""
 
     __slots__ = ("index",)
     flag: str | None = None
@@ -49,18 +49,18 @@ class RunningBehavior:
         self.index = index
 
     def start(self, now: float) -> None:
-        """Nothing: what starting it changes belongs to the automaton that holds the state."""
+        """Do nothing: counters and timers that its start changes belong to the automaton of the state."""
 
     def stop(self) -> None:
-        """Nothing: the next command replaces this one."""
+        """Do nothing: the next command replaces this one."""
 
     def pulse(self, row: Row, now: float) -> int:
-        """The basic behavior to run: its position in `Program.basics`."""
+        """Return the position of the basic behavior in `Program.basics`."""
         return self.index
 
 
 class RunningAutomaton:
-    """One running automaton: a ground instance with the state it is in, its flag, counters and timers."""
+    """A running automaton: a ground instance with its current state, flag, counters and timers."""
 
     __slots__ = (
         "_children",
@@ -106,12 +106,12 @@ class RunningAutomaton:
         self.timers.clear()
 
     def stop(self) -> None:
-        """Stop what runs, innermost first."""
+        """Stop the running behaviors, innermost first."""
         self.active.stop()
         self.active = self._children[0]
 
     def pulse(self, row: Row, now: float) -> int:
-        """One tick: query, switch, pulse. The basic behavior to run: its position in `Program.basics`."""
+        """Run one tick: query, switch, pulse. Return the position in `Program.basics` of the basic behavior to run."""
         decide = self._decides[self.state]
         if decide is not None:
             values = self._pick(row) if not self._own else self.values(row, now)
@@ -124,9 +124,7 @@ class RunningAutomaton:
         return self.active.pulse(row, now)
 
     def switch(self, following: int, now: float) -> None:
-        """Stop the current state's behavior, then start the next one's. Entering a flag state raises its
-        flag.
-        """
+        """Stop the current state's behavior, then start the next one's. Entering a flag state raises its flag."""
         self.active.stop()
         self.state = following
         self.entered = now
@@ -143,7 +141,7 @@ class RunningAutomaton:
                 kept[change.name] = change.value if change.of == "counter" else now
 
     def values(self, row: Row, now: float) -> Sequence[float]:
-        """The feature vector: body readings from the snapshot, the automaton's own read live."""
+        """Return the feature vector: body readings from the snapshot, the automaton's own features as they are now."""
         values = list(self._pick(row))
         for index, flag, feature in self._own:  # flags first: most are, and a pulse must be quick
             if flag is None:
@@ -153,9 +151,7 @@ class RunningAutomaton:
         return values
 
     def read_own_feature(self, feature: ResetFeature | OwnFeature, row: Row, now: float) -> float:
-        """A feature of this automaton itself: a flag of what it runs, a counter, a timer, time in state; or one that a
-        switch in this tick has changed.
-        """
+        """Read a flag, a counter, a timer, the time in state, or a feature that a switch in this tick has reset."""
         if isinstance(feature, ResetFeature):
             return feature.fresh if self.entered == now else row[feature.position]
         if isinstance(feature, FlagFeature):
@@ -167,7 +163,7 @@ class RunningAutomaton:
         return measure_elapsed(now, self.entered)
 
     def observe_queries(self, observer: QueryObserver) -> None:
-        """Call `observer` at every query from now on; an automaton that nobody observes is no slower for it."""
+        """Call `observer` at every query from now on. Without an observer, queries cost no time for this."""
         self._decides = [
             None if decide is None else self._observe(state, decide, observer)
             for state, decide in enumerate(self._decides)
@@ -196,7 +192,7 @@ Running: TypeAlias = RunningAutomaton | RunningBehavior
 
 
 def get_running(child: Child, machines: dict[Child, Running]) -> Running:
-    """What runs an instance or basic behavior: one each, since at most one activation can be running."""
+    """Get the running instance or basic behavior of a child; one object serves all its activations, one at a time."""
     if child not in machines:
         machines[child] = (
             RunningBehavior(child) if isinstance(child, int) else RunningAutomaton(child, machines)
@@ -205,7 +201,7 @@ def get_running(child: Child, machines: dict[Child, Running]) -> Running:
 
 
 def _picker(sources: Sequence[ValueSource]) -> Callable[[Row], Sequence[float]]:
-    """Fetches the values of the sources that are body readings from a row, in C; others get any value."""
+    """Make a function that picks the sources that are body readings from a row; others get an arbitrary value."""
     if not any(isinstance(source, int) for source in sources):
         blank = [nan] * len(sources)
         return lambda row: blank
@@ -215,9 +211,9 @@ def _picker(sources: Sequence[ValueSource]) -> Callable[[Row], Sequence[float]]:
 
 @dataclass(frozen=True, slots=True)
 class StackFrame:
-    """One automaton of a run state: where it is and what it remembers.
+    """One automaton of a run state: its current state and its memory.
 
-    Times are seconds ago, so that a run state can be gone back to when the body's clock reads otherwise.
+    Times are stored as seconds ago, so that a run state can be restored at another reading of the body's clock.
     """
 
     automaton: str
@@ -228,7 +224,15 @@ class StackFrame:
 
 
 class Interpreter:
-    """One agent running a program."""
+    """One agent that runs a program.
+
+    Parameters
+    ----------
+    program
+        The program, as `link` makes it.
+    now
+        The body's time at the start, s.
+    """
 
     def __init__(self, program: Program, *, now: float = 0.0) -> None:
         self.program = program
@@ -237,30 +241,61 @@ class Interpreter:
         self.start(now)
 
     def start(self, now: float) -> None:
-        """Start the root afresh."""
+        """Start the root again from its beginning.
+
+        Parameters
+        ----------
+        now
+            The body's time, s.
+        """
         self.root.stop()
         self.root.start(now)
         self._started = now
 
     def pulse(self, row: Row, now: float) -> int:
-        """One tick; the basic behavior to run: its position in `Program.basics`."""
+        """Run one tick.
+
+        Parameters
+        ----------
+        row
+            Values of `program.features`, NaN where absent.
+        now
+            The body's time, s.
+
+        Returns
+        -------
+        int
+            Position in `Program.basics` of the basic behavior to run.
+        """
         return self.root.pulse(row, now)
 
     def observe_switches(self, switch_observer: SwitchObserver | None) -> None:
-        """Call `switch_observer` before every switch of any level; None to switch it off."""
+        """Call a function before every switch of any level.
+
+        Parameters
+        ----------
+        switch_observer
+            The function; it gets the running automaton and the index of the next state. None: call nothing.
+        """
         for machine in self._machines.values():
             if isinstance(machine, RunningAutomaton):
                 machine.switch_observer = switch_observer
 
     def observe_queries(self, observer: QueryObserver) -> None:
-        """Call `observer` at every query of any level from now on."""
+        """Call a function at every query of any level from now on.
+
+        Parameters
+        ----------
+        observer
+            The function; it gets the running automaton, its feature vector and the decision.
+        """
         for machine in self._machines.values():
             if isinstance(machine, RunningAutomaton):
                 machine.observe_queries(observer)
 
     @property
     def active(self) -> tuple[RunningAutomaton, ...]:
-        """The machines that are running, from the root down."""
+        """The running automata, from the root down."""
         machines = []
         machine = self.root
         while isinstance(machine, RunningAutomaton):
@@ -270,7 +305,7 @@ class Interpreter:
 
     @property
     def behavior_start_s(self) -> float:
-        """When the basic behavior that runs was started."""
+        """The body's time at which the running basic behavior was started, s."""
         active = self.active
         return active[-1].entered if active else self._started
 
@@ -280,7 +315,18 @@ class Interpreter:
         return tuple(machine.state_name for machine in self.active)
 
     def snapshot(self, now: float) -> tuple[StackFrame, ...]:
-        """The run state of every active level, as plain values."""
+        """Return the run state of every active level, as plain values.
+
+        Parameters
+        ----------
+        now
+            The body's time, s.
+
+        Returns
+        -------
+        tuple
+            A `StackFrame` per level, from the root down.
+        """
         return tuple(
             StackFrame(
                 machine.automaton.name,
@@ -293,9 +339,16 @@ class Interpreter:
         )
 
     def restore(self, levels: Sequence[StackFrame], *, now: float, entered: float | None = None) -> None:
-        """Go back to a run state, as far down as its states still exist; start what does not.
+        """Go back to a run state, as far down as its states still exist, and start what lies below.
 
-        `entered` is when a basic behavior that is all there is was started.
+        Parameters
+        ----------
+        levels
+            What `snapshot` returned.
+        now
+            The body's time, s.
+        entered
+            When a root that is a basic behavior was started, s. None: now.
         """
         self.start(now)
         self._started = now if entered is None else entered

@@ -1,8 +1,7 @@
-"""Programs: a behavior of a library made ready to run - every name resolved, every parameter ground.
+"""Programs: a behavior of a library, made ready to run, with every name resolved and every parameter bound.
 
-`link` expands the hierarchy under a root into instances: an automaton with the targets that its parameters
-stand for. Since automata never contain themselves, an agent has at most one of each instance active at a
-time.
+`link` expands the hierarchy under a root into instances: automata with the targets of their parameters. Since
+automata never contain themselves, an agent has at most one activation of each instance at a time.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ IDLING = 0
 
 @dataclass(frozen=True, slots=True)
 class GroundBehavior:
-    """A basic behavior with the targets its parameters stand for."""
+    """A basic behavior with the targets of its parameters."""
 
     behavior: Behavior
     binding: Binding = NOTHING_BOUND
@@ -35,7 +34,7 @@ class GroundBehavior:
 
 @dataclass(frozen=True, slots=True)
 class ResetFeature:
-    """A position in `Program.features` that reads `fresh` in the tick in which the automaton's state was entered."""
+    """A position in `Program.features` that reads `fresh` in the tick in which the automaton entered its state."""
 
     position: int
     fresh: float
@@ -47,12 +46,11 @@ ValueSource: TypeAlias = int | ResetFeature | OwnFeature
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instance:
-    """An automaton with the targets its parameters stand for.
+    """An automaton with the targets of its parameters.
 
-    `sources` has, per feature, the position in `Program.features`, or the automaton's own feature; a Freshened
-    position where a switch changes what is read. `children`
-    has, per state, the instance it runs, or the position in `Program.basics`. `changes` has, per state, what
-    starting it does to counters and timers.
+    `sources` has, for each feature, its position in `Program.features`, or the automaton's own feature, or a
+    `ResetFeature`. `children` has, for each state, the instance that it runs, or a position in `Program.basics`.
+    `changes` has, for each state, the changes that its start makes to counters and timers.
     """
 
     automaton: Automaton
@@ -70,9 +68,7 @@ Child: TypeAlias = Instance | int
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """What an agent runs: the root instance or basic behavior, and the ground features and behaviors under
-    it.
-    """
+    """A runnable program: the root instance or basic behavior, and the ground features and behaviors under it."""
 
     root: Child
     features: tuple[BoundFeature, ...]
@@ -84,9 +80,32 @@ IDLE_PROGRAM = Program(IDLING, (), (GroundBehavior(Behavior("idle")),))
 
 
 def link(library: Library, name: str, binding: Mapping[str, str] = NOTHING_BOUND) -> Program:
-    """Resolve the behavior `name` of a library, with its parameters bound to targets.
+    """Resolve a behavior of a library, with its parameters bound to targets.
 
-    Raises UnknownName, UnboundParameter, DefinitionError or RecursionRefused, naming the automaton concerned.
+    Parameters
+    ----------
+    library
+        The library, which has all behaviors and features under the root.
+    name
+        Name of the behavior at the root.
+    binding
+        A target for each parameter of the root.
+
+    Returns
+    -------
+    Program
+        The program, ready for an `Interpreter`, a `Run` or an `Engine`.
+
+    Raises
+    ------
+    UnknownName
+        If a behavior or a target does not exist.
+    UnboundParameter
+        If a parameter is not bound.
+    DefinitionError
+        If a feature or an automaton is defined inconsistently.
+    RecursionRefused
+        If an automaton contains itself.
     """
     library.refuse_recursion(name)
     linker = _Linker(library)

@@ -1,4 +1,4 @@
-"""Runs: the loop sense, decide, act over a body whose agents run programs of a library."""
+"""Runs: the loop of sensing, deciding and acting over a body whose agents run programs of a library."""
 
 from __future__ import annotations
 
@@ -19,7 +19,17 @@ from understudy.runtime.program import Program
 
 
 class Run:
-    """A body with an interpreter for each of its agents, and `others`, programs that agents may begin later."""
+    """A body with an interpreter for each of its agents.
+
+    Parameters
+    ----------
+    body
+        The body.
+    interpreters
+        The interpreter of each agent.
+    others
+        Further programs, which agents may `begin` later.
+    """
 
     def __init__(
         self, body: Body, interpreters: Sequence[Interpreter], others: Sequence[Program] = ()
@@ -55,7 +65,20 @@ class Run:
 
     @classmethod
     def from_program(cls, body: Body, program: Program) -> Self:
-        """A run of one program by every agent."""
+        """Make a run in which every agent runs the same program.
+
+        Parameters
+        ----------
+        body
+            The body.
+        program
+            The program, as `link` makes it.
+
+        Returns
+        -------
+        Run
+            The run, before its first tick.
+        """
         return cls(body, [Interpreter(program, now=body.time_s) for _ in range(body.agents)])
 
     def tick(self) -> None:
@@ -63,7 +86,18 @@ class Run:
         self.body.act(self.decide(self.body.sense(self.keys)))
 
     def decide(self, percept: Percept) -> dict[str, Column]:
-        """Pulse every agent on one snapshot; the commands of all."""
+        """Pulse every agent on one snapshot.
+
+        Parameters
+        ----------
+        percept
+            A column [N] for each key that the programs read.
+
+        Returns
+        -------
+        dict
+            A column [N] of commands for each channel.
+        """
         now = self.body.time_s
         channels = [channel.name for channel in self.body.channels]
         commands = np.empty((len(channels), self.body.agents))
@@ -83,7 +117,15 @@ class Run:
         return np.array([interpreter.behavior_start_s for interpreter in self.interpreters])
 
     def begin(self, agents: Sequence[int] | NDArray[np.intp], program: Program) -> None:
-        """Let these agents run a program from its start."""
+        """Let agents begin a program.
+
+        Parameters
+        ----------
+        agents
+            Indices of the agents.
+        program
+            One of the programs that the run was made with.
+        """
         for agent in agents:
             interpreter = self.interpreters[agent]
             if interpreter.program is program:
@@ -93,11 +135,33 @@ class Run:
         self._regroup()
 
     def path(self, agent: int) -> tuple[str, ...]:
-        """The current state of every level of an agent, from the root down."""
+        """Return what an agent is doing.
+
+        Parameters
+        ----------
+        agent
+            Index of the agent.
+
+        Returns
+        -------
+        tuple
+            The current state of every level, from the root down.
+        """
         return self.interpreters[agent].path
 
     def find_raised(self, flag: str) -> NDArray[np.bool_]:
-        """Which agents have raised a flag [N]."""
+        """Find the agents whose root has raised a flag.
+
+        Parameters
+        ----------
+        flag
+            Name of the flag.
+
+        Returns
+        -------
+        array
+            True for each such agent [N].
+        """
         return np.array([interpreter.root.flag == flag for interpreter in self.interpreters])
 
 

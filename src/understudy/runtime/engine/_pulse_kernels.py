@@ -1,4 +1,4 @@
-"""Pulses of compiled programs: what `interpreter.py` defines, for N agents on tables (see `tables.py`)."""
+"""Pulses of compiled programs, as `interpreter.py` defines them, for N agents on tables (see `tables.py`)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,13 +31,13 @@ ASKED = -(2**31)
 
 @njit_inlined
 def make_unsigned(index: int) -> int:
-    """An index that cannot count from the end: to ask whether it does takes time."""
+    """Convert an index so that it cannot count from the end, a check that would take time."""
     return uint64(index)  # type: ignore[no-any-return]
 
 
 @njit_inlined
 def compute_elapsed(now: float, since: float) -> float:
-    """Seconds from one time to another, rounded as the interpreter does; NaN where `since` is."""
+    """Return the seconds from one time to another, rounded as by the interpreter; NaN where `since` is."""
     steps = 1e9 if now < 4194304.0 else 1e6
     return float(np.floor((now - since) * steps + 0.5) / steps)
 
@@ -46,7 +46,7 @@ def compute_elapsed(now: float, since: float) -> float:
 def read_own_feature(
     source: int, agent: int, level: int, row: Floats, now: float, tables: TableArrays, stacks: StackArrays
 ) -> float:
-    """What the automaton at a level reads of itself."""
+    """Read a feature of the automaton at a level itself."""
     _, states, _, _ = tables
     _, state, entered, memory = stacks
     sort, which = (-1 - source) & ((1 << SORT_BITS) - 1), (-1 - source) >> SORT_BITS
@@ -66,7 +66,7 @@ def read_own_feature(
 def query_tree(
     asks: int, agent: int, level: int, row: Floats, now: float, tables: TableArrays, stacks: StackArrays
 ) -> int:
-    """What a transition answers: STAY, ASKED, or a state as -2 - its index."""
+    """Query a transition. The answer is STAY, ASKED, or a state as -2 minus its index."""
     nodes = tables[0]
     while asks >= 0:
         node = nodes[asks]
@@ -83,7 +83,7 @@ def query_tree(
 def start_instance(
     agent: int, level: int, instance: int, now: float, tables: TableArrays, stacks: StackArrays
 ) -> None:
-    """Start an instance: in its start state, its memory cleared."""
+    """Start an instance in its start state, with its memory cleared."""
     _, state, entered, memory = stacks
     begun = tables[2][instance]
     state[agent, level] = begun.start
@@ -96,7 +96,7 @@ def start_instance(
 def switch_state(
     agent: int, level: int, following: int, now: float, tables: TableArrays, stacks: StackArrays
 ) -> None:
-    """Enter a state: start what it runs, and change what starting that changes."""
+    """Enter a state: start its behavior, and apply the changes of that start."""
     _, states, _, changes = tables
     _, state, entered, memory = stacks
     state[agent, level] = following
@@ -119,7 +119,7 @@ def switch_state(
 def descend_levels(
     agent: int, level: int, row: Floats, now: float, tables: TableArrays, stacks: StackArrays
 ) -> int:
-    """Query, switch and go down, from a level on. The basic behavior, or -1 - the level that Python must ask."""
+    """Query, switch and descend from a level on; return the basic behavior, or -1 minus a level that waits."""
     states, state = tables[1], stacks[1]
     while True:
         current = make_unsigned(state[agent, level])
@@ -136,9 +136,10 @@ def descend_levels(
 
 @njit_force_inlined
 def pulse_agent(agent: int, row: Floats, now: float, tables: TableArrays, stacks: StackArrays) -> int:
-    """One tick of one agent on its feature vector [F]: the basic behavior to run.
+    """Run one tick of one agent on its feature vector [F], and return the basic behavior to run.
 
-    Where a transition function has to be asked: -1 - the level at which the agent waits for `resume_pulse`.
+    If a transition function has to be called in Python, return -1 minus the level at which the agent waits for
+    `resume_pulse`.
     """
     which = make_unsigned(agent)
     root = stacks[0][which]
@@ -151,7 +152,7 @@ def pulse_agent(agent: int, row: Floats, now: float, tables: TableArrays, stacks
 def resume_pulse(
     agent: int, level: int, following: int, row: Floats, now: float, tables: TableArrays, stacks: StackArrays
 ) -> int:
-    """Go on with a pulse that waits at a level, given the next state's index or STAY; answers as `pulse_agent`."""
+    """Continue a pulse that waits at a level, given the next state's index or STAY; return as `pulse_agent`."""
     states, state = tables[1], stacks[1]
     current = state[agent, level]
     if following != STAY and following != current:
@@ -172,7 +173,7 @@ def pulse_agents(
     first: int,
     stop: int,
 ) -> None:
-    """One tick of the agents from `first` up to `stop`, on the columns of features [F, N]."""
+    """Run one tick of the agents from `first` up to `stop`, on the columns of features [F, N]."""
     root = stacks[0]
     for agent in range(first, stop):  # as `pulse_agent` does, without the call
         if root[agent] < 0:
@@ -205,7 +206,7 @@ def gather_feature_vectors(
     agents: Ints, basic: Ints, sources: Ints, columns: Floats, now: float, tables: TableArrays, stacks: StackArrays,
     out_values: Floats,
 ) -> None:  # fmt: skip
-    """The feature vectors [n, K], from their sources [K], of n agents at the levels where they wait."""
+    """Collect the feature vectors [n, K], from their sources [K], of n agents at the levels where they wait."""
     for index in range(len(agents)):
         agent = agents[index]
         level = -1 - basic[agent]
@@ -220,7 +221,7 @@ def gather_feature_vectors(
 
 @njit_without_counting
 def start_agents(chosen: Bools, now: float, tables: TableArrays, stacks: StackArrays) -> None:
-    """Start the roots of the agents chosen [N] afresh."""
+    """Start the roots of the chosen agents [N] again."""
     root = stacks[0]
     for agent in range(len(root)):
         if chosen[agent]:

@@ -1,6 +1,6 @@
 """The compiler: from the programs of agents to the tables that kernels run (ARCHITECTURE section 6).
 
-The hierarchy under each root is laid out as ground instances. What programs have in common is there once.
+The hierarchy under each root is laid out as ground instances. Parts that programs share are stored once.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ Kept: TypeAlias = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class StateSlot:
-    """What a state's index stands for: a state of an automaton, which keeps counters and timers in these slots."""
+    """The state of an automaton behind a state's number, with the slots of its counters and timers."""
 
     automaton: str
     state: str
@@ -66,9 +66,9 @@ class StateSlot:
 
 @dataclass(frozen=True, slots=True)
 class PythonTransition:
-    """A transition function that is no tree: it is asked in Python, on the values of these sources.
+    """A transition function that is not a tree: Python calls it with the values of these sources.
 
-    It answers one of `states` states, the first of which has the index `first`.
+    Its result is one of `states` states, the first of which has the number `first`.
     """
 
     transition: Transition
@@ -79,12 +79,12 @@ class PythonTransition:
 
 @dataclass(frozen=True, slots=True)
 class Compiled:
-    """Programs as tables, with what their numbers stand for.
+    """Programs as tables, and the meaning of the numbers in them.
 
-    `features` are the columns of feature vectors, `basics` what pulses answer (the first idles), `places` the states
-    by index, `asked` the transition functions that are no trees, by state. `roots` has, for each of the programs,
-    what `Stacks.root` is to be, `flags` the number of each flag. Run states are `depth` levels deep and remember
-    `slots` values.
+    `features` are the columns of feature vectors; `basics` are the results of pulses (the first one idles); `places`
+    are the states by number; `asked` are the transition functions that are not trees, by state. `roots` has the value
+    of `Stacks.root` for each program, `flags` the number of each flag. Run states have `depth` levels and `slots`
+    remembered values.
     """
 
     tables: Tables
@@ -98,7 +98,7 @@ class Compiled:
     slots: int
 
     def stacks(self, agents: int | None = None) -> Stacks:
-        """Run states of one agent per program, or per one of the first ones, not started yet."""
+        """Make run states that are not started yet, of one agent per program, or of the first `agents`."""
         agents = len(self.roots) if agents is None else agents
         return Stacks(
             self.roots[:agents].copy(),
@@ -109,9 +109,9 @@ class Compiled:
 
 
 def compile_programs(programs: Sequence[Program]) -> Compiled:
-    """The programs of agents as tables; programs that are one, or have parts in common, share them.
+    """Compile the programs of agents to tables, in which equal parts are shared.
 
-    DefinitionError for a tree that asks or answers what its automaton does not have.
+    DefinitionError for a tree that tests a feature or leads to a state that its automaton does not have.
     """
     merging = _InstanceMerger()
     merged = {id(program): merging.child(program, program.root) for program in programs}
@@ -131,7 +131,7 @@ def compile_programs(programs: Sequence[Program]) -> Compiled:
 
 @dataclass(frozen=True)
 class _GroundInstance:
-    """An instance with its numbers in the tables; a child is an instance, or -1 - a basic behavior."""
+    """An instance with its numbers in the tables; a child is an instance, or -1 minus a basic behavior's number."""
 
     identity: int
     binding: Binding
@@ -141,7 +141,7 @@ class _GroundInstance:
 
 
 class _InstanceMerger:
-    """Numbers what programs consist of; functions are told apart, whatever they are called."""
+    """A numbering of the parts of programs; functions are distinguished by identity, not by name."""
 
     def __init__(self) -> None:
         self.features: dict[tuple[BoundFeature, Callable[..., Any] | None], int] = {}
@@ -152,7 +152,7 @@ class _InstanceMerger:
         self.child(IDLE_PROGRAM, IDLE_PROGRAM.root)
 
     def child(self, program: Program, child: Child) -> int:
-        """The number of an instance, after those under it; or -1 - that of a basic behavior."""
+        """Return the number of an instance, after those under it, or -1 minus that of a basic behavior."""
         if isinstance(child, int):
             ground = program.basics[child]
             return -1 - self.basics.setdefault((ground, ground.behavior.function), len(self.basics))
@@ -180,7 +180,7 @@ class _InstanceMerger:
 
 
 class _TableWriter:
-    """Lays merged instances out as records."""
+    """A writer that lays out merged instances as records."""
 
     def __init__(self, merging: _InstanceMerger) -> None:
         self.grounds = list(merging.instances)
@@ -235,7 +235,7 @@ class _TableWriter:
         self.instances.append((first, min(slots, default=0), max(slots, default=-1) + 1))
 
     def source(self, source: ValueSource, memory: Mapping[Kept, int]) -> int:
-        """Where a node finds the value of a feature."""
+        """Return where a node finds the value of a feature."""
         if isinstance(source, int):
             return source
         if isinstance(source, ResetFeature):
@@ -255,9 +255,9 @@ class _TableWriter:
 
 
 def _memories(grounds: Sequence[_GroundInstance]) -> tuple[int, int, list[dict[Kept, int]]]:
-    """How deep run states are, how many slots they have, and the slots of each instance.
+    """Compute the depth of run states, the number of their slots, and the slots of each instance.
 
-    Slots lie after those of whatever the instance may be running in: only what never runs at once shares any.
+    Slots come after those of the instances above, so that only instances that never run at once share slots.
     """
     depths, begins = [1] * len(grounds), [0] * len(grounds)
     memories: list[dict[Kept, int]] = [{} for _ in grounds]

@@ -31,14 +31,14 @@ class BatchTransition(Protocol):
     """A transition function that decides for many agents at once, for each as it would alone."""
 
     def decide_all(self, values: NDArray[np.float64], /) -> Sequence[int] | NDArray[Any]:
-        """The next state's index, or STAY, for each of n feature vectors [n, F]."""
+        """Return the index of the next state, or STAY, for each of n feature vectors [n, F]."""
         ...
 
 
 def query_python_transition(
     asked: PythonTransition, values: NDArray[np.float64], *, place: StateSlot, agents: Ints
 ) -> Ints:
-    """The state's index (or STAY) that a transition function answers for each agent's feature vector [n, F]."""
+    """Call a transition function, and return the number of the next state (or STAY) for each feature vector [n, F]."""
     transition = asked.transition
     if isinstance(transition, BatchTransition):
         answered = np.asarray(transition.decide_all(values))
@@ -67,14 +67,22 @@ Each: TypeAlias = Callable[[Callable[[tuple[int, int]], Any], Iterable[tuple[int
 
 
 class Engine:
-    """A body whose agents run programs, one each; what `Run` does, compiled.
+    """A body whose agents each run a program: the compiled counterpart of `Run`.
 
-    `running` [N] has the basic behavior of each agent at the last tick, a position in `compiled.basics`. `slow` names
-    the states, as automaton/state, whose transition functions are no trees: they are asked in Python.
+    `running` [N] is the position in `compiled.basics` of the basic behavior of each agent at the last tick. `slow`
+    names the states, as automaton/state, whose transition functions are not trees and are called in Python.
+
+    Parameters
+    ----------
+    body
+        The body.
+    programs
+        The program of each agent.
+    others
+        Further programs, which agents may `begin` later.
     """
 
     def __init__(self, body: Body, programs: Sequence[Program], others: Sequence[Program] = ()) -> None:
-        """`others` are programs that agents may `begin` later."""
         if len(programs) != body.agents:
             raise _wrong("programs", f"are {len(programs)} for {body.agents} agents", "give one per agent")
         self.body = body
@@ -92,34 +100,83 @@ class Engine:
 
     @classmethod
     def from_program(cls, body: Body, program: Program) -> Self:
-        """An engine in which every agent runs one program."""
+        """Make an engine in which every agent runs the same program.
+
+        Parameters
+        ----------
+        body
+            The body.
+        program
+            The program, as `link` makes it.
+
+        Returns
+        -------
+        Engine
+            The engine, before its first tick.
+        """
         return cls(body, [program] * body.agents)
 
     def restart(self, agents: Sequence[int] | NDArray[np.intp] | None = None) -> None:
-        """Start the roots of these agents afresh, or of all."""
+        """Start the roots of agents again from their beginning.
+
+        Parameters
+        ----------
+        agents
+            Indices of the agents. None: all.
+        """
         chosen = np.zeros(self.body.agents, np.bool_)
         chosen[slice(None) if agents is None else list(agents)] = True
         _pulse_kernels.start_agents(chosen, float(self.body.time_s), self.compiled.tables, self.stacks)
         self.running[chosen] = IDLING
 
     def begin(self, agents: Sequence[int] | NDArray[np.intp], program: Program) -> None:
-        """Let these agents run a program, one of those the engine was made with, from its start."""
+        """Let agents begin a program.
+
+        Parameters
+        ----------
+        agents
+            Indices of the agents.
+        program
+            One of the programs that the engine was made with.
+        """
         if id(program) not in self._roots:
             raise _wrong("program", "is not a behavior of the engine", "make the engine with it")
         self.stacks.root[agents] = self._roots[id(program)]
         self.restart(agents)
 
     def root_of(self, program: Program) -> int:
-        """What `Stacks.root` is for an agent that runs a program, one of those the engine was made with."""
+        """Return the value of `Stacks.root` for a program.
+
+        Parameters
+        ----------
+        program
+            One of the programs that the engine was made with.
+
+        Returns
+        -------
+        int
+            The number of the root instance, or -1 minus that of the basic behavior.
+        """
         return int(self._roots[id(program)])
 
     @property
     def orders(self) -> NDArray[np.int64]:
-        """The number of the order that each basic behavior gives [B]: of coordinators."""
+        """The number of the order that each basic behavior of a coordinator gives [B]."""
         return self._acting.table[:, self._acting.channels.index(ORDER)].astype(np.int64)
 
     def find_raised(self, flag: str) -> NDArray[np.bool_]:
-        """Which agents have raised a flag [N]."""
+        """Find the agents whose root has raised a flag.
+
+        Parameters
+        ----------
+        flag
+            Name of the flag.
+
+        Returns
+        -------
+        array
+            True for each such agent [N].
+        """
         raised = np.zeros(self.body.agents, np.bool_)
         runs = self.stacks.root >= 0
         number = self.compiled.flags.get(flag, -2)
@@ -127,14 +184,21 @@ class Engine:
         return raised
 
     def _entered(self) -> Column:
-        """When each agent started what it runs: levels below are entered later, what lies below them was before."""
+        """Return when each agent started its basic behavior: lower levels are entered later than those above."""
         entered: Column = self.stacks.entered.max(axis=1)
         return entered
 
     def run(self, ticks: int, *, threads: int | None = None) -> None:
-        """So many ticks: in one go where the body can and all is data, else one by one.
+        """Run ticks: all at once if the body can and the programs are data, otherwise one by one.
 
-        What comes out is the same with any number of threads.
+        The result is the same with any number of threads.
+
+        Parameters
+        ----------
+        ticks
+            The number of ticks.
+        threads
+            The largest number of threads. None: the body chooses.
         """
         if threads is not None and threads < 1:
             raise _wrong("threads", f"are {threads}", "give at least 1, or None")
@@ -150,7 +214,13 @@ class Engine:
                     self._tick(pool.map, parts=threads)
 
     def plan(self) -> FusedPlan | None:
-        """What a body needs to go on by itself; None where some part of the programs is a function."""
+        """Make what a body needs to run many ticks by itself.
+
+        Returns
+        -------
+        FusedPlan
+            The plan. None if some part of the programs is a Python function.
+        """
         features = [get_body_feature(bound) for bound in self.compiled.features]
         if self.slow or self._acting.computed or any(feature.function for feature in features):
             return None
@@ -162,7 +232,18 @@ class Engine:
         self._tick(map, parts=1)
 
     def decide(self, percept: Percept) -> dict[str, Column]:
-        """Pulse every agent on one snapshot; the commands of all."""
+        """Pulse every agent on one snapshot.
+
+        Parameters
+        ----------
+        percept
+            A column [N] for each key that the programs read.
+
+        Returns
+        -------
+        dict
+            A column [N] of commands for each channel.
+        """
         return self._decide(percept, map, parts=1)
 
     def _tick(self, each: Each, *, parts: int) -> None:
@@ -183,7 +264,7 @@ class Engine:
         )
 
     def _ask(self, columns: NDArray[np.float64], now: float) -> None:
-        """Ask the transition functions that agents wait for, state by state, and let these agents go on."""
+        """Call the transition functions that agents wait for, state by state, and resume these agents."""
         tables, stacks, running = self.compiled.tables, self.stacks, self.running
         while len(waiting := np.flatnonzero(running < 0).astype(np.int32)):
             states = stacks.state[waiting, -1 - running[waiting]]
@@ -203,11 +284,33 @@ class Engine:
                 _pulse_kernels.resume_agents(agents, following, columns, now, tables, stacks, running)
 
     def path(self, agent: int) -> tuple[str, ...]:
-        """The current state of every level of an agent, from the root down."""
+        """Return what an agent is doing.
+
+        Parameters
+        ----------
+        agent
+            Index of the agent.
+
+        Returns
+        -------
+        tuple
+            The current state of every level, from the root down.
+        """
         return tuple(place.state for place, _ in self._active(agent))
 
     def levels(self, agent: int) -> tuple[StackFrame, ...]:
-        """The run state of every active level of an agent, as plain values."""
+        """Return the run state of every active level of an agent, as plain values.
+
+        Parameters
+        ----------
+        agent
+            Index of the agent.
+
+        Returns
+        -------
+        tuple
+            A `StackFrame` per level, from the root down.
+        """
         now, memory = self.body.time_s, self.stacks.memory[agent].tolist()
         found = []
         for place, entered in self._active(agent):
@@ -221,7 +324,7 @@ class Engine:
         return tuple(found)
 
     def _active(self, agent: int) -> list[tuple[StateSlot, float]]:
-        """Where an agent is and since when, level by level."""
+        """List the states of an agent and when they were entered, level by level."""
         child = int(self.stacks.root[agent])
         states, times = self.stacks.state[agent].tolist(), self.stacks.entered[agent].tolist()
         found: list[tuple[StateSlot, float]] = []
@@ -232,11 +335,28 @@ class Engine:
         return found
 
     def snapshot(self) -> Stacks:
-        """The run states of all agents, for `restore`; their times are those of the body's clock."""
+        """Return the run states of all agents, with times of the body's clock.
+
+        Returns
+        -------
+        Stacks
+            The run states, to be passed to `restore`.
+        """
         return self.stacks.copy()
 
     def restore(self, snapshot: Stacks) -> None:
-        """Go back to a snapshot of an engine with the same programs; SettingError where it is none."""
+        """Go back to a snapshot.
+
+        Parameters
+        ----------
+        snapshot
+            What `snapshot` of an engine with the same programs returned.
+
+        Raises
+        ------
+        SettingError
+            If it does not fit the programs.
+        """
         pairs: list[tuple[NDArray[Any], NDArray[Any]]] = list(zip(self.stacks, snapshot, strict=True))
         alike = all(ours.shape == theirs.shape and ours.dtype == theirs.dtype for ours, theirs in pairs)
         if not alike or not self._fits(snapshot):
@@ -245,7 +365,7 @@ class Engine:
             np.copyto(ours, theirs)
 
     def _fits(self, snapshot: Stacks) -> bool:
-        """Whether every level is in a state of the instance that the level above it runs."""
+        """Return whether every level is in a state of the instance that the level above it runs."""
         tables, runs = self.compiled.tables, snapshot.root
         if not np.array_equal(runs, self.stacks.root):
             return False

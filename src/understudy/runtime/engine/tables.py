@@ -1,7 +1,7 @@
-"""Tables: programs as arrays, and the run state of N agents as arrays - all that kernels see of either.
+"""Tables: programs as arrays, and the run state of N agents as arrays, which is all that kernels get.
 
-Kernels take these tuples apart by position, so an order changed here is changed in every kernel file too.
-Everywhere, -1 means "none".
+Kernels unpack these tuples by position, so an order that is changed here must be changed in every kernel file. An
+index of -1 means "none" everywhere.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ CHANGE = np.dtype([("action", "i4"), ("slot", "i4"), ("value", "f8")], align=Tru
 
 
 class Tables(NamedTuple):
-    """Programs as arrays; a state's index counts the states of all instances."""
+    """Programs as arrays; the numbers of states count those of all instances."""
 
     nodes: NDArray[np.void]
     states: NDArray[np.void]
@@ -71,9 +71,9 @@ class Tables(NamedTuple):
 class Stacks(NamedTuple):
     """The run state of N agents; rows are independent.
 
-    `root` [N] is the instance an agent runs, or -1 - the basic behavior. `state` and `entered` [N, D] are the state's
-    index and the time it was entered, level by level; `memory` [N, M] has counters, and timers as the time they were
-    set; NaN where never set. What lies below the levels that run means nothing.
+    `root` [N] is the instance that an agent runs, or -1 minus the number of a basic behavior. `state` and `entered` [N,
+    D] are the state's number and the time at which it was entered, level by level. `memory` [N, M] has counters, and
+    timers as the times at which they were set; NaN if never set. Values below the running levels have no meaning.
     """
 
     root: NDArray[np.int32]
@@ -82,7 +82,7 @@ class Stacks(NamedTuple):
     memory: NDArray[np.float64]
 
     def copy(self) -> Stacks:
-        """The same, in arrays of its own."""
+        """Copy the run state into arrays of its own."""
         return Stacks(self.root.copy(), self.state.copy(), self.entered.copy(), self.memory.copy())
 
 
@@ -98,9 +98,9 @@ class NodeRow(NamedTuple):
 
 
 def flatten_tree(tree: Tree, *, sources: Sequence[int], first: int, at: int) -> tuple[int, list[NodeRow]]:
-    """What a tree begins with, and its nodes, when these are put at the index `at`.
+    """Return the entry of a tree and its nodes, if these are put at the index `at`.
 
-    `sources` are those of its features, `first` is the index of the first state it can answer.
+    `sources` are those of its features; `first` is the number of the first state that it can lead to.
     """
     *begins, _ = accumulate(map(_rows, tree.nodes), initial=at)
 
@@ -137,7 +137,7 @@ def _rows(node: Node) -> int:
 
 
 def _halved(branches: Sequence[int], source: int, absent: int, *, at: int) -> Iterator[NodeRow]:
-    """The nodes that find a label's branch, from the index `at` on; they come before what is below them."""
+    """Yield the nodes that find a label's branch, from the index `at` on; they come before those below them."""
     if len(branches) == 1:
         yield NodeRow(-inf, inf, source, branches[0], branches[0], absent)
         return
@@ -158,7 +158,7 @@ def _halved(branches: Sequence[int], source: int, absent: int, *, at: int) -> It
 
 
 def check_tree(tree: Tree, automaton: Automaton, state: str) -> None:
-    """DefinitionError for a tree that asks what its automaton does not sense, or answers a state it has not."""
+    """Refuse a tree that tests a feature or leads to a state that its automaton does not have, with DefinitionError."""
     problem = next(filter(None, (_problem(node, automaton) for node in tree.nodes)), None)
     if problem is not None:
         raise DefinitionError(

@@ -1,8 +1,7 @@
-"""Coordinators in kernels: what `squad_body.py` senses, decides and orders, for layers of squads over one world's
-agents.
+"""Coordinators in kernels: sensing, deciding and ordering as in `squad_body.py`, for layers of squads in one world.
 
-All layers are handed over as tuples of the same types (see `compiled_squads.py`): `bands` has the robots and then
-every layer of squads, `leads` what is more about each layer of squads.
+All layers are passed as tuples of the same types (see `compiled_squads.py`). `bands` has the robots and then every
+layer of squads, `leads` the further data of each layer of squads.
 """
 
 import math
@@ -23,7 +22,7 @@ SAME_S = 1e-6
 
 @njit(error_model="numpy", _nrt=False)
 def read_member(statistic: Any, sources: Any, member: Any, bands: Any) -> float:
-    """What a member reads, or whether its flag is up."""
+    """Read the reading of a member, or whether it has raised the flag."""
     if statistic.of == THERE:
         return 1.0
     band, source = bands[member.layer], sources[member.layer]
@@ -41,7 +40,7 @@ def read_member(statistic: Any, sources: Any, member: Any, bands: Any) -> float:
 def compute_member_statistic(
     statistic: Any, sources: Any, lead: Any, bands: Any, low: int, high: int
 ) -> float:
-    """A statistic over the members from `low` up to `high`, as it is now."""
+    """Compute the present value of a statistic over the members from `low` up to `high`."""
     members, counted = lead[2], lead[6]
     everyone, number, total = 0, 0, 0.0
     least, most = math.inf, -math.inf
@@ -94,7 +93,7 @@ def compute_member_statistic(
 def update_timed_statistic(
     statistic: Any, value: float, now: float, last: Any, since: Any, squad: int
 ) -> float:
-    """What a statistic over time reads, given what it is now."""
+    """Compute a statistic over time, given its present value."""
     if value == 1.0:
         last[squad] = now
         if since[squad] != since[squad]:
@@ -113,7 +112,7 @@ def update_timed_statistic(
 
 @njit(error_model="numpy", _nrt=False)
 def survey_members(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
-    """All that a squad senses of its members, and whether anybody is left of it."""
+    """Compute all statistics of a squad, and whether any member is left."""
     statistics, sources, members, first, drops = lead[0], lead[1], lead[2], lead[3], lead[4]
     counted, last, since = lead[6], lead[7], lead[8]
     low, high = first[squad], first[squad + 1]
@@ -147,7 +146,7 @@ def start_member(member: Any, duty: int, now: float, roots: Any, bands: Any) -> 
 
 @njit(error_model="numpy", _nrt=False)
 def pulse_coordinator(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
-    """Pulse a coordinator; where it orders anew, its members begin."""
+    """Pulse a coordinator; if it gives a new order, its members begin it."""
     members, first, ordered = lead[2], lead[3], lead[5]
     order, issued, meant, heard, answering, duties, roots = lead[9]
     tables, stacks, values, _, running = mine
@@ -172,7 +171,7 @@ def pulse_coordinator(squad: int, now: float, mine: Any, lead: Any, bands: Any) 
 
 @njit(error_model="numpy", _nrt=False)
 def run_world_coordinators(world: int, now: float, bands: Any, leads: Any) -> None:
-    """All coordinators of a world, once its robots have sensed: surveys bottom-up, orders top-down."""
+    """Run all coordinators of a world after its robots have sensed: statistics bottom-up, orders top-down."""
     for level in range(len(leads)):
         lead = leads[level]
         squads = lead[10]

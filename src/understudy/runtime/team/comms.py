@@ -1,7 +1,7 @@
 """Delay and lose messages between coordinators and members, and keep what members report (paper section 5).
 
-In every tick a coordinator sends each member its order, and each member sends back what it senses, its flags, and
-which order it answers. So what is lost is made up for by the next message.
+In every tick a coordinator sends each member its order, and each member sends its readings, its flags, and the order
+that they refer to. The next message therefore makes up for a lost one.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ DOWN, UP = 1, 2
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """Messages and bytes that a tick takes between coordinators of one sort and their members."""
+    """The messages and bytes per tick between coordinators of one sort and their members."""
 
     messages: int
     bytes: int
 
 
 def make_traffic(members: int, readings: int, flags: int) -> Traffic:
-    """An order to each member and a report from it, with so many readings and flags in it."""
+    """Compute the traffic of an order to each member and a report from it with so many readings and flags."""
     report = REPORT_BYTES + READING_BYTES * readings + FLAG_BYTES * flags
     return Traffic(2 * members, members * (ORDER_BYTES + report))
 
 
 @dataclass(frozen=True)
 class CommsChannel:
-    """Messages arrive `ticks` later, a share `loss` of them never. `keys` [M] tell members apart in all worlds."""
+    """A channel whose messages arrive `ticks` later, and a share `loss` of them never. `keys` [M] identify members."""
 
     ticks: int
     loss: float
@@ -48,11 +48,11 @@ class CommsChannel:
 
     @property
     def is_perfect(self) -> bool:
-        """Whether all arrives at once."""
+        """Whether all messages arrive at once."""
         return self.ticks == 0 and self.loss == 0.0
 
     def draw_arrivals(self, tick: int, way: int) -> NDArray[np.bool_]:
-        """Whose message of this tick arrives [M]."""
+        """Draw the members whose message of this tick arrives [M]."""
         if self.loss == 0.0:
             return np.ones(len(self.keys), np.bool_)
         drawn = _mixed(_mixed(self.keys ^ np.uint64(way)) ^ np.uint64(tick))
@@ -60,13 +60,13 @@ class CommsChannel:
 
 
 def make_member_draw_keys(seeds: NDArray[np.int64], members: int, level: int) -> NDArray[np.uint64]:
-    """Keys of the members of one sort of squads in worlds of these seeds, `members` in each."""
+    """Make the keys of the members of one sort of squads in worlds of these seeds, `members` in each."""
     each = _mixed(np.asarray(seeds, np.uint64) + np.uint64(level + 1))
     return _mixed(np.repeat(each, members) ^ np.tile(np.arange(members, dtype=np.uint64), len(each)))
 
 
 def _mixed(keys: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Numbers that look like chance, from numbers (splitmix64)."""
+    """Mix numbers into numbers that look random (splitmix64)."""
     with np.errstate(over="ignore"):
         mixed = keys + np.uint64(0x9E3779B97F4A7C15)
         mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -76,7 +76,7 @@ def _mixed(keys: NDArray[np.uint64]) -> NDArray[np.uint64]:
 
 
 class DelayedValues:
-    """Values of M members as they arrive: the last that got through, absent before the first."""
+    """Values of M members as they arrive: the last one that got through, absent before the first."""
 
     def __init__(self, radio: CommsChannel, way: int) -> None:
         self._radio, self._way = radio, way
@@ -85,7 +85,7 @@ class DelayedValues:
         self._last = np.full(len(radio.keys), np.nan)
 
     def push_and_get(self, values: Column, tick: int) -> Column:
-        """What has arrived by now, given what is sent now; asked again in the same tick it answers the same."""
+        """Send values now, and return those that have arrived by now; the same for each call in one tick."""
         size = len(self._sent)
         self._sent[tick % size], self._ticks[tick % size] = values, tick
         then = tick - self._radio.ticks
@@ -102,17 +102,18 @@ SILENT_S = 1.0
 
 @runtime_checkable
 class HasFailures(Protocol):
-    """A body whose agents can fail: simulated robots that were frozen, squads that nobody is left of."""
+    """A body whose agents can fail: frozen simulated robots, or squads without members left."""
 
     @property
     def failed(self) -> Bools:
-        """Which agents are out of action [N]."""
+        """The agents that are out of action [N]."""
         ...
 
 
 class MemberReports:
-    """What M members report, each of them a row of one of the bodies below. `drops` names a reading: who reads yes has
-    dropped out, as who has failed or has not been heard of.
+    """What M members report, each of them a row of one of the bodies below.
+
+    `drops` names a reading: members for which it is yes have dropped out, like failed and silent ones.
     """
 
     def __init__(
@@ -128,15 +129,15 @@ class MemberReports:
 
     @property
     def is_perfect(self) -> bool:
-        """Whether all arrives at once."""
+        """Whether all reports arrive at once."""
         return self._radio is None
 
     def clear(self) -> None:
-        """Nobody has reported anything yet."""
+        """Forget all reports."""
         self._delayed.clear()
 
     def readings(self, key: ReadingKey, now: float) -> Column:
-        """What each member reads [M]; absent where it has no such reading."""
+        """Return the reading of each member [M]; absent where it has no such reading."""
         values = np.full(len(self.roster), np.nan)
         for number, band in enumerate(self.bands):
             if key in band.layer.percept:
@@ -145,8 +146,10 @@ class MemberReports:
         return self._through(key, values, now)
 
     def flags(self, flag: str, answering: Column, issued: Column, now: float) -> Column:
-        """Whose flag is up [M]. A report says when the order was given that it is about (`answering` [M]); where that
-        is not the one that stands (`issued` [M]), it does not count.
+        """Return the members that have raised a flag [M].
+
+        A report names the time of the order that it refers to (`answering` [M]). It does not count unless that is the
+        present order (`issued` [M]).
         """
         up = np.zeros(len(self.roster))
         for number, band in enumerate(self.bands):
@@ -158,7 +161,7 @@ class MemberReports:
         return np.where(about == issued, up, 0.0)
 
     def select_present(self, now: float) -> Bools:
-        """Who is still there [M]: has not failed, is not stuck where that counts, has been heard of lately."""
+        """Return the members that are present [M]: not failed, not dropped out, and heard from lately."""
         there = np.ones(len(self.roster), np.bool_)
         for number, band in enumerate(self.bands):
             if isinstance(band.layer.body, HasFailures):

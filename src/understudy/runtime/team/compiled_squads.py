@@ -1,4 +1,4 @@
-"""Leading: squads with all that is theirs as arrays, for kernels in which whole teams go on by themselves."""
+"""Squads as arrays, for kernels in which whole teams run many ticks by themselves."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ Leads: TypeAlias = tuple[tuple[Any, ...], ...]
 
 
 class SquadTables(NamedTuple):
-    """All that kernels see of a team (see `_squad_kernels.py`), and what the robots have to sense."""
+    """All data of a team for the kernels (see `_squad_kernels.py`), and the readings that the robots have to sense."""
 
     bands: Bands
     leads: Leads
@@ -53,7 +53,7 @@ class SquadTables(NamedTuple):
 
 
 class SquadCompiler:
-    """The layers of a team in B worlds, robots first. `is_possible` tells whether kernels can do what they do."""
+    """A compiler of the layers of a team in B worlds, robots first. `is_possible` says whether kernels can run them."""
 
     def __init__(
         self, layers: Sequence[AgentLayer], keys: Sequence[tuple[ReadingKey, ...]], worlds: int
@@ -68,7 +68,7 @@ class SquadCompiler:
 
     @staticmethod
     def is_possible(layers: Sequence[AgentLayer]) -> bool:
-        """Whether all is data, nothing takes time on a radio or is shared out, and no angle is averaged."""
+        """Return whether all parts are data, messages take no time, no duty is shared out, and no angle is averaged."""
         engines = [layer.runner for layer in layers]
         if len(layers) < 2 or not all(
             isinstance(each, Engine) and each.plan() is not None for each in engines
@@ -77,7 +77,7 @@ class SquadCompiler:
         return all(isinstance(layer.body, SquadBody) and _is_plain(layer.body) for layer in layers[1:])
 
     def make_tables(self) -> SquadTables:
-        """Everything as it is now; what kernels do to it is done to the team once `write_back` was called."""
+        """Make arrays of the present state. Changes that kernels make reach the team when `write_back` is called."""
         bands = []
         for layer, columns in zip(self._layers, self._columns, strict=True):
             engine, agents = _engine(layer), layer.body.agents
@@ -86,7 +86,7 @@ class SquadCompiler:
         return SquadTables(tuple(bands), tuple(led.record() for led in self._led), tuple(self._columns[0]))
 
     def write_back(self) -> None:
-        """Put back what squads remember."""
+        """Write the memory of squads back."""
         for led in self._led:
             led.write_back()
 
@@ -98,7 +98,7 @@ def _engine(layer: AgentLayer) -> Engine:
 
 
 def _columns(layer: AgentLayer, needed: Sequence[ReadingKey]) -> list[ReadingKey]:
-    """The readings in the order of a feature vector, and then what squads above look at."""
+    """List the readings in the order of a feature vector, and then those of the statistics above."""
     engine = _engine(layer)
     own = [get_feature_key(bound) for bound in engine.compiled.features]
     return [*own, *(key for key in needed if key not in own)]
@@ -160,7 +160,7 @@ class _SquadLayer:
         self._roots = self._rooted(layers)
 
     def _rooted(self, layers: Sequence[AgentLayer]) -> NDArray[np.int32]:
-        """What the root of a member of each band is to be for each duty."""
+        """Return the root of a member of each band for each duty."""
         ordering, bands = self._body.ordering, self._body.bands
         roots = np.full((len(ordering.duties), len(bands)), NOWHERE, np.int32)
         for number, fits in ordering.find_assignable_groups().items():
@@ -172,8 +172,10 @@ class _SquadLayer:
         return roots
 
     def record(self) -> tuple[Any, ...]:
-        """Statistics, sources, members, where each squad's begin, what drops, orders by what is run, who is counted,
-        when a statistic was last yes and since when, the state of the ordering, squads in a world.
+        """Return the arrays of the layer, in the order that the kernels expect.
+
+        Statistics, sources, members, the first member of each squad, dropouts, orders by basic behavior, counted
+        members, when a statistic was last yes and since when, the state of the orders, squads in a world.
         """
         body = self._body
         counted = np.ones(len(body.roster), np.bool_)
@@ -192,7 +194,7 @@ class _SquadLayer:
         )  # fmt: skip
 
     def write_back(self) -> None:
-        """Put back what is remembered."""
+        """Write the memory of these squads back."""
         for index, key in enumerate(self._keys):
             memory = self._body.memory(key)
             if isinstance(memory, StatisticMemory):
@@ -215,7 +217,7 @@ def _record(statistic: Statistic, body: SquadBody) -> tuple[float, ...]:
 def _source(
     statistic: Statistic, target: str | None, layer: AgentLayer, columns: Sequence[ReadingKey]
 ) -> int:
-    """Where a layer has what a statistic is of: a column, or the number of a flag."""
+    """Return where a layer has the subject of a statistic: a column, or the number of a flag."""
     if statistic.reading is not None:
         key = statistic.reading, target
         return columns.index(key) if key in columns else NOWHERE

@@ -1,6 +1,6 @@
-"""Troops: the coordinators of one sort and all that is below them, as one body (ARCHITECTURE section 1).
+"""Coordinators as a body: those of one sort, with everything below them (ARCHITECTURE section 1).
 
-Whoever commands it, a session or a run, trains or runs coordinators just as robots.
+A session or a run trains or runs coordinators through this body in the same way as robots.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ NO_SIMULATION = "its robots are not simulated"
 
 
 class AgentRunState(msgspec.Struct):
-    """The run state of one agent, and when it started what it runs."""
+    """The run state of one agent, and when it started its program."""
 
     levels: list[StackFrame]
     entered: float
@@ -47,7 +47,15 @@ class CoordinatorSnapshot(msgspec.Struct):
 
 
 class CoordinatorBody:
-    """The squads of the sort `name` of a team, its coordinators without anybody above them: a body."""
+    """A body whose agents are the coordinators of one sort of squads, which have no coordinator above them.
+
+    Parameters
+    ----------
+    team
+        The team.
+    name
+        The sort of squads.
+    """
 
     def __init__(self, team: Team, name: str) -> None:
         layer = team.layer(name)
@@ -73,30 +81,75 @@ class CoordinatorBody:
         return self.ground.time_s
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """Statistics [S], from what everybody below senses now."""
+        """Compute statistics over the present readings of all members.
+
+        Parameters
+        ----------
+        keys
+            Pairs (statistic, target); the target is None where the statistic needs none.
+
+        Returns
+        -------
+        Percept
+            A column [S] for each key, with a value per squad. NaN where absent.
+        """
         for layer in self._below:
             layer.percept = layer.body.sense(list_reading_keys(layer.body))
         return self.squads.sense(keys)
 
     def index_order(self, order: Order) -> int:
-        """The number of an order; UnknownName where members do not know what it says."""
+        """Return the number of an order.
+
+        Parameters
+        ----------
+        order
+            An order whose parameters are all bound to targets.
+
+        Returns
+        -------
+        int
+            The value that gives it on the channel ORDER.
+
+        Raises
+        ------
+        UnknownName
+            If members do not have the behavior that it names.
+        """
         return self.squads.index_order(order)
 
     def act(self, commands: Commands) -> None:
-        """Give the orders, and let everybody below decide and act for one tick."""
+        """Give orders, and let all agents below decide and act for one tick.
+
+        Parameters
+        ----------
+        commands
+            The number of the order of each squad [S], and the time at which it was given, s.
+        """
         self.squads.act(commands)
         for layer in reversed(self._below):
             layer.body.act(layer.runner.decide(layer.percept))
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Begin anew, a world per seed: nobody has orders, nothing is remembered."""
+        """Begin new worlds, without orders and memory.
+
+        Parameters
+        ----------
+        seeds
+            The seed of each world.
+        """
         if not isinstance(self.ground, Resettable):
             raise SessionError(f"this squad cannot be reset: {NO_SIMULATION}")
         self.ground.reset(seeds)
         self.team.clear()
 
     def snapshot(self) -> bytes:
-        """The whole state, for `restore`."""
+        """Return the whole state.
+
+        Returns
+        -------
+        bytes
+            The state, to be passed to `restore`.
+        """
         if not isinstance(self.ground, Rewindable):
             raise SessionError(f"this squad cannot be rewound: {NO_SIMULATION}")
         squads = [
@@ -108,7 +161,18 @@ class CoordinatorBody:
         return msgspec.msgpack.encode(CoordinatorSnapshot(self.ground.snapshot(), squads, runs))
 
     def restore(self, snapshot: bytes) -> None:
-        """Go back to a snapshot; FileError where it is none of such a body."""
+        """Go back to a snapshot.
+
+        Parameters
+        ----------
+        snapshot
+            What `snapshot` returned.
+
+        Raises
+        ------
+        FileError
+            If it is not a snapshot of such a body.
+        """
         try:
             with convert_decode_errors():
                 kept = msgspec.msgpack.decode(snapshot, type=CoordinatorSnapshot)

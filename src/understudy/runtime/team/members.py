@@ -1,4 +1,4 @@
-"""Groups of squad members by sort: who belongs to which squad, and which program each runs."""
+"""Groups of squad members by sort: which squad each belongs to, and which program each runs."""
 
 from __future__ import annotations
 
@@ -25,29 +25,29 @@ class Runner(Protocol):
 
     @property
     def keys(self) -> tuple[ReadingKey, ...]:
-        """What they look at."""
+        """The readings that the agents use."""
         ...
 
     def begin(self, agents: NDArray[np.intp], program: Program) -> None:
-        """Let these agents run a program from its start."""
+        """Let these agents begin a program."""
         ...
 
     def find_raised(self, flag: str) -> NDArray[np.bool_]:
-        """Which agents have raised a flag [N]."""
+        """Find the agents that have raised a flag [N]."""
         ...
 
     def path(self, agent: int) -> tuple[str, ...]:
-        """The current state of every level of an agent, from the root down."""
+        """Return the current state of every level of an agent, from the root down."""
         ...
 
     def decide(self, percept: Percept) -> Commands:
-        """Pulse every agent on one snapshot; the commands of all."""
+        """Pulse every agent on one snapshot, and return the commands of all."""
         ...
 
 
 @dataclass
 class AgentLayer:
-    """A body with those who run its agents, and what it has sensed in this tick."""
+    """A body with the runner of its agents, and its snapshot of this tick."""
 
     body: Body
     runner: Runner
@@ -56,7 +56,7 @@ class AgentLayer:
 
 @dataclass(frozen=True)
 class MemberGroup:
-    """Members of one sort: agents of a layer, who can be ordered to run what `finds` finds."""
+    """Members of one sort: agents of a layer, which can be ordered to run the behaviors that `finds` finds."""
 
     name: str
     layer: AgentLayer
@@ -85,7 +85,7 @@ class Membership:
     def from_squads(
         cls, squads: Sequence[Sequence[Member]], worlds: int = 1, rows: Sequence[int] = ()
     ) -> Membership:
-        """The squads of one world, or of as many side by side, whose bodies have so many `rows` for each world."""
+        """Make the members of the squads of one world, or of several worlds whose bodies have `rows` rows per world."""
         members = [member for squad in squads for member in squad]
         band, row, role = np.array(members, np.intp).reshape(-1, 3).T
         squad = np.repeat(np.arange(len(squads)), [len(squad) for squad in squads])
@@ -103,7 +103,7 @@ class Membership:
         return len(self.row)
 
     def of_squads(self, chosen: NDArray[np.bool_]) -> NDArray[np.intp]:
-        """The members of these squads [S]."""
+        """Return the members of these squads [S]."""
         return np.flatnonzero(chosen[self.squad])
 
 
@@ -112,7 +112,7 @@ def check_members(
     type_of: Sequence[int],
     squads: Sequence[tuple[Squad, Sequence[Sequence[Member]]]],
 ) -> None:
-    """DefinitionError where a member is in two squads, is not there, or is not what its role is for."""
+    """Refuse, with DefinitionError, a member that is in two squads, does not exist, or does not fit its role."""
     robots = [types[kind] for kind in type_of]
     sorts = [(name, robots) for name in types]  # of each sort of agents, what the rows of its body are
     taken: dict[tuple[str, int], str] = {}
@@ -136,7 +136,7 @@ def check_members(
 
 
 def _problem(member: Member, squad: Squad, sorts: Sequence[tuple[str, Sequence[str]]]) -> str | None:
-    """What is wrong with a member by itself."""
+    """Return what is wrong with a single member, or None."""
     band, row, role = member
     if not 0 <= role < len(squad.roles):
         return f"role {role} of a member is not one of its {len(squad.roles)} roles"
@@ -158,7 +158,7 @@ def find_ordered_program(
     duty: Assignment,
     finds: Callable[[str, Binding], Program],
 ) -> Program:
-    """What members in a role run by an order; DefinitionError where they do not know it."""
+    """Find the program that an order means for members in a role; DefinitionError if they have no such behavior."""
     what = f"squad {squad.name!r}, order {str(order)!r}"
     try:
         return finds(duty.behavior, duty.binding)

@@ -1,4 +1,4 @@
-"""Ordering: which of a coordinator's members is to do what, and when it hears of it."""
+"""Orders: which of a coordinator's members does what, and when the order reaches it."""
 
 from __future__ import annotations
 
@@ -21,9 +21,11 @@ SAME_S = 1e-6
 
 
 class OrderDispatcher:
-    """The orders of S squads. `duty` is what each of the M members was last ordered to do, `answering` [M] when the
-    order was given that it is about; with a radio, it is what has reached them. `meant` and `heard` [M] are indices
-    into `duties`, all that were ever ordered.
+    """The orders of S squads.
+
+    `duty` is what each of the M members was last ordered to do, and `answering` [M] when the order was given to which
+    that belongs; with delayed messages, both are of the last order that arrived. `meant` and `heard` [M] are indices
+    into `duties`, the list of all that were ever ordered.
     """
 
     def __init__(
@@ -35,7 +37,7 @@ class OrderDispatcher:
         self.clear()
 
     def clear(self) -> None:
-        """Nobody has any orders."""
+        """Withdraw all orders."""
         self.order = np.zeros(self.roster.squads, np.intp)
         self.issued = np.full(self.roster.squads, np.nan)
         self.meant = np.zeros(len(self.roster), np.intp)
@@ -46,26 +48,26 @@ class OrderDispatcher:
 
     @property
     def duty(self) -> list[Assignment | None]:
-        """What each member does, as it has heard."""
+        """The duty of each member, by the last order that reached it."""
         return [self.duties[number] for number in self.heard.tolist()]
 
     @property
     def orders(self) -> list[Order | None]:
-        """What each squad was ordered."""
+        """The order of each squad."""
         return [self._orders[number] for number in self.order.tolist()]
 
     @property
     def all_orders(self) -> list[Order]:
-        """All orders that there are."""
+        """All orders that exist."""
         return [order for order in self._orders if order is not None]
 
     @property
     def state(self) -> tuple[NDArray[Any], ...]:
-        """What stands now: order, issued [S], meant, heard, answering [M], to be changed in place."""
+        """The present state, to be changed in place: order, issued [S], meant, heard, answering [M]."""
         return self.order, self.issued, self.meant, self.heard, self.answering
 
     def compute_fixed_assignments(self) -> NDArray[np.int64]:
-        """Which duty each order has for members of each role [orders, roles], where none is shared out."""
+        """Compute the duty that each order gives to members of each role [orders, roles], if none is shared out."""
         found = np.zeros((len(self._orders), len(self.squad.roles)), np.int64)
         for number, order in enumerate(self._orders):
             for place, role in enumerate(self.squad.roles):
@@ -75,7 +77,7 @@ class OrderDispatcher:
         return found
 
     def find_assignable_groups(self) -> dict[int, set[int]]:
-        """The bands of members that may be ordered to do each duty."""
+        """Find the bands of members that may be ordered to do each duty."""
         dealt = self.compute_fixed_assignments()
         found: dict[int, set[int]] = {0: set(range(len(self.bands)))}
         for place in range(len(self.squad.roles)):
@@ -85,7 +87,7 @@ class OrderDispatcher:
         return found
 
     def index_order(self, order: Order | None) -> int:
-        """The number of an order; UnknownName where members do not know what it says."""
+        """Return the number of an order; UnknownName if members do not have the behavior that it names."""
         if order is not None and order not in self._orders:
             self._check(order)
             self._orders.append(order)
@@ -103,7 +105,7 @@ class OrderDispatcher:
                 self.bands[band].finds(duty.behavior, duty.binding)
 
     def issue(self, order: NDArray[np.intp], issued: Column, counted: NDArray[np.bool_], tick: int) -> None:
-        """Let orders [S] stand that were given then [S]; where one is new, the members stop and start what it says."""
+        """Give orders [S] with the times [S] at which they were given; members stop and begin where one is new."""
         anew = (order != self.order) | ~(np.abs(issued - self.issued) <= SAME_S)
         self.order, self.issued = order, np.where(anew, issued, self.issued)
         if anew.any():
@@ -148,7 +150,7 @@ class OrderDispatcher:
         return self.duties.index(plain)
 
     def start(self, members: NDArray[np.intp]) -> None:
-        """Let members begin what they have heard."""
+        """Let members begin the duty that reached them."""
         if not len(members):
             return
         band, heard = self.roster.band[members], self.heard[members]
@@ -165,7 +167,7 @@ class OrderDispatcher:
         duties: Sequence[Assignment | None],
         answering: Column,
     ) -> None:
-        """Go back to orders that stood once; members begin what they did."""
+        """Go back to earlier orders; members begin their duties again."""
         self.order = np.array([self.index_order(order) for order in orders], np.intp)
         self.issued, self.answering = issued.copy(), answering.copy()
         numbers = [0 if duty is None else self._number(duty) for duty in duties]
@@ -180,10 +182,10 @@ def distribute_assignments(
     before: Mapping[int, int],
     there: Sequence[int],
 ) -> dict[int, int]:
-    """Who does which of an order's duties (0: nothing), of the members of one squad, in their order.
+    """Assign the duties of an order (0: none) to the members of one squad, in their order.
 
-    Who did it before goes on with it, as far as there is room: as few as possible change. Shares are of those who are
-    there; who is not gets what is left over.
+    Members keep their former duty as far as there is room, so that as few as possible change. Shares are of the members
+    that are present; absent ones get what is left over.
     """
     dealt = dict.fromkeys(roles, 0)
     left = dict.fromkeys([*there, *roles])

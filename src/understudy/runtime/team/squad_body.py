@@ -1,7 +1,7 @@
-"""Squads as a body: what S coordinators of one sort sense of their members, and how they order them about.
+"""Squads as a body: the statistics that S coordinators of one sort sense over their members, and the orders they give.
 
 A squad is a body (ARCHITECTURE section 1): its readings are statistics over its members, its basic behaviors are
-theirs. Its members may be robots or coordinators; nothing here knows which.
+theirs. Members may be robots or coordinators; this module makes no difference between them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SpelledOrder: TypeAlias = list[tuple[str, dict[str, str], str | None, str | None
 
 
 class SquadState(msgspec.Struct):
-    """What squads are at: the orders they gave and when, what their members heard of them, what they remember."""
+    """The state of squads: the orders they gave and when, the orders that reached members, and their memory."""
 
     orders: list[SpelledOrder | None]
     issued: list[float]
@@ -47,7 +47,7 @@ CHANNELS = (
 class SquadBody:
     """S squads of one sort over the bodies of their members: a body whose agents are coordinators.
 
-    Without a radio, orders and reports arrive at once.
+    Without a delay or loss, orders and reports arrive at once.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class SquadBody:
         self.clear()
 
     def clear(self) -> None:
-        """Begin anew: nothing remembered, nothing ordered."""
+        """Withdraw all orders, and clear the memory."""
         self._memories.clear()
         self.reports.clear()
         self.ordering.clear()
@@ -95,7 +95,7 @@ class SquadBody:
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Which squads have nobody left [S]."""
+        """The squads that have no member left [S]."""
         left = np.bincount(self.roster.squad, self._counted, minlength=self.agents)
         nobody: NDArray[np.bool_] = left == 0
         return nobody
@@ -103,17 +103,17 @@ class SquadBody:
     # Sensing
 
     def list_needed_readings(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
-        """What members have to sense, so that these readings are there."""
+        """List the readings that members have to sense for these readings of the squad."""
         found = [(self._statistics[name].reading, target) for name, target in self._remembered(keys)]
         needed = [(reading, target) for reading, target in found if reading is not None]
         return needed if self.squad.drops is None else [*needed, (self.squad.drops, None)]
 
     def _remembered(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
-        """The keys, and those whose past has to be followed."""
+        """Return the keys, and those whose past has to be followed."""
         return list(dict.fromkeys((*keys, *self._memories)))
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """Statistics [S] over what the members have sensed in this tick, and the flags that they raised before it."""
+        """Compute statistics [S] over members' readings of this tick and the flags that they raised before it."""
         self._check(keys)
         now = self.time_s
         self._counted = self.reports.select_present(now)
@@ -136,15 +136,15 @@ class SquadBody:
         return found if memory is None else memory.update(found, now)
 
     def statistic(self, name: str) -> Statistic:
-        """The statistic of this name."""
+        """Get the statistic of this name."""
         return self._statistics[name]
 
     def kind_of(self, statistic: Statistic) -> Kind | None:
-        """The kind of what a statistic is of; None where that is no reading."""
+        """Get the kind of a statistic's reading; None if it is not of a reading."""
         return None if statistic.reading is None else self._kinds[statistic.reading]
 
     def memory(self, key: ReadingKey) -> StatisticMemory | None:
-        """What is remembered of a reading; None where nothing has to be."""
+        """Get the memory of a reading; None if it needs none."""
         statistic = self._statistics[key[0]]
         if not statistic.is_timed:
             return None
@@ -157,7 +157,7 @@ class SquadBody:
         return StatisticMemory(statistic, kind, self.agents, self.tick_s)
 
     def _reported(self, statistic: Statistic, target: str | None, now: float) -> Column:
-        """What each member reads, or whether its flag is up [M]; of nothing in particular, yes."""
+        """Return each member's reading, or whether it has raised the flag [M]; yes if there is no subject."""
         if statistic.reading is not None:
             return self.reports.readings((statistic.reading, target), now)
         if statistic.flag is None:
@@ -167,7 +167,7 @@ class SquadBody:
 
     @property
     def traffic(self) -> Traffic:
-        """What a tick takes on a network."""
+        """The traffic of a tick on a network."""
         used = [self._statistics[name] for name in {reading.name for reading in self.readings}]
         readings = {each.reading for each in used if each.reading is not None}
         flags = {each.flag for each in used if each.flag is not None}
@@ -176,18 +176,18 @@ class SquadBody:
     # Ordering
 
     def index_order(self, order: Order) -> int:
-        """The number of an order; UnknownName where members do not know what it says."""
+        """Return the number of an order; UnknownName if members do not have the behavior that it names."""
         return self.ordering.index_order(order)
 
     def act(self, commands: Commands) -> None:
-        """Give orders: where a state was entered anew, the members stop what they do and start what it says."""
+        """Give orders: where a coordinator entered a state anew, its members stop and begin what the order says."""
         tick = round(self.time_s / self.tick_s)
         self.ordering.issue(commands[ORDER].astype(np.intp), commands[ISSUED], self._counted, tick)
 
     # Keeping
 
     def capture_state(self) -> SquadState:
-        """What they are at, for `restore`."""
+        """Return the state, to be passed to `restore`."""
         orders, duties = self.ordering.orders, self.ordering.duty
         memories = [
             (
@@ -209,7 +209,7 @@ class SquadBody:
         )
 
     def restore(self, kept: SquadState) -> None:
-        """Go back to what they were at; their members begin what they were ordered to do."""
+        """Go back to a state; members begin the duties that they had."""
         orders = [
             None if each is None else Order(tuple(_read(*duty) for duty in each)) for each in kept.orders
         ]
@@ -233,13 +233,13 @@ def _read(
 
 
 def list_squad_readings(squad: Squad, below: Sequence[Reading]) -> tuple[Reading, ...]:
-    """What a coordinator senses, given what its members do."""
+    """List the readings of a coordinator, given those of its members."""
     named = {reading.name: reading for reading in reversed(below)}
     return tuple(_reading(each, named) for each in squad.statistics)
 
 
 def _reading(statistic: Statistic, readings: Mapping[str, Reading]) -> Reading:
-    """What a statistic offers as a reading of the squad."""
+    """Make the reading of the squad that a statistic offers."""
     of = readings.get(statistic.reading or "")
     kind = statistic.kind(of.kind if of is not None else BOOLEAN)
     unit = "s" if statistic.since else "" if of is None or statistic.how in TELLING else of.unit

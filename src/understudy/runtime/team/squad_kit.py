@@ -18,7 +18,7 @@ PARAMETER = "A"
 
 
 def make_squad_kit(squad: Squad, below: Sequence[Reading], members: Mapping[str, Library]) -> Kit:
-    """What a coordinator can be taught with, given what its members sense and the library of each sort of them."""
+    """Make the kit to teach a coordinator with, given its members' readings and the library of each sort of them."""
     fresh = {each.name: each.reset_value for each in squad.statistics}
     features = [
         Feature(

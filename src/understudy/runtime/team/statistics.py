@@ -1,4 +1,4 @@
-"""Surveys: statistics over the members of squads, and what they remember of before (paper section 5.1)."""
+"""Statistics over the members of squads, and their memory of earlier ticks (paper section 5.1)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Bools = NDArray[np.bool_]
 
 
 def select_matching_members(statistic: Statistic, values: Column, kind: Kind | None) -> Bools:
-    """Of which members it is true [M], by what they read or whether their flag is up."""
+    """Return the members for which a statistic's condition holds [M], by their reading or flag."""
     if kind is None or (kind == BOOLEAN and statistic.least is None and statistic.below is None):
         yes: Bools = np.equal(values, YES)
         return yes
@@ -27,7 +27,7 @@ def select_matching_members(statistic: Statistic, values: Column, kind: Kind | N
 
 
 def count_matching_members(how: str, true: Bools, counted: Bools, roster: Membership) -> Column:
-    """Of how many of the counted members [M] of each squad [S] it is true."""
+    """Count for each squad [S] the counted members [M] for which the condition holds, in the way that `how` names."""
     everyone = np.bincount(roster.squad, counted, minlength=roster.squads)
     number = np.bincount(roster.squad, true & counted, minlength=roster.squads)
     found: NDArray[Any] = number
@@ -41,9 +41,9 @@ def count_matching_members(how: str, true: Bools, counted: Bools, roster: Member
 
 
 def aggregate_readings(how: str, values: Column, counted: Bools, roster: Membership, kind: Kind) -> Column:
-    """The mean, minimum, maximum or spread of what the counted members [M] of each squad read [S]; absent if nothing.
+    """Compute the mean, minimum, maximum or spread over counted members [M] of each squad [S]; absent if none.
 
-    Sums go in the order of members, so that they are the same alone and among others.
+    Sums go in the order of members, so that they are the same for one squad alone and among others.
     """
     there = counted & ~np.isnan(values)
     number = np.bincount(roster.squad, there, minlength=roster.squads)
@@ -75,7 +75,7 @@ def aggregate_readings(how: str, values: Column, counted: Bools, roster: Members
 
 @dataclass
 class StatisticMemory:
-    """What the squads remember of one statistic: when it was last yes, since when it is, its last values."""
+    """The memory of one statistic: when it was last yes, since when it is yes, and its last values, for each squad."""
 
     statistic: Statistic
     kind: Kind
@@ -90,14 +90,14 @@ class StatisticMemory:
         self.clear()
 
     def clear(self) -> None:
-        """As if nothing had been."""
+        """Clear the memory."""
         span = self.statistic.within_s if self.statistic.how not in YES_OR_NO else None
         ticks = 0 if span is None else round(span / self.tick_s) + 1
         self.last, self.since = np.full(self.squads, np.nan), np.full(self.squads, np.nan)
         self.values, self.times = np.full((ticks, self.squads), np.nan), np.full(ticks, -np.inf)
 
     def update(self, value: Column, now: float) -> Column:
-        """What the statistic reads, given what it is now; asked again in the same tick it answers the same."""
+        """Return the statistic over time, given its present value; the same for each call in one tick."""
         statistic = self.statistic
         if statistic.how not in YES_OR_NO:
             return self._over(value, now)
@@ -111,7 +111,7 @@ class StatisticMemory:
         return (_seconds(now, self.since) >= round(statistic.for_s or 0.0, 9)).astype(np.float64)
 
     def _over(self, value: Column, now: float) -> Column:
-        """The mean of the last values, or the least or greatest of them; absent where there was none."""
+        """Return the mean, minimum or maximum of the last values; absent if there are none."""
         slot = round(now / self.tick_s) % len(self.values)
         self.values[slot], self.times[slot] = value, now
         lately = _seconds(now, self.times) <= round(self.statistic.within_s or 0.0, 9)
@@ -123,7 +123,7 @@ class StatisticMemory:
 
 
 def _seconds(now: float, since: Column) -> Column:
-    """Seconds from then to now, rounded as the interpreter rounds them."""
+    """Return the seconds from a time to now, rounded as by the interpreter."""
     steps = 1e9 if now < 4194304.0 else 1e6
     seconds: Column = np.floor((now - since) * steps + 0.5) / steps
     return seconds
@@ -132,7 +132,7 @@ def _seconds(now: float, since: Column) -> Column:
 def compute_statistic(
     statistic: Statistic, values: Column, counted: Bools, roster: Membership, kind: Kind | None
 ) -> Column:
-    """A statistic as it is now [S], without what was before; `kind` is that of the reading, None for a flag."""
+    """Compute a statistic [S] without its past; `kind` is that of the reading, None for a flag."""
     if statistic.how in TELLING:
         return count_matching_members(
             statistic.how, select_matching_members(statistic, values, kind), counted, roster

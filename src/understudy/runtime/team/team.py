@@ -1,6 +1,6 @@
-"""Teams: robots at the leaves, coordinators above, all pulsed in one tick (ARCHITECTURE section 3, paper section 5).
+"""Teams: robots at the leaves and coordinators above, all pulsed in one tick (ARCHITECTURE section 3, paper section 5).
 
-A tick is: all sense, bottom-up; all decide, top-down, and what a coordinator orders its members begin at once.
+A tick is: all sense, bottom-up; all decide, top-down; the members of a coordinator begin its new orders at once.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ from understudy.runtime.team.squad_body import SquadBody
 
 @dataclass(frozen=True)
 class TeamTree:
-    """The team of one world: the types of robots, which of them each robot is of, and the squads, bottom-up.
+    """The team of one world: the types of robots, the type of each robot, and the squads, bottom-up.
 
-    A member's band is an index into the types of robots and, after them, the sorts of squads before its own.
+    A member's band is an index into the types of robots followed by the sorts of squads before its own.
     """
 
     types: tuple[str, ...]
@@ -54,7 +54,7 @@ class TeamTree:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The sorts of agents, in order of their bands."""
+        """The sorts of agents, in the order of their bands."""
         return (*self.types, *(squad.name for squad, _ in self.squads))
 
 
@@ -63,13 +63,39 @@ Makes: TypeAlias = Callable[[Body, Sequence[Program], Sequence[Program]], Runner
 
 
 def make_interpreter_runner(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
-    """Interpreters: the definition."""
+    """Make a run with interpreters, the reference for all other runners."""
     return Run(body, [Interpreter(program, now=body.time_s) for program in programs], others)
 
 
 class Team:
-    """A team in B worlds side by side. `roots` says what the agents of a sort run by themselves, those who are in no
-    squad; the others idle until they are ordered. `libraries` has what each sort knows, by its name.
+    """A team in B worlds side by side.
+
+    Squads have a coordinator if `roots` gives them a behavior, if a squad above them does, or if their sort is
+    `trained`.
+
+    Parameters
+    ----------
+    ground
+        The body of all robots.
+    tree
+        The team of one world.
+    libraries
+        The library of each sort of agents, by its name.
+    roots
+        For each sort, the behavior and the binding that agents outside of any squad run; agents of other sorts idle
+        until they get an order.
+    worlds
+        The number B of worlds.
+    makes
+        The function that makes the runner of a body: interpreters, or an engine.
+    trained
+        The sort of squads whose coordinator is trained; it exists even without a root.
+    delay_s
+        Time that messages between coordinators and members take, s.
+    loss
+        Share of these messages that gets lost, 0 to 1.
+    seeds
+        The seed of each world, from which lost messages are drawn.
     """
 
     def __init__(
@@ -86,10 +112,6 @@ class Team:
         loss: float = 0.0,
         seeds: Sequence[int] = (),
     ) -> None:
-        """Squads have coordinators where `roots` gives them something to do, a squad above them does, or `trained` is
-        their sort. Messages between coordinators and members take `delay_s`, and a share `loss` of them gets lost,
-        drawn from the `seeds` of the worlds.
-        """
         self._radio = round(delay_s / ground.tick_s), loss, np.array(seeds or range(worlds), np.int64)
         self.ground, self.tree = ground, tree
         self._finds: dict[str, Finds] = {name: _finder(libraries[name], name) for name in tree.names}
@@ -106,14 +128,14 @@ class Team:
         self._leading = SquadCompiler(self.layers, self._keys, worlds) if fused else None
 
     def _closure(self, names: set[str]) -> set[str]:
-        """These sorts of agents, and those that are members of theirs."""
+        """Return these sorts of agents, and those of their members."""
         for squad, _ in reversed(self.tree.squads):
             if squad.name in names:
                 names = names | {role.of for role in squad.roles}
         return names
 
     def _collect(self, name: str, program: Program) -> None:
-        """Note what agents of a sort may run, and what those below them may be ordered to."""
+        """Note the programs that agents of a sort may run, and those that orders may give to agents below."""
         if program in self._orders[name]:
             return
         self._orders[name].append(program)
@@ -175,7 +197,7 @@ class Team:
         return layer
 
     def _needed(self) -> list[tuple[ReadingKey, ...]]:
-        """What each layer has to sense: what its own agents look at, and what those above ask of it."""
+        """List the readings of each layer: those of its own agents, and those of the statistics above."""
         needed: list[dict[ReadingKey, None]] = [dict.fromkeys(layer.runner.keys) for layer in self.layers]
         for number in reversed(range(len(self.layers))):
             body = self.layers[number].body
@@ -188,14 +210,20 @@ class Team:
         return [tuple(keys) for keys in needed]
 
     def tick(self) -> None:
-        """All sense, decide and act once."""
+        """Let all agents sense, decide and act once."""
         for layer, keys in zip(self.layers, self._keys, strict=True):
             layer.percept = layer.body.sense(keys)
         for layer in reversed(self.layers):
             layer.body.act(layer.runner.decide(layer.percept))
 
     def run(self, ticks: int) -> None:
-        """So many ticks: in one go where the robots' body can and all is data, else one by one."""
+        """Run ticks: all at once if the robots' body can and the programs are data, otherwise one by one.
+
+        Parameters
+        ----------
+        ticks
+            The number of ticks.
+        """
         robots, ground = self.layers[0].runner, self.ground
         if self._leading is None or not isinstance(ground, Fused) or not isinstance(robots, Engine):
             for _ in range(ticks):
@@ -207,7 +235,7 @@ class Team:
             self._leading.write_back()
 
     def clear(self) -> None:
-        """Begin anew: nobody has orders, nothing is remembered; who is not ordered about begins its program."""
+        """Restart all agents: no orders, no memory; agents outside of squads begin their programs."""
         for layer in self.layers:
             if isinstance(layer.body, SquadBody):
                 layer.body.clear()
@@ -216,7 +244,7 @@ class Team:
 
     @property
     def paths(self) -> list[tuple[str, ...]]:
-        """What each robot is doing, outermost first, beginning with what it was ordered to do; () is nothing."""
+        """Return each robot's states, outermost first, beginning with the behavior it was ordered; () if it idles."""
         robots = self.layers[0].runner
         paths = [robots.path(row) for row in range(self.ground.agents)]
         for layer in self.layers[1:]:
@@ -228,25 +256,49 @@ class Team:
         return paths
 
     def find_raised(self, name: str, flags: Collection[str]) -> NDArray[np.bool_]:
-        """Which agents of a sort have raised one of these flags."""
+        """Find the agents of a sort that have raised one of some flags.
+
+        Parameters
+        ----------
+        name
+            The sort of agents.
+        flags
+            Names of the flags.
+
+        Returns
+        -------
+        array
+            True for each such agent [N].
+        """
         runner = self.layer(name).runner
         found: NDArray[np.bool_] = np.logical_or.reduce([runner.find_raised(flag) for flag in flags])
         return found
 
     @property
     def programs(self) -> Mapping[str, Sequence[Program]]:
-        """What the agents of each sort run, or may be ordered to."""
+        """The programs that agents of each sort run or may be ordered to run."""
         return self._orders
 
     def layer(self, name: str) -> AgentLayer:
-        """The layer of a sort of agents."""
+        """Get the layer of a sort of agents.
+
+        Parameters
+        ----------
+        name
+            The sort of agents.
+
+        Returns
+        -------
+        AgentLayer
+            Its body and its runner.
+        """
         if name not in self._layers_of:
             raise UnknownName(what="sort of agents", name=name, where="the team", known=list(self._layers_of))
         return self._layers_of[name]
 
 
 def _finder(library: Library, name: str) -> Finds:
-    """Finds behaviors that agents of a sort can run."""
+    """Make a function that finds the behaviors which agents of a sort can run."""
 
     @cache
     def find(behavior: str, binding: Binding) -> Program:
