@@ -1,1 +1,1 @@
-"""The coach: what a lesson lacks, where a decision is in doubt, and how to set up what is to be shown next."""
+"""The coach: finds what a lesson lacks, where decisions are uncertain, and situations to demonstrate next."""

@@ -1,4 +1,4 @@
-"""Advice: one thing about a lesson that a person may want to do something about."""
+"""Advice: a single suggestion about a lesson."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from understudy.model.tree_regions import Box
 
 
 class AdviceKind(StrEnum):
-    """What advice is about."""
+    """The subject of advice."""
 
     CONTRADICTION = "contradiction"  # directives or confirmations of one situation that say different things
     DISAGREEMENT = "disagreement"  # a directive and an automatic default of one situation
@@ -27,12 +27,12 @@ class AdviceKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Advice:
-    """One sentence for a person, and the place to look.
+    """One sentence for a person, and the situation that it refers to.
 
-    `state` is where to show something ("" for the lesson as a whole), `region` the feature vectors it is about, one
-    part for each of the lesson's features (None: no place in particular), `at` one of them that is best looked at,
-    `examples` the numbers of those concerned, `weight` how useful it is to follow, from 0 to 1; above 0.5 it is
-    plainly so. `doubt` is how much speaks against a press that looks like a slip.
+    `state` is where to demonstrate ("" for the lesson as a whole). `region` has the feature vectors concerned, one part
+    for each of the lesson's features (None: no situation in particular), and `at` is one of them that represents it.
+    `examples` are the numbers of the examples concerned. `weight` says how useful the advice is, from 0 to 1; it is
+    plainly useful above 0.5. `doubt` says how strongly other examples contradict a press that looks like a slip.
     """
 
     kind: AdviceKind

@@ -1,4 +1,4 @@
-"""Advise on examples that contradict each other, on likely slips, and on features that would tell examples apart."""
+"""Advise on contradicting examples, on likely slips, and on features that would tell examples apart."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from understudy.training.feature_values import compute_example_values
 
 
 def advise_on_contradictions(survey: LessonAnalysis, kit: Kit | None) -> Iterator[Advice]:
-    """Directives and confirmations of one situation that want different things, and what would part them."""
+    """Advise on directives and confirmations of equal situations that disagree, with a feature that separates them."""
     for state in survey.learners:
         for group in find_contradictions(survey.lesson, state):
             place = survey.place(state)
@@ -53,7 +53,7 @@ def advise_on_contradictions(survey: LessonAnalysis, kit: Kit | None) -> Iterato
 
 
 def advise_on_overruled_defaults(survey: LessonAnalysis) -> Iterator[Advice]:
-    """A directive in the very situation in which a default was recorded: what was said decides, at once."""
+    """Advise on directives in the very situation of a default: the directive decides, at once."""
     for state, learner in survey.learners.items():
         for group in group_by_feature_vector(learner.examples).values():
             defaults = [example for example in group if example.kind is ExampleKind.DEFAULT]
@@ -82,7 +82,7 @@ def advise_on_overruled_defaults(survey: LessonAnalysis) -> Iterator[Advice]:
 def find_separating_features(
     survey: LessonAnalysis, group: Sequence[Example], kit: Kit
 ) -> list[BoundFeature]:
-    """The kit's features, not chosen for the lesson, that tell apart what these examples want; the clearest first."""
+    """Find features of the kit that the lesson does not use and that separate these examples, the clearest first."""
     lesson = survey.lesson
     steady = frozenset(
         feature.reading or ""
@@ -106,7 +106,7 @@ def find_separating_features(
 
 
 def _others(survey: LessonAnalysis, kit: Kit) -> Iterator[BoundFeature]:
-    """What else a lesson might have chosen: every feature of the kit, of its parameters or, without any, of targets."""
+    """Yield the kit's features that the lesson does not use, with its parameters or, if it has none, with targets."""
     automaton = survey.lesson.automaton
     names = automaton.parameters or tuple(kit.targets)
     for feature in kit.features.values():
@@ -117,7 +117,7 @@ def _others(survey: LessonAnalysis, kit: Kit) -> Iterator[BoundFeature]:
 
 
 def _clearness(bound: BoundFeature, values: Sequence[float], wishes: Sequence[str]) -> float:
-    """How clearly values part wishes, 0 (not at all) to 1."""
+    """Return how clearly values separate wishes, from 0 (not at all) to 1."""
     if isinstance(bound.kind, Categorical) or any(value != value for value in values):
         said: dict[str, set[str]] = {}
         for value, wish in zip(values, wishes, strict=True):
@@ -132,7 +132,7 @@ def _clearness(bound: BoundFeature, values: Sequence[float], wishes: Sequence[st
 
 
 def _wishes(group: Sequence[Example]) -> str:
-    """What examples say: "examples 3 and 47 say right and example 71 says left"."""
+    """Format what examples say: "examples 3 and 47 say right and example 71 says left"."""
     by_wish: dict[str, list[str]] = {}
     for example in group:
         by_wish.setdefault(_wish(example), []).append(str(example.number))
@@ -157,10 +157,10 @@ MOST = 3
 
 
 def advise_on_mislabels(survey: LessonAnalysis, meant: Mapping[int, float]) -> Iterator[Advice]:
-    """Directives and confirmations that the others speak against, the oddest first (see `learning.mislabels`).
+    """Advise on directives and confirmations that others contradict, the oddest first (see `learning.mislabels`).
 
-    What would be decided as shown without them, too, is odd but no slip: it is rare. `meant` are those that the
-    demonstrator stands by, with the doubt then.
+    A press that would be decided as shown without it, too, is rare but not a slip. `meant` has the presses that the
+    demonstrator has confirmed, with the doubt at that time.
     """
     if survey.is_scant:
         return
@@ -184,7 +184,7 @@ def advise_on_mislabels(survey: LessonAnalysis, meant: Mapping[int, float]) -> I
 
 
 def _foretold(survey: LessonAnalysis, state: str, example: Example) -> bool:
-    """Whether the tree that is learned without a press decides as it says; other classifiers take too long to ask."""
+    """Return whether a tree learned without a press decides as it says; other classifiers would take too long."""
     learner = survey.learners[state]
     if not isinstance(survey.transition(state), Tree):
         return False

@@ -1,4 +1,4 @@
-"""Situations near no example: what was never shown in a state, in the widest words that hold no example."""
+"""Situations far from all examples of a state, described by as few features as possible."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LEAST_SHARE = 0.02
 
 
 def advise_on_coverage_gaps(survey: LessonAnalysis) -> Iterator[Advice]:
-    """What was never shown, state by state; the situations that are farthest from all examples first."""
+    """Advise on situations without examples, state by state, those farthest from all examples first."""
     if survey.is_scant or not len(survey.situations):
         return
     for state in survey.learners:
@@ -66,7 +66,7 @@ def _gaps(survey: LessonAnalysis, state: str) -> Iterator[Advice]:
 
 
 def find_possible_situations(survey: LessonAnalysis, state: str) -> NDArray[np.bool_]:
-    """Which of the situations may come about in a state: a flag is raised there only where that was ever seen."""
+    """Return which situations can occur in a state: a flag counts as raised only if an example has it raised there."""
     found = np.ones(len(survey.situations), np.bool_)
     if survey.lesson.automaton.stateless:
         return found
@@ -80,9 +80,9 @@ def find_possible_situations(survey: LessonAnalysis, state: str) -> NDArray[np.b
 def _widest(
     survey: LessonAnalysis, farthest: int, rows: NDArray[np.float64], shown: NDArray[np.int64], state: str
 ) -> dict[int, frozenset[int]] | None:
-    """The cells round a situation, without features that need not be said for no example to be there.
+    """Return the cells around a situation, without the features that are not needed to exclude all examples.
 
-    First to go is the feature that differs least from the nearest example; None where an example is in its very cells.
+    The feature that differs least from the nearest example goes first. None if an example has the same cells.
     """
     cells = {feature: frozenset({int(cell)}) for feature, cell in enumerate(survey.cells[farthest])}
     if not cells or match_cells(cells, shown).any():
@@ -98,7 +98,7 @@ def _widest(
 
 
 def advise_on_states_never_left(survey: LessonAnalysis) -> Iterator[Advice]:
-    """States, other than flag states, that no example leaves; where it begins is the most urgent."""
+    """Advise on states, other than flag states, that no example leaves; the start state is the most urgent."""
     automaton, examples = survey.lesson.automaton, select_teaching_examples(survey.lesson)
     if automaton.stateless:
         return
@@ -115,7 +115,7 @@ def advise_on_states_never_left(survey: LessonAnalysis) -> Iterator[Advice]:
 
 
 def advise_on_states_never_entered(survey: LessonAnalysis) -> Iterator[Advice]:
-    """States that no example leads to."""
+    """Advise on states that no example leads to."""
     automaton = survey.lesson.automaton
     entered = {example.next for example in select_teaching_examples(survey.lesson)}
     for state in automaton.states[1:]:
@@ -130,7 +130,7 @@ def advise_on_states_never_entered(survey: LessonAnalysis) -> Iterator[Advice]:
 
 
 def advise_on_unused_features(survey: LessonAnalysis) -> Iterator[Advice]:
-    """Features that no tree asks about."""
+    """Advise on features that no tree tests."""
     trees = [function for function in survey.transitions.values() if isinstance(function, Tree)]
     if survey.is_scant or not trees or len(trees) < len(survey.transitions):
         return

@@ -1,4 +1,4 @@
-"""Trials: what a state would decide had one of its examples, or half of them, never been shown."""
+"""Cross-validation: what a state would decide without one of its examples, or without half of them."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
 
 @dataclass(frozen=True)
 class StateFit:
-    """What teaches one state, and how it is learned from some of it.
+    """The examples that teach one state, and functions that learn from some of them.
 
-    `press_rows` are the rows of press-made examples: only these are ever left out and judged by.
+    `press_rows` are the rows of examples made by presses: only these are left out and tested.
     """
 
     state: str
@@ -39,17 +39,18 @@ class StateFit:
 
     @property
     def examples(self) -> tuple[Example, ...]:
-        """The examples that teach it."""
+        """The examples that teach the state."""
         return self.shown.examples
 
     @cached_property
     def press_rows(self) -> NDArray[np.int64]:
-        """The rows that a press made."""
+        """The rows made by presses."""
         return np.flatnonzero([example.is_from_press for example in self.examples])
 
     def fit_rows(self, kept: Chosen) -> Transition:
-        """The transition function from the rows kept [n]; it stays where none of those was press-made, or where they
-        are too few for the classifier.
+        """Learn the transition function from the chosen rows [n].
+
+        It stays if none of them was made by a press, or if they are too few for the classifier.
         """
         shown = self.shown
         if not kept[self.press_rows].any():
@@ -63,13 +64,13 @@ class StateFit:
             return Tree((make_leaf(STAY),))
 
     def fit_without(self, *rows: int) -> Transition:
-        """The transition function had these rows never been shown."""
+        """Learn the transition function without these rows."""
         kept = np.ones(len(self.examples), np.bool_)
         kept[list(rows)] = False
         return self.fit_rows(kept)
 
     def decide_all(self, transition: Transition, vectors: Sequence[Sequence[float]]) -> NDArray[np.int64]:
-        """The next state's index for each vector; where it stays, that of the state itself (STAY: stateless)."""
+        """Return the index of the next state for each vector; its own where it stays (STAY if stateless)."""
         if isinstance(transition, ClassifierTransition):
             found = transition.decide_at_once(np.array(vectors, np.float64).reshape(len(vectors), -1))
         else:
@@ -78,7 +79,7 @@ class StateFit:
 
 
 def make_state_fits(lesson: Lesson) -> Mapping[str, StateFit]:
-    """What teaches each state that was shown anything; a stateless lesson has one for all, under its first state."""
+    """Collect the examples of each state that has any; a stateless lesson has one entry, under its first state."""
     fit = make_fitter(lesson)
     taught = group_examples_by_state(lesson)
     names = list(taught)[:1] if lesson.automaton.stateless else list(taught)
@@ -96,8 +97,9 @@ class LeaveOneOutFit:
 def refit_without_examples(
     lesson: Lesson, found: Mapping[str, StateFit], *, most: int | None = None
 ) -> Mapping[str, list[LeaveOneOutFit]]:
-    """By state, what it would have learned without each press-made example; of a large lesson, without some of them at
-    a time, and nothing of a classifier that is SLOW.
+    """Learn again, by state, without each press-made example.
+
+    In large lessons several are left out at a time. Classifiers listed in SLOW are skipped.
     """
     if isinstance(lesson.options.learner, SklearnOptions) and lesson.options.learner.classifier in SLOW:
         return {name: [] for name in found}
@@ -118,21 +120,21 @@ def refit_without_examples(
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
-    """How many press-made examples were decided as shown by what was learned without them."""
+    """The number of press-made examples that were decided as shown without them."""
 
     right: int
     of: int
 
     @property
     def share(self) -> float:
-        """The share that was right; 0 of none."""
+        """The share of correct decisions; 0 if there were none."""
         return self.right / self.of if self.of else 0.0
 
 
 def score_leave_one_out(
     found: Mapping[str, StateFit], made: Mapping[str, Sequence[LeaveOneOutFit]]
 ) -> Accuracy:
-    """Leave-one-out accuracy pooled over all states that have two press-made examples or more."""
+    """Compute leave-one-out accuracy, pooled over all states with at least two press-made examples."""
     right = of = 0
     for name, learner in found.items():
         if len(learner.press_rows) < 2:
@@ -148,7 +150,7 @@ SEED = 1
 
 
 def score_half_of_examples(found: Mapping[str, StateFit], *, halves: int = HALVES) -> Accuracy:
-    """The same where only a half of the others is learned from, drawn several times."""
+    """Compute the same accuracy when only a random half of the other examples is learned from, drawn several times."""
     right = of = 0
     draws = np.random.default_rng(SEED)
     for learner in found.values():

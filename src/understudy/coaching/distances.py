@@ -1,4 +1,4 @@
-"""How near situations are to each other, feature by feature: 0 alike, 1 as different as can be."""
+"""Distances between situations, feature by feature: 0 for equal ones, 1 for the largest difference."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ FAR = 0.35
 
 
 class FeatureDistances:
-    """The distances of feature vectors for one state; features that its transition function asks about count in full.
+    """Distances between feature vectors in one state, in which features that its transition function tests count fully.
 
-    A number differs by its share of what was seen of it, an angle by its share of half a turn, labels and absence
-    wholly or not at all.
+    Numbers differ by their share of the observed range, angles by their share of half a turn, labels and absence by 0
+    or 1.
     """
 
     def __init__(self, words: Sequence[FeaturePhrases], transition: Transition | None) -> None:
@@ -41,7 +41,7 @@ class FeatureDistances:
     def compute_by_feature(
         self, rows: NDArray[np.float64], values: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """How far vectors [..., F] are from others, broadcast, feature by feature, from 0 to 1."""
+        """Compute distances, from 0 to 1, between vectors [..., F] and others, broadcast, for each feature."""
         off = np.abs(rows - values)
         off = np.where(off > self._turn / 2, np.abs(self._turn - off), off)  # of what has no period: itself
         off = np.where(self._labels & (off > 0), 1.0, np.minimum(off / self._scale, 1.0))
@@ -49,17 +49,17 @@ class FeatureDistances:
         return np.where(missing, (np.isnan(rows) != np.isnan(values)) * 1.0, off) if missing.any() else off
 
     def compute(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far vectors [..., F] are from others, broadcast, all features together; 1 is far."""
+        """Compute distances between vectors [..., F] and others, broadcast, over all features; 1 is far."""
         return self.combine(self.compute_by_feature(rows, values))
 
     def combine(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far vectors are from each other that are so far `apart` [..., F] feature by feature."""
+        """Combine distances `apart` [..., F] of features into one."""
         found: NDArray[np.float64] = np.minimum(np.sqrt(apart * apart @ self._weights), 1.0)
         return found
 
 
 def _asked(transition: Transition | None, features: int) -> NDArray[np.bool_]:
-    """Which features decide; all, where the function cannot say."""
+    """Return which features the function tests; all of them if it cannot tell."""
     if not isinstance(transition, Tree) or len(transition.nodes) == 1:
         return np.ones(features, np.bool_)
     asked = {node.feature for node in transition.nodes if node.test != TestKind.LEAF}

@@ -1,4 +1,4 @@
-"""Advise on boundaries that rest on a single example, and on leaves that reach far beyond their examples."""
+"""Advise on boundaries that depend on a single example, and on leaves that reach far beyond their examples."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ MOST_ADVICE = 2
 
 
 def advise_on_isolated_presses(survey: LessonAnalysis) -> Iterator[Advice]:
-    """For each state, presses without a fellow nearby that are decided otherwise than shown once they are left out.
+    """Advise, for each state, on presses without similar ones that are decided differently once they are left out.
 
-    Those that decide most come first. Classifiers other than trees take too long to ask.
+    Those that affect most situations come first. Classifiers other than trees would take too long.
     """
     if survey.is_scant:
         return
@@ -58,7 +58,7 @@ def advise_on_isolated_presses(survey: LessonAnalysis) -> Iterator[Advice]:
 
 
 def _without_fellows(survey: LessonAnalysis, state: str) -> list[int]:
-    """The rows of presses that no other press nearby says the same as: else it is a matter of a little more or less."""
+    """Return the rows of presses that no other nearby press agrees with; otherwise only the exact boundary is open."""
     learner = survey.learners[state]
     rows = np.flatnonzero([example.is_shown for example in learner.examples])
     values, outcomes = learner.shown.values[rows], learner.shown.outcomes[rows]
@@ -69,7 +69,7 @@ def _without_fellows(survey: LessonAnalysis, state: str) -> list[int]:
 
 
 def _is_alone(survey: LessonAnalysis, state: str, example: Example) -> bool:
-    """Whether no other press leads from the state to where it leads, wherever."""
+    """Return whether no other press leads from the state to the same next state."""
     said = [each for each in survey.learners[state].examples if each.is_shown and each.next == example.next]
     return len(said) == 1
 
@@ -97,7 +97,7 @@ def _make_isolated_press_advice(
 
 
 def _cells(survey: LessonAnalysis, example: Example, changed: NDArray[np.bool_]) -> Cells:
-    """The cells of an example and of the situations that hang on it, where these are not all cells there are."""
+    """Return the cells of an example and of the situations that depend on it, unless these are all cells."""
     own = find_cells(survey.words, np.array([example.values], np.float64).reshape(1, -1))[0]
     cells = {}
     for feature, word in enumerate(survey.words):
@@ -113,7 +113,7 @@ MOST_SITUATIONS = 48
 
 
 def advise_on_stretched_leaves(survey: LessonAnalysis) -> Iterator[Advice]:
-    """For each state, the leaves that leave it where other examples are much nearer than those behind them."""
+    """Advise, for each state, on leaves that leave it where other examples are much nearer than their own."""
     if survey.is_scant or not len(survey.situations):
         return
     for state in survey.learners:
@@ -127,8 +127,10 @@ def advise_on_stretched_leaves(survey: LessonAnalysis) -> Iterator[Advice]:
 def _leaves(
     survey: LessonAnalysis, state: str, tree: Tree
 ) -> Iterator[tuple[float, NDArray[np.float64], Box, int, int]]:
-    """Of each leaf that leaves the state: how much nearer other examples are, at worst; where; the leaf's box and
-    outcome; and the row of the nearest other example.
+    """Yield data of each leaf that leaves the state.
+
+    These are how much nearer other examples are, at worst; where; the leaf's box and outcome; and the row of the
+    nearest other example.
     """
     shown = survey.learners[state].shown
     plain = FeatureDistances(survey.words, None)
@@ -146,7 +148,7 @@ def _leaves(
 
 
 def _moved_into(box: Box, situations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Situations with every value that lies outside a box moved into it."""
+    """Return situations with every value outside a box moved to its edge."""
     rows = situations.copy()
     for column, region in enumerate(box):
         outside = [value not in region for value in rows[:, column].tolist()]

@@ -1,6 +1,6 @@
 """List what a lesson lacks, most useful first.
 
-for each in advice(lesson, learn(lesson), kit=kit):
+for each in give_advice(lesson, learn(lesson), kit=kit):
     print(each.sentence)
 """
 
@@ -44,7 +44,7 @@ GOOD = 0.95
 
 
 def advise_on_accuracy(survey: LessonAnalysis) -> Iterator[Advice]:
-    """One sentence on what was left out and foretold; nothing where too little was shown."""
+    """Report the leave-one-out accuracy in one sentence; nothing if there are too few examples."""
     whole = score_leave_one_out(survey.learners, survey.trials)
     if survey.is_scant or whole.of < LEAST_CASES:
         return
@@ -64,7 +64,7 @@ def advise_on_accuracy(survey: LessonAnalysis) -> Iterator[Advice]:
 
 
 def has_accuracy_grown(whole: Accuracy, half: Accuracy) -> bool:
-    """Whether accuracy grew from half to all of the examples by more than its standard error."""
+    """Return whether accuracy grew from half of the examples to all by more than its standard error."""
     error = sqrt(max(whole.share * (1 - whole.share), 0.01) / max(1, whole.of))
     return whole.share - half.share > error
 
@@ -85,11 +85,11 @@ def give_advice(
     situations: NDArray[np.float64] | None = None,
     meant: Mapping[int, float] = MappingProxyType({}),
 ) -> tuple[Advice, ...]:
-    """What a lesson lacks, most useful first, given what was learned from it.
+    """List what a lesson lacks, most useful first, given the transition functions learned from it.
 
-    With a `kit`, its other features are tried on contradictions. `situations` [M, F] are feature vectors that the
-    robot may come into (see `situations_in`); without them, they are imagined from the examples. `meant` are
-    presses that the demonstrator stands by, by number, with the `doubt` about each then.
+    With a `kit`, its unused features are tried on contradictions. `situations` [M, F] are feature vectors that the
+    robot may meet (see `sample_posed_situations`); None: they are sampled from the examples. `meant` has the presses
+    that the demonstrator has confirmed, by number, with the `doubt` at that time.
     """
     survey = LessonAnalysis.from_lesson(lesson, transitions, situations)
     odd = list(advise_on_mislabels(survey, meant))

@@ -1,4 +1,4 @@
-"""A survey of a lesson: everything that pieces of advice are made from, made once."""
+"""The analysis of a lesson: all that the different kinds of advice need, computed once."""
 
 from __future__ import annotations
 
@@ -39,9 +39,10 @@ ENOUGH = 3
 
 @dataclass(frozen=True)
 class LessonAnalysis:
-    """A lesson, what was learned from it, and by state what teaches it and what it would be without some of that.
+    """A lesson, its transition functions, and by state its examples and what is learned without some of them.
 
-    `situations` [M, F] are feature vectors the robot may come into, `cells` [M, F] the same in people's words.
+    `situations` [M, F] are feature vectors that the robot may meet; `cells` [M, F] are the same as people describe
+    them.
     """
 
     lesson: Lesson
@@ -59,9 +60,9 @@ class LessonAnalysis:
         transitions: Mapping[str, Transition],
         situations: NDArray[np.float64] | None = None,
     ) -> LessonAnalysis:
-        """Look a lesson over; `situations` [M, F] are such as the robot may come into (None: they are imagined).
+        """Analyze a lesson; `situations` [M, F] are feature vectors that the robot may meet (None: they are sampled).
 
-        What they say of the automaton's own features is taken from examples instead.
+        Values of the automaton's own features are taken from examples instead.
         """
         seen = stack_example_vectors(lesson)
         if situations is None:
@@ -83,31 +84,31 @@ class LessonAnalysis:
 
     @property
     def demonstration_count(self) -> int:
-        """How many examples the demonstrator said: directives and confirmations."""
+        """The number of directives and confirmations."""
         return sum(example.is_shown for learner in self.learners.values() for example in learner.examples)
 
     @property
     def is_scant(self) -> bool:
-        """Whether too little was shown to say what is missing."""
+        """Whether there are too few examples to say what is missing."""
         return self.demonstration_count < ENOUGH
 
     def transition(self, state: str) -> Transition:
-        """What a state of `make_state_fits` learned."""
+        """Get the transition function of a state of `make_state_fits`."""
         return self.transitions[state]
 
     def make_distances(self, state: str) -> FeatureDistances:
-        """How near situations are to one another in a state."""
+        """Make the distances between situations in a state."""
         return FeatureDistances(self.words, self.transitions.get(state))
 
     def describe_situation(self, state: str, cells: Cells) -> str:
-        """A situation of a state in words; what is usual in its examples goes without saying."""
+        """Describe a situation of a state in words, without what is usual in its examples."""
         rows = self.learners[state].shown.values
         return describe_situation(
             self.words, cells, find_usual_cells(find_cells(self.words, rows), self.words)
         )
 
     def describe_example(self, state: str, example: Example) -> tuple[Box, str]:
-        """The situation of an example, and how to say it: " when A is close"; nothing where it may be any."""
+        """Return the box of an example's situation, and its description: " when A is close", or nothing."""
         row = find_cells(self.words, np.array([example.values], np.float64).reshape(1, -1))[0]
         cells = {
             feature: frozenset({int(cell)})
@@ -118,5 +119,5 @@ class LessonAnalysis:
         return make_situation_box(self.words, cells), f" when {said}" if said else ""
 
     def place(self, state: str) -> str:
-        """Where a state's advice belongs: the state, or anywhere in a stateless automaton."""
+        """Return the state that advice refers to: the state itself, or "" in a stateless automaton."""
         return "" if self.lesson.automaton.stateless else state

@@ -1,4 +1,4 @@
-"""Poses: a robot put somewhere, and what its features read there."""
+"""Poses: a robot placed in its world, and the values of its features there."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from understudy.sim.view import WorldView
 
 
 class RobotPose(NamedTuple):
-    """Where a robot stands, m, and where it looks, rad."""
+    """Position (m) and heading (rad) of a robot."""
 
     x: float
     y: float
@@ -26,19 +26,19 @@ class RobotPose(NamedTuple):
 
 @runtime_checkable
 class Placeable(Protocol):
-    """A body whose robots can be put elsewhere by hand: simulated ones."""
+    """A body whose robots can be placed by hand, such as a simulated one."""
 
     def place(self, agent: int, x: float, y: float, heading: float) -> None:
-        """Put a robot somewhere free; SettingError where it is not."""
+        """Place a robot somewhere free; SettingError if the place is not."""
         ...
 
     def view(self, world: int = 0) -> WorldView:
-        """One world as plain data."""
+        """Return one world as plain data."""
         ...
 
 
 class PoseSampler:
-    """Puts one robot of a body here and there, and reads the body's features, whose parameters stand for `targets`."""
+    """Places one robot of a body, and reads the body's features, with parameters bound to `targets`."""
 
     def __init__(
         self, body: Body, agent: int, features: Sequence[BoundFeature], targets: Mapping[str, str]
@@ -61,7 +61,7 @@ class PoseSampler:
         self._world = agent // len(body.view(0).robots)
 
     def draw_pose(self, draws: np.random.Generator, *, near: bool) -> RobotPose:
-        """A pose drawn at random: anywhere in the arena, or `near` one of the things in it."""
+        """Draw a random pose: anywhere in the arena, or `near` one of the objects."""
         view = self._place.view(self._world)
         heading = float(draws.random()) * tau
         things = [*zip(view.objects.x.tolist(), view.objects.y.tolist(), strict=True)]
@@ -73,7 +73,7 @@ class PoseSampler:
         return self._inside(RobotPose(x + far * cos(side), y + far * sin(side), heading))
 
     def draw_nearby_pose(self, pose: RobotPose, draws: np.random.Generator, wide: float) -> RobotPose:
-        """A pose a little off another; `wide` is how far, as a share of the arena and of half a turn."""
+        """Draw a pose near another; `wide` is the distance, as a share of the arena and of half a turn."""
         view = self._place.view(self._world)
         off = draws.normal(0.0, wide, 3).tolist()
         size = max(view.width, view.height)
@@ -85,7 +85,7 @@ class PoseSampler:
         return RobotPose(min(max(pose.x, 0.0), view.width), min(max(pose.y, 0.0), view.height), pose.heading)
 
     def values(self, pose: RobotPose) -> NDArray[np.float64] | None:
-        """What the features read there [F], the automaton's own left absent; None where the robot cannot stand."""
+        """Return the values of the features at a pose [F], own features absent; None if the robot cannot be there."""
         try:
             self._place.place(self.agent, *pose)
         except SettingError:
@@ -93,7 +93,7 @@ class PoseSampler:
         return self.read()
 
     def read(self) -> NDArray[np.float64]:
-        """What the features read where the robot is [F], the automaton's own left absent."""
+        """Return the values of the features at the present pose [F], own features absent."""
         found = np.full(len(self._features), np.nan)
         if self._columns:
             percept = self.body.sense(self._sensing.keys)
@@ -110,9 +110,9 @@ def sample_posed_situations(
     count: int = 192,
     seed: int = 0,
 ) -> NDArray[np.float64]:
-    """Feature vectors [count at most, F] of one robot put here and there in its world, half of it near things.
+    """Sample feature vectors [count at most, F] of one robot at random poses in its world, half of them near objects.
 
-    The automaton's own features are left absent. The robot is left where it was put last.
+    The automaton's own features are absent. The robot stays where it was placed last.
     """
     poser, draws = PoseSampler(body, agent, features, targets), np.random.default_rng(seed)
     drawn = (poser.values(poser.draw_pose(draws, near=bool(turn % 2))) for turn in range(2 * count))

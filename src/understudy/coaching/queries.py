@@ -1,6 +1,6 @@
-"""Asking: during testing, whoever decides says when it is unsure, and waits, or goes on and marks the moment.
+"""Queries: during testing, decisions that are uncertain are asked about or marked.
 
-It stands beside a session: before each tick whoever drives the session asks it to look.
+The queries stand beside a session. Its driver asks for a question before each tick.
 
     asking = UncertaintyQueries(session)
     question = asking.find_question()
@@ -28,7 +28,7 @@ REST_S = 2.0
 
 
 class QueryPolicy(StrEnum):
-    """What it does where it is unsure."""
+    """What happens at an uncertain decision."""
 
     NEVER = "never"
     PAUSE = "pause"  # wait for an answer
@@ -37,9 +37,9 @@ class QueryPolicy(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """A decision in doubt: when, in which state, on which feature vector, and what it would do.
+    """An uncertain decision: its time, state and feature vector, and the decision that would be taken.
 
-    `instant` is there where the moment was marked and its body can be rewound: `session.rewind` goes back to it.
+    `instant` is there if the moment was marked and its body can be rewound: `session.rewind` goes back to it.
     """
 
     time_s: float
@@ -57,7 +57,7 @@ class Question:
 
 
 class UncertaintyQueries:
-    """Looks over the shoulder of a session in testing; `marked` are the moments it was unsure of and went on."""
+    """Uncertain decisions of a session in testing; `marked` are the moments at which it continued."""
 
     def __init__(
         self, session: Session, when: QueryPolicy = QueryPolicy.PAUSE, *, unsure: float = UNSURE
@@ -69,10 +69,10 @@ class UncertaintyQueries:
         self._last_s = -REST_S
 
     def find_question(self) -> Question | None:
-        """The question there is before the next tick, if it is to wait for an answer; None otherwise.
+        """Find the question before the next tick that has to be answered; None otherwise.
 
-        What it asked it does not ask again before the lesson has changed: whoever let it go on has answered. After
-        a question it rests for REST_S.
+        A question is not repeated before the lesson changes, since continuing was an answer. After a question there are
+        none for REST_S.
         """
         session = self.session
         if self.when is QueryPolicy.NEVER or session.mode is not Mode.TESTING:
@@ -98,7 +98,7 @@ class UncertaintyQueries:
         return None
 
     def is_still_uncertain(self, question: Question) -> bool:
-        """Whether it would be unsure there now, too: the lesson may have changed since."""
+        """Return whether the decision would still be uncertain, since the lesson may have changed."""
         self._learn()
         automaton = self.session.automaton
         if question.state not in automaton.state_names or len(question.values) != len(automaton.features):
@@ -114,7 +114,7 @@ class UncertaintyQueries:
         del self.marked[:-MOST_MARKS]
 
     def _learn(self) -> None:
-        """What the lesson says now; made again only when the lesson changed."""
+        """Learn again if the lesson changed."""
         key = (self.session.examples, self.session.automaton)
         if not self._for or any(new is not old for new, old in zip(key, self._for, strict=True)):
             lesson = self.session.lesson

@@ -1,4 +1,4 @@
-"""Situations that a robot may come into: feature vectors to ask a lesson about."""
+"""Situations that a robot may meet: feature vectors to query a lesson with."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SEED = 0
 
 
 def stack_example_vectors(lesson: Lesson) -> NDArray[np.float64]:
-    """The feature vectors of all examples [n, F], of whatever state."""
+    """Return the feature vectors of all examples [n, F], of any state."""
     rows = [example.values for example in lesson.examples]
     return np.array(rows, np.float64).reshape(len(rows), len(lesson.automaton.features))
 
@@ -22,11 +22,11 @@ def stack_example_vectors(lesson: Lesson) -> NDArray[np.float64]:
 def sample_similar_situations(
     lesson: Lesson, seen: NDArray[np.float64], count: int = IMAGINED
 ) -> NDArray[np.float64]:
-    """Feature vectors [count, F] like those `seen` [n, F]: absent together what was absent together there, and every
-    other reading of the body drawn evenly from all that was seen of it, or from all there is of an angle or a label.
+    """Sample feature vectors [count, F] like those `seen` [n, F].
 
-    What belongs to the automaton itself (flags, counters, time) is as it was in some moment seen. None, where nothing
-    was seen.
+    Readings are absent together as in those seen. Other readings of the body are drawn evenly from their observed
+    range, angles and labels from all possible values. The automaton's own features are as in one of the vectors seen.
+    Without any vectors, none are sampled.
     """
     features = lesson.automaton.features
     if not len(seen) or not features:
@@ -45,7 +45,7 @@ def sample_similar_situations(
 def fill_own_features(
     lesson: Lesson, situations: NDArray[np.float64], seen: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Situations [M, F] in which the automaton's own features are as in some moment `seen` [n, F]."""
+    """Return situations [M, F] with the automaton's own features as in some of the vectors `seen` [n, F]."""
     own = [column for column, bound in enumerate(lesson.automaton.features) if bound.is_own]
     found = situations.copy()
     if len(seen) and own:

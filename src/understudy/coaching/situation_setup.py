@@ -1,4 +1,4 @@
-"""Staging: the robot is put into the situation that advice is about, so that a person can show what to do there."""
+"""Setting up situations: the robot is placed in the situation that advice is about, for a demonstration."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ NEARBY = 0.5
 
 @dataclass(frozen=True, slots=True)
 class SetupResult:
-    """What came of setting up a situation: `there` or as near as could be, `missed` naming the features that are not.
+    """The result of setting up a situation: whether it is `there`, and the features `missed`.
 
-    `seed` is that of the world the robot is in now; None: the one it was in.
+    `seed` is that of the world in which the robot is now; None: that world did not change.
     """
 
     there: bool
@@ -43,11 +43,11 @@ class SetupResult:
 def set_up_situation(
     session: Session, advice: Advice, *, seeds: Sequence[int] = (), tries: int = TRIES, draw: int = 0
 ) -> SetupResult:
-    """Put the session's robot where the advice's situation holds, its automaton in the advice's state.
+    """Place the session's robot in the situation of advice, with its automaton in the state of the advice.
 
-    Nothing is recorded. Of places in its region, the one nearest to what it looks at is taken. Where this world
-    has no such place, those of `seeds` are tried, in turn. `draw` chooses among places that will do. SessionError
-    where the advice is about no place, or the body can neither be placed nor rewound.
+    Nothing is recorded. Of several places in the region, the one nearest to its representative is taken. If this world
+    has no such place, the worlds of `seeds` are tried in turn. `draw` selects among suitable places. SessionError if
+    the advice has no situation, or the body can neither be placed nor rewound.
     """
     if advice.region is None and not advice.state:
         raise SessionError(f"this advice is about no place in particular: {advice.sentence}")
@@ -98,8 +98,9 @@ def _tried(
     draws: np.random.Generator,
     tries: int,
 ) -> Iterator[tuple[float, NDArray[np.float64]]]:
-    """Pose after pose that is better than those before, until all is as it should be: how far off it is, and what the
-    features read there. Below 1 it lies in the region.
+    """Yield poses that are better than those before: how far off each is, and the values there.
+
+    Below 1 it lies in the region. The search ends when all is as it should be.
     """
     if advice.region is None:
         yield 0.0, poser.read()
@@ -124,7 +125,7 @@ def _tried(
 
 
 def _aside(features: Sequence[BoundFeature], at: Sequence[float], values: NDArray[np.float64]) -> float:
-    """How far values are from a vector, from 0 up to but not including 1."""
+    """Return the distance of values from a vector, from 0 to below 1."""
     off = []
     for bound, wanted, value in zip(features, at, values.tolist(), strict=True):
         if bound.is_own or wanted == value or (wanted != wanted and value != value):
@@ -142,7 +143,7 @@ def _aside(features: Sequence[BoundFeature], at: Sequence[float], values: NDArra
 def _misses(
     features: Sequence[BoundFeature], region: Box, values: Sequence[float] | NDArray[np.float64]
 ) -> list[float]:
-    """How far each value is from its part of a region, 0 within; the automaton's own features are not looked at."""
+    """Return the distance of each value from its part of a region, 0 inside; own features are ignored."""
     found = []
     for bound, part, value in zip(features, region, values, strict=False):
         found.append(0.0 if bound.is_own else measure_miss(bound, part, float(value)))
@@ -150,7 +151,7 @@ def _misses(
 
 
 def measure_miss(bound: BoundFeature, region: ValueSet, value: float) -> float:
-    """How far a value is from a region: 0 within, 1 as far as can be or otherwise than by degrees."""
+    """Return the distance of a value from a region: 0 inside, 1 at most, and 1 where there are no degrees."""
     if value in region:
         return 0.0
     if value != value or not region.parts or isinstance(bound.kind, Categorical):
@@ -166,7 +167,7 @@ def measure_miss(bound: BoundFeature, region: ValueSet, value: float) -> float:
 
 
 def _levels(session: Session, state: str, region: Box) -> tuple[tuple[StackFrame, ...], tuple[str, ...]]:
-    """The run state in which the automaton's own features lie in a region; and which of them cannot be made to."""
+    """Return the run state in which own features lie in a region, and the names of those for which there is none."""
     automaton = session.automaton
     name = state or automaton.states[0].name
     seconds, counters, timers = 0.0, {}, {}
@@ -188,7 +189,7 @@ def _levels(session: Session, state: str, region: Box) -> tuple[tuple[StackFrame
 
 
 def _raised(session: Session, state: str, flag: str) -> list[StackFrame]:
-    """The run state of what a state runs, its flag raised; none where it has no such flag."""
+    """Return the run state of a state's behavior with its flag raised; an empty list if it has no such flag."""
     behavior = session.automaton.state(state).behavior
     taught = session.library.taught.get(behavior or "")
     if taught is None:
@@ -198,7 +199,7 @@ def _raised(session: Session, state: str, flag: str) -> list[StackFrame]:
 
 
 def _within(region: ValueSet) -> float:
-    """A number from a region, as near 0 as can be without being at its edge."""
+    """Return the number of a region that is nearest to 0 without lying on its edge."""
     if not region.parts or 0.0 in region:
         return 0.0
     low, high = min(region.parts, key=lambda part: abs(part[0]) if not isinf(part[0]) else abs(part[1]))

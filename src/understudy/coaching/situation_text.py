@@ -1,6 +1,6 @@
-"""Situations in people's words: behind you, close, in the left of the picture.
+"""Situations in words: behind you, close, in the left of the picture.
 
-Each feature's values are cut into few cells that people have words for: quarters of a turn, thirds of what was seen of
+Each feature's values are divided into a few cells that have names: quarters of a turn, thirds of the observed range of
 a number, labels, absence. A cell is a number; a situation is a cell for each feature.
 """
 
@@ -55,7 +55,7 @@ PRESENT_WORDS: Mapping[str, str] = MappingProxyType({"not seen": "seen"})
 
 @dataclass(frozen=True, slots=True)
 class FeaturePhrases:
-    """How to speak of one feature whose values lie between `low` and `high`."""
+    """The phrases for one feature whose values lie between `low` and `high`."""
 
     bound: BoundFeature
     low: float
@@ -63,7 +63,7 @@ class FeaturePhrases:
 
     @property
     def steps(self) -> tuple[float, float]:
-        """The values that part low, middle and high."""
+        """The values that separate low, middle and high."""
         third = (self.high - self.low) / THIRDS
         return self.low + third, self.high - third
 
@@ -78,7 +78,7 @@ class FeaturePhrases:
         return tuple(range(THIRDS)) if self.low < self.high else (0,)
 
     def cells_of(self, values: Column) -> NDArray[np.int64]:
-        """The cell of each value [n]."""
+        """Return the cell of each value [n]."""
         kind = self.bound.kind
         absent = np.isnan(values)
         present = np.where(absent, 0.0, values)
@@ -93,7 +93,7 @@ class FeaturePhrases:
         return np.where(absent, NOT_THERE, found)
 
     def region(self, cells: Iterable[int]) -> ValueSet:
-        """The values of some cells."""
+        """Return the values of some cells."""
         found = ValueSet((), False)
         for cell in cells:
             found |= ValueSet((), True) if cell == NOT_THERE else ValueSet(self._parts(cell), False)
@@ -114,13 +114,13 @@ class FeaturePhrases:
 
     @property
     def subject(self) -> str:
-        """What a statement is about: the target where there is one, otherwise the feature."""
+        """The subject of a sentence: the target if there is one, otherwise the feature."""
         reads = self._reads
         spoken = reads in READ and len(self.bound.binding) == 1
         return next(iter(self.bound.binding.values())) if spoken else str(self.bound)
 
     def describe_cells(self, cells: frozenset[int]) -> str:
-        """What some cells say of the subject: "close (below 1.2 m)", "to the left or behind you", "not seen"."""
+        """Describe some cells: "close (below 1.2 m)", "to the left or behind you", "not seen"."""
         present = sorted(cells - {NOT_THERE})
         absent = ABSENT_WORDS.get(self._reads, "absent")
         if present == list(self.cells):
@@ -139,7 +139,7 @@ class FeaturePhrases:
         return not isinstance(self.bound.kind, Categorical | Toroidal)
 
     def _side(self, cells: Sequence[int]) -> str:
-        """Two of the three cells of a number."""
+        """Describe two of the three cells of a number."""
         words, (low, _, high) = READ.get(self._reads), self._bounds
         if 1 not in cells:
             return f"{words[0]} or {words[2]}" if words else f"{low} or {high}"
@@ -148,14 +148,14 @@ class FeaturePhrases:
 
     @property
     def _bounds(self) -> tuple[str, str, str]:
-        """The three cells of a number as its values: below 1.3 m, 1.3 to 2.7 m, above 2.7 m."""
+        """Describe the three cells of a number by values: below 1.3 m, 1.3 to 2.7 m, above 2.7 m."""
         unit = f" {self.bound.feature.unit}" if self.bound.feature.unit else ""
         low, high = map(_short, self.steps)
         return f"below {low}{unit}", f"{low} to {high}{unit}", f"above {high}{unit}"
 
     @property
     def _reads(self) -> str:
-        """What it reads; where a document tells no more than the feature's name, what features of this name read."""
+        """Return the reading; if only the feature's name is known, the reading that features of this name have."""
         feature = self.bound.feature
         if not isinstance(feature, Feature):
             return ""
@@ -178,14 +178,14 @@ class FeaturePhrases:
 
 
 def _short(number: float) -> str:
-    """A number in two digits: 0.38, 1.3, 5100."""
+    """Format a number with two digits: 0.38, 1.3, 5100."""
     return f"{float(f'{number:.2g}'):.12g}"
 
 
 def make_feature_phrases(
     features: Sequence[BoundFeature], seen: NDArray[np.float64]
 ) -> tuple[FeaturePhrases, ...]:
-    """How to speak of features, given feature vectors [n, F] that were seen."""
+    """Make the phrases for features, given observed feature vectors [n, F]."""
     made = []
     for column, bound in enumerate(features):
         present = seen[:, column][~np.isnan(seen[:, column])]
@@ -195,7 +195,7 @@ def make_feature_phrases(
 
 
 def find_cells(words: Sequence[FeaturePhrases], rows: NDArray[np.float64]) -> NDArray[np.int64]:
-    """The cell of each feature in each of n feature vectors [n, F]."""
+    """Find the cell of each feature in each of n feature vectors [n, F]."""
     return (
         np.stack([word.cells_of(rows[:, column]) for column, word in enumerate(words)], axis=1)
         if words
@@ -204,7 +204,7 @@ def find_cells(words: Sequence[FeaturePhrases], rows: NDArray[np.float64]) -> ND
 
 
 def match_cells(cells: Cells, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which of n situations [n, F], given as cells, are among these."""
+    """Return which of n situations [n, F], given as cells, are among these."""
     found = np.ones(len(rows), np.bool_)
     for feature, allowed in cells.items():
         found &= np.isin(rows[:, feature], list(allowed))
@@ -212,7 +212,7 @@ def match_cells(cells: Cells, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def make_situation_box(words: Sequence[FeaturePhrases], cells: Cells) -> Box:
-    """The feature vectors of a situation."""
+    """Return the box of feature vectors of a situation."""
     return tuple(
         word.region(cells[feature]) if feature in cells else make_full_value_set(word.bound.kind)
         for feature, word in enumerate(words)
@@ -220,7 +220,7 @@ def make_situation_box(words: Sequence[FeaturePhrases], cells: Cells) -> Box:
 
 
 def find_usual_cells(rows: NDArray[np.int64], words: Sequence[FeaturePhrases]) -> Cells:
-    """By feature, the label that most of n situations [n, F] have, given as cells; of those that have one."""
+    """Find, by feature, the label that most of n situations [n, F], given as cells, have."""
     found = {}
     for feature, word in enumerate(words):
         if isinstance(word.bound.kind, Categorical) and len(rows):
@@ -233,9 +233,9 @@ def find_usual_cells(rows: NDArray[np.int64], words: Sequence[FeaturePhrases]) -
 def describe_situation(
     words: Sequence[FeaturePhrases], cells: Cells, usual: Cells = MappingProxyType({})
 ) -> str:
-    """A situation in words: "A is behind you and close"; nothing where it may be any.
+    """Describe a situation in words: "A is behind you and close"; nothing if it may be any.
 
-    What is as usual goes without saying, unless nothing else is to be said.
+    Usual values are omitted, unless nothing else is left to say.
     """
     telling = {feature: cells[feature] for feature in sorted(cells) if cells[feature] != usual.get(feature)}
     said: dict[str, list[str]] = {}

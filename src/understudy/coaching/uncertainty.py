@@ -1,4 +1,4 @@
-"""Doubt: how sure a decision can be of itself, from 0 (as shown) to 1 (nothing like it was shown), and why.
+"""The uncertainty of decisions, from 0 (as demonstrated) to 1 (no similar example), with its reason.
 
 doubts = UncertaintyModel(lesson, learn(lesson))
 doubts.estimate("forward", [0.3, 1.2])
@@ -31,7 +31,7 @@ from understudy.model.tree import STAY, Tree
 
 
 class DoubtReason(StrEnum):
-    """Why a decision is in doubt."""
+    """Why a decision is uncertain."""
 
     SHOWN = "shown"  # it is not
     UNTAUGHT = "untaught"  # nothing was ever shown in this state
@@ -45,7 +45,7 @@ class DoubtReason(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Uncertainty:
-    """How doubtful one decision is, 0 to 1, why, in words, and the examples concerned (numbers)."""
+    """The uncertainty of one decision, 0 to 1, with its reason, a sentence, and the examples concerned."""
 
     amount: float
     because: DoubtReason
@@ -64,7 +64,7 @@ MOST_OTHERS = 40
 
 
 class UncertaintyModel:
-    """How sure a lesson's transition functions can be; made once for a lesson, asked at every tick."""
+    """The uncertainty of a lesson's transition functions, prepared once for a lesson and queried at every tick."""
 
     def __init__(self, lesson: Lesson, transitions: Mapping[str, Transition]) -> None:
         self._words = make_feature_phrases(lesson.automaton.features, stack_example_vectors(lesson))
@@ -81,7 +81,7 @@ class UncertaintyModel:
         self._flags = {state.name for state in lesson.automaton.states if state.flag is not None}
 
     def estimate(self, state: str, values: Sequence[float]) -> Uncertainty:
-        """How doubtful what is decided in a state for a feature vector is. A flag state is never left: no doubt."""
+        """Estimate the uncertainty of the decision in a state for a feature vector; 0 in a flag state."""
         known = self._states.get(state)
         if known is not None:
             return known.estimate(values)
@@ -91,7 +91,7 @@ class UncertaintyModel:
 
 
 class _StateModel:
-    """What one state knows of its own decisions."""
+    """The uncertainty of decisions in one state."""
 
     def __init__(
         self, learner: StateFit, transition: Transition, words: Sequence[FeaturePhrases], *, scant: bool
@@ -107,7 +107,7 @@ class _StateModel:
 
     @cached_property
     def _others(self) -> list[tuple[int, Transition]]:
-        """What a tree's state would have learned without one example; made when it is first asked."""
+        """The trees of the state learned without one example each, computed at the first use."""
         learner = self._learner
         if not isinstance(self._transition, Tree):
             return []
@@ -115,7 +115,7 @@ class _StateModel:
         return [(row, learner.fit_without(row)) for row in rows[:: -(-len(rows) // MOST_OTHERS) or 1]]
 
     def estimate(self, values: Sequence[float]) -> Uncertainty:
-        """The strongest of the reasons there are."""
+        """Return the strongest of the reasons for uncertainty."""
         outcome = self._transition.decide(values)
         leaf = self._transition.path(values)[1] if self._split else STAY
         if outcome == STAY and isinstance(self._transition, Tree):
@@ -176,7 +176,7 @@ class _StateModel:
         return Uncertainty(most, DoubtReason.HANGING, f"only example {by} says so", (by,))
 
     def _otherwise(self, distances: NDArray[np.float64], outcome: int) -> Uncertainty:
-        """All features alike, how much farther what was shown to be so is than what was shown to be otherwise."""
+        """Return how much farther examples of this outcome are than examples of another, over all features."""
         same = self._same.get(outcome)
         if same is None:
             return Uncertainty(0.0, DoubtReason.SHOWN, "")
@@ -190,9 +190,9 @@ class _StateModel:
 
 
 def _split(learner: StateFit, tree: Tree) -> dict[int, tuple[float, tuple[int, ...]]]:
-    """The leaves whose examples want different things: the share of those outvoted, and the numbers of all in it.
+    """Return the leaves whose examples disagree: the share of those outvoted, and the numbers of all in the leaf.
 
-    A default counts only where nobody said anything in its situation.
+    A default counts only if its situation has no other example.
     """
     heard = [
         example

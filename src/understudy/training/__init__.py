@@ -1,3 +1,1 @@
-"""Training: sessions in which a robot is shown what to do, and the demonstrators who show it (paper section
-3.2).
-"""
+"""Training: sessions in which a person or a program demonstrates, and the lessons that result (paper section 3.2)."""

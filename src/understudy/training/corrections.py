@@ -1,4 +1,4 @@
-"""Unlearning in a session: what a correction came to, and the step that puts suspects in quarantine with it."""
+"""Unlearning in a session: the diagnosis of a correction, and the step that puts suspects in quarantine with it."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ SOON_S = 2.0
 
 
 class LastSwitch:
-    """The last switch that what was learned made by itself, as what a correction of it would show: stay."""
+    """The last switch that the learned automaton made, as the example that a correction of it would show: stay."""
 
     def __init__(self, keys: tuple[ReadingKey, ...], steady: frozenset[str]) -> None:
         self._keys, self._steady = keys, steady
         self.clear()
 
     def clear(self) -> None:
-        """What comes now has nothing to do with what was before."""
+        """Forget the switch: nothing that follows relates to it."""
         self._last: tuple[Sample, TickResult, Binding] | None = None
 
     def note_tick(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
-        """A tick without a press."""
+        """Note a tick without a press."""
         if outcome.next != outcome.state:
             self._last = moment, outcome, binding
 
     def find_undone_stay(self, correction: Example, lesson: Lesson, now: float) -> Example | None:
-        """The example that staying would have been, where a correction takes the switch back; else None."""
+        """Return the example of staying, if the correction takes the last switch back; otherwise None."""
         if self._last is None:
             return None
         moment, outcome, binding = self._last
@@ -59,10 +59,10 @@ class LastSwitch:
 
 
 class CorrectionStep:
-    """One correction: the lesson `before` it and `after`, which holds it. Judged only when somebody asks.
+    """A correction, with the lesson `before` it and the lesson `after` it. It is diagnosed only on request.
 
-    Where it takes back a switch, `stay` is what should have been decided then, and that is judged first: the robot is
-    wrong now because it was wrong before.
+    If it takes back a switch, `stay` is what should have been decided then. This is diagnosed first, since the present
+    mistake follows from that one.
     """
 
     def __init__(
@@ -72,9 +72,7 @@ class CorrectionStep:
 
     @classmethod
     def from_lessons(cls, before: Lesson, after: Lesson, stay: Example | None) -> Self | None:
-        """The same from the lessons on either side of a press's step, whatever was put in quarantine with it; None
-        where the press was no correction.
-        """
+        """Make the step from the lessons before and after a press; None if the press was not a correction."""
         old = {example.number: example for example in before.examples}
         made = [example for example in after.examples if example.number not in old]
         if not made or not made[0].correction:
@@ -84,7 +82,7 @@ class CorrectionStep:
 
     @cached_property
     def diagnosis(self) -> CorrectionDiagnosis | None:
-        """Where the mistake came from; None where what was learned before decides as the correction shows."""
+        """The cause of the mistake; None if the lesson before it decides as the correction shows."""
         stay = self._stay
         if stay is not None and decide_for_example(self._before, stay) != stay.next:
             judgement = diagnose_correction(
@@ -97,19 +95,19 @@ class CorrectionStep:
         return diagnose_correction(self._after, self._correction)
 
     def step(self, what: str) -> tuple[Lesson, str]:
-        """The lesson after the correction, with suspects in quarantine where it wants that, and what undo calls it."""
+        """Return the lesson after the correction, with suspects in quarantine if it says so, and its name for undo."""
         if not self._after.options.unlearning or self.diagnosis is None or not self.diagnosis.suspects:
             return self._after, what
         reasons = self.diagnosis.reasons
         return set_quarantine(self._after, reasons), f"{what}, {describe_edit('quarantine', len(reasons))}"
 
     def is_still_in_lesson(self, lesson: Lesson) -> bool:
-        """Whether the correction is still in the lesson, as it was made."""
+        """Return whether the correction is still in the lesson, unchanged."""
         return any(example is self._correction for example in lesson.examples)
 
 
 def decide_for_example(lesson: Lesson, example: Example) -> str:
-    """The next state that what is learned from a lesson decides for an example's state and values."""
+    """Return the next state that the automaton learned from a lesson decides for an example's state and values."""
     examples = group_examples_by_state(lesson).get(example.state)
     if not examples:
         return example.state

@@ -1,4 +1,4 @@
-"""Edits: changes a demonstrator makes to a lesson by hand, each from one lesson to the next."""
+"""Edits: changes that a demonstrator makes to a lesson by hand. Each takes a lesson and returns another."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from understudy.training.lesson_design import (
 
 
 class DesignChange(TypedDict, total=False):
-    """What can be chosen for a lesson; see `new_lesson`. `names`: new names of states by those they had."""
+    """The parts of a lesson's design that can change, as for `new_lesson`; `names` has new names of states."""
 
     states: Sequence[str | State]
     flags: Sequence[str]
@@ -36,7 +36,7 @@ class DesignChange(TypedDict, total=False):
 
 
 class ExampleChange(TypedDict, total=False):
-    """What can be edited in an example; values by feature label."""
+    """The parts of an example that can be edited; values are given by feature label."""
 
     state: str | None
     next: str | None
@@ -44,12 +44,12 @@ class ExampleChange(TypedDict, total=False):
 
 
 def describe_edit(what: str, examples: int) -> str:
-    """What was done to so many examples, as undo names it."""
+    """Name an edit of so many examples, for undo."""
     return f"{what} {examples} example{'s' * (examples != 1)}"
 
 
 def delete_examples(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
-    """The lesson without these examples; SessionError where one does not exist."""
+    """Return the lesson without these examples; SessionError if one does not exist."""
     for number in numbers:
         find_example(lesson, number)
     return replace(
@@ -58,8 +58,9 @@ def delete_examples(lesson: Lesson, numbers: Sequence[int]) -> Lesson:
 
 
 def set_quarantine(lesson: Lesson, reasons: Mapping[int, str]) -> Lesson:
-    """The lesson with these examples in quarantine, by number, each with the reason; "" takes one out again. The very
-    same lesson where all of them are as they are to be.
+    """Return the lesson with these examples in quarantine, by number with the reason; "" takes one out.
+
+    The same object is returned if nothing changes.
     """
     if all(find_example(lesson, number).quarantined == reason for number, reason in reasons.items()):
         return lesson
@@ -73,7 +74,7 @@ def set_quarantine(lesson: Lesson, reasons: Mapping[int, str]) -> Lesson:
 
 
 def edit_example(lesson: Lesson, number: int, **change: Unpack[ExampleChange]) -> Lesson:
-    """The lesson with one example's state, next state or values (by feature label) changed."""
+    """Return the lesson with the state, next state or values (by feature label) of one example changed."""
     example, automaton = find_example(lesson, number), lesson.automaton
     state, following = change.get("state") or example.state, change.get("next") or example.next
     values = change.get("values") or {}
@@ -100,7 +101,7 @@ def edit_example(lesson: Lesson, number: int, **change: Unpack[ExampleChange]) -
 
 
 def correct_press(lesson: Lesson, number: int, next: str) -> Lesson:
-    """The lesson with a press as it was meant; the default that it recorded on its way there goes into quarantine."""
+    """Return the lesson with a press changed to the intended one, and its former default in quarantine."""
     beside = list_press_examples(lesson, number)[1:]
     lesson = edit_example(lesson, number, next=next)
     return set_quarantine(lesson, dict.fromkeys(beside, f"Example {number} was a slip."))
@@ -109,10 +110,9 @@ def correct_press(lesson: Lesson, number: int, next: str) -> Lesson:
 def change_design(
     lesson: Lesson, library: Library, choice: DesignChange, targets: Mapping[str, str]
 ) -> Lesson:
-    """The lesson with states, flags, features, parameters or options chosen anew; values are still the old
-    ones.
+    """Return the lesson with other states, flags, features, parameters or options, but with its former values.
 
-    A parameter that is new stood for its target all along.
+    A new parameter gets its target in all examples.
     """
     old = lesson.automaton
     lists = ("states", "features", "flags", "parameters")
@@ -151,7 +151,7 @@ def change_design(
 
 
 def find_example(lesson: Lesson, number: int) -> Example:
-    """The example of this number; SessionError where there is none."""
+    """Find the example with this number; SessionError if there is none."""
     for example in lesson.examples:
         if example.number == number:
             return example
@@ -159,7 +159,7 @@ def find_example(lesson: Lesson, number: int) -> Example:
 
 
 def _renamed(examples: Sequence[Example], names: Mapping[str, str]) -> Sequence[Example]:
-    """Examples with new names of states; those of a state whose name another has now are gone."""
+    """Return examples with new names of states, without those of states whose name was given to another."""
     if not names:
         return examples
     gone = set(names.values()) - set(names)

@@ -1,6 +1,6 @@
-"""From what was recorded to what a lesson's features were then: how examples get, and regain, their values.
+"""Values of a lesson's features, computed from its record.
 
-The same function serves a fresh press, a feature added later, and a reaction time changed afterwards.
+The same function serves a new press, a feature that was added later, and a changed reaction time.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from understudy.runtime.interpreter import RunningAutomaton, measure_elapsed
 
 
 def list_steady_readings(body: Body) -> frozenset[str]:
-    """The readings of a body that a reaction time never shifts: categories, which are events rather than motion."""
+    """List the readings that a reaction time never shifts: categories, which are events rather than motion."""
     return frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
 
 
 def collect_own_values(machine: RunningAutomaton, now: float) -> dict[str, float]:
-    """What own features could read now: flag of what the automaton runs, counters, timers, time in state."""
+    """Collect the present values of own features: flags of the running behavior, counters, timers, time in state."""
     own = {f"counter {name}": value for name, value in machine.counters.items()}
     own |= {f"timer {name}": measure_elapsed(now, since) for name, since in machine.timers.items()}
     own["time_in_state"] = measure_elapsed(now, machine.entered)
@@ -44,9 +44,9 @@ def collect_own_values(machine: RunningAutomaton, now: float) -> dict[str, float
 
 
 def find_own_value(feature: AnyFeature, own: Mapping[str, float]) -> float | None:
-    """The value of an automaton's own feature among its recorded own readings; None for one of the body.
+    """Find the value of an automaton's own feature among recorded ones; None for a feature of the body.
 
-    What a switch changes is the automaton's own in the tick in which its state was entered.
+    A feature that a switch resets is an own feature in the tick in which its state was entered.
     """
     if isinstance(feature, Feature):
         return feature.fresh if own.get("time_in_state") == 0.0 else None
@@ -67,7 +67,7 @@ def compute_feature_values(
     body: Body,
     agent: int,
 ) -> dict[str, float]:
-    """The values of features now, by their labels, for one agent whose parameters stand for these targets."""
+    """Compute the present values of features, by label, for one agent with these targets of parameters."""
     found = {}
     for bound in features:
         value = find_own_value(bound.feature, own)
@@ -81,10 +81,9 @@ def compute_feature_values(
 def compute_example_values(
     example: Example, lesson: Lesson, record: ReadingLog, *, steady: frozenset[str]
 ) -> tuple[float, ...]:
-    """The values of the lesson's features at an example's moment; `steady` readings (categories) are never
-    shifted.
+    """Compute the values of the lesson's features at an example's moment; `steady` readings are never shifted.
 
-    SessionError where the moment was not recorded.
+    SessionError if the moment was not recorded.
     """
     if example.moment is None:
         raise SessionError(
@@ -98,9 +97,7 @@ def compute_example_values(
 def get_shifted_percept(
     example: Example, record: ReadingLog, *, reaction_s: float, steady: frozenset[str]
 ) -> Percept:
-    """The snapshot of an example's moment, its shiftable readings taken `reaction_s` earlier if a press made
-    it.
-    """
+    """Get the snapshot at an example's moment; for a press, with the readings that move taken `reaction_s` earlier."""
     row, shifted = example.moment or 0, find_shifted_row(example, record, reaction_s)
     return {
         key: record.values[row if key[0] in steady else shifted, column : column + 1]
@@ -109,7 +106,7 @@ def get_shifted_percept(
 
 
 def find_shifted_row(example: Example, record: ReadingLog, reaction_s: float) -> int:
-    """The row of the record nearest to `reaction_s` before an example's moment, if a press made it."""
+    """Find the row of the record nearest to `reaction_s` before the moment of a press."""
     row = example.moment or 0
     if not (example.is_from_press and reaction_s > 0 and example.window > 0):
         return row
@@ -129,10 +126,9 @@ def _value(bound: BoundFeature, example: Example, percept: Percept) -> float:
 def recompute_example_values(
     old: Lesson, new: Lesson, record: ReadingLog, *, steady: frozenset[str]
 ) -> Lesson:
-    """The new lesson with its examples' values, which are still the old one's, computed again from the
-    record.
+    """Return the new lesson with the values of its examples computed again from the record.
 
-    What was written or edited by hand stays as it is, for the features that stay.
+    Values that were typed or edited stay, for the features that stay.
     """
     places = [_place(bound, old) for bound in new.automaton.features]
     examples = []

@@ -1,8 +1,7 @@
-"""The journal of a session: everything needed to go on after a kill, replay a lesson, and look back.
+"""The journal of a session, from which it can be resumed after a kill, replayed, and analyzed.
 
-Every press is on disk before it is acknowledged, every change of the lesson when it is made, all readings of
-every tick in chunks (a press flushes its chunk), and a snapshot of body and automaton every few seconds and
-at presses.
+Every press is on disk before it is acknowledged, every change of the lesson when it is made, the readings of all ticks
+in chunks (a press flushes its chunk), and a snapshot of body and automaton every few seconds and at presses.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ SNAPSHOT_S = 5.0
 
 
 class ReadingRows(msgspec.Struct, frozen=True):
-    """Rows of readings: float64, little-endian, compressed; the last column is the demonstrator's time."""
+    """Rows of readings: compressed little-endian float64; the last column is the demonstrator's time."""
 
     count: int
     packed: bytes
@@ -43,7 +42,7 @@ class ReadingRows(msgspec.Struct, frozen=True):
 
 
 class SessionStarted(msgspec.Struct, frozen=True, tag="Began"):
-    """The session as it began."""
+    """The session at its start."""
 
     lesson: bytes
     agent: int
@@ -54,7 +53,7 @@ class SessionStarted(msgspec.Struct, frozen=True, tag="Began"):
 
 
 class TicksLogged(msgspec.Struct, frozen=True, tag="Ticks"):
-    """All readings of consecutive ticks, and the state of the taught automaton at each."""
+    """All readings of consecutive ticks, and the state of the trained automaton at each."""
 
     first: int
     rows: ReadingRows
@@ -77,8 +76,10 @@ class PressReceived(msgspec.Struct, frozen=True, tag="Pressed"):
 
 
 class LessonChanged(msgspec.Struct, frozen=True, tag="Stepped"):
-    """A step that changed the lesson; `press` is the press that made it, `design` the lesson without
-    examples. Where it is a correction that takes back a switch, `stay` is what should have been decided then.
+    """A change of the lesson.
+
+    `press` is the press that caused it, `design` the lesson without examples if that changed. For a correction that
+    takes back a switch, `stay` is what should have been decided then.
     """
 
     what: str
@@ -93,22 +94,23 @@ class LessonChanged(msgspec.Struct, frozen=True, tag="Stepped"):
 
 
 class PressApplied(msgspec.Struct, frozen=True, tag="Acted"):
-    """A press that acted and showed nothing."""
+    """A press that took effect without an example."""
 
     press: int
     run: list[StackFrame]
 
 
 class WatchedAccepted(msgspec.Struct, frozen=True, tag="Accepted"):
-    """Watched examples: no step of their own."""
+    """Watched examples, which are not a step of the history."""
 
     examples: list[Example]
     rows: ReadingRows
 
 
 class FlagRaised(msgspec.Struct, frozen=True, tag="Raised"):
-    """What was learned raised a flag: where a correction of the flag would be recorded. `state` is the flag state, of
-    an automaton that has several.
+    """A flag that the learned automaton raised, to which a correction of it refers.
+
+    `state` is the flag state, of an automaton that has several.
     """
 
     entry: FlagEntry
@@ -117,13 +119,13 @@ class FlagRaised(msgspec.Struct, frozen=True, tag="Raised"):
 
 
 class UndoRedo(msgspec.Struct, frozen=True, tag="Went"):
-    """An undo, or a redo."""
+    """An undo or a redo."""
 
     back: bool
 
 
 class ModeChanged(msgspec.Struct, frozen=True, tag="Turned"):
-    """A change of mode, a restart, or other targets: what is not a step of the lesson."""
+    """A change of mode or targets, or a restart, which are not steps of the lesson."""
 
     mode: Mode
     run: list[StackFrame]
@@ -132,20 +134,20 @@ class ModeChanged(msgspec.Struct, frozen=True, tag="Turned"):
 
 
 class OthersChanged(msgspec.Struct, frozen=True, tag="Occupied"):
-    """What the agents do from here on that are not being taught: idle (None), or a behavior."""
+    """What the other agents do from here on: idle (None), or run a behavior."""
 
     behavior: str | None
     targets: dict[str, str]
 
 
 class WatchingChanged(msgspec.Struct, frozen=True, tag="Attended"):
-    """Whether somebody watches from here on."""
+    """Whether ticks without a press are recorded from here on."""
 
     watching: bool
 
 
 class RobotMoved(msgspec.Struct, frozen=True, tag="Placed"):
-    """The robot did not get by itself to where it is from here on."""
+    """A move of the robot from outside, such as by hand."""
 
 
 AnyEntry: TypeAlias = (
@@ -169,7 +171,7 @@ _decode = msgspec.msgpack.Decoder(AnyEntry, dec_hook=lambda kind, value: Binding
 
 
 class Journal:
-    """A session's journal; without a path it keeps nothing."""
+    """The journal of a session; without a path it stores nothing."""
 
     def __init__(self, path: Path | str | None = None) -> None:
         self.path = None if path is None else Path(path)
@@ -181,9 +183,7 @@ class Journal:
 
     @classmethod
     def create(cls, path: Path | str | None, entry: SessionStarted, *, rows: int) -> Self:
-        """A new journal for a session whose lesson has a record of so many rows; FileError if the file
-        exists.
-        """
+        """Create the journal of a session whose lesson's record has so many rows; FileError if the file exists."""
         journal = cls(path)
         if path is not None:
             journal._log = AppendLog.create(path, MAGIC)
@@ -193,7 +193,7 @@ class Journal:
 
     @classmethod
     def resume(cls, path: Path | str, *, ticks: int, rows: int, lock: JournalLock) -> Self:
-        """Go on with a journal that holds `ticks` ticks and `rows` rows of the lesson's record; `lock` is its lock."""
+        """Continue a journal that has `ticks` ticks and `rows` rows of the lesson's record, under its `lock`."""
         journal = cls(path)
         journal._log = AppendLog.append(path, MAGIC, lock=lock)
         journal._first, journal._kept_rows = ticks, rows
@@ -201,7 +201,7 @@ class Journal:
 
     @property
     def tick(self) -> int:
-        """Ticks so far."""
+        """The number of ticks so far."""
         return self._first + len(self._ticks)
 
     def write(self, entry: AnyEntry, *, sync: bool = False) -> None:
@@ -210,7 +210,7 @@ class Journal:
             self._log.write(_encode(entry), sync=sync)
 
     def add_tick(self, moment: Sample, state: str) -> None:
-        """A tick has been sensed."""
+        """Add the readings of a tick."""
         if self._log is None:
             return
         self._ticks.append((moment, state))
@@ -218,7 +218,7 @@ class Journal:
             self.flush()
 
     def flush(self) -> None:
-        """Write the ticks of the running chunk."""
+        """Write the ticks of the present chunk."""
         if not self._ticks or self._log is None:
             return
         rows = np.array([(*moment.values, moment.seconds) for moment, _ in self._ticks])
@@ -227,31 +227,31 @@ class Journal:
         self._ticks.clear()
 
     def press(self, press: Press) -> int:
-        """A press was made: on disk when this returns its number."""
+        """Write a press to disk, and return its number."""
         self.flush()
         self.write(PressReceived(press), sync=True)
         return press.number
 
     def wants_snapshot(self, tick_s: float) -> bool:
-        """Whether the last snapshot is a few seconds old, or of another place."""
+        """Return whether the last snapshot is a few seconds old, or from before a move."""
         if self._log is None or self._snapshot_tick is None:
             return self._log is not None
         return (self.tick - self._snapshot_tick) * tick_s >= SNAPSHOT_S - 1e-9
 
     def snapshot(self, body: bytes, run: Sequence[StackFrame], mode: Mode) -> None:
-        """Keep body and automaton as they are before the next tick, once per tick."""
+        """Write body and automaton as they are before the next tick, at most once per tick."""
         if self._log is not None and self._snapshot_tick != self.tick:
             self._snapshot_tick = self.tick
             self.write(SnapshotTaken(self.tick, zlib.compress(body, 1), list(run), mode))
 
     def log_moved(self) -> None:
-        """The robot was moved after the last tick."""
+        """Note that the robot was moved after the last tick."""
         self.flush()
         self.write(RobotMoved())
         self._snapshot_tick = None
 
     def new_rows(self, record: ReadingLog) -> ReadingRows:
-        """The rows of a record that no entry holds yet."""
+        """Return the rows of a record that no entry has yet."""
         if self._log is None:
             return ReadingRows(0, b"")
         new = np.column_stack([record.values, record.seconds])[self._kept_rows :]
@@ -259,14 +259,14 @@ class Journal:
         return pack_rows(new)
 
     def close(self) -> None:
-        """Put everything on disk."""
+        """Write everything to disk."""
         if self._log is not None:
             self.flush()
             self._log.close()
 
 
 def read_journal(path: Path | str) -> Iterator[AnyEntry]:
-    """The entries of a journal, oldest first; FileError where it is none."""
+    """Read the entries of a journal, oldest first; FileError if the file is not a journal."""
     for index, payload in enumerate(read_log(path, MAGIC)):
         try:
             with convert_decode_errors():
@@ -282,10 +282,10 @@ def read_journal(path: Path | str) -> Iterator[AnyEntry]:
 
 
 def pack_rows(rows: NDArray[np.float64]) -> ReadingRows:
-    """Rows [M, K + 1] packed."""
+    """Pack rows [M, K + 1]."""
     return ReadingRows(len(rows), zlib.compress(np.ascontiguousarray(rows, dtype="<f8").tobytes(), 1))
 
 
 def unpack_rows(rows: ReadingRows, width: int) -> NDArray[np.float64]:
-    """Rows [M, width]."""
+    """Unpack rows [M, width]."""
     return np.frombuffer(zlib.decompress(rows.packed), dtype="<f8").reshape(rows.count, width)

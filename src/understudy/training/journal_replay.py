@@ -1,6 +1,4 @@
-"""What a session has behind it: its history, its record, and where a killed one stood, replayed from its
-journal.
-"""
+"""The past of a session: its history, its record, and its last state, replayed from its journal."""
 
 from __future__ import annotations
 
@@ -42,7 +40,7 @@ from understudy.training.trainee import FlagEntry, Mode, Press
 
 @dataclass(frozen=True, slots=True)
 class HistoryStep:
-    """What a step changes: the lesson, the run state of its automaton, and where its flag was raised, if it was."""
+    """The lesson at a step, the run state of its automaton, and where its flag was raised, if it was."""
 
     lesson: Lesson
     run: tuple[StackFrame, ...] = ()
@@ -50,7 +48,7 @@ class HistoryStep:
 
 
 class History:
-    """The current lesson, the steps behind it and the undone ones ahead."""
+    """The current lesson, the steps behind it, and the undone ones ahead."""
 
     def __init__(self, lesson: Lesson) -> None:
         self.lesson = lesson
@@ -58,17 +56,17 @@ class History:
         self._undone: list[tuple[str, HistoryStep, HistoryStep]] = []
 
     def step(self, what: str, before: HistoryStep, after: HistoryStep) -> None:
-        """Take a step: `what` was done to the lesson."""
+        """Add a step; `what` names the change of the lesson."""
         self._done.append((what, before, after))
         self._undone.clear()
         self.lesson = after.lesson
 
     def amend(self, *watched: Example) -> None:
-        """Add watched examples to the current lesson: no step of their own."""
+        """Add watched examples to the current lesson, which is not a step."""
         self.lesson = replace(self.lesson, examples=(*self.lesson.examples, *watched))
 
     def undo(self) -> tuple[str, HistoryStep]:
-        """Go back one step: what it was, and what was before it."""
+        """Go back one step; return its name and the state before it."""
         if not self._done:
             raise SessionError("there is nothing to undo: no step has changed this lesson yet")
         step = self._done.pop()
@@ -77,7 +75,7 @@ class History:
         return step[:2]
 
     def redo(self) -> tuple[str, HistoryStep]:
-        """Do the last undone step again: what it was, and what was after it."""
+        """Redo the step that was undone last; return its name and the state after it."""
         if not self._undone:
             raise SessionError("there is nothing to redo: nothing was undone since the last step")
         step = self._undone.pop()
@@ -87,18 +85,18 @@ class History:
 
     @property
     def undoable(self) -> str | None:
-        """What undo would take back."""
+        """The name of the step that undo would take back."""
         return self._done[-1][0] if self._done else None
 
     @property
     def redoable(self) -> str | None:
-        """What redo would do again."""
+        """The name of the step that redo would repeat."""
         return self._undone[-1][0] if self._undone else None
 
 
 @dataclass(slots=True)
 class ReplayedSession:
-    """History, record, and where the session stands; a new session's is empty."""
+    """History, record and last state of a session; those of a new session are empty."""
 
     history: History
     recorder: SampleBuffer
@@ -122,7 +120,7 @@ class ReplayedSession:
     def from_lesson(
         cls, lesson: Lesson, keys: Sequence[ReadingKey], targets: Mapping[str, str], agent: int
     ) -> Self:
-        """The past of a session that begins with a lesson."""
+        """Make the past of a session that begins with a lesson."""
         return cls(
             History(replace(lesson, record=ReadingLog())),
             SampleBuffer(keys, lesson.record),
@@ -134,7 +132,7 @@ class ReplayedSession:
     def from_journal(
         cls, path: Path | str, library: Library, keys: Sequence[ReadingKey] | None = None
     ) -> Self:
-        """The past that a journal holds; FileError where it holds no session, or one with other readings."""
+        """Replay a journal; FileError if it has no session, or one with other readings."""
         entries = read_journal(path)
         began = next(entries, None)
         if not isinstance(began, SessionStarted):
@@ -159,7 +157,7 @@ class ReplayedSession:
         return past
 
     def apply_entry(self, entry: AnyEntry, library: Library, path: Path | str) -> None:
-        """Do again what a journal's entry says was done."""
+        """Repeat the change that an entry of the journal records."""
         match entry:
             case TicksLogged():
                 self.ticks = entry.first + entry.rows.count
@@ -221,7 +219,7 @@ class ReplayedSession:
                 )
 
     def _drop_flag_unless_up(self) -> None:
-        """A flag that what was learned raised can be corrected until its state is left, or the state before it gone."""
+        """Drop the place where a flag was raised once its state is left, or the state before it is gone."""
         states = {state.name: state.flag for state in self.history.lesson.automaton.states}
         is_up = bool(self.run) and self.run[0].state == self.flag_state and bool(states.get(self.flag_state))
         if self.raised is not None and not (is_up and states.get(self.raised.state, "gone") is None):
@@ -237,12 +235,12 @@ class ReplayedSession:
 
 
 def encode_journal_lesson(lesson: Lesson) -> bytes:
-    """A lesson for the journal: its document, with nothing built."""
+    """Encode a lesson for the journal: its document without trees."""
     return encode_document(TrainedAutomaton(lesson.automaton, lesson))
 
 
 def decode_journal_lesson(data: bytes, library: Library, path: Path | str) -> Lesson:
-    """A lesson from the journal."""
+    """Decode a lesson from the journal."""
     opened = decode_document(data, library.kit, path=path, learn=lambda lesson: {})
     if opened.taught.lesson is None:
         raise FileError(path=path, place="", problem="an entry holds no lesson", remedy="begin a new session")
@@ -250,9 +248,7 @@ def decode_journal_lesson(data: bytes, library: Library, path: Path | str) -> Le
 
 
 def diff_lessons(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Example], list[int]]:
-    """What a step did: the new design if it changed, examples that are new or changed, and those that are
-    gone.
-    """
+    """Compare two lessons: the new design if it changed, new or changed examples, and numbers of deleted ones."""
     design = None
     if (before.automaton, before.options, before.outcomes) != (
         after.automaton,
@@ -267,7 +263,7 @@ def diff_lessons(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Exam
 
 
 def apply_lesson_step(lesson: Lesson, step: LessonChanged, library: Library, path: Path | str) -> Lesson:
-    """The lesson after a step of a journal."""
+    """Return the lesson after a step of a journal."""
     base = lesson
     if step.design is not None:
         base = decode_journal_lesson(step.design, library, path)

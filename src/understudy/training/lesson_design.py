@@ -1,6 +1,6 @@
-"""Choosing what a lesson is about: its states, features and parameters, by the names people say.
+"""The design of a lesson: its states, features and parameters, given by name.
 
-"goto(nearest_food)" is a state that runs goto with its parameter bound; "distance_to(A)" a feature of
+"goto(nearest_food)" is a state that runs goto with its parameter bound; "distance_to(A)" is a feature of the
 parameter A.
 """
 
@@ -30,7 +30,39 @@ def new_lesson(
     stateless: bool = False,
     options: LearnerOptions | None = None,
 ) -> Lesson:
-    """An empty lesson for an automaton `name`: a start state, these states, and a state per flag."""
+    """Make an empty lesson, to be taught in a session.
+
+    Parameters
+    ----------
+    library
+        The behaviors and features that names refer to.
+    name
+        Name of the automaton.
+    states
+        States besides the start state: "forward", "goto(food)", or "approach=goto(food)" to name one.
+    features
+        Features of the kit, such as "distance_to(A)", or flags that states raise, such as "done".
+    flags
+        Flags that the automaton can raise; each gets a state.
+    parameters
+        Names of the automaton's parameters, such as "A".
+    stateless
+        Whether one tree decides in all states.
+    options
+        How the lesson is learned. None: the default `LearnerOptions`.
+
+    Returns
+    -------
+    Lesson
+        A lesson without examples.
+
+    Raises
+    ------
+    UnknownName
+        If a behavior, a feature or a target does not exist.
+    DefinitionError
+        If names collide, or a single text is given instead of a list.
+    """
     lists = {"states": states, "features": features, "flags": flags, "parameters": parameters}
     refuse_single_texts(name, lists)
     automaton = Automaton(
@@ -49,7 +81,7 @@ def new_lesson(
 
 
 def refuse_single_texts(lesson: str, choices: Mapping[str, object]) -> None:
-    """Refuse a text where a list is expected: its letters would be taken for names."""
+    """Refuse a text where a list is expected, since its letters would be taken for names."""
     for what, given in choices.items():
         if isinstance(given, str):
             problem = f"its {what} are {given!r:.60}, a single text"
@@ -58,7 +90,7 @@ def refuse_single_texts(lesson: str, choices: Mapping[str, object]) -> None:
 
 
 def parse_state(library: Library, text: str | State) -> State:
-    """A state by what it runs: "forward", "goto(food)"; "approach=goto(food)" names it, too."""
+    """Parse a state from the behavior it runs: "forward", "goto(food)", or with a name, "approach=goto(food)"."""
     if isinstance(text, State):
         return text
     name, _, call = text.rpartition("=")
@@ -68,9 +100,7 @@ def parse_state(library: Library, text: str | State) -> State:
 
 
 def parse_feature(library: Library, text: str | BoundFeature) -> BoundFeature:
-    """A feature of the kit with its parameters bound, or a flag that an automaton of the library raises:
-    "distance_to(A)", "done".
-    """
+    """Parse a feature of the kit with bound parameters, "distance_to(A)", or a flag of a behavior, "done"."""
     if isinstance(text, BoundFeature):
         return text
     name, arguments = _parse(text, what="feature")
@@ -82,7 +112,7 @@ def parse_feature(library: Library, text: str | BoundFeature) -> BoundFeature:
 
 
 def check_binding_names(library: Library, automaton: Automaton) -> None:
-    """Refuse an automaton whose bindings name neither one of its parameters nor a target of the kit."""
+    """Refuse an automaton with a binding to something that is neither its parameter nor a target of the kit."""
     targets = library.kit.targets
     for parameter in automaton.parameters:
         if parameter in targets:
@@ -113,7 +143,7 @@ def check_binding_names(library: Library, automaton: Automaton) -> None:
 
 
 def check_parameter_targets(automaton: Automaton, targets: Mapping[str, str], known: Sequence[str]) -> None:
-    """Refuse what parameters are to stand for where there is no such parameter or target."""
+    """Refuse targets for parameters, if there is no such parameter or target."""
     for parameter, target in targets.items():
         if parameter not in automaton.parameters:
             where, names = f"automaton {automaton.name!r}", automaton.parameters

@@ -1,6 +1,6 @@
-"""The log of a session: what is written down of its lesson, and when it is on disk.
+"""The log of a session: what is recorded of its lesson, and when it is on disk.
 
-It turns what happened at a tick into examples, keeps the history for undo, and the journal for a kill.
+It turns ticks and presses into examples, and keeps the history for undo and the journal for resuming.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ RunState: TypeAlias = tuple[StackFrame, ...]
 
 
 class TraineeState(NamedTuple):
-    """Where the automaton under training is, and where its flag was raised, if what was learned raised it."""
+    """The run state of the automaton in training, and where the learned automaton raised its flag, if it did."""
 
     run: RunState
     raised: FlagEntry | None
 
 
 class LessonLog:
-    """Writes down one session. `steady` names the readings that a reaction time never shifts."""
+    """The log of one session. `steady` names the readings that a reaction time never shifts."""
 
     def __init__(self, past: ReplayedSession, journal: Journal, *, steady: frozenset[str]) -> None:
         self.journal = journal
@@ -58,7 +58,7 @@ class LessonLog:
 
     @property
     def is_watching(self) -> bool:
-        """Whether somebody watches, so that silence is consent where the lesson wants it."""
+        """Whether ticks without a press become watched examples, in a lesson that records them."""
         return self._watching
 
     @is_watching.setter
@@ -68,12 +68,12 @@ class LessonLog:
 
     @property
     def lesson(self) -> Lesson:
-        """The lesson as it stands, without its record."""
+        """The current lesson, without its record."""
         return self._history.lesson
 
     @property
     def press_count(self) -> int:
-        """How many of the lesson's examples a press made: a view asks at every tick, and they seldom change."""
+        """The number of examples made by presses, cached because views need it at every tick."""
         examples = self.lesson.examples
         if self._counted[0] is not examples:
             self._counted = examples, sum(example.is_from_press for example in examples)
@@ -81,7 +81,7 @@ class LessonLog:
 
     @property
     def complete(self) -> Lesson:
-        """The lesson as it stands, with what was seen since and the record its examples need."""
+        """The current lesson, with the latest watched examples and the record that its examples need."""
         lesson, record = self.lesson, self._recorder.record
         seen = self._agreed().seen
         return compact_reading_log(
@@ -99,41 +99,41 @@ class LessonLog:
 
     @property
     def correction_diagnosis(self) -> CorrectionDiagnosis | None:
-        """What the last correction came to; None where there is none, or where the robot had been right."""
+        """The diagnosis of the last correction; None if there is none, or if the robot had been right."""
         last = self._last_correction
         return last.diagnosis if last is not None and last.is_still_in_lesson(self.lesson) else None
 
     @property
     def undoable(self) -> str | None:
-        """What undo would take back."""
+        """The name of the step that undo would take back."""
         return self._history.undoable
 
     @property
     def redoable(self) -> str | None:
-        """What redo would do again."""
+        """The name of the step that redo would repeat."""
         return self._history.redoable
 
     # At every tick
 
     def add_tick(self, moment: Sample, state: str) -> None:
-        """A tick was sensed in this state of the automaton."""
+        """Add a tick in this state of the automaton."""
         self._recorder.append(moment)
         self.journal.add_tick(moment, state)
 
     def log_flag(self, outcome: TickResult) -> FlagEntry:
-        """What was learned raised a flag at this tick: where a correction of it belongs."""
+        """Note that the learned automaton raised a flag at this tick, and return where a correction of it belongs."""
         entry = FlagEntry(outcome.state, outcome.own, self._recorder.keep_last())
         self.log_raised(entry, outcome.next)
         return entry
 
     def log_raised(self, entry: FlagEntry, state: str) -> None:
-        """The flag of this state is up, and this is where it was raised."""
+        """Note that the flag of this state is up, and where it was raised."""
         several = sum(each.flag is not None for each in self.lesson.automaton.states) > 1
         rows = self.journal.new_rows(self._recorder.record)
         self.journal.write(FlagRaised(entry, rows, state if several else UNSET))
 
     def log_silence(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
-        """A tick passed without a press: watched, if the lesson wants it and somebody watches."""
+        """Log a tick without a press, as a watched one if the lesson records these."""
         self._last_switch.note_tick(outcome, moment, binding)
         automaton = self.lesson.automaton
         resting = outcome.state == outcome.next == automaton.states[0].name
@@ -153,7 +153,7 @@ class LessonLog:
         before: TraineeState,
         after: TraineeState,
     ) -> None:
-        """A press acted at this tick: write down what it showed, from `before` to `after`."""
+        """Record the examples of a press that took effect at this tick, from `before` to `after`."""
         self._watched.discard_recent(self._recorder.now, reaction_s=self.lesson.options.reaction_s)
         self.accept_watched()
         if not outcome.shown:
@@ -199,7 +199,7 @@ class LessonLog:
     # Between ticks
 
     def begin_episode(self) -> None:
-        """The robot did not get by itself to where it is now."""
+        """Note that the robot was moved from outside, so that earlier readings do not belong to later presses."""
         self.accept_watched()
         self._watched.begin_episode()
         self._last_switch.clear()
@@ -207,7 +207,7 @@ class LessonLog:
         self.journal.log_moved()
 
     def accept_watched(self) -> None:
-        """What was seen and not objected to becomes watched examples."""
+        """Turn the watched ticks that were not corrected into watched examples."""
         agreed = self._agreed()
         self._watched.accept(agreed)
         if agreed.seen:
@@ -219,7 +219,7 @@ class LessonLog:
         return self._watched.extract_batch(self.lesson, self._recorder.keys, steady=self._steady)
 
     def _numbered(self, seen: Sequence[WatchedTick], rows: Sequence[int]) -> list[Example]:
-        """Watched examples with their numbers and their rows of the record."""
+        """Return watched examples with their numbers and their rows of the record."""
         first = self._next_number()
         return [
             replace(each.example, number=number, moment=row)
@@ -239,9 +239,9 @@ class LessonLog:
         press: int | None = None,
         stay: Example | None = None,
     ) -> None:
-        """Change the lesson: on disk when this returns, unless a press did it, which is there already.
+        """Change the lesson. It is on disk when this returns, unless a press caused it, which is on disk already.
 
-        No step where nothing would change.
+        Nothing happens if nothing would change.
         """
         if lesson is self.lesson:
             return
@@ -254,17 +254,17 @@ class LessonLog:
         self._history.step(what, HistoryStep(self.lesson, *before), HistoryStep(lesson, *after))
 
     def recompute_values(self, lesson: Lesson) -> Lesson:
-        """A lesson whose features or reaction time changed, with its examples' values computed again."""
+        """Return a lesson whose features or reaction time changed, with the values of its examples computed again."""
         return recompute_example_values(self.lesson, lesson, self._recorder.record, steady=self._steady)
 
     def undo(self) -> tuple[str, HistoryStep]:
-        """Take the last step back: what it was, and what was before it."""
+        """Undo the last step; return its name and the state before it."""
         undone = self._history.undo()
         self._went(back=True)
         return undone
 
     def redo(self) -> tuple[str, HistoryStep]:
-        """Do the last undone step again: what it was, and what was after it."""
+        """Redo the step that was undone last; return its name and the state after it."""
         redone = self._history.redo()
         self._went(back=False)
         return redone
@@ -274,5 +274,5 @@ class LessonLog:
         self.journal.write(UndoRedo(back), sync=True)
 
     def log_mode(self, mode: Mode, run: RunState, targets: Mapping[str, str], waiting: Press | None) -> None:
-        """The mode, the run state or what parameters stand for changed otherwise than by a press."""
+        """Log a change of mode, run state or targets that no press caused."""
         self.journal.write(ModeChanged(mode, list(run), dict(targets), waiting), sync=True)

@@ -1,4 +1,4 @@
-"""What the agents do that are not being taught."""
+"""The agents of a body that are not trained, and what they do meanwhile."""
 
 from __future__ import annotations
 
@@ -22,16 +22,14 @@ NO_SIMULATION = "it is not simulated; drive the robot into position instead"
 
 
 def require_rewindable(body: Body) -> Rewindable:
-    """The body as one that can go back; SessionError where it cannot."""
+    """Return the body as one that can be rewound; SessionError if it cannot."""
     if not is_rewindable(body):
         raise SessionError(f"this body cannot be rewound: {NO_SIMULATION}")
     return body
 
 
 class SessionSnapshot(NamedTuple):
-    """A moment of a session's run: the body, the run states of what is taught and of the others, the mode, and where
-    what was learned raised the flag that is up, if it did.
-    """
+    """A moment of a session's run: body, run states of all agents, mode, and where a flag was raised."""
 
     body: bytes
     run: tuple[StackFrame, ...]
@@ -41,7 +39,7 @@ class SessionSnapshot(NamedTuple):
 
 
 class OtherAgents:
-    """All agents of a body; the one being taught has a place among them, which `run` gives to whoever drives it."""
+    """All agents of a body; `run` puts the trained one among them."""
 
     def __init__(self, body: Body, library: Library, past: OthersChanged | None = None) -> None:
         self._body, self._library = body, library
@@ -51,7 +49,7 @@ class OtherAgents:
                 self.set_behavior(past.behavior, past.targets)
 
     def run(self, agent: int, driver: Interpreter) -> Run:
-        """The run in which one agent is driven by somebody, and the others do as they do."""
+        """Make the run in which `driver` drives one agent, and the others do what they are set to."""
         members = list(self._members)
         members[agent] = driver
         return Run(self._body, members)
@@ -63,22 +61,22 @@ class OtherAgents:
         *,
         library: Library | None = None,
     ) -> None:
-        """Let all idle (None), or run a behavior of the library, or of another, from its start."""
+        """Let all other agents idle (None), or begin a behavior of the library, or of another one."""
         known = library or self._library
         program = IDLE_PROGRAM if behavior is None else link(known, behavior, binding or {})
         self.behavior_call = OthersChanged(behavior, dict(binding or {}))
         self._members = [Interpreter(program, now=self._body.time_s) for _ in range(self._body.agents)]
 
     def start(self) -> None:
-        """Start afresh what they run."""
+        """Start their behaviors again."""
         for member in self._members:
             member.start(self._body.time_s)
 
     def snapshot(self) -> RunStates:
-        """Their run states, for `restore`."""
+        """Return their run states, to be passed to `restore`."""
         return tuple(member.snapshot(self._body.time_s) for member in self._members)
 
     def restore(self, snapshot: Sequence[Sequence[StackFrame]]) -> None:
-        """Go back to run states, as far as they still do the same."""
+        """Go back to run states, as far as they still run the same."""
         for member, levels in zip(self._members, snapshot, strict=True):
             member.restore(levels, now=self._body.time_s)

@@ -1,7 +1,7 @@
-"""How late a demonstrator presses: the shift of the record under which presses of one sort agree best.
+"""Estimates of how late a demonstrator presses: the shift of the record under which similar presses agree best.
 
-Who switches at a boundary presses a moment after the robot crossed it, sooner past it the slower the robot is. So of
-the readings at the presses those scatter that were late, and those of the right moment before them coincide.
+A person who switches at a boundary presses some time after the robot crossed it, and so the later past it the faster
+the robot is. The readings at late presses therefore scatter, and those at the right moment before them coincide.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Shifted: TypeAlias = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class ReactionEstimate:
-    """How late presses come, s, with the bounds between which it lies, and the evidence in a sentence."""
+    """An estimate of how late presses come, s, with its bounds, and the evidence in a sentence."""
 
     reaction_s: float
     least_s: float
@@ -49,7 +49,7 @@ class ReactionEstimate:
 
 
 class _ShiftLikelihood(NamedTuple):
-    """What the presses from one state to another tell by one feature: likelihood and scatter by shift."""
+    """Likelihood and scatter, by shift, of the presses from one state to another for one feature."""
 
     state: str
     next: str
@@ -60,17 +60,28 @@ class _ShiftLikelihood(NamedTuple):
 
     @property
     def weight(self) -> float:
-        """How much it depends on the shift."""
+        """How much the likelihood depends on the shift."""
         return float(self.likelihood.max() - np.median(self.likelihood))
 
 
 def estimate_reaction_time(
     lesson: Lesson, *, steady: frozenset[str] = frozenset()
 ) -> ReactionEstimate | None:
-    """How late the directives of a lesson came, from its record; None where that is too little to tell.
+    """Estimate from a lesson's record how late its directives came.
 
-    `steady` names readings that are never shifted, see `steady_readings`. The reaction time that the lesson has
-    already makes no difference. An estimate of 0 says that they are not late.
+    The reaction time that the lesson is set to makes no difference.
+
+    Parameters
+    ----------
+    lesson
+        The lesson, with its record.
+    steady
+        Names of readings that are never shifted, such as categories.
+
+    Returns
+    -------
+    ReactionEstimate
+        The estimate; 0 s if presses are not late. None if there are too few to tell.
     """
     told = [each for group in _groups(lesson) if (each := _telling(lesson, group, steady)) is not None]
     presses = sum(each.presses for each in told)
@@ -90,7 +101,7 @@ def estimate_reaction_time(
 
 
 def _groups(lesson: Lesson) -> Iterator[list[Example]]:
-    """Directives from one state to the same other, with all of a second of record before each."""
+    """Yield groups of directives between the same states, with a whole second of record before each."""
     alike: dict[tuple[str, str], list[Example]] = {}
     for example in lesson.examples:
         recorded = example.moment is not None and not example.edited and not example.quarantined
@@ -100,13 +111,13 @@ def _groups(lesson: Lesson) -> Iterator[list[Example]]:
 
 
 def _reaches(example: Example, lesson: Lesson) -> bool:
-    """Whether its record goes back to the longest shift."""
+    """Return whether an example's record goes back to the longest shift."""
     moment, seconds = example.moment or 0, lesson.record.seconds
     return bool(seconds[moment] - seconds[moment - example.window] >= SHIFTS_S[-1] - 1e-9)
 
 
 def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -> _ShiftLikelihood | None:
-    """What a group tells by the feature that depends most on the shift; None where none moves."""
+    """Return the likelihood of a group for the feature that depends most on the shift; None if none changes."""
     percept, found = _percept(lesson.record, group, steady), []
     for bound in lesson.automaton.features:
         if bound.is_own or isinstance(bound.kind, Categorical):
@@ -124,7 +135,7 @@ def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -
 
 
 def _percept(record: ReadingLog, group: Sequence[Example], steady: frozenset[str]) -> Percept:
-    """All readings of a group: shift by shift, and for each of them press by press."""
+    """Return all readings of a group, shift by shift, and press by press within each."""
     rows = np.array(
         [[find_shifted_row(each, record, shift) for each in group] for shift in SHIFTS_S.tolist()]
     )
@@ -136,8 +147,9 @@ def _percept(record: ReadingLog, group: Sequence[Example], steady: frozenset[str
 
 
 def _shifted(bound: BoundFeature, percept: Percept, group: Sequence[Example]) -> Shifted | None:
-    """A feature's values, whatever its parameters stood for at each press; None where it cannot be had from the record,
-    as one that was not recorded then, or is a function of a kit that is not there.
+    """Return a feature's values, with the targets at each press; None if the record does not have them.
+
+    That is so for a reading that was not recorded then, or a function of a kit that is not there.
     """
     found = np.full((len(SHIFTS_S), len(group)), np.nan)
     bindings = [each.binding for each in group]
@@ -153,9 +165,9 @@ def _shifted(bound: BoundFeature, percept: Percept, group: Sequence[Example]) ->
 
 
 def _scatter(values: Shifted, bound: BoundFeature) -> NDArray[np.float64]:
-    """The mean distance from the middle [shifts], with what the readings change in a step, which none can undercut.
+    """Return the mean distance from the middle [shifts], at least as large as the change of readings in a tick.
 
-    What is absent counts as far off: it tells of no boundary.
+    Absent values count as far off, since they tell nothing about a boundary.
     """
     steps = np.diff(values, axis=0)
     if isinstance(bound.kind, Toroidal):

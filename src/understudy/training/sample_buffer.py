@@ -1,8 +1,7 @@
-"""The recorder: the readings of the body at the ticks a lesson may still ask for.
+"""The buffer of readings at the ticks that a lesson may still need.
 
-It remembers the last ticks of the running episode, and keeps for good those of presses, of the second before
-them, and of watched ticks. An episode ends at a restart, a rewind or driving, so that no reading is taken
-from before it.
+It holds the last ticks of the present episode, and permanently those of presses, of the second before them, and of
+watched ticks. An episode ends at a restart, a rewind or driving, so that no reading from before it is used.
 """
 
 from __future__ import annotations
@@ -19,14 +18,14 @@ from understudy.model.lesson import LONGEST_REACTION_S, Lesson, ReadingLog
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """Readings at one tick, with the demonstrator's time."""
+    """The readings at one tick, with the demonstrator's time."""
 
     seconds: float
     values: tuple[float, ...]
 
 
 class SampleBuffer:
-    """Recent moments of one agent, and the rows kept for its lesson."""
+    """The recent moments of one agent, and the rows that its lesson uses."""
 
     def __init__(self, keys: Sequence[ReadingKey], record: ReadingLog | None = None) -> None:
         self.keys = tuple(keys)
@@ -44,27 +43,27 @@ class SampleBuffer:
         self._episode: deque[Sample] = deque()
 
     def begin_episode(self) -> None:
-        """Forget the moments before now: the robot did not get here by itself."""
+        """Forget the moments before now."""
         self._episode.clear()
 
     def append(self, moment: Sample) -> None:
-        """A tick has passed; its readings may be wanted for LONGEST_REACTION_S."""
+        """Add the moment of a tick, which may be used for LONGEST_REACTION_S."""
         episode = self._episode
         episode.append(moment)
         while episode[0].seconds < moment.seconds - LONGEST_REACTION_S - 1e-9:
             episode.popleft()
 
     def keep_press(self) -> tuple[int, int]:
-        """Keep the last moment and those before it: the row of the press and how many precede it."""
+        """Keep the last moment and those before it; return the row of the press and how many precede it."""
         rows = [self.keep(moment) for moment in self._episode]
         return rows[-1], len(rows) - 1
 
     def keep_last(self) -> int:
-        """Keep the last moment alone: its row."""
+        """Keep the last moment alone, and return its row."""
         return self.keep(self._episode[-1])
 
     def keep(self, moment: Sample) -> int:
-        """Keep a moment for good; its row."""
+        """Keep a moment, and return its row."""
         if self._kept == len(self._values):
             self._values = np.concatenate([self._values, np.zeros_like(self._values)])
             self._seconds = np.concatenate([self._seconds, np.zeros_like(self._seconds)])
@@ -79,12 +78,12 @@ class SampleBuffer:
 
     @property
     def record(self) -> ReadingLog:
-        """Everything kept so far, as a view."""
+        """All kept rows, as a view."""
         return ReadingLog(self.keys, self._values[: self._kept], self._seconds[: self._kept])
 
 
 def compact_reading_log(lesson: Lesson) -> Lesson:
-    """The lesson with only those rows of its record that its examples use."""
+    """Return the lesson with only those rows of its record that its examples use."""
     used = sorted(
         {
             row

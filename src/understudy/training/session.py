@@ -51,10 +51,10 @@ class Session(EditableSession):
         The behaviors that the automaton may use.
     lesson
         The lesson to begin or to continue; see `new_lesson`.
-    agent
-        Index of the agent that is trained.
     targets
         The target of each parameter of the automaton while it is trained.
+    agent
+        Index of the agent that is trained.
     clock
         The demonstrator's time, s. None: the body's clock.
     journal

@@ -1,7 +1,7 @@
-"""The trainee: the agent under training, pulsed as the semantics of pressing say (ARCHITECTURE section 3).
+"""The trainee: the agent in training, pulsed by the semantics of presses (ARCHITECTURE section 3).
 
-A press replaces step 1 of the automaton under training; without one, in training mode, step 1 answers the
-current state. What a press records is decided here and handed to the session.
+A press replaces step 1 of the automaton in training. Without a press, in training mode, step 1 returns the current
+state. This module decides what a press records, and hands it to the session.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from understudy.training.feature_values import collect_own_values
 
 
 class Mode(StrEnum):
-    """Who decides: the demonstrator, or what was learned."""
+    """The mode of a session: in training the demonstrator decides, in testing the learned automaton."""
 
     TRAINING = "training"
     TESTING = "testing"
@@ -29,7 +29,7 @@ class Mode(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """Directing to `state`, or confirming the current state (None). It acts at the next tick."""
+    """A press that directs to `state`, or confirms the current state (None). It takes effect at the next tick."""
 
     number: int
     state: str | None
@@ -39,7 +39,7 @@ class Press:
 
 @dataclass(frozen=True, slots=True)
 class FlagEntry:
-    """Where what was learned raised a flag: the state it left, its own readings, and the row of that tick."""
+    """The tick at which the learned automaton raised a flag: the state it left, its own readings, the row."""
 
     state: str
     own: Mapping[str, float]
@@ -48,7 +48,7 @@ class FlagEntry:
 
 @dataclass(frozen=True, slots=True)
 class PressExample:
-    """One example that a press made: at this tick, or at the tick a flag was raised."""
+    """One example that a press made, at this tick or at the tick at which a flag was raised."""
 
     state: str
     next: str
@@ -59,7 +59,7 @@ class PressExample:
 
 @dataclass(slots=True)
 class TickResult:
-    """What one tick of the trainee did: where it came from, where it went, what a press showed."""
+    """The result of one tick of the trainee: states before and after, and the examples of a press."""
 
     state: str
     next: str
@@ -70,7 +70,7 @@ class TickResult:
 
 
 class Trainee(Interpreter):
-    """An interpreter whose root automaton is being taught."""
+    """An interpreter whose root automaton is in training."""
 
     def __init__(self, program: Program, mode: Mode, *, now: float) -> None:
         super().__init__(program, now=now)
@@ -83,12 +83,12 @@ class Trainee(Interpreter):
         self.outcome = TickResult("", "", {})
 
     def start(self, now: float) -> None:
-        """Start the root afresh."""
+        """Start the root again."""
         super().start(now)
         self.entry = None
 
     def keep(self, press: Press | None, entry: FlagEntry | None) -> None:
-        """Take over a press that waits and where a flag was raised, if their states are still there."""
+        """Take over a waiting press and the place where a flag was raised, if their states still exist."""
         automaton = self.taught.automaton
         if press is not None and press.state in (None, *automaton.state_names):
             self.press = press
@@ -97,7 +97,7 @@ class Trainee(Interpreter):
             self.entry = entry
 
     def pulse(self, row: Row, now: float) -> int:
-        """One tick, decided by a press, by the demonstrator's silence or by what was learned (`outcome`)."""
+        """Run one tick, decided by a press, by the mode, or by the learned automaton; see `outcome`."""
         machine, states = self.taught, self.taught.automaton.state_names
         before, own = machine.state_name, collect_own_values(machine, now)
         press, self.press = self.press, None
@@ -117,9 +117,7 @@ class Trainee(Interpreter):
     def list_queries(
         self, percept: Percept, body: Body, agent: int
     ) -> tuple[tuple[RunningAutomaton, Row], ...]:
-        """The running automata, from the one under training down, each with the feature vector that its state would be
-        asked with now.
-        """
+        """List the running automata, from the one in training down, each with the feature vector of a query now."""
         row = FeatureColumns(self.program.features, body).columns(percept)[:, agent].tolist()
         return tuple((machine, machine.values(row, body.time_s)) for machine in self.active)
 
@@ -141,7 +139,7 @@ class Trainee(Interpreter):
                 )
 
     def _obey_at_flag(self, press: Press, after: str, outcome: TickResult, now: float) -> None:
-        """A flag that what was learned raised is corrected there; a directed one leaves no trace."""
+        """Correct a flag, at the tick at which the learned automaton raised it; a directed flag records nothing."""
         flagged = self.taught.state_name
         if press.correction and self.entry is not None:
             state = self.entry.state
@@ -159,9 +157,9 @@ class Trainee(Interpreter):
 class SessionView:
     """One moment of a session as a person sees it.
 
-    `features` has the current value of each chosen feature by its label ("distance_to(A)"); absent is NaN, a
-    categorical value is its label's index. `path` is the current state of every level; `flag` is what the
-    automaton under training has raised.
+    `features` has the present value of each chosen feature by its label ("distance_to(A)"); absent is NaN, a
+    categorical value is its label's index. `path` is the current state of every level; `flag` is the flag that the
+    automaton in training has raised.
     """
 
     time_s: float

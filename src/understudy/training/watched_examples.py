@@ -1,6 +1,6 @@
-"""Watching: silence is consent. Ticks that the demonstrator saw and let pass become watched examples.
+"""Learning from silence: ticks that the demonstrator watched and did not correct become watched examples.
 
-Rules (1) to (3) of ARCHITECTURE section 3, 'Watched examples'; rule (4) is the learner's.
+Rules (1) to (3) of ARCHITECTURE section 3, 'Watched examples'; the learner applies rule (4).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ REACTION_MARGIN_S = 0.2
 
 @dataclass(frozen=True, slots=True)
 class WatchedTick:
-    """One tick that nobody objected to so far."""
+    """A tick that has not been corrected so far."""
 
     moment: Sample
     example: Example  # without row or number yet
@@ -38,33 +38,33 @@ class WatchedBatch:
 
 
 class WatchedBuffer:
-    """The ticks seen since the last press, and which of them become examples."""
+    """The ticks watched since the last press, and the choice of those that become examples."""
 
     def __init__(self) -> None:
         self._seen: list[WatchedTick] = []
         self._last_stay: dict[str, float] = {}
 
     def add_tick(self, seen: WatchedTick) -> None:
-        """A tick passed in silence."""
+        """Add a tick without a press."""
         self._seen.append(seen)
 
     def discard_recent(self, now: float, *, reaction_s: float) -> None:
-        """A press came: what happened just before it was not agreed to."""
+        """Discard the ticks just before a press, which the demonstrator did not accept."""
         limit = now - max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S)
         self._seen = [seen for seen in self._seen if seen.moment.seconds <= limit + 1e-9]
 
     def begin_episode(self) -> None:
-        """The robot is elsewhere: stays need not be apart from those before."""
+        """Note that the robot was moved, so that stays need no distance in time from those before."""
         self._last_stay.clear()
 
     def clear(self) -> None:
-        """Drop what was seen."""
+        """Drop all ticks."""
         self._seen.clear()
 
     def extract_batch(
         self, lesson: Lesson, keys: Sequence[ReadingKey], *, steady: frozenset[str]
     ) -> WatchedBatch:
-        """What was seen as examples of the lesson, thinned: transitions, and stays apart in time."""
+        """Convert the ticks to examples of the lesson, thinned to transitions and to stays that are apart in time."""
         agreed, last_stay = [], dict(self._last_stay)
         known = {make_example_key(example) for example in lesson.examples}
         for seen in self._seen:
@@ -82,11 +82,11 @@ class WatchedBuffer:
         return WatchedBatch(tuple(agreed), last_stay)
 
     def accept(self, agreed: WatchedBatch) -> None:
-        """These have become examples."""
+        """Note that these have become examples."""
         self._seen.clear()
         self._last_stay = agreed.last_stay
 
 
 def make_example_key(example: Example) -> tuple[str | float | None, ...]:
-    """An example's state and values; absent readings are alike."""
+    """Make a key of an example's state and values, in which absent readings are equal."""
     return (example.state, *(None if value != value else value for value in example.values))

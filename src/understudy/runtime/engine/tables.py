@@ -105,7 +105,7 @@ def flatten_tree(tree: Tree, *, sources: Sequence[int], first: int, at: int) -> 
     *begins, _ = accumulate(map(_rows, tree.nodes), initial=at)
 
     def after(child: int) -> int:
-        """What follows, as `NODE` spells it."""
+        """Return a child as `NODE` stores it."""
         if child != STAY and tree.nodes[child].test != TestKind.LEAF:
             return begins[child]
         outcome = STAY if child == STAY else tree.nodes[child].yes
