@@ -1,6 +1,6 @@
-"""The paper's foraging world: bring food from sources that deplete to the station (paper section 4.1).
+"""The foraging task of the paper (section 4.1): bring food from sources, which become empty, to the station.
 
-One robot per world. It is the built-in scenario `forage`, with other numbers where settings say so.
+There is one robot per world. Worlds are those of the built-in scenario `forage`, with sizes and counts from settings.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
 NAME = "forage"
-"""The built-in scenario that settings change."""
+"""The built-in scenario that the settings modify."""
 WHERE = "the foraging world"
 BESIDE = 1.2
-"""How far food beside the station is from it, in reaches: one place serves both."""
+"""The distance of food beside the station from it, in units of the reach: a robot reaches both at once."""
 
 
 def make_setting_error(setting: str, problem: str, remedy: str) -> SettingError:
-    """The error for a setting of the foraging world."""
+    """Make the error that a setting of the foraging world is not valid."""
     return SettingError(where=WHERE, setting=setting, problem=problem, remedy=remedy)
 
 
 @dataclass(frozen=True, slots=True)
 class ForageSettings:
-    """Sizes in m, speeds in m/s and rad/s, times in s, food in whole units; (least, most) where drawn.
+    """The sizes and counts of a foraging world: m, m/s, rad/s and s; food in whole units; pairs are (least, most).
 
-    A tick turns the robot by 0.12 rad and drives it 5 cm, both well inside what a person would call facing it
-    and being there: switching behaviors need not chatter. The ways are long and loading slow beside that, so
-    that turning on the spot costs the yardstick only an eighth of its time.
+    With the default values a tick turns the robot by 0.12 rad and moves it by 5 cm. Both are well below the error with
+    which people judge that a robot faces or has reached something, so behaviors need not alternate rapidly. Distances
+    are long and loading is slow in comparison: turning takes the reference solution only an eighth of its time.
     """
 
     width: float = 12.0
@@ -101,11 +101,17 @@ class ForageSettings:
 
     @property
     def margin(self) -> float:
-        """How far the middles of station and food are from the walls at least, m."""
+        """The least distance of the centers of station and sources from the walls, m."""
         return self.radius + self.clearance
 
     def scenario(self) -> Scenario:
-        """The built-in foraging scenario with these numbers."""
+        """Make the built-in foraging scenario with these sizes and counts.
+
+        Returns
+        -------
+        Scenario
+            A scenario with one robot, one station, and sources of food, for `World`.
+        """
         usual = load_scenario(NAME)
         (kind,), (robots,) = usual.types, usual.robots
         beside, at_station = (
@@ -143,7 +149,10 @@ class ForageSettings:
 
 
 def recover_forage_settings(scenario: Scenario) -> ForageSettings | None:
-    """The settings that make a scenario, but for words, colors, markers and its limit; None where there are none."""
+    """Return the settings that would produce a scenario; None if no settings do.
+
+    Texts, colors, markers and the time limit are not compared.
+    """
     scenario = remove_markers(scenario)
     try:
         (forager,), (robots,), (_, food) = scenario.types.values(), scenario.robots, scenario.objects
@@ -169,7 +178,7 @@ def recover_forage_settings(scenario: Scenario) -> ForageSettings | None:
 
 
 def _pair(count: object) -> tuple[int, int]:
-    """A count as (least, most)."""
+    """Return a count, or a (least, most) pair of counts, as a pair; (1, 1) for anything else."""
     match count:
         case (int(least), int(most)):
             return least, most
@@ -182,7 +191,10 @@ WORDS = ("about", "doc", "color", "limit_s")
 
 
 def _meant(scenario: Scenario) -> Any:
-    """What a scenario means for a robot that forages: without words and colors, counts as pairs, floats rounded."""
+    """Return what of a scenario affects a foraging robot, in a form in which equivalent scenarios are equal.
+
+    Texts and colors are removed, counts become pairs, and floats are rounded.
+    """
     things = (
         msgspec.structs.replace(each, count=_pair(each.count), amount=_pair(each.amount))
         for each in scenario.objects
@@ -231,7 +243,7 @@ def _check_pair(name: str, pair: object, *, least: int) -> None:
 
 
 def make_corner_cases(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:
-    """The paper's corner cases by name, otherwise as usual."""
+    """Return the corner cases of the paper by name, each a variation of `usual` (default settings if None)."""
     usual = ForageSettings() if usual is None else usual
     return MappingProxyType(
         {
@@ -248,7 +260,7 @@ def make_corner_cases(usual: ForageSettings | None = None) -> Mapping[str, Forag
 
 
 def make_practice_worlds(usual: ForageSettings | None = None) -> Mapping[str, ForageSettings]:
-    """Smaller worlds by name, to teach one thing at a time in, otherwise as usual."""
+    """Return small worlds by name, each to teach one part of the task, as variations of the settings `usual`."""
     usual = ForageSettings() if usual is None else usual
     small = replace(usual, width=8.0, height=8.0)
     nearly_full = usual.capacity - 3
@@ -271,12 +283,18 @@ FORAGE_KIT = make_scenario_kit(load_scenario(NAME))
 
 
 class Forage(World):
-    """A body of N foraging robots, each in a world of its own that its seed lays out."""
+    """A body of N foraging robots, each alone in a world that its seed lays out."""
 
     def __init__(self, seeds: Sequence[int] = (0,), settings: ForageSettings | None = None) -> None:
         self.settings = ForageSettings() if settings is None else settings
         super().__init__(self.settings.scenario(), seeds)
 
     def success(self) -> NDArray[np.bool_]:
-        """Whether all food is at the station now [N]."""
+        """Check which robots have brought all food of their world to the station.
+
+        Returns
+        -------
+        NDArray[np.bool_]
+            One flag per robot [N]. It is true from the start where a world has no food.
+        """
         return np.equal(self.delivered, self.total)

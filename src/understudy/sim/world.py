@@ -1,7 +1,7 @@
-"""Worlds of robots: B worlds side by side, laid out by their seeds from one scenario; a body of B*N robots.
+"""The 2-D simulator's body: robots in one or more copies (worlds) of a scenario, each laid out by its own seed.
 
-Row w*N + i is robot i of world w. A tick is: everyone senses, everyone decides, everyone moves as far as the free
-gaps let it, then loads, then objects come, go and walk.
+With B worlds of N robots, row w*N + i of every array is robot i of world w. In each tick all robots sense, then all
+decide, then all move as far as collisions permit, then they load or unload, and then objects appear, vanish and walk.
 """
 
 from __future__ import annotations
@@ -51,7 +51,11 @@ from understudy.sim.view import WorldView, make_world_view
 
 
 class World:
-    """A body of the robots of B worlds of a scenario, one world per seed."""
+    """The simulated robots of a scenario, in one world per seed, as a body that automata can run on.
+
+    Robots of all worlds are numbered in one row: robot i of world w is agent w*N + i, with N robots in each world.
+    SettingError if the scenario is not valid, does not fit into its arena, or a seed is not a whole number from 0 up.
+    """
 
     def __init__(self, scenario: Scenario, seeds: Sequence[int] = (0,)) -> None:
         check_scenario(scenario)
@@ -74,7 +78,7 @@ class World:
         self._plan = lru_cache(16)(self._planner.plan)
 
     def __getstate__(self) -> dict[str, Any]:
-        """What a copy is made of: all but what follows from the scenario and the state."""
+        """Return the attributes to copy: all that `__setstate__` cannot derive from the scenario and the state."""
         return {name: value for name, value in vars(self).items() if name not in _REMADE}
 
     def __setstate__(self, kept: dict[str, Any]) -> None:
@@ -84,17 +88,17 @@ class World:
 
     @property
     def kit(self) -> Kit:
-        """The features, behaviors and targets that go with the scenario."""
+        """The features, behaviors and targets that automata for this scenario can use."""
         return make_scenario_kit(self.scenario)
 
     @property
     def tick_s(self) -> float:
-        """The length of a tick, s."""
+        """The simulated time of one tick, s."""
         return self.scenario.tick_s
 
     @property
     def time_s(self) -> float:
-        """Time since the last reset, s; SettingError where some worlds ended early, so that there is no one time."""
+        """The simulated time since the last reset, s; SettingError if worlds that ended early have different times."""
         ticks = self.state.tick
         if self.worlds > 1 and (ticks != ticks[0]).any():
             remedy = "reset it first, or read the time of each world from its view"
@@ -103,30 +107,30 @@ class World:
 
     @property
     def seeds(self) -> tuple[int, ...]:
-        """The seed of each world."""
+        """The seeds of the worlds, in order."""
         return tuple(self.state.seeds.tolist())
 
     @property
     def finished_s(self) -> Column:
-        """When each world reached its goal [B], s; absent where it has not."""
+        """The time at which each world first reached the scenario's goal [B], s; NaN if it has not."""
         ticks = self.state.finished
         return np.where(ticks >= 0, ticks * self.tick_s, np.nan)
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Which robots have failed [B*N]."""
+        """A flag per robot [B*N]: true after `freeze` made it fail."""
         failed: NDArray[np.bool_] = self.state.robots["frozen"] != 0
         return failed
 
     @property
     def delivered(self) -> NDArray[np.int64]:
-        """Units of food brought home in each world [B]."""
+        """The units of food that robots have unloaded at a home, per world [B]."""
         delivered: NDArray[np.int64] = self.state.robots["delivered"].reshape(self.worlds, -1).sum(axis=1)
         return delivered
 
     @property
     def total(self) -> NDArray[np.int64]:
-        """Units of food there are in each world [B]: in sources, on robots, and brought home."""
+        """The units of food that exist, per world [B]: in sources, carried by robots, and delivered."""
         sources = np.where(self.rules.classes["food"][self.rules.class_of], self.state.objects["amount"], 0)
         stored: NDArray[np.int64] = self.state.robots["stored"].reshape(self.worlds, -1).sum(axis=1)
         total: NDArray[np.int64] = sources.sum(axis=1) + stored + self.delivered
@@ -134,12 +138,18 @@ class World:
 
     @property
     def gathered(self) -> NDArray[np.int64]:
-        """Boxes brought home in each world [B]."""
+        """The number of boxes that robots have pulled to a home, per world [B]."""
         gathered: NDArray[np.int64] = self.state.objects["gathered"].sum(axis=1)
         return gathered
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Begin anew, one world per seed, as many worlds as before."""
+        """Restart all worlds at time 0, laid out by new seeds.
+
+        Parameters
+        ----------
+        seeds
+            One whole number from 0 to 2**63 - 1 per world; as many as before. SettingError otherwise.
+        """
         seeds = self._listed(seeds)
         if (
             len(seeds) != self.worlds
@@ -170,7 +180,18 @@ class World:
         )
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """The columns [B*N] of these keys, absent (NaN) for robots that have no such sensor."""
+        """Measure readings of all robots in the current tick.
+
+        Parameters
+        ----------
+        keys
+            The readings to measure, each with its target if it needs one. UnknownName if no robot has it.
+
+        Returns
+        -------
+        Percept
+            A column [B*N] for each key; NaN for robots without that sensor, or where nothing is detected.
+        """
         keys = tuple(dict.fromkeys(keys))
         out = np.empty((self.agents, len(keys)))
         sense_worlds(self._context(self.check_keys(keys)), self.worlds, out)
@@ -178,21 +199,35 @@ class World:
         return dict(zip(keys, columns, strict=True))
 
     def act(self, commands: Commands) -> None:
-        """Obey for one tick; a channel left out rests. An unusable command raises, and nothing moves."""
+        """Advance all worlds by one tick under these commands; nothing moves if a command is not valid.
+
+        Parameters
+        ----------
+        commands
+            A finite column [B*N] per channel; omitted channels are 0. UnknownName or DefinitionError otherwise.
+        """
         apply_commands(self._context(()), self.worlds, self.check_commands(commands))
 
     def check_commands(self, commands: Commands) -> NDArray[np.float64]:
-        """Commands as a table [B*N, 5], whose columns are COLUMNS and none left out; an unusable one raises."""
+        """Return commands as a table [B*N, 5] with columns `COLUMNS`, 0 if omitted; raise for invalid ones."""
         names = [channel.name for channel in self.channels]
         return make_command_table(commands, agents=self.agents, channels=names, where=self._where)
 
     def advance(
         self, plan: FusedPlan, ticks: int, threads: int | None = None, *, until_finished: bool = False
     ) -> None:
-        """Sense, decide and act so many times in one go, exactly as tick by tick (see `runtime.body.Fused`).
+        """Sense, decide and act for many ticks in compiled code, with the same results as tick by tick.
 
-        Where `until_finished`, a world ends with the tick in which it reaches its goal. Worlds that ended at different
-        times have no one `time_s`: reset them before they go on tick by tick.
+        Parameters
+        ----------
+        plan
+            The compiled programs of all robots and their current states, which are updated.
+        ticks
+            The number of ticks.
+        threads
+            The most threads to use; None chooses by the number of robots and processors. Results do not depend on it.
+        until_finished
+            Whether a world stops in the tick in which it reaches its goal; if worlds stop apart, `time_s` is undefined.
         """
         sensing = self._plan(self.check_keys(plan.keys))
         commands = np.zeros((len(plan.commands), len(COLUMNS)))
@@ -201,7 +236,13 @@ class World:
         advance_worlds(self._kernel_worlds, sensing, plan, ticks, threads, until_finished=until_finished)
 
     def snapshot(self) -> bytes:
-        """The whole state, for `restore`."""
+        """Save the complete state of all worlds.
+
+        Returns
+        -------
+        bytes
+            Data for `restore`, of this world or one of the same scenario and number of worlds.
+        """
         robots = self.state.robots.copy()
         robots["aim"], robots["cosine"], robots["sine"] = (
             np.nan,
@@ -212,7 +253,13 @@ class World:
         return snapshots.encode_snapshot(self.scenario.name, self._settings(), state._asdict())
 
     def restore(self, snapshot: bytes) -> None:
-        """Go back to a snapshot, bit for bit; FileError where it is not one of such worlds."""
+        """Set the state of all worlds, bit for bit, to that of a snapshot.
+
+        Parameters
+        ----------
+        snapshot
+            The result of `snapshot`. FileError if it was taken in a world of another scenario or number of worlds.
+        """
         like = self.state._asdict()
         arrays = snapshots.decode_snapshot(
             snapshot, self.scenario.name, self._settings(), like, growing=("discs",)
@@ -234,11 +281,34 @@ class World:
         return settings
 
     def view(self, world: int = 0) -> WorldView:
-        """One world as plain data, for drawing."""
+        """Copy one world's current state into a plain value, for drawing.
+
+        Parameters
+        ----------
+        world
+            The index of the world, from 0.
+
+        Returns
+        -------
+        WorldView
+            Places and properties of robots, objects and obstacles, in m and rad.
+        """
         return make_world_view(self.state, self.rules, self.names, world)
 
     def place(self, agent: int, x: float, y: float, heading: float) -> None:
-        """Put a robot somewhere free, as a demonstrator drives it into position; what it has at hand is left."""
+        """Move a robot to a free place, standing still; it lets go of a box that it holds, and keeps its food.
+
+        Parameters
+        ----------
+        agent
+            The row of the robot, from 0 to B*N - 1.
+        x
+            The place, m from the left wall. SettingError if it is outside the arena or overlaps something solid.
+        y
+            The place, m from the bottom wall.
+        heading
+            The direction to face, rad counter-clockwise from the x axis.
+        """
         robot = self.state.robots[self._index("agent", agent, self.agents)]
         kind, world = self.rules.types[robot["type"]], agent // self.robots
         self._finite(f"place of robot {agent}", x, y, heading)
@@ -253,14 +323,21 @@ class World:
             robot[name] = 0
 
     def move_object(self, slot: int, x: float, y: float, *, world: int = 0) -> None:
-        """Put an object that is there somewhere, out of the hands that hold it; `make_world_view` has the slots."""
+        """Move an object to the free place (x, y), in m; robots that hold it let go.
+
+        `slot` is one of `view().objects.slot`. SettingError if no object is there, or the place is not free.
+        """
         thing = self._object(slot, world)
         self._free_for(f"place of object {slot}", self.rules.class_of[slot], x, y, world=world, slot=slot)
         self._let_go(slot, world)
         thing["x"], thing["y"] = x, y
 
     def add_object(self, name: str, x: float, y: float, *, amount: int = 0, world: int = 0) -> int:
-        """Add an object of a class; its slot. SettingError where the world has no room for more of it."""
+        """Add an object of a class at the free place (x, y), in m, and return its slot.
+
+        `amount` is its units of food, 0 for other objects. Other methods refer to it by its slot. SettingError if the
+        place is not free, the amount is not valid, or the world is full (`spare_objects` of the scenario limits this).
+        """
         kind = self._class(name)
         self._index("world", world, self.worlds)
         self._free_for(f"place of {name!r}", self.names.classes.index(name), x, y, world=world)
@@ -284,19 +361,22 @@ class World:
         return slot
 
     def remove_object(self, slot: int, *, world: int = 0) -> None:
-        """Remove an object that is there; it does not come again."""
+        """Remove the object in a slot for good; robots that hold it let go. SettingError if no object is there."""
         thing = self._object(slot, world)
         self._let_go(slot, world)
         thing["present"], thing["due"], thing["amount"] = 0, -1, 0
 
     def _let_go(self, slot: int, world: int) -> None:
-        """Take an object out of all hands."""
+        """Make all robots of a world release an object."""
         robots = self.state.robots[world * self.robots : (world + 1) * self.robots]
         robots["holding"][robots["holding"] == slot + 1] = 0
         self.state.objects["hands"][world, slot] = 0
 
     def add_obstacle(self, x: float, y: float, radius: float, *, world: int = 0) -> None:
-        """Add a round obstacle to a world, where it overlaps no robot and no solid object."""
+        """Add a round obstacle (all in m) to a world; SettingError if it overlaps a robot or a solid object.
+
+        It may overlap walls and other obstacles.
+        """
         self._index("world", world, self.worlds)
         self._finite("place of an obstacle", x, y, radius)
         if not radius > 0:
@@ -309,8 +389,9 @@ class World:
         self._begin(self.state._replace(discs=discs))
 
     def move_obstacle(self, index: int, x: float, y: float, *, world: int = 0) -> None:
-        """Put a round obstacle elsewhere, where it overlaps no robot and no solid object; numbers as in
-        `make_world_view`.
+        """Move a round obstacle to (x, y), in m; SettingError if it would overlap a robot or a solid object.
+
+        `index` is its position in `view().discs`.
         """
         disc = self._obstacle(index, world)
         self._finite("place of an obstacle", x, y, 0.0)
@@ -319,12 +400,12 @@ class World:
         self._begin(self.state)
 
     def remove_obstacle(self, index: int, *, world: int = 0) -> None:
-        """Remove a round obstacle; those behind it count one less from now on."""
+        """Remove the round obstacle at position `index` in `view().discs`; the positions after it decrease by 1."""
         self._obstacle(index, world)["radius"] = 0
         self._begin(self.state)
 
     def place_pointer(self, x: float | None, y: float | None = None, *, world: int = 0) -> None:
-        """Put the mouse pointer somewhere, as the target `mouse`; None takes it away."""
+        """Set the position (x, y), in m, of the target `mouse`, which robots can follow; None for both removes it."""
         self._index("world", world, self.worlds)
         thing = self.state.objects[world, self._class(MOUSE)["first"]]
         if x is None and y is None:
@@ -335,7 +416,7 @@ class World:
         thing["x"], thing["y"], thing["present"] = x, y, 1
 
     def freeze(self, agent: int) -> None:
-        """Let a robot fail: it senses nothing and moves no more."""
+        """Make a robot fail: from now on all its readings are absent (NaN), and it does not move."""
         self.state.robots["frozen"][self._index("agent", agent, self.agents)] = 1
 
     # What is refused.
@@ -365,7 +446,7 @@ class World:
         return int(index)
 
     def _object(self, slot: int, world: int) -> Any:
-        """The object in a slot, which has to be there."""
+        """Return the object in a slot; raise SettingError if no object is there."""
         things = self.state.objects[self._index("world", world, self.worlds)]
         if not things[self._index("slot", slot, len(things))]["present"]:
             there = join_names(map(str, np.flatnonzero(things["present"])))
@@ -375,7 +456,7 @@ class World:
         return things[slot]
 
     def _obstacle(self, index: int, world: int) -> Any:
-        """The round obstacle of this number, among those that are there."""
+        """Return the round obstacle at a position among those that exist; raise SettingError if there is none."""
         discs = self.state.discs[self._index("world", world, self.worlds)]
         there = np.flatnonzero(discs["radius"] > 0)
         if not len(there):
@@ -391,28 +472,28 @@ class World:
             raise self._wrong(what, problem, f"give {where}, all finite")
 
     def _free_for(self, what: str, index: int, x: float, y: float, *, world: int, slot: int = -1) -> None:
-        """Refuse a place for an object of a class where it cannot be."""
+        """Raise SettingError if an object of a class cannot be at (x, y), in m."""
         self._finite(what, x, y, 0.0)
         kind = self.rules.classes[index]
         if kind["solid"]:
             self._free(what, x, y, kind["radius"], world=world, slot=slot)
 
     def _free(self, what: str, x: float, y: float, radius: float, *, world: int, **but: Any) -> None:
-        """Refuse a place for something solid where it overlaps something else."""
+        """Raise SettingError if a solid disc at (x, y), m, would overlap something else."""
         found = find_overlap(self.state, self.rules, self.names, world, x, y, radius, **but)
         if found is not None:
             raise self._wrong(what, f"is ({x}, {y}), which overlaps {found}", "give a free place")
 
     def check_keys(self, keys: Sequence[ReadingKey]) -> tuple[ReadingKey, ...]:
-        """These keys, all of which its robots have or may have; an error as of `check_reading_keys` otherwise."""
+        """Return the keys as a tuple; raise UnknownName or SettingError if robots do not have these readings."""
         check_reading_keys(keys, readings=self.readings, targets=self.targets, where=self._where)
         return tuple(keys)
 
 
 _REMADE = ("rules", "_planner", "_plan", "_kernel_worlds", "_room", "_context")
-"""Attributes of a world that are made anew in its copies: caches, and what kernels work with."""
+"""Attributes that a copy of a world computes anew: caches, and arrays that kernels work with."""
 
 
 def _is_whole(value: object, most: int) -> bool:
-    """Whether something is a whole number from 0 to `most`."""
+    """Return whether a value is a whole number from 0 to `most`."""
     return isinstance(value, int | np.integer) and 0 <= int(value) <= most

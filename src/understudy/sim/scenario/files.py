@@ -1,4 +1,4 @@
-"""Scenarios as TOML files: read, checked, written; the built-in ones by name."""
+"""Read, check and write scenarios as TOML files, and find the built-in ones by name."""
 
 from __future__ import annotations
 
@@ -27,22 +27,43 @@ SUFFIX = ".toml"
 
 ScenarioDocument = dict[str, Any]
 MIGRATIONS: Mapping[int, Callable[[ScenarioDocument], ScenarioDocument]] = MappingProxyType({})
-"""From a version of the format to the next: a step each."""
+"""The function that converts a document of each version of the format to the next version."""
 
 
 def load_scenario(source: Path | str) -> Scenario:
-    """The built-in scenario of this name, or that of a file; FileError where it cannot be read or cannot be."""
+    """Load a built-in scenario by its name, or any scenario from a TOML file.
+
+    Parameters
+    ----------
+    source
+        The name of a built-in scenario, such as "forage", or the path of a file.
+
+    Returns
+    -------
+    Scenario
+        The scenario, checked.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, is not a scenario, or describes one that is not possible. It names the key.
+
+    Examples
+    --------
+    >>> load_scenario("forage").name
+    'forage'
+    """
     return parse_scenario(*_content(source))
 
 
 def read_scenario_text(source: Path | str) -> str:
-    """The file of a scenario as it is, with its comments; FileError where it cannot be read."""
+    """Return the text of a scenario's file, with its comments; raise FileError if it cannot be read."""
     content, path = _content(source)
     return _decoded(content, path)
 
 
 def _content(source: Path | str) -> tuple[bytes, Path | str]:
-    """What a scenario's file holds, and how to call it."""
+    """Return the bytes of a scenario's file, and its path or name for error messages."""
     names = list_builtin_scenarios()
     if isinstance(source, str) and source in names:
         return _folder().joinpath(source + SUFFIX).read_bytes(), f"{source}{SUFFIX}"
@@ -59,14 +80,17 @@ def _content(source: Path | str) -> tuple[bytes, Path | str]:
 
 
 def list_builtin_scenarios() -> tuple[str, ...]:
-    """The names of the built-in scenarios."""
+    """Return the names of the built-in scenarios, sorted."""
     return tuple(
         sorted(file.name.removesuffix(SUFFIX) for file in _folder().iterdir() if file.name.endswith(SUFFIX))
     )
 
 
 def parse_scenario(content: str | bytes, path: Path | str = "scenario.toml") -> Scenario:
-    """The scenario that the content of a file describes; FileError, naming the key, where it is none or cannot be."""
+    """Parse and check the content of a scenario file; raise FileError, naming the key, if it is not valid.
+
+    A scenario without a name is named after the file `path`, which errors name too.
+    """
     document = _migrated(_head(_table(content, path), path))
     if "name" not in document and NAME.fullmatch(Path(path).stem):
         document["name"] = Path(path).stem
@@ -81,7 +105,7 @@ def parse_scenario(content: str | bytes, path: Path | str = "scenario.toml") -> 
 
 
 def format_scenario(scenario: Scenario) -> str:
-    """The file of a scenario: parsed, it gives the same."""
+    """Return the text of a file that describes a scenario; `parse_scenario` returns an equal scenario from it."""
     document = msgspec.to_builtins(scenario)
     return HEAD + "\n" + format_toml({"name": scenario.name, **document})
 
@@ -123,7 +147,7 @@ def _table(content: str | bytes, path: Path | str) -> ScenarioDocument:
 
 
 def _head(document: ScenarioDocument, path: Path | str) -> ScenarioDocument:
-    """What follows the head of a scenario's file, with the version under its key."""
+    """Check a document's format and version, and return it; raise FileError if it cannot be read here."""
     begin = "let the file begin with " + join_names(repr(line) for line in HEAD.splitlines())
     if document.get("understudy") != FORMAT:
         given = document.get("understudy")
@@ -140,7 +164,7 @@ def _head(document: ScenarioDocument, path: Path | str) -> ScenarioDocument:
 
 
 def _migrated(document: ScenarioDocument) -> ScenarioDocument:
-    """The fields of a scenario, brought up to the present version."""
+    """Return the fields of a scenario document converted to the present version, without format and version."""
     for version in range(document["version"], VERSION):
         document = MIGRATIONS[version](document)
     return {key: value for key, value in document.items() if key not in ("understudy", "version")}
@@ -149,12 +173,12 @@ def _migrated(document: ScenarioDocument) -> ScenarioDocument:
 MARKER = "marker"
 TARGET = "nearest_marker"
 COLORS = ("magenta", "orange", "cyan", "purple", "yellow", "white")
-"""What cameras know it by: the first that nothing else in the world has."""
+"""The possible colors of markers; cameras detect them by the first one that nothing else in the world has."""
 RADIUS = 0.15
 
 
 def add_markers(scenario: Scenario) -> Scenario:
-    """The scenario with a class of markers and the target of that name, as far as it has none of its own."""
+    """Return a scenario with a class `marker` of objects and a target `nearest_marker`, unless it has its own."""
     objects, targets = scenario.objects, dict(scenario.targets)
     if MARKER not in (thing.name for thing in objects):
         taken = collect_names(scenario).colors
@@ -167,7 +191,7 @@ def add_markers(scenario: Scenario) -> Scenario:
 
 
 def remove_markers(scenario: Scenario) -> Scenario:
-    """The scenario as it was `add_markers`; as it is where its markers are its own."""
+    """Return a scenario without what `add_markers` added; unchanged if it declared its markers itself."""
     objects = tuple(thing for thing in scenario.objects if thing.name != MARKER)
     targets = {name: target for name, target in scenario.targets.items() if name != TARGET}
     stripped = replace(scenario, objects=objects, targets=targets)

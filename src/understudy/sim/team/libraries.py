@@ -1,7 +1,8 @@
-"""Teams of a scenario: who is in them, what each sort of agents knows, and all of it running.
+"""Build the team of a scenario: the libraries of automata of each sort of agents, and the running team itself.
 
-A library of a team is a folder: the robots' automata in it, those of each sort of squads in a folder of its name.
-Where types of robots differ in what they sense or do, each type has a folder of its name, too.
+A sort is a type of robots or a kind of squads. The folder of a team's library contains the automata of the robots,
+and one subfolder, named after the sort, for the automata of each kind of squads. If types of robots differ in sensors
+or behaviors, each type has a subfolder of its own, too.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from understudy.sim.world import World
 from understudy.storage.library_folder import list_documents
 
 Libraries: TypeAlias = Mapping[str, Library]
-"""What each sort of agents knows, by its name: types of robots, and sorts of squads."""
+"""The library of automata of each sort of agents (types of robots, kinds of squads), by the sort's name."""
 
 
 def collect_libraries(
@@ -34,8 +35,27 @@ def collect_libraries(
     robots: Library | Libraries,
     squads: Callable[[str, Kit], Library] = lambda name, kit: Library(kit),
 ) -> Libraries:
-    """What everybody knows: what the robots do, all of them or by type, and what `squads` finds for each sort of them,
-    given its kit.
+    """Collect the libraries of all sorts of agents in a scenario: its types of robots and its kinds of squads.
+
+    Parameters
+    ----------
+    scenario
+        The scenario, which names the types and squads.
+    robots
+        One library for all types of robots, or a library for each type, by its name.
+    squads
+        A function that returns the library of a kind of squads, given its name and its kit (the features and orders
+        that its coordinators can use). By default each gets an empty library.
+
+    Returns
+    -------
+    Libraries
+        The library of each sort, by name: types of robots first, then squads, each after its members.
+
+    Raises
+    ------
+    SettingError
+        If the squads of the scenario contradict each other or there are not enough robots for them.
     """
     of_types = dict.fromkeys(scenario.types, robots) if isinstance(robots, Library) else robots
     found: dict[str, Library] = {name: of_types[name] for name in scenario.types}
@@ -49,10 +69,10 @@ def collect_libraries(
 
 
 def find_type_folders(scenario: Scenario, folder: Path | str, kit: Kit) -> Mapping[str, tuple[Path, Kit]]:
-    """Where the automata of each type are kept, and the kit that they are taught with.
+    """Return the folder that contains the automata of each type of robots, and the kit that they use.
 
-    Types that can be taught the same share the folder itself. Others have one of their name in it each; but one that
-    has none while there are automata in the folder itself, as before there were such, knows these.
+    All types use `folder` itself if their kits are equal. Otherwise each has a subfolder of its name; a type without
+    one still uses `folder` if that contains automata, as folders made before there were subfolders do.
     """
     folder, kits = Path(folder), make_type_kits(scenario, kit)
     if not have_different_kits(kits):
@@ -67,17 +87,17 @@ def find_type_folders(scenario: Scenario, folder: Path | str, kit: Kit) -> Mappi
 def load_type_libraries(
     scenario: Scenario, folder: Path | str, kit: Kit, look: Callable[[Path, Kit], Library]
 ) -> Mapping[str, Library]:
-    """What each type of robots knows, as `look` finds it in folders, each once; types that share one share it."""
+    """Load the library of each type of robots by calling `look(folder, kit)`, once for types that share a folder."""
     places = find_type_folders(scenario, folder, kit)
     found = {where: look(where, own) for where, own in dict(places.values()).items()}
     return {name: found[where] for name, (where, _) in places.items()}
 
 
 def find_behavior_sort(libraries: Libraries, behavior: str | None) -> str:
-    """The sort of agents that a behavior was taught to, squads before robots; of a basic one, the first who has it.
+    """Return the sort of agents that a behavior belongs to: one that it was taught to, squads before robots.
 
-    Where none is named, the topmost that was taught something. SettingError where several sorts know it; name it
-    SORT/BEHAVIOR then.
+    For a basic behavior, return the first sort that has it. For None, return the topmost sort that was taught anything.
+    SettingError if several sorts with different libraries qualify; SORT/BEHAVIOR names one.
     """
     names = list(libraries)
     if behavior is None:
@@ -98,8 +118,9 @@ def find_behavior_sort(libraries: Libraries, behavior: str | None) -> str:
 
 
 def list_running_sorts(libraries: Libraries, sort: str, behavior: str) -> list[str]:
-    """The sorts of agents that run a behavior of a sort: those that share its library; of a basic one, all robots that
-    have it.
+    """List the sorts of agents that can run a behavior of a sort: all that share its library.
+
+    For a basic behavior of robots, these are all types of robots that have a behavior of this name.
     """
     basic = behavior not in libraries[sort].taught and not _leads(libraries[sort])
     return [
@@ -110,7 +131,7 @@ def list_running_sorts(libraries: Libraries, sort: str, behavior: str) -> list[s
 
 
 def _leads(library: Library) -> bool:
-    """Whether it is one of coordinators."""
+    """Return whether a library belongs to coordinators of squads."""
     return any(behavior.order is not None for behavior in library.kit.behaviors.values())
 
 
@@ -124,7 +145,7 @@ def make_scenario_team(
     makes: Makes = make_interpreter_runner,
     trained: str | None = None,
 ) -> Team:
-    """The team that a scenario describes, with its radio, on a body of as many worlds as there are seeds."""
+    """Make the team that a scenario describes, with its radio delay and loss, on a body with one world per seed."""
     return Team(
         ground,
         assign_team_members(scenario),
@@ -142,7 +163,26 @@ def make_scenario_team(
 def make_coordinator_body(
     scenario: Scenario, sort: str, libraries: Libraries, *, seed: int = 0
 ) -> CoordinatorBody:
-    """The squads of a sort with all below them, in the world of a seed: a body for a session, run by interpreters."""
+    """Make a body whose agents are the coordinators of one kind of squads, to teach them in a session.
+
+    The squads' members run below them, with interpreters, in one simulated world.
+
+    Parameters
+    ----------
+    scenario
+        The scenario with the squads.
+    sort
+        The name of the kind of squads to teach.
+    libraries
+        The library of each sort of agents; see `collect_libraries`.
+    seed
+        The seed that lays out the world and draws which messages get lost.
+
+    Returns
+    -------
+    CoordinatorBody
+        A body with one agent per squad of this kind.
+    """
     world = World(scenario, [seed])
     team = make_scenario_team(world, scenario, libraries, {}, seeds=[seed], trained=sort)
     return CoordinatorBody(team, sort)
@@ -154,6 +194,31 @@ def make_team(
     libraries: Libraries,
     roots: Mapping[str, tuple[str, Mapping[str, str]]],
 ) -> Team:
-    """The team in worlds of these seeds, with engines; who is in no squad runs what `roots` says, by sort of agents."""
+    """Make a scenario's team in new worlds, run by the compiled engine.
+
+    Parameters
+    ----------
+    scenario
+        The scenario with robots and squads.
+    seeds
+        The seed of each world.
+    libraries
+        The library of each sort of agents; see `collect_libraries`.
+    roots
+        By sort of agents, the name of the behavior that those who are in no squad run, and the target for each of its
+        parameters. Sorts without an entry idle until a coordinator orders something.
+
+    Returns
+    -------
+    Team
+        The team at time 0. `run` advances it.
+
+    Raises
+    ------
+    SettingError
+        If the scenario is not valid or a seed is not a whole number from 0 up.
+    UnknownName
+        If `roots` names a sort or behavior that does not exist.
+    """
     world = World(scenario, seeds)
     return make_scenario_team(world, scenario, libraries, roots, seeds=world.seeds, makes=Engine)
