@@ -1,4 +1,4 @@
-"""Kernels of angles, by our own polynomials: quicker than a mathematical library, and the same on every machine."""
+"""Kernels of angles with polynomials of their own: faster than a math library, and equal on all machines."""
 
 import math
 from typing import Any
@@ -17,7 +17,7 @@ EIGHTH = math.tan(math.pi / 8.0)
 
 @njit(error_model="numpy", forceinline=True)
 def wrap_angle(angle: float) -> Any:
-    """An angle in [0, tau)."""
+    """Return an angle (rad) wrapped into [0, tau)."""
     angle -= TAU * float(np.floor(angle * (1.0 / TAU)))
     angle += TAU if angle < 0.0 else 0.0  # rounding may have left it a hair outside, on either side
     return angle - TAU if angle >= TAU else angle
@@ -25,7 +25,7 @@ def wrap_angle(angle: float) -> Any:
 
 @njit(error_model="numpy", forceinline=True)
 def compute_angle(y: float, x: float) -> Any:
-    """The angle (rad, in [-pi, pi]) of a direction, as atan2 gives it to 2 ulp; NaN where both are 0."""
+    """Return the angle (rad, in [-pi, pi]) of the direction (x, y), equal to atan2 within 2 ulp; NaN if both are 0."""
     aside, along = abs(y), abs(x)
     steep = aside > along
     least, most = (along, aside) if steep else (aside, along)
@@ -53,7 +53,7 @@ def compute_angle(y: float, x: float) -> Any:
 
 @njit(error_model="numpy", forceinline=True)
 def compute_cosine_and_sine(angle: float) -> Any:
-    """The cosine and sine of an angle (rad, no more than some thousand turns), to 1.2e-16."""
+    """Return the cosine and sine of an angle (rad, at most some thousand turns), with error up to 1.2e-16."""
     quarters = float(np.floor(angle * (2.0 / math.pi) + 0.5))
     rest = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW  # in [-pi / 4, pi / 4]
     u = rest * rest
@@ -77,7 +77,7 @@ def compute_cosine_and_sine(angle: float) -> Any:
 
 @njit(error_model="numpy", forceinline=True)
 def cache_heading_vector(robot: Any) -> None:
-    """Have the cosine and sine of a robot's heading at hand: most drive straight on, or stand."""
+    """Store the cosine and sine of a robot's heading in its record if the heading changed since the last call."""
     if robot.aim != robot.heading:
         robot.aim = robot.heading
         robot.cosine, robot.sine = compute_cosine_and_sine(robot.heading)

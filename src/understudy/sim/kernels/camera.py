@@ -1,11 +1,11 @@
-"""Kernels of a pin-hole camera at a robot's center, looking along x: what of discs is seen as blobs of color.
+"""Kernels of a pin-hole camera at a robot's center that looks along x: discs appear as blobs of color.
 
-`project_objects` and `project_segments` put all things into the frame, once per robot; `measure_blob` answers for one
-color. Everything is in the terms of THING and VIEW; memory for the results is the caller's.
+`project_objects` and `project_segments` project all things into the image, once per robot; `measure_blob` measures
+the blob of one color. Inputs and results are records THING and VIEW, in memory of the caller.
 
-Which of two things is in front is decided once for all rays that meet both, which is exact where they do not
-overlap: then their radical axis divides two discs, and the disc with the smaller power is on the camera's side.
-The point where a ray meets a segment is before a disc if its distance squared is less than the power.
+Which of two things is in front is decided once for all rays that meet both. That is exact if they do not overlap:
+their radical axis separates two discs, and the disc with the smaller power is on the camera's side. The point where
+a ray meets a segment is in front of a disc if its squared distance is less than the power.
 """
 
 import math
@@ -28,10 +28,10 @@ def project_objects(
     limit_m: float,
     views: Records,
 ) -> int:
-    """Write VIEW of those of the first `count` THING that appear in the frame, in their order; how many they are.
+    """Write a VIEW for each of the first `count` THING that appears in the image, in order; return their number.
 
-    `tan_half` is the tangent of half the angle of view. What has its center `limit_m` or more away is no blob.
-    Left out is what could neither be a blob nor hide one, and what the camera is in.
+    `tan_half` is the tangent of half the angle of view. A thing whose center is `limit_m` or farther away is no blob.
+    Things that could neither be a blob nor hide one, and things that contain the camera, are omitted.
     """
     focal_px = 0.5 * width_px / tan_half
     widening = math.sqrt(1.0 + tan_half * tan_half)
@@ -71,9 +71,9 @@ def project_objects(
 
 @njit(error_model="numpy")
 def project_segments(segments: Records, count: int, tan_half: float, views: Records, end: int) -> int:
-    """Write VIEW of those of the first `count` segments (x0, y0, x1, y1) in the frame from `end` on; the new end.
+    """Write a VIEW for each of the first `count` segments in the image, from index `end` on; return the new end.
 
-    An end on NaN is no segment, and one that goes through the camera hides nothing.
+    Segments with an end at NaN do not exist, and a segment through the camera hides nothing.
     """
     for index in range(count):
         segment = segments[index]
@@ -101,7 +101,7 @@ def project_segments(segments: Records, count: int, tan_half: float, views: Reco
 
 @njit(error_model="numpy")
 def insert_cut(views: Records, count: int, left: float, right: float) -> None:
-    """Add an interval to the first `count` cuts, keeping them in order of their left ends."""
+    """Insert the interval [left, right] into the first `count` cuts, which are sorted by their left ends."""
     at = count
     while at > 0 and views[at - 1].cut_left > left:
         views[at].cut_left, views[at].cut_right = views[at - 1].cut_left, views[at - 1].cut_right
@@ -111,7 +111,7 @@ def insert_cut(views: Records, count: int, left: float, right: float) -> None:
 
 @njit(error_model="numpy")
 def find_widest_piece(views: Records, discs: int, end: int, index: int) -> tuple[float, float]:
-    """Left and right end of the widest visible piece of a view, the leftmost of equals; 0, 0 if it is hidden."""
+    """Return left and right end of the widest visible piece of a view, the leftmost of equals; 0, 0 if hidden."""
     view = views[index]
     left, right, power = view.left, view.right, view.power
     if view.opaque < 0:
@@ -154,12 +154,11 @@ def measure_blob(
     nearest: bool,
     least_px: float,
 ) -> tuple[float, float]:
-    """The blob of a color: its middle (pixels from the frame's left edge) and its size (pixels); NaN: none.
+    """Measure the blob of a color: its center (pixels from the image's left edge), its area (pixels); NaN if none.
 
-    `views` are discs up to `discs`, and segments up to `end`; only their cuts are written to. A blob is the widest
-    visible piece of a disc, as high as the disc appears, and at least `least_px` large. Of several the largest
-    counts, or the one with the `nearest` center; of equals the one farthest left, in
-    whatever order they come.
+    `views` are discs up to index `discs`, then segments up to `end`; only their cuts are overwritten. A blob is the
+    widest visible piece of a disc, as high as the disc appears, and at least `least_px` large. Of several blobs the
+    largest counts, or with `nearest` the one whose center is nearest; of equal ones the leftmost.
     """
     focal_px = 0.5 * width_px / tan_half
     best_x, best_size, best_squared = math.nan, 0.0, math.inf

@@ -1,4 +1,4 @@
-"""Kernels about free space: distances from walls and polygons, a new free place in a running world."""
+"""Kernels of free space: distances from segments and polygons, and free places in a running world."""
 
 import math
 from typing import Any, TypeAlias
@@ -11,25 +11,28 @@ from understudy.sim.kernels.rng import draw_uniform
 Records: TypeAlias = NDArray[Any]
 
 ATTEMPTS = 1000
-"""Places that are tried for a thing before there is none."""
+"""The number of random places that are tried for a thing before none is considered free."""
 
 DISC, POLYGON, OBJECT, ROBOT = 0, 1, 2, 3
-"""Sorts of things that are placed."""
+"""The kinds of things that are placed."""
 
 FIRST_STREAM, STREAMS = 1 << 16, 16
 X, Y, ANGLE, COUNT, AMOUNT, DUE, BESIDE, APPEAR_X, APPEAR_Y = 0, 1, 2, 3, 4, 5, 6, 7, 8
-"""Streams of draws, of each sort: clear of those that a running world draws from."""
+"""Stream numbers of random draws, by purpose; each kind of things has `STREAMS` of them from `FIRST_STREAM` on.
+
+They differ from the streams of a running world.
+"""
 
 
 @njit(error_model="numpy")
 def scale_to_integer(low: int, high: int, drawn: float) -> int:
-    """The whole number from low to high that a number in [0, 1) stands for."""
+    """Return the whole number from `low` to `high` that a uniform draw in [0, 1) selects."""
     return low + math.floor(drawn * (high - low + 1))
 
 
 @njit(error_model="numpy")
 def measure_to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
-    """Distance of a point from a segment; NaN where there is none."""
+    """Return the distance (m) of a point from a segment; NaN if an end of the segment is NaN."""
     dx, dy = x1 - x0, y1 - y0
     squared = dx * dx + dy * dy
     along = ((x - x0) * dx + (y - y0) * dy) / squared if squared > 0.0 else 0.0
@@ -40,7 +43,7 @@ def measure_to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: 
 
 @njit(error_model="numpy")
 def is_inside_polygons(x: float, y: float, segments: Records, first: int, end: int) -> bool:
-    """Whether a point lies inside the polygons among these segments of a world (counter-clockwise edges)."""
+    """Return whether a point lies inside a polygon among the segments `first` to `end` (counter-clockwise edges)."""
     winding = 0
     for index in range(first, end):
         edge = segments[index]
@@ -55,7 +58,7 @@ def is_inside_polygons(x: float, y: float, segments: Records, first: int, end: i
 
 @njit(error_model="numpy")
 def is_clear_of_segments(x: float, y: float, radius: float, segments: Records, first: int, end: int) -> bool:
-    """Whether a disc touches none of these segments of a world and lies in none of their polygons."""
+    """Return whether a disc touches none of the segments `first` to `end` and lies in none of their polygons."""
     for index in range(first, end):
         edge = segments[index]
         if measure_to_segment(x, y, edge.x0, edge.y0, edge.x1, edge.y1) < radius:
@@ -79,9 +82,9 @@ def find_free_place(
     discs: Records,
     segments: Records,
 ) -> tuple[bool, float, float]:
-    """A new free place in a running world for the object in this slot, of a class: whether there is one, x and y.
+    """Find a random free place in a running world for the object in a slot: whether there is one, x and y (m).
 
-    `turn` counts the times that it has appeared, so that each time other places are drawn. Robots, objects, discs
+    `turn` counts its appearances, so that other places are drawn each time. `kind` is its class. Robots, objects, discs
     and segments are those of its world.
     """
     streams = FIRST_STREAM + STREAMS * OBJECT
@@ -113,7 +116,7 @@ def _is_free_now(
     discs: Records,
     segments: Records,
 ) -> bool:
-    """Whether an object keeps free of all that is in its world now."""
+    """Return whether an object at (x, y) would keep its distance from everything that is in its world now."""
     away = kind.radius + kind.apart
     for n in range(robots.shape[0]):
         least = away + types[robots[n].type].radius

@@ -1,8 +1,8 @@
-"""Kernels of motion and collisions: where each robot means to go in a tick, and how far the free gaps let it.
+"""Kernels of motion and collisions: the step that each robot would make in a tick, and the possible share of it.
 
-A step is limited by the gap to everything solid: along the line to the nearest point of it, robot and thing may
-together close the gap and no more. Since all solid things are convex, nothing overlaps and nothing tunnels,
-whatever the order in which robots are looked at. Along what stays where it is, a robot slides.
+A step is limited by the gap to each solid thing: along the line to its nearest point, robot and thing may together
+close the gap and no more. All solid things are convex, so nothing overlaps and no step passes through anything,
+whatever the order in which robots are processed. Along things that stay in place, a robot slides.
 """
 
 import math
@@ -27,10 +27,10 @@ DRIVING, TURNING = 16, 18  # streams of random draws, two each
 
 @njit(error_model="numpy", forceinline=True)
 def propose_step(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: int, move: Any) -> None:
-    """What a robot means to do in a tick with these commands: `move` gets dx, dy, heading; scale is 1.
+    """Compute a robot's step under its commands, without obstacles, into `move`: dx, dy (m), heading; scale is 1.
 
-    The robot drives the arc of its speeds, along its chord. Its speeds follow the commands as its
-    accelerations let them.
+    The robot moves along the chord of the arc that its speeds describe. Its speeds approach the commanded ones as
+    fast as its accelerations permit.
     """
     move.scale = 1.0
     move.wanted = 0.0
@@ -68,9 +68,10 @@ def propose_step(robot: Any, kind: Any, drive: float, turn: float, seed: int, ti
 
 @njit(error_model="numpy", forceinline=True)
 def limit_by_gap(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float, other: float) -> Any:
-    """The scale of a step (dx, dy) that a gap allows; (nx, ny) points to the thing, of unit length.
+    """Return the share of a step (dx, dy) that a gap (m) to a thing permits, at most `scale`.
 
-    `other` is how far the thing comes towards the robot in the same tick, if at all.
+    (nx, ny) is the unit vector towards the thing. `other` is the distance by which the thing approaches the robot in
+    the same tick, m.
     """
     closing = dx * nx + dy * ny
     if closing <= 0.0:
@@ -83,7 +84,7 @@ def limit_by_gap(scale: float, nx: float, ny: float, gap: float, dx: float, dy: 
 
 @njit(error_model="numpy", forceinline=True)
 def limit_by_disc(scale: float, x: float, y: float, radius: float, move: Any, disc: Any) -> Any:
-    """The scale that a round thing which stays allows (x, y, radius: of it in `disc`)."""
+    """Return the share of a step that a fixed `disc` (x, y, radius) permits a robot at (x, y), at most `scale`."""
     dx, dy = disc[0] - x, disc[1] - y
     reach = radius + disc[2] + math.sqrt(move.dx * move.dx + move.dy * move.dy)
     squared = dx * dx + dy * dy
@@ -96,7 +97,7 @@ def limit_by_disc(scale: float, x: float, y: float, radius: float, move: Any, di
 
 @njit(error_model="numpy", forceinline=True)
 def find_nearest_on_segment(x: float, y: float, segment: Any) -> Any:
-    """The point of a segment that is nearest to a place."""
+    """Return the point (x, y) of a segment that is nearest to a place."""
     ex, ey = segment.x1 - segment.x0, segment.y1 - segment.y0
     length = ex * ex + ey * ey
     along = 0.0
@@ -107,7 +108,7 @@ def find_nearest_on_segment(x: float, y: float, segment: Any) -> Any:
 
 @njit(error_model="numpy", forceinline=True)
 def limit_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> Any:
-    """The scale that a piece of wall allows."""
+    """Return the share of a step that a segment of a wall or polygon permits, at most `scale`."""
     near_x, near_y = find_nearest_on_segment(x, y, segment)
     return limit_by_disc(scale, x, y, radius, move, (near_x, near_y, 0.0))
 
@@ -116,7 +117,7 @@ def limit_by_segment(scale: float, x: float, y: float, radius: float, move: Any,
 def limit_by_bounds(
     scale: float, x: float, y: float, radius: float, move: Any, width: float, height: float
 ) -> float:
-    """The scale that the arena's own walls allow."""
+    """Return the share of a step that the arena's outer walls permit, at most `scale`."""
     if move.dx < 0.0:
         scale = limit_by_gap(scale, -1.0, 0.0, x - radius, move.dx, move.dy, 0.0)
     elif move.dx > 0.0:
@@ -130,9 +131,9 @@ def limit_by_bounds(
 
 @inlined
 def limit_by_robot(c: Any, scale: float, row: int, other: int, dx: float, dy: float, world: int) -> Any:
-    """The scale that another robot of a world allows, (dx, dy) off, both moving as they mean to.
+    """Return the share of a step that another robot, (dx, dy) away, permits, at most `scale`.
 
-    Those who hold the same box move as one.
+    Both are assumed to make their full steps. Robots that hold the same box do not limit each other.
     """
     own, them = c.robots[row], c.robots[other]
     if own.holding != 0 and own.holding == them.holding:
@@ -153,7 +154,7 @@ def limit_by_robot(c: Any, scale: float, row: int, other: int, dx: float, dy: fl
 
 @inlined
 def limit_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
-    """The scale that all other robots of a world allow."""
+    """Return the share of a robot's step that all other robots of its world permit, at most `scale`."""
     own, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     near = c.types[own.type].radius + c.facts.most_radius + c.facts.most_step
     near += math.sqrt(move.dx * move.dx + move.dy * move.dy)
@@ -174,7 +175,7 @@ def limit_by_robots(c: Any, scale: float, row: int, world: int) -> Any:
 
 @inlined
 def _limited_by_spots(c: Any, scale: float, row: int, world: int, near: float, begin: int, end: int) -> Any:
-    """The scale that the robots at the spots from `begin` to `end` allow, nearer than `near`."""
+    """Return the share of a step that robots in grid spots `begin` to `end`, nearer than `near` (m), permit."""
     own = c.robots[row]
     x, y, near_squared = own.x, own.y, near * near
     for k in range(begin, end):
@@ -187,7 +188,7 @@ def _limited_by_spots(c: Any, scale: float, row: int, world: int, near: float, b
 
 @inner
 def _limited_in_crowd(c: Any, scale: float, row: int, world: int, near: float) -> Any:
-    """The scale that all other robots allow, looking at small cells only."""
+    """Return the share of a step that all other robots permit, searching small cells only."""
     own = c.robots[row]
     low, high, lowest, highest = find_small_cells(c, own.x, own.y, near)
     for line in range(lowest, highest + 1):
@@ -200,7 +201,7 @@ def _limited_in_crowd(c: Any, scale: float, row: int, world: int, near: float) -
 
 @inlined
 def limit_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int) -> Any:
-    """The scale that bounds, walls, obstacles and solid objects that stay allow to a disc."""
+    """Return the share of a disc's step that outer walls, walls, obstacles and fixed solid objects permit."""
     scale = limit_by_bounds(scale, x, y, radius, move, c.facts.width, c.facts.height)
     begin, end = find_static_range(c, x, y, world)
     for k in range(begin, end):
@@ -226,7 +227,7 @@ def limit_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move
 
 @njit(error_model="numpy", forceinline=True)
 def _slid(move: Any, nx: float, ny: float, gap: float) -> Any:
-    """Take from a step what would go deeper than the gap, along (nx, ny) to the thing; whether there was any."""
+    """Remove from a step its part beyond the gap along the unit vector (nx, ny); return whether there was any."""
     deep = move.dx * nx + move.dy * ny - max(0.0, gap - CLEAR)
     if deep <= 0.0:
         return False
@@ -239,7 +240,7 @@ def _slid(move: Any, nx: float, ny: float, gap: float) -> Any:
 def _slid_along(
     move: Any, x: float, y: float, radius: float, to_x: float, to_y: float, to_radius: float
 ) -> Any:
-    """The same, for a round thing or the nearest point of another."""
+    """Remove from a step its part into a fixed disc, or a point (radius 0); return whether there was any."""
     dx, dy = to_x - x, to_y - y
     reach = radius + to_radius + move.wanted
     squared = dx * dx + dy * dy
@@ -251,9 +252,9 @@ def _slid_along(
 
 @inner
 def slide_along_walls(c: Any, row: int, world: int) -> None:
-    """Let a robot slide along walls, obstacles and solid objects: of its step only what leads into them is lost.
+    """Make a robot slide along walls, obstacles and fixed solid objects: only its motion into them is removed.
 
-    In a step longer than its radius it slides along nothing, since what it would meet first is not looked for.
+    A step longer than the robot's radius is shortened instead, because the first thing in its way is not searched for.
     """
     robot, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     if move.dx == 0.0 and move.dy == 0.0:
@@ -288,7 +289,7 @@ def slide_along_walls(c: Any, row: int, world: int) -> None:
 
 @inlined
 def move_robot(c: Any, row: int, world: int) -> None:
-    """Move a robot as far as it may."""
+    """Move a robot by the permitted share of its step, and count the ticks in which it is blocked."""
     robot, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     if robot.frozen:
         return

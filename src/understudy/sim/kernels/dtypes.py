@@ -1,8 +1,8 @@
 """NumPy record types that Python and the world kernels share.
 
-Lengths in m, angles in rad; speeds, in TYPE and ROBOT, per tick. A record keeps what is used together in one place.
-Whole numbers are 64 bits wide, as those in kernels are, so that no kernel is compiled once more for narrow ones; but
-for some of a robot, which so fits into 128 bytes, two lines of a processor's cache.
+Lengths are in m and angles in rad; speeds in TYPE and ROBOT are per tick. Fields that are used together are adjacent.
+Whole numbers have 64 bits, like those in kernels, so that no kernel is compiled again for narrower ones. A few of
+ROBOT have 32 bits, so that the record fits into 128 bytes, two cache lines.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ THING = np.dtype(
     ],
     align=True,
 )
-"""A disc."""
+"""A disc as a camera may see it."""
 
 VIEW = np.dtype(
     [
@@ -40,7 +40,7 @@ VIEW = np.dtype(
     ],
     align=True,
 )
-"""A disc or a segment in the frame."""
+"""The projection of a disc or a segment into a camera's image."""
 
 
 ROBOT = np.dtype(
@@ -135,13 +135,13 @@ CLASS = np.dtype(
 )
 
 DISC = np.dtype([("x", "f8"), ("y", "f8"), ("radius", "f8"), ("height", "f8"), ("color", "i8")], align=True)
-"""A round obstacle; radius 0 is none."""
+"""A round obstacle; there is none if the radius is 0."""
 
 SEGMENT = np.dtype([("x0", "f8"), ("y0", "f8"), ("x1", "f8"), ("y1", "f8"), ("wall", "i8")], align=True)
-"""A piece of a wall, or (wall 0) an edge of a polygonal obstacle; an end on NaN is none."""
+"""A piece of a wall, or (`wall` 0) an edge of a polygonal obstacle; there is none if an end is NaN."""
 
 SPOT = np.dtype([("x", "f8"), ("y", "f8"), ("row", "i8"), ("id", "i8")], align=True)
-"""A robot where a grid keeps it: side by side with those of the same cell."""
+"""A robot's entry in the sorted order of a grid, next to those of the same cell."""
 
 MOVE = np.dtype(
     [
@@ -154,7 +154,7 @@ MOVE = np.dtype(
     ],
     align=True,
 )
-"""How a robot means to move in a tick."""
+"""A robot's intended step in a tick."""
 
 WORK = np.dtype(
     [
@@ -167,13 +167,13 @@ WORK = np.dtype(
     ],
     align=True,
 )
-"""What a robot means to do in a tick beside moving."""
+"""A robot's intended actions in a tick other than moving."""
 
 PUSH = np.dtype(
     [("dx", "f8"), ("dy", "f8"), ("scale", "f8"), ("sum_x", "i8"), ("sum_y", "i8"), ("count", "i8")],
     align=True,
 )
-"""How far an object is pushed in a tick: what its pushers sum up to, what it means to do, and may."""
+"""The step (dx, dy) of a pushed box in a tick, its permitted share (scale), and the sum and number of pushes."""
 
 PULL = np.dtype(
     [
@@ -187,26 +187,26 @@ PULL = np.dtype(
     ],
     align=True,
 )
-"""How far a box is pulled in a tick: what its holders sum up to, what they mean to do together, and may."""
+"""The step (dx, dy) of a pulled box in a tick, its permitted share (scale), and the sum and number of pulls."""
 
 OFFSET = np.dtype([("x", "f8"), ("y", "f8")])
-"""How far off something is; NaN where it is not there."""
+"""A vector from a robot to something, m; NaN if it is absent."""
 
 (
     TO_CLASS, TO_OBJECT, TO_ROBOT, TO_UNCLAIMED, TO_CALLER, SONAR, CAMERA, BUMPER,
     OWN_X, OWN_Y, OWN_HEADING, OWN_SPEED, OWN_TURNING,
     STUCK, STORED, FOOD_HERE, FOOD_LEFT, STATION_HERE, HOLDING, ENOUGH, CHANCE, SINCE, CLAIMED, LIDAR,
 ) = range(24)  # fmt: skip
-"""What a step measures: `what` of a STEP."""
+"""The possible measurements of a step of a sense plan: values of `what` of a STEP."""
 
 ALONG_BEAM, NEAREST_RETURN, WIDEST_OPENING = range(3)
-"""What a part of a lidar's step reads: `of` of a PART."""
+"""The possible readings of a part of a lidar's step: values of `of` of a PART."""
 
 WALLS, OBSTACLES, ROBOTS = 1, 2, 4
-"""What reflects: bits of `sees` of a STEP."""
+"""The kinds of things that a range sensor detects: bits of `sees` of a STEP."""
 
 ANYONE, TEAMMATE, OPPONENT, TEAM = 0, 1, 2, 3
-"""Which robots a target means: `index` of a STEP TO_ROBOT; a team is TEAM + its index."""
+"""The robots that a target can refer to: values of `index` of a STEP TO_ROBOT; a team is TEAM + its index."""
 
 STEP = np.dtype(
     [
@@ -258,7 +258,7 @@ PART = np.dtype(
 __all__ = ["SECTOR", "THING", "VIEW"]
 
 TOUCH = 0.005
-"""m; what a bumper is nearer to than this, it touches."""
+"""The distance below which a bumper touches a thing, m."""
 
 FACTS = np.dtype(
     [
@@ -297,4 +297,4 @@ FACTS = np.dtype(
     ],
     align=True,
 )
-"""What is known of the worlds, and of the room to work in, beside their arrays."""
+"""Constants and sizes of the worlds and of the working memory, for kernels."""

@@ -1,4 +1,4 @@
-"""Kernels of a tick after everyone has decided: pushing, moving, loading, what objects do, the goal."""
+"""Kernels of the second half of a tick: pushing boxes, limiting steps, loading, changing objects, the goal."""
 
 import math
 from typing import Any
@@ -23,7 +23,7 @@ GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR, GOAL_GATHERED = 1, 2, 3, 4
 
 @inner
 def add_push(c: Any, row: int, world: int) -> None:
-    """Add what a robot pushes in its step to every box that it meets."""
+    """Add a robot's push, in its intended step, to every box that it would meet."""
     robot, move = c.robots[row], c.moves[row - world * c.facts.count]
     if move.scale == 0.0 or (move.dx == 0.0 and move.dy == 0.0):
         return
@@ -54,7 +54,7 @@ def add_push(c: Any, row: int, world: int) -> None:
 
 @inner
 def plan_pushed_boxes(c: Any, world: int) -> None:
-    """Where the boxes go that are pushed: as the mean of their pushers, as far as the free gaps let them."""
+    """Compute the steps of pushed boxes: the mean of their pushes, limited by the gaps to everything solid."""
     first = world * c.facts.count
     for index in range(c.facts.class_count):
         kind = c.classes[index]
@@ -111,7 +111,7 @@ def plan_pushed_boxes(c: Any, world: int) -> None:
 
 @inner
 def limit_by_boxes(c: Any, row: int, world: int) -> None:
-    """Limit a robot's step by the boxes, which are going where `plan_pushed_boxes` lets them."""
+    """Limit a robot's step by the boxes, which move as `plan_pushed_boxes` computed."""
     robot, move = c.robots[row], c.moves[row - world * c.facts.count]
     if move.scale == 0.0 or (move.dx == 0.0 and move.dy == 0.0):
         return
@@ -135,7 +135,7 @@ def limit_by_boxes(c: Any, row: int, world: int) -> None:
 
 @inner
 def move_pushed_boxes(c: Any, world: int) -> None:
-    """Move the boxes, and forget what pushed them."""
+    """Move the pushed boxes by their permitted steps, and clear their pushes."""
     for slot in range(c.facts.object_count):
         box, thing = c.pushes[slot], c.objects[world * c.facts.object_count + slot]
         thing.x += box.scale * box.dx
@@ -146,7 +146,7 @@ def move_pushed_boxes(c: Any, world: int) -> None:
 
 @inlined
 def limit_robot_step(c: Any, row: int, world: int) -> None:
-    """How far a robot may go beside the others, having slid along all that stays; boxes are left aside."""
+    """Limit a robot's step by the other robots; fixed things have limited it before, boxes do so later."""
     move = c.moves[uint64(row - world * c.facts.count)]
     # Clear by more than rounding can add, so that whoever is alone is out of reach of `limit_by_robots` too.
     apart = 2.0 * (c.facts.most_radius + c.facts.most_step) + CLEAR
@@ -158,10 +158,11 @@ def limit_robot_step(c: Any, row: int, world: int) -> None:
 
 @inner
 def transfer_cargo(c: Any, world: int) -> None:
-    """Load and unload for one tick: a unit moves when its last tick is done; work broken off is lost.
+    """Load and unload food for one tick; a unit moves after its last tick, and interrupted work is lost.
 
-    Only a robot that stands still, with no box in its hands, works within reach. Of several that finish loading
-    the last units of a source in one tick, those with the lowest ids get them. A robot told to do both loads.
+    Only a robot that stands still and holds no box loads or unloads, within its reach. If several robots finish
+    loading the last units of a source in one tick, those with the lowest ids get them. A robot commanded to do both
+    loads.
     """
     first = world * c.facts.count
     for k in range(c.facts.count):
@@ -208,7 +209,7 @@ def transfer_cargo(c: Any, world: int) -> None:
 
 @inner
 def _within(c: Any, world: int, x: float, y: float, reach: float) -> Any:
-    """Whether a robot's center is within reach of a place."""
+    """Return whether the center of any robot of a world is within `reach` (m) of a place."""
     first = world * c.facts.count
     for row in range(first, first + c.facts.count):
         dx, dy = c.robots[row].x - x, c.robots[row].y - y
@@ -219,13 +220,13 @@ def _within(c: Any, world: int, x: float, y: float, reach: float) -> Any:
 
 @njit(error_model="numpy")
 def _drawn(least: float, most: float, seed: int, item: int, time: int, stream: int, tick_s: float) -> Any:
-    """A time in ticks, drawn between two in seconds; at least one."""
+    """Return a random duration in ticks, at least 1, between `least` and `most` (s)."""
     return max(1, round((least + (most - least) * draw_uniform(seed, item, time, stream)) / tick_s))
 
 
 @inner
 def _new_place(c: Any, world: int, slot: int, turn: int, kind: Any) -> Any:
-    """A free place for the object in a slot, the so-manieth time that it appears: whether there is one, x and y."""
+    """Find a free place for an object at its appearance number `turn`: whether there is one, x and y (m)."""
     return find_free_place(
         c.seeds[world], slot, turn, kind, c.types, c.classes, c.class_of, c.facts.width, c.facts.height,
         c.robots[world * c.facts.count : (world + 1) * c.facts.count],
@@ -237,7 +238,7 @@ def _new_place(c: Any, world: int, slot: int, turn: int, kind: Any) -> Any:
 
 @inner
 def update_objects(c: Any, world: int) -> None:
-    """Objects that come and go, are captured or walk do so, for one tick; boxes that were gathered appear again."""
+    """Make objects appear, vanish, be captured and walk for one tick, and gathered boxes appear again."""
     tick, seed = c.tick[world], c.seeds[world]
     for index in range(c.facts.class_count):
         kind = c.classes[index]
@@ -287,7 +288,7 @@ def update_objects(c: Any, world: int) -> None:
 
 @inner
 def _walk(c: Any, thing: Any, slot: int, kind: Any, tick: int, seed: int, world: int) -> None:
-    """An object walks a step, in a new direction every now and then and wherever something is in its way."""
+    """Move a walking object one step; it changes direction at random, and whenever something blocks it."""
     if tick % kind.turn_ticks == 0:
         thing.heading = TAU * draw_uniform(seed, slot, tick, WALKS)
     step, x, y = c.pushes[slot], thing.x, thing.y
@@ -306,7 +307,7 @@ def _walk(c: Any, thing: Any, slot: int, kind: Any, tick: int, seed: int, world:
 
 @njit(error_model="numpy")
 def limit_by_region(scale: float, x: float, y: float, move: Any, kind: Any) -> Any:
-    """The scale that keeps the center of an object in its region; from outside it may come in."""
+    """Return the share of a step that keeps an object's center in its region, at most `scale`; it may always enter."""
     if move.dx < 0.0:
         scale = limit_by_gap(scale, -1.0, 0.0, x - kind.region[0], move.dx, move.dy, 0.0)
     elif move.dx > 0.0:
@@ -322,7 +323,7 @@ def limit_by_region(scale: float, x: float, y: float, move: Any, kind: Any) -> A
 def limit_by_robots_and_boxes(
     c: Any, scale: float, x: float, y: float, radius: float, move: Any, world: int
 ) -> Any:
-    """The scale that robots and boxes, all at rest, allow a solid object."""
+    """Return the share of a solid object's step that robots and boxes, taken as fixed, permit."""
     for row in range(world * c.facts.count, (world + 1) * c.facts.count):
         robot = c.robots[row]
         disc = (robot.x, robot.y, c.types[robot.type].radius)
@@ -339,7 +340,7 @@ def limit_by_robots_and_boxes(
 
 @inner
 def record_goal_tick(c: Any, world: int) -> None:
-    """Note the tick at which the goal is first reached."""
+    """Record the tick at which a world first reaches its goal."""
     if c.facts.goal == 0 or c.finished[world] >= 0:
         return
     first = world * c.facts.count

@@ -1,4 +1,8 @@
-"""Kernels of the robots' grid: sorting them by cell, and finding who is nearest."""
+"""Kernels of the grid of robots: sort robots by cell, and find the nearest robot.
+
+Cells are numbered by column and line, and each is divided into small cells. A spot is a robot's entry in the sorted
+order; the spots of a cell are adjacent.
+"""
 
 import math
 from typing import Any
@@ -15,7 +19,7 @@ SIGNALED = 1 << 32  # a relation to those who raise a signal is one to all of th
 
 @inlined
 def index_small_cell(c: Any, column: int, line: int) -> Any:
-    """The index of the small cell in this column and line of small cells."""
+    """Return the index of the small cell in this column and line of small cells."""
     shift = c.facts.shift
     mask = (1 << shift) - 1
     big = (line >> shift) * c.facts.columns + (column >> shift)
@@ -24,7 +28,7 @@ def index_small_cell(c: Any, column: int, line: int) -> Any:
 
 @inlined
 def find_big_cells(c: Any, x: float, y: float, reach: float) -> Any:
-    """First and last column, first and last line of the cells that may hold robots within `reach` of a place."""
+    """Return first and last column, first and last line of cells that may hold robots within `reach` (m) of a place."""
     reach += c.facts.drift
     return (
         max(int((x - reach) * c.facts.per_cell), 0),
@@ -36,7 +40,7 @@ def find_big_cells(c: Any, x: float, y: float, reach: float) -> Any:
 
 @inlined
 def find_line_spots(c: Any, line: int, low: int, high: int) -> Any:
-    """Where the spots of the cells `low` to `high` of a line begin and end."""
+    """Return the first spot, and one after the last, of the cells in columns `low` to `high` of a line."""
     small = 2 * c.facts.shift
     begin = int64(c.start[uint64((line * c.facts.columns + low) << small)])
     return begin, int64(c.start[uint64((line * c.facts.columns + high + 1) << small)])
@@ -44,7 +48,7 @@ def find_line_spots(c: Any, line: int, low: int, high: int) -> Any:
 
 @inlined
 def find_small_cells(c: Any, x: float, y: float, reach: float) -> Any:
-    """First and last column, first and last line of the small cells that may hold robots within `reach` of a place."""
+    """Return first and last column, first and last line of small cells that may hold robots within `reach` (m)."""
     reach += c.facts.drift
     per_m = (1 << c.facts.shift) * c.facts.per_cell
     last_column, last_line = (c.facts.columns << c.facts.shift) - 1, (c.facts.lines << c.facts.shift) - 1
@@ -58,7 +62,7 @@ def find_small_cells(c: Any, x: float, y: float, reach: float) -> Any:
 
 @inlined
 def find_static_range(c: Any, x: float, y: float, world: int) -> Any:
-    """Where the list of what stays near a place begins and ends."""
+    """Return the range (first, one after the last) in `near_items` of the fixed things near a place."""
     column = min(max(int(x * c.facts.near_per_cell), 0), c.facts.near_columns - 1)
     line = min(max(int(y * c.facts.near_per_cell), 0), c.facts.near_lines - 1)
     cell = (world * c.facts.near_lines + line) * c.facts.near_columns + column
@@ -67,7 +71,7 @@ def find_static_range(c: Any, x: float, y: float, world: int) -> Any:
 
 @inlined
 def note_robot_cell(c: Any, row: int, world: int) -> None:
-    """Sorting, first: note the small cell of a robot where its spot will be noted."""
+    """Write the index of a robot's small cell to `spot_of`: the first step of sorting."""
     robot = c.robots[uint64(row)]
     column, _, line, _ = find_small_cells(c, robot.x, robot.y, 0.0)
     c.spot_of[row - world * c.facts.count] = index_small_cell(c, column, line)
@@ -75,7 +79,10 @@ def note_robot_cell(c: Any, row: int, world: int) -> None:
 
 @inner
 def count_cells(c: Any) -> None:
-    """Sorting, second: count the robots of each cell, and give each its spot; in a cell they keep the rows' order."""
+    """Count the robots in each small cell and assign their spots: the second step of sorting.
+
+    Robots of one cell keep the order of their rows.
+    """
     cells, robots = (c.facts.columns * c.facts.lines) << (2 * c.facts.shift), c.facts.count
     start, spot_of = c.start, c.spot_of  # else they are looked up anew after every change
     for cell in range(cells):
@@ -95,7 +102,7 @@ def count_cells(c: Any) -> None:
 
 @inlined
 def place_in_spot(c: Any, row: int, world: int) -> None:
-    """Sorting, last: put a robot in its spot."""
+    """Copy a robot's place, row and id into its spot: the last step of sorting."""
     spot, robot = c.spots[int64(c.spot_of[row - world * c.facts.count])], c.robots[row]
     spot.x, spot.y = robot.x, robot.y
     spot.row, spot.id = row, robot.id
@@ -103,9 +110,9 @@ def place_in_spot(c: Any, row: int, world: int) -> None:
 
 @inlined
 def matches_relation(c: Any, robot: Any, own: Any, relation: int) -> Any:
-    """Whether a robot is one that is looked for: anyone, a teammate, an opponent, or of team relation - TEAM.
+    """Return whether a robot has a relation to `own`: ANYONE, TEAMMATE, OPPONENT, or TEAM + its team's index.
 
-    From SIGNALED on, it must raise that signal too.
+    A relation of SIGNALED * signal or more also requires that the robot raises this signal.
     """
     if relation >= SIGNALED:
         if robot.signal != relation // SIGNALED:
@@ -123,7 +130,7 @@ def matches_relation(c: Any, robot: Any, own: Any, relation: int) -> Any:
 
 @inlined
 def _nearer(c: Any, row: int, relation: int, begin: int, end: int, best: int, best_squared: float) -> Any:
-    """The nearest so far (row, squared distance), or a nearer one among the spots from `begin` to `end`."""
+    """Return row and squared distance (m**2) of the nearer one of `best` and the robots in spots `begin` to `end`."""
     own = c.robots[uint64(row)]
     x, y = own.x, own.y
     for k in range(begin, end):
@@ -142,7 +149,7 @@ def _nearer(c: Any, row: int, relation: int, begin: int, end: int, best: int, be
 def _nearer_in_crowd(
     c: Any, row: int, relation: int, column: int, line: int, best: int, best_squared: float
 ) -> Any:
-    """The same, among the robots of one cell: of those small cells that can hold a nearer one."""
+    """Return the nearer one of `best` and the robots of one cell, searching only small cells that are near enough."""
     own, shift = c.robots[row], c.facts.shift
     reach = min(math.sqrt(best_squared), c.facts.width + c.facts.height) + CLOSE
     low, high, lowest, highest = find_small_cells(c, own.x, own.y, reach)
@@ -159,7 +166,7 @@ def _nearer_in_crowd(
 def _nearer_in_line(
     c: Any, row: int, relation: int, line: int, low: int, high: int, best: int, best_squared: float
 ) -> Any:
-    """The same, among the robots of the cells `low` to `high` of a line, where they lie side by side."""
+    """Return the nearer one of `best` and the robots of the cells in columns `low` to `high` of a line."""
     if line < 0 or line >= c.facts.lines:
         return best, best_squared
     low, high = max(low, 0), min(high, c.facts.columns - 1)
@@ -175,9 +182,10 @@ def _nearer_in_line(
 
 @inlined
 def _nearest_around(c: Any, row: int, column: int, line: int, limit_squared: float) -> Any:
-    """The nearest of all others in a cell and the eight around it, without a guess on the way: that is quick.
+    """Return row and squared distance of the nearest robot in a cell and the eight around it, with few branches.
 
-    CROWDED where those are many, or two are equally near, and a closer look is needed. None may be in the same place.
+    Returns CROWDED instead of a row if there are many robots or two are equally near, so that a full search is
+    needed. No two robots may be at the same place.
     """
     low, high = max(column - 1, 0), min(column + 1, c.facts.columns - 1)
     first, end = find_line_spots(c, line, low, high)
@@ -210,7 +218,7 @@ def _nearest_around(c: Any, row: int, column: int, line: int, limit_squared: flo
 def _nearer_in_ring(
     c: Any, row: int, relation: int, column: int, line: int, ring: int, best: int, best_squared: float
 ) -> Any:
-    """The nearest so far, or a nearer one in the cells that are `ring` cells away."""
+    """Return the nearer one of `best` and the robots in the cells that are `ring` cells away."""
     low, high = column - ring, column + ring
     best, best_squared = _nearer_in_line(c, row, relation, line - ring, low, high, best, best_squared)
     best, best_squared = _nearer_in_line(c, row, relation, line + ring, low, high, best, best_squared)
@@ -224,9 +232,10 @@ def _nearer_in_ring(
 
 @inlined
 def find_nearest_robot(c: Any, row: int, world: int, relation: int, limit: float) -> Any:
-    """Row and squared distance of the nearest wanted robot within `limit`; -1 and infinite where none is.
+    """Return row and squared distance (m**2) of the nearest robot of a relation within `limit` (m).
 
-    Of robots equally near, the one with the lowest id.
+    The row is -1 and the distance infinite if there is none. Of robots equally near, it is the one with the lowest
+    id.
     """
     own = c.robots[uint64(row)]
     best, best_squared = -1, limit * limit

@@ -1,4 +1,4 @@
-"""Kernels that find the nearest object of a class: among few by comparing all, among many in the order of their x."""
+"""Kernels that find the nearest object of a class: among few by comparing all, among many in a list sorted by x."""
 
 import math
 from typing import Any
@@ -11,7 +11,10 @@ MANY = 64  # slots of a class; where there are more, they are kept in order
 
 @inlined
 def find_nearest_object(c: Any, world: int, x: float, y: float, index: int) -> Any:
-    """Slot and squared distance of the nearest object of a class (food: with food left); -1 where none is."""
+    """Return slot and squared distance (m**2) of the nearest object of a class; -1 if there is none.
+
+    Sources without food left do not count.
+    """
     kind = c.classes[index]
     best, best_squared = -1, math.inf
     for slot in range(kind.first, kind.end):
@@ -25,9 +28,7 @@ def find_nearest_object(c: Any, world: int, x: float, y: float, index: int) -> A
 
 @inner
 def gather_object_places(c: Any, world: int) -> None:
-    """Put the places of a world's objects side by side, for `find_nearest_gathered_object`: infinitely far what is
-    not there.
-    """
+    """Copy the places of a world's objects into arrays for `find_nearest_gathered_object`; x is infinite if absent."""
     for index in range(c.facts.class_count):
         kind = c.classes[index]
         for slot in range(kind.first, kind.end):
@@ -41,7 +42,7 @@ def gather_object_places(c: Any, world: int) -> None:
 
 @inner
 def _put_in_order(c: Any, kind: Any) -> None:
-    """Sort the slots of a class by x: from one tick to the next hardly anything changes, so by insertion."""
+    """Sort the slots of a class by x, by insertion: the order hardly changes from one tick to the next."""
     for k in range(kind.first + 1, kind.end):
         slot = c.object_order[k]
         x = c.object_x[slot]
@@ -54,7 +55,10 @@ def _put_in_order(c: Any, kind: Any) -> None:
 
 @inlined
 def find_nearest_gathered_object(c: Any, row: int, world: int, step: Any) -> Any:
-    """Slot and squared distance of the nearest object of a step's class, of the places lined up in this tick."""
+    """Return slot and squared distance (m**2) of the nearest object of a step's class; -1 if there is none.
+
+    It uses the places from `gather_object_places` in this tick.
+    """
     kind, robot = c.classes[step.index], c.robots[row]
     if kind.end - kind.first > MANY:
         return _nearest_in_order(c, row, world, step, kind, 0)
@@ -69,7 +73,7 @@ def find_nearest_gathered_object(c: Any, row: int, world: int, step: Any) -> Any
 
 @inner
 def find_nearest_unclaimed(c: Any, row: int, world: int, step: Any) -> Any:
-    """The same, of those that nobody else claims by the step's signal."""
+    """Return slot and squared distance of the nearest object that no other robot claims by the step's signal."""
     kind, robot = c.classes[step.index], c.robots[row]
     if kind.end - kind.first > MANY:
         return _nearest_in_order(c, row, world, step, kind, step.signal)
@@ -85,9 +89,10 @@ def find_nearest_unclaimed(c: Any, row: int, world: int, step: Any) -> Any:
 
 @inner
 def _nearest_in_order(c: Any, row: int, world: int, step: Any, kind: Any, signal: int) -> Any:
-    """The nearest in a step's range; from the robot's own x on to both sides, as far as one may be nearer.
+    """Return slot and squared distance of the nearest object in a step's range, searching outwards from the robot.
 
-    Of those equally near the first slot. Where a signal is given, those that nobody else claims by it.
+    Of objects equally near, it is the first slot. With a signal other than 0, objects that another robot claims by it
+    do not count.
     """
     robot = c.robots[row]
     x, y, above, end = robot.x, robot.y, kind.first, kind.end
@@ -115,7 +120,7 @@ def _nearest_in_order(c: Any, row: int, world: int, step: Any, kind: Any, signal
 def _nearer(
     c: Any, row: int, world: int, step: Any, signal: int, k: int, x: float, y: float, best: int, best_squared: float
 ) -> Any:  # fmt: skip
-    """The nearest so far (slot, squared distance), or object k in the order; and whether one beyond may be nearer."""
+    """Return the nearer one of `best` and object k of the sorted order, and whether objects beyond k may be nearer."""
     slot = c.object_order[k]
     there_x, there_y = c.object_x[slot], c.object_y[slot]
     dx, dy = there_x - x, there_y - y

@@ -1,4 +1,4 @@
-"""Kernels that lay worlds out: free places, drawn by key and looked for in a grid of what was placed before."""
+"""Kernels that lay out worlds: random free places, checked with a grid of the things that were placed before."""
 
 import math
 from typing import Any, TypeAlias
@@ -64,7 +64,7 @@ GROUP = np.dtype(
     ],
     align=True,
 )
-"""Things that are placed alike, in the order of placing."""
+"""The record of a group of things that are placed alike; groups are sorted in order of placing."""
 
 ENTRY = np.dtype(
     [
@@ -77,12 +77,15 @@ ENTRY = np.dtype(
     ],
     align=True,
 )
-"""A thing in a cell of the grid, small, since they are many; one that lies in several cells is in each of them."""
+"""The record of a thing in a cell of the grid; a thing that overlaps several cells has an entry in each.
+
+It is small because there are many.
+"""
 
 
 @njit(error_model="numpy")
 def _crosses(a: Any, b: Any) -> bool:
-    """Whether two segments have a point in common, other than an end that just touches."""
+    """Return whether two segments cross; ends that only touch do not count."""
     a_x, a_y, b_x, b_y = a.x1 - a.x0, a.y1 - a.y0, b.x1 - b.x0, b.y1 - b.y0
     first = a_x * (b.y0 - a.y0) - a_y * (b.x0 - a.x0)
     second = a_x * (b.y1 - a.y0) - a_y * (b.x1 - a.x0)
@@ -95,7 +98,7 @@ def _crosses(a: Any, b: Any) -> bool:
 def _polygons_clear(
     segments: Records, first: int, end: int, other: int, end_other: int, apart: float
 ) -> bool:
-    """Whether a polygon keeps `apart` from another one, or from a wall."""
+    """Return whether a polygon is at least `apart` (m) away from another polygon or a wall."""
     for index in range(first, end):
         edge = segments[index]
         for index_other in range(other, end_other):
@@ -121,14 +124,14 @@ def _polygons_clear(
 
 @njit(error_model="numpy")
 def _cells(low: float, high: float, cell: float, count: int) -> tuple[int, int]:
-    """The first and last cell along an axis that a stretch lies in."""
+    """Return the indices of the first and last cell along an axis that the interval [low, high] (m) overlaps."""
     first = min(count - 1, max(0, int(low / cell)))
     return first, min(count - 1, max(0, int(high / cell)))
 
 
 @njit(error_model="numpy")
 def insert_into_grid(grid: Any, x: float, y: float, reach_x: float, reach_y: float, thing: Records) -> Any:
-    """The grid with a thing in every cell of the box around (x, y)."""
+    """Return the grid with a thing added to every cell of the box around (x, y) with these half sides (m)."""
     heads, entries, used, cell = grid
     column, end_column = _cells(x - reach_x, x + reach_x, cell, heads.shape[1])
     row, end_row = _cells(y - reach_y, y + reach_y, cell, heads.shape[0])
@@ -151,7 +154,7 @@ def insert_into_grid(grid: Any, x: float, y: float, reach_x: float, reach_y: flo
 def _keeps_off(
     thing: Any, groups: Records, x: float, y: float, group: Any, segments: Records, first: int, end: int
 ) -> bool:
-    """Whether a disc, or a polygon, keeps free of one thing in the grid."""
+    """Return whether a disc, or a polygon, keeps its distance from one thing in the grid."""
     if thing.group < 0:
         radius, apart, end_thing = 0.0, group.apart, thing.first + 1
     else:
@@ -177,7 +180,7 @@ def _keeps_off(
 def is_place_free(
     grid: Any, groups: Records, x: float, y: float, group: Any, segments: Records, first: int, end: int
 ) -> bool:
-    """Whether a disc, or a polygon of the segments from first to end, keeps free of all that is in the grid."""
+    """Return whether a disc, or the polygon of segments `first` to `end`, keeps its distance from all in the grid."""
     heads, entries, _, cell = grid
     reach = group.radius + group.apart
     column, end_column = _cells(x - reach, x + reach, cell, heads.shape[1])
@@ -200,7 +203,7 @@ TAU = 2.0 * math.pi
 
 @njit(error_model="numpy")
 def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: Records, first: int) -> None:
-    """Write the edges of a polygon around (x, y) into the segments of a world."""
+    """Write the edges of a polygon around (x, y), turned by `turned` (rad), into the segments of a world."""
     cosine, sine = math.cos(turned), math.sin(turned)
     count = corners.shape[0]
     for index in range(count):
@@ -215,7 +218,7 @@ def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: 
 def _in_bounds(
     x: float, y: float, group: Any, width: float, height: float, segments: Records, first: int
 ) -> bool:
-    """Whether a disc, or a polygon that begins at a segment, keeps within the arena and its region."""
+    """Return whether a disc, or the polygon from segment `first` on, lies in the arena and its center in its region."""
     dx, dy = x - 0.5 * (group.x0 + group.x1), y - 0.5 * (group.y0 + group.y1)
     if dx * dx + dy * dy > group.circle * group.circle:
         return False
@@ -237,7 +240,7 @@ def _in_bounds(
 def _propose(
     group: Any, seed: int, item: int, attempt: int, width: float, height: float, objects: Records
 ) -> tuple[float, float]:
-    """A place to try: anywhere in its region, or beside the object that it is near."""
+    """Return a random place (x, y) to try: in the group's region, or beside the object that the group is near."""
     streams = FIRST_STREAM + STREAMS * group.sort
     if group.near >= 0:
         near = objects[group.near]
@@ -264,7 +267,7 @@ def _fill(
     objects: Records,
     discs: Records,
 ) -> None:
-    """Write a thing that has its place into the state of its world."""
+    """Write a thing at its place into the state of its world, and draw its remaining properties."""
     streams = FIRST_STREAM + STREAMS * group.sort
     if math.isnan(heading):
         heading = TAU * draw_uniform(seed, item, 0, streams + ANGLE)
@@ -291,7 +294,7 @@ def _fill(
 
 @njit(error_model="numpy")
 def _with_walls(grid: Any, walls: Records, segments: Records) -> Any:
-    """The grid with the walls in it, which are the first segments of a world."""
+    """Return the grid with the walls added, which become the first segments of a world."""
     thing = blank(1, ENTRY)
     thing[0].slot = thing[0].group = -1
     for index in range(walls.shape[0]):
@@ -317,7 +320,7 @@ def _find_place(
     segments: Records,
     first: int,
 ) -> tuple[bool, float, float]:
-    """A free place for a thing of a group: whether there is one, x and y."""
+    """Find a free place for a thing of a group: whether there is one, x and y (m)."""
     end = first + corners.shape[0]
     for attempt in range(ATTEMPTS):
         x, y = _propose(group, seed, item, attempt, width, height, objects)
@@ -345,7 +348,7 @@ def _lay_out_world(
     discs: Records,
     segments: Records,
 ) -> tuple[int, int, Any]:
-    """Lay out one world: the group and thing without a free place, -1 where all have theirs; and the grid."""
+    """Lay out one world; return the group and the thing without a free place, -1 if all have one, and the grid."""
     thing = blank(1, ENTRY)
     for g in range(groups.shape[0]):
         group = groups[g]
@@ -419,10 +422,10 @@ def _lay_out(
 
 
 def _keyed(sources: str) -> Any:
-    """The kernel that is called from outside, kept for as long as no file of kernels changes.
+    """Make the kernel that Python calls, cached by Numba until a file of kernels changes.
 
-    It lays out every world, in place: ROBOT [B, N], OBJECT [B, K], DISC [B, O], SEGMENT [B, S]; and returns the
-    world, group and thing for which no free place was found, -1 where all have theirs.
+    It lays out every world, in place: ROBOT [B, N], OBJECT [B, K], DISC [B, O], SEGMENT [B, S]. It returns the world,
+    group and thing for which no free place was found, -1 if all have one.
     """
 
     @njit_entry(cache=True, nogil=True, error_model="numpy")

@@ -1,7 +1,8 @@
-"""Kernels of boxes that robots pull together: taking hold, going where all holders drive, gathering.
+"""Kernels of boxes that robots pull together: grip, move with all robots that hold the box, deliver to a home.
 
-A box and those who hold it move as one, by what all of them may: none of them gets nearer to another, and each step is
-limited by the gaps as that of a robot alone. Sums are of whole numbers, so that the holders' order does not matter.
+A box and the robots that hold it move as one, by the step that is possible for all of them: none gets nearer to
+another, and each is limited by the gaps like a single robot. Sums are of whole numbers, so the order of the robots
+does not matter.
 """
 
 import math
@@ -16,7 +17,7 @@ FINE = 2.0**40  # as of boxes that are pushed
 
 @inner
 def grip_box(c: Any, row: int, world: int, load: float, unload: float, still: Any) -> None:
-    """Let a robot take hold of the nearest box within reach, or let go, as its commands say."""
+    """Make a robot grip the nearest box within its reach, or release its box, according to its commands."""
     robot = c.robots[row]
     if robot.frozen or (unload > 0.0 and not load > 0.0):
         robot.holding = 0
@@ -36,9 +37,9 @@ def grip_box(c: Any, row: int, world: int, load: float, unload: float, still: An
 
 @inner
 def plan_pulled_boxes(c: Any, world: int) -> None:
-    """What the holders of each box mean to do together: the mean of their steps, at most the slowest one's.
+    """Compute the intended step of each box: the mean of its holders' steps, at most as fast as the slowest holder.
 
-    Nothing where they are too few.
+    It is zero if too few robots hold the box.
     """
     first = world * c.facts.count
     for index in range(c.facts.class_count):
@@ -78,9 +79,9 @@ def _pull_together(box: Any) -> None:
 
 @inner
 def follow_pulled_box(c: Any, row: int, world: int) -> None:
-    """Give a robot that holds a box the step of all who do, as far as what stays in its way lets it.
+    """Give a robot that holds a box the step of the box, limited by fixed things; it turns freely.
 
-    It turns as it likes. Its own step counts as wanted where nearly nothing comes of it, so that it knows it is stuck.
+    If that step is tiny, the robot's own step remains the wanted one, so that the robot counts as stuck.
     """
     robot = c.robots[row]
     if robot.holding == 0:
@@ -97,7 +98,7 @@ def follow_pulled_box(c: Any, row: int, world: int) -> None:
 
 @inner
 def limit_pulled_boxes(c: Any, world: int) -> None:
-    """Let every box, and all who hold it, go as far as the one of them that may go least."""
+    """Limit each box and all its holders to the step of whichever of them is limited most."""
     first = world * c.facts.count
     for index in range(c.facts.class_count):
         kind = c.classes[index]
@@ -118,7 +119,7 @@ def limit_pulled_boxes(c: Any, world: int) -> None:
 
 @inner
 def move_pulled_boxes(c: Any, world: int) -> None:
-    """Move the boxes with their holders; one whose center is in a home is gathered, and let go of."""
+    """Move the boxes; a box whose center is in a home is gathered, and its holders release it."""
     gathered = False
     for index in range(c.facts.class_count):
         kind = c.classes[index]
@@ -144,7 +145,7 @@ def move_pulled_boxes(c: Any, world: int) -> None:
 
 @inner
 def _in_home(c: Any, world: int, x: float, y: float) -> Any:
-    """Whether a place is in a home."""
+    """Return whether a place is inside a home."""
     for index in range(c.facts.class_count):
         kind = c.classes[index]
         if kind.home:

@@ -1,4 +1,4 @@
-"""Kernels that bring what is around a robot before its sonar, its bumpers and its camera."""
+"""Kernels that pass the surroundings of a robot to its sonars, bumpers and camera."""
 
 import math
 from typing import Any
@@ -17,7 +17,7 @@ from understudy.sim.kernels.sonar import (
 
 @inner
 def _to_disc(c: Any, step: Any, robot: Any, dx: float, dy: float, radius: float) -> None:
-    """Shorten the distances of all sectors of a step by a disc whose center is (dx, dy) off."""
+    """Shorten the distances of all sectors of a step to a disc at offset (dx, dy), in m."""
     cache_heading_vector(robot)
     cosine, sine = robot.cosine, robot.sine
     x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
@@ -30,7 +30,7 @@ def _to_disc(c: Any, step: Any, robot: Any, dx: float, dy: float, radius: float)
 
 @inner
 def _to_segment(c: Any, step: Any, robot: Any, piece: Any) -> None:
-    """Shorten them by a segment."""
+    """Shorten the distances of all sectors of a step to a segment."""
     cache_heading_vector(robot)
     cosine, sine = robot.cosine, robot.sine
     dx, dy, ex, ey = piece.x0 - robot.x, piece.y0 - robot.y, piece.x1 - robot.x, piece.y1 - robot.y
@@ -44,7 +44,7 @@ def _to_segment(c: Any, step: Any, robot: Any, piece: Any) -> None:
 
 @inner
 def _to_bounds(c: Any, step: Any, robot: Any) -> None:
-    """Shorten them by the arena's own walls."""
+    """Shorten the distances of all sectors of a step to the arena's outer walls."""
     cache_heading_vector(robot)
     x, y, cosine, sine = robot.x, robot.y, robot.cosine, robot.sine
     for k in range(step.first, step.end):
@@ -67,7 +67,7 @@ def _to_bounds(c: Any, step: Any, robot: Any) -> None:
 
 @inlined
 def _to_fixed(c: Any, step: Any, robot: Any, world: int, limit: float) -> None:
-    """Shorten them by walls, obstacles and solid objects."""
+    """Shorten the distances of all sectors of a step to walls, obstacles and solid objects, as the sensor sees them."""
     x, y = robot.x, robot.y
     if step.sees & WALLS and min(x, y, c.facts.width - x, c.facts.height - y) < limit:
         _to_bounds(c, step, robot)
@@ -99,7 +99,7 @@ def _to_fixed(c: Any, step: Any, robot: Any, world: int, limit: float) -> None:
 
 @inner
 def _to_robots(c: Any, step: Any, row: int, world: int, limit: float) -> None:
-    """Shorten them by the other robots."""
+    """Shorten the distances of all sectors of a step to other robots."""
     robot, reach = c.robots[row], limit + c.facts.most_radius
     x, y = robot.x, robot.y
     if not c.facts.gridded:
@@ -120,7 +120,7 @@ def _to_robots(c: Any, step: Any, row: int, world: int, limit: float) -> None:
 
 @inlined
 def scan_sectors(c: Any, row: int, world: int, step: Any, limit: float) -> None:
-    """The distance (m, from the robot's center, at most `limit`) to what is nearest in each sector, to `c.a`."""
+    """Write the distance (m, from the robot's center, at most `limit`) to the nearest thing per sector to `c.a`."""
     for k in range(step.end - step.first):
         c.a[uint64(k)] = limit
     _to_fixed(c, step, c.robots[row], world, limit)
@@ -132,7 +132,7 @@ def scan_sectors(c: Any, row: int, world: int, step: Any, limit: float) -> None:
 def _put(
     c: Any, count: int, robot: Any, x: float, y: float, radius: float, height: float, color: int, opaque: int
 ) -> Any:
-    """Add something at a place in the world to the things that a camera may see."""
+    """Append a thing at (x, y) to the things before a robot's camera, in its frame; return the new count."""
     cosine, sine = robot.cosine, robot.sine
     dx, dy = x - robot.x, y - robot.y
     thing = c.things[count]
@@ -143,7 +143,7 @@ def _put(
 
 @inner
 def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
-    """Add the other robots."""
+    """Append the other robots to the things before a robot's camera; return the new count."""
     robot = c.robots[row]
     if not c.facts.gridded or limit > 8.0 * c.facts.cell:
         for other in range(world * c.facts.count, (world + 1) * c.facts.count):
@@ -165,7 +165,7 @@ def _put_robots(c: Any, count: int, row: int, world: int, limit: float) -> Any:
 
 @inner
 def detect_blobs(c: Any, row: int, world: int, step: Any) -> None:
-    """The blobs (x and size, pixels) of the colors that the parts of a camera's step ask for, to `c.a` and `c.b`."""
+    """Write the blobs of the colors of a camera step's parts to `c.a` (center x, pixels) and `c.b` (size, pixels)."""
     robot, count = c.robots[row], 0
     cache_heading_vector(robot)
     for k in range(c.facts.disc_count):

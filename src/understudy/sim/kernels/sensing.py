@@ -1,4 +1,4 @@
-"""Kernels of sensing: what one robot measures in one tick, step by step of its sense plan (see `sense_plan.py`)."""
+"""Kernels of sensing: the readings of a robot in one tick, step by step of its sense plan (see `sense_plan.py`)."""
 
 import math
 from typing import Any
@@ -51,7 +51,7 @@ GHOST_PX = 16.0  # the largest size of a blob that is not there, as wide and hig
 
 @inner
 def find_nearest_food(c: Any, world: int, x: float, y: float) -> Any:
-    """The same, of all classes of food."""
+    """Find the nearest source with food left: its slot, -1 if there is none, and its squared distance (m**2)."""
     best, best_squared = -1, math.inf
     for index in range(c.facts.class_count):
         if c.classes[index].food:
@@ -63,7 +63,7 @@ def find_nearest_food(c: Any, world: int, x: float, y: float) -> Any:
 
 @inner
 def is_station_near(c: Any, world: int, x: float, y: float, reach: float) -> Any:
-    """Whether a home is within reach."""
+    """Return whether the center of a home is within `reach` (m) of a place."""
     for index in range(c.facts.class_count):
         if c.classes[index].home:
             _, squared = find_nearest_object(c, world, x, y, index)
@@ -74,7 +74,7 @@ def is_station_near(c: Any, world: int, x: float, y: float, reach: float) -> Any
 
 @inner
 def _enough(c: Any, robot: Any, world: int) -> Any:
-    """1 where the box that a robot holds has as many hands as it takes to pull it."""
+    """Return 1 if enough robots hold the box that a robot holds to pull it, else 0."""
     slot = robot.holding - 1
     if slot < 0:
         return 0.0
@@ -87,7 +87,7 @@ def _enough(c: Any, robot: Any, world: int) -> Any:
 
 @inner
 def read_robot_state(c: Any, robot: Any, world: int, step: Any) -> Any:
-    """A reading of the robot itself."""
+    """Return a reading of the robot's own state, such as its place, speed or cargo."""
     what = step.what
     if what == OWN_X:
         return robot.x
@@ -122,7 +122,7 @@ def read_robot_state(c: Any, robot: Any, world: int, step: Any) -> Any:
 
 @inner
 def _seek(c: Any, row: int, world: int, step: Any) -> Any:
-    """Where an object is that nobody else claims, or a robot that calls: x, y, squared distance; NaN where none is."""
+    """Find the nearest unclaimed object, or robot that raises a signal: x, y, squared distance (m**2); NaN if none."""
     if step.place == TO_UNCLAIMED:
         slot, squared = find_nearest_unclaimed(c, row, world, step)
         if slot >= 0:
@@ -136,7 +136,7 @@ def _seek(c: Any, row: int, world: int, step: Any) -> Any:
 
 @inlined
 def locate_target(c: Any, row: int, world: int, step: Any, offset: Any, calling: Any) -> None:
-    """How far off (`offset`: x, y; world frame) is what a step is to locate; NaN where it is not there, or too far."""
+    """Write the offset (x, y in m, world frame) of a step's target to `offset`; NaN in x if absent or out of range."""
     robot = c.robots[uint64(row)]
     squared = math.inf
     x, y = math.nan, math.nan
@@ -166,7 +166,7 @@ def locate_target(c: Any, row: int, world: int, step: Any, offset: Any, calling:
 
 @njit(error_model="numpy", forceinline=True)
 def compute_bearing(dx: float, dy: float, heading: float) -> Any:
-    """The bearing (rad, robot frame, [0, tau)) of what is so far off; 0 where the robot is."""
+    """Return the bearing (rad in [0, tau), robot frame) of the offset (dx, dy); 0 for no offset."""
     if dx == 0.0 and dy == 0.0:
         return 0.0
     return wrap_angle(compute_angle(dy, dx) - heading)
@@ -174,7 +174,7 @@ def compute_bearing(dx: float, dy: float, heading: float) -> Any:
 
 @inlined
 def measure_from_rim(c: Any, row: int, world: int, step: Any) -> None:
-    """What a sonar or bumper measures, from the robot's rim."""
+    """Write a sonar's distances (m from the robot's rim) or a bumper's contacts (0 or 1), by sector, to `c.a`."""
     radius = c.types[c.robots[row].type].radius
     limit = radius + (step.range if step.what == SONAR else TOUCH)
     scan_sectors(c, row, world, step, limit)
@@ -191,9 +191,10 @@ measure_widest_opening = inner(sectors.measure_widest_opening)
 
 @inner
 def measure_lidar(c: Any, row: int, world: int, step: Any) -> None:
-    """Measure along the beams of a lidar, with noise, and sum them up by sectors; all from the robot's rim.
+    """Measure along the beams of a lidar, with noise, and summarize them by sectors; distances are from the rim, m.
 
-    The parts for beams come first. `c.b` keeps their distances by beam, since a reading asked for twice has two parts.
+    The parts of single beams precede those of sectors. `c.b` holds their distances by beam, because a reading that is
+    requested twice has two parts.
     """
     robot = c.robots[row]
     radius = c.types[robot.type].radius
@@ -224,11 +225,10 @@ def measure_lidar(c: Any, row: int, world: int, step: Any) -> None:
 def measure_sense_step(
     c: Any, row: int, world: int, step: Any, offset: Any, camera: Any, ranging: Any, calling: Any
 ) -> None:
-    """Measure one step now, without noise: its parts' readings a and b go to `c.a` and `c.b`.
+    """Measure one step of a sense plan without noise, writing the readings a and b of its parts to `c.a` and `c.b`.
 
-    What is to be located has been, and is so far off as `offset` says.
-
-    Where nobody has a camera, or nothing that ranges, or raises a signal, these are None, and no code is made for them.
+    `offset` is that of the step's target, already located. `camera`, `ranging` and `calling` are None if no robot has a
+    camera, no robot has a range sensor, or no robot raises signals: no code is compiled for these then.
     """
     robot = c.robots[uint64(row)]
     if step.what <= TO_CALLER:
@@ -255,7 +255,7 @@ def measure_sense_step(
 
 @inner
 def _claimed(c: Any, row: int, world: int, step: Any, offset: Any) -> Any:
-    """Whether somebody else claims what was located; NaN where it is not there."""
+    """Return 1 if another robot claims the located target, 0 if none does; NaN if the target is absent."""
     if offset.x != offset.x:
         return math.nan
     robot = c.robots[uint64(row)]
@@ -265,7 +265,7 @@ def _claimed(c: Any, row: int, world: int, step: Any, offset: Any) -> Any:
 
 @njit(error_model="numpy", forceinline=True)
 def add_sensor_noise(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: float) -> Any:
-    """The readings a and b of a part as they come out: with noise, misdetection and dropout."""
+    """Return the readings a and b of a part with noise, misdetections and dropout (NaN) added."""
     stream = step.stream + 8 * part.number
     if step.dropout > 0.0 and draw_uniform(seed, item, tick, stream + DROPOUT) < step.dropout:
         return math.nan, math.nan
@@ -299,13 +299,13 @@ def add_sensor_noise(step: Any, part: Any, seed: int, item: int, tick: int, a: f
 
 @njit(error_model="numpy", forceinline=True)
 def is_due(step: Any, tick: int) -> Any:
-    """Whether a step measures in this tick."""
+    """Return whether a step measures in this tick; between its periods its last readings are repeated."""
     return step.period == 1 or tick % step.period == 0
 
 
 @inlined
 def _since(c: Any, row: int, step: Any, values: Any, tick: int, seed: int, item: int, keep: bool) -> None:
-    """Seconds since the reading that a step is about was last there."""
+    """Write the time (s) since a step's source reading was last present, or 1 if it is a flag."""
     part = c.parts[step.first]
     source = values[step.index]
     there = source == 1.0 if step.nearest else source == source
@@ -332,7 +332,7 @@ def run_sense_step(
     c: Any, row: int, world: int, step: Any, offset: Any, values: Any, keep: bool, camera: Any, ranging: Any,
     calling: Any,
 ) -> None:  # fmt: skip
-    """Take a step of the sense plan: readings go to where `values` points, and what is to be kept is where `keep`."""
+    """Run one step of a sense plan, writing readings to `values`, and to the sensors' memory where `keep`."""
     robot, tick, seed = c.robots[row], c.tick[world], c.seeds[world]
     if step.what == SINCE:
         _since(c, row, step, values, tick, seed, robot.id, keep)
@@ -363,10 +363,10 @@ def run_sense_step(
 def sense_robots(
     c: Any, low: int, high: int, world: int, keep: bool, camera: Any, ranging: Any, calling: Any
 ) -> None:
-    """The readings of the robots `low` to `high` in this tick, to `c.rows`; NaN where they have none.
+    """Write the readings of the robots `low` to `high` in this tick to `c.rows`; NaN where a robot has none.
 
-    Where `keep`, what they have to remember of this tick is kept: once a tick, before they move. All take a step
-    before the next: a processor then works on several robots at a time.
+    With `keep`, sensors store what they need of this tick: true once per tick, before robots move. Each step runs for
+    all these robots before the next step, so that a processor can work on several robots at a time.
     """
     for column in range((high - low) * c.facts.width_of_row):
         c.rows[uint64(column)] = math.nan

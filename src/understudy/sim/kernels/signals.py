@@ -1,7 +1,7 @@
-"""Kernels of signals: who raises one, who of them is nearest, and which things are claimed by one.
+"""Kernels of signals: which robots raise one, the nearest of them, and the things that they claim.
 
-What is raised in a tick is seen in the next. Few callers are gone through one by one; for many, the robots' grid is
-quicker. Both find the same.
+A signal raised in one tick is visible in the next. Few signaling robots are searched one by one; for many, the grid
+of robots is faster. Both find the same.
 """
 
 import math
@@ -21,20 +21,20 @@ FEW = 32  # callers up to which it is quicker to go through all than to look aro
 
 @inlined
 def plan_signal(c: Any, row: int, world: int, command: float) -> None:
-    """Note what a robot raises from this tick on."""
+    """Store the signal that a robot will raise from this tick on, for `raise_signal`."""
     work = c.works[row - world * c.facts.count]
     work.signal = 0 if c.robots[row].frozen else int(min(max(command, 0.0), float(c.facts.signals)))
 
 
 @inlined
 def raise_signal(c: Any, row: int, world: int) -> None:
-    """Raise what a robot means to."""
+    """Raise the signal that `plan_signal` stored."""
     c.robots[row].signal = c.works[row - world * c.facts.count].signal
 
 
 @inner
 def list_signalers(c: Any, world: int) -> None:
-    """List the robots of a world that raise each signal."""
+    """List the robots of a world that raise each signal, with their places."""
     for signal in range(c.facts.signals):
         c.caller_counts[signal] = 0
     for row in range(world * c.facts.count, (world + 1) * c.facts.count):
@@ -48,7 +48,10 @@ def list_signalers(c: Any, world: int) -> None:
 
 @inner
 def find_nearest_signaler(c: Any, row: int, world: int, relation: int, signal: int, limit: float) -> Any:
-    """Row and squared distance of the nearest other robot that raises a signal; as `find_nearest_robot`."""
+    """Return row and squared distance (m**2) of the nearest other robot of a relation that raises a signal.
+
+    -1 and infinity if there is none within `limit` (m); see `find_nearest_robot` for `relation`.
+    """
     callers = c.callers[(signal - 1) * c.facts.count : signal * c.facts.count]
     count = c.caller_counts[signal - 1]
     if c.facts.gridded and count * count > 4 * c.facts.count:
@@ -69,7 +72,7 @@ def find_nearest_signaler(c: Any, row: int, world: int, relation: int, signal: i
 
 @inner
 def is_claimed(c: Any, row: int, world: int, x: float, y: float, signal: int, within: float) -> Any:
-    """Whether another robot within so many m of a place raises a signal."""
+    """Return whether another robot that is within `within` (m) of a place raises a signal."""
     callers = c.callers[(signal - 1) * c.facts.count : signal * c.facts.count]
     count = c.caller_counts[signal - 1]
     if not c.facts.gridded or count <= FEW:

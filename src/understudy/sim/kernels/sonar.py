@@ -1,10 +1,10 @@
-"""Kernels of sonar: how far a sector reaches until it meets a disc, a segment, or the bounds of the arena.
+"""Kernels of sonar: the distance in a sector to a disc, a segment, or the outer walls of the arena.
 
-All in the robot frame (m; x forward, y left, the origin is the robot's center). A sector is given by the fields
-of a SECTOR. Each kernel takes the nearest distance so far and returns the smaller, so that callers loop.
+All places are in the robot frame (m; x forward, y left, origin at the robot's center). A sector is given by the
+fields of a SECTOR. Each kernel takes the least distance found so far, `best`, and returns the smaller one.
 
-Along a cone of rays the distance to a convex thing is least towards its nearest point, and grows to both sides:
-where that point is outside the sector, the nearest within is on one of the edges.
+Within a cone of rays the distance to a convex thing is least towards its nearest point and grows to both sides. If
+that point is outside the sector, the nearest visible point is on one of the sector's edges.
 """
 
 import math
@@ -17,7 +17,10 @@ from understudy.sim.sensing.sectors import BEAM, FULL, NARROW
 def contains_point(
     x: float, y: float, from_x: float, from_y: float, to_x: float, to_y: float, span: int
 ) -> bool:
-    """Whether a point is in a sector that is no beam, edges included. Any length will do."""
+    """Return whether a point lies in a sector, edges included; the sector must not be a beam.
+
+    The vectors along the sector's edges may have any length.
+    """
     if span == FULL:
         return True
     after = from_x * y - from_y * x >= 0.0
@@ -27,7 +30,7 @@ def contains_point(
 
 @njit(error_model="numpy")
 def cast_ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: float, best: float) -> float:
-    """The smaller of `best` and the distance along a ray (a unit vector) to a disc that is not at the origin."""
+    """Return the smaller of `best` and the distance (m) along a ray, a unit vector, to a disc around another point."""
     along = ray_x * x + ray_y * y
     aside = ray_x * y - ray_y * x
     half_squared = radius * radius - aside * aside
@@ -40,7 +43,7 @@ def cast_ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: flo
 def cast_ray_to_segment(
     ray_x: float, ray_y: float, x0: float, y0: float, x1: float, y1: float, best: float
 ) -> float:
-    """The smaller of `best` and the distance along a ray (a unit vector) to a segment, its ends included."""
+    """Return the smaller of `best` and the distance (m) along a ray, a unit vector, to a segment, ends included."""
     side0 = ray_x * y0 - ray_y * x0
     side1 = ray_x * y1 - ray_y * x1
     if (side0 > 0.0 and side1 > 0.0) or (side0 < 0.0 and side1 < 0.0):
@@ -64,7 +67,10 @@ def measure_sector_to_disc(
     span: int,
     best: float,
 ) -> float:
-    """The smaller of `best` and the distance (m) to what of a disc lies in a sector; 0 where it holds the origin."""
+    """Return the smaller of `best` and the distance (m) to the part of a disc in a sector.
+
+    0 if the disc contains the origin.
+    """
     squared = x * x + y * y
     reach = best + radius
     if not squared < reach * reach:  # too far, or NaN
@@ -92,7 +98,10 @@ def measure_sector_to_segment(
     span: int,
     best: float,
 ) -> float:
-    """The smaller of `best` and the distance (m) to what of a segment lies in a sector; ends on NaN: `best`."""
+    """Return the smaller of `best` and the distance (m) to the part of a segment in a sector.
+
+    `best` if an end of the segment is NaN.
+    """
     across_x, across_y = x1 - x0, y1 - y0
     length_squared = across_x * across_x + across_y * across_y
     aside = x0 * across_y - y0 * across_x
@@ -124,7 +133,10 @@ def measure_sector_to_segment(
 def cast_ray_to_bounds(
     ray_x: float, ray_y: float, left: float, right: float, below: float, above: float, best: float
 ) -> float:
-    """The smaller of `best` and the distance along a ray (world frame) to four walls that far off around it."""
+    """Return the smaller of `best` and the distance (m) along a ray to one of four walls around its origin.
+
+    `left`, `right`, `below` and `above` are the distances to the walls; the ray is a unit vector in the world frame.
+    """
     gap, slope = (right, ray_x) if ray_x > 0.0 else (left, -ray_x)
     if gap < best * slope:
         best = gap / slope
@@ -149,10 +161,10 @@ def measure_sector_to_bounds(
     span: int,
     best: float,
 ) -> float:
-    """The smaller of `best` and the distance (m) to the walls around [0, width] x [0, height] in a sector.
+    """Return the smaller of `best` and the distance (m) in a sector to the walls around [0, width] x [0, height].
 
-    `x`, `y`, and `cosine` and `sine` of the heading are the robot's pose in the world. Outside the bounds, the
-    walls that it has passed are 0 away in the directions that lead on.
+    (`x`, `y`), and `cosine` and `sine` of the heading, are the robot's pose in the world. For a robot outside, the
+    walls that it has passed are at distance 0 in the directions that lead farther out.
     """
     left, right, below, above = max(0.0, x), max(0.0, width - x), max(0.0, y), max(0.0, height - y)
     if min(min(left, right), min(below, above)) >= best:

@@ -1,4 +1,4 @@
-"""Let threads in kernels share the robots of one world and wait for each other, without Python."""
+"""Functions with which threads in kernels share the robots of one world and wait for each other, without Python."""
 
 import sys
 from typing import Any
@@ -19,7 +19,7 @@ if MODE == PYTHON:  # in which one thread does all
         return array[index] - value
 
     def read_now(array: Any, index: int) -> Any:
-        """Read an element as it is in memory now."""
+        """Return an element as it is in memory now."""
         return array[index]
 
     def let_others_run() -> None:
@@ -48,7 +48,7 @@ else:
 
     @intrinsic
     def read_now(typing: Any, array: Any, index: Any) -> Any:
-        """Read an element of an array as it is now, whichever thread wrote it."""
+        """Return an element of an array as it is now, whichever thread wrote it."""
 
         def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
             kind = signature.args[0]
@@ -61,9 +61,9 @@ else:
 
 @inner
 def wait_at_barrier(crew: Any) -> None:
-    """Wait until all of a crew (barrier, part, parts) have come here.
+    """Wait until all threads of a crew (barrier, part, parts) have called this.
 
-    `barrier` is zeros, shared by them (`make_thread_scratch` in `sim.kernel_context`); this thread is number `part`
+    `barrier` is a shared array of zeros (`make_thread_scratch` in `sim.kernel_context`); this thread is number `part`
     of `parts`.
     """
     barrier, _, parts = crew
@@ -85,10 +85,10 @@ def wait_at_barrier(crew: Any) -> None:
 
 @inlined
 def claim_block(crew: Any, blocks: int, before: int) -> Any:
-    """The next block that is this thread's, after the one `before` (at first -1); -1 where all are taken.
+    """Return the next block of robots for this thread, -1 if all are taken; `before` is its last block, at first -1.
 
-    A thread begins with its own share of the blocks, and then helps the others with theirs. After `wait_at_barrier`
-    all are free.
+    A thread takes the blocks of its own share first, then those that other threads have left. `wait_at_barrier` makes
+    all blocks available again.
     """
     barrier, part, parts = crew
     if parts == 1:
@@ -103,7 +103,7 @@ def claim_block(crew: Any, blocks: int, before: int) -> Any:
 
 @inlined
 def run_for_each_robot(crew: Any, c: Any, world: int, work: Any) -> None:
-    """Have `work(c, row, world)` done for all robots of a world."""
+    """Call `work(c, row, world)` for all robots of a world, shared among the threads of a crew."""
     first, blocks = world * c.facts.count, (c.facts.count + BLOCK - 1) // BLOCK
     block = claim_block(crew, blocks, -1)
     while block >= 0:

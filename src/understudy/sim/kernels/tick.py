@@ -1,4 +1,4 @@
-"""The kernel that Python calls: a number of ticks of some worlds - sensing, deciding, moving."""
+"""The kernel that Python calls to advance worlds by ticks: sensing, deciding and moving."""
 
 from typing import Any
 
@@ -40,9 +40,9 @@ njit_for_worlds = njit_entry(cache=True, nogil=True, error_model="numpy", _nrt=F
 def interpret_commands(
     c: Any, row: int, world: int, commands: Any, which: int, cargo: Any, pulling: Any, calling: Any
 ) -> None:
-    """What a robot means to do with its commands: drive, turn, load, unload, signal.
+    """Compute a robot's intended step, signal and loading from its commands, and grip or release boxes.
 
-    It takes hold of boxes, and lets go of them, before anybody moves: of what is within reach as it was sensed.
+    Boxes are gripped and released before any robot moves, so within the distances that the robots have just sensed.
     """
     robot, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     drive, turn = commands[which, 0], commands[which, 1]
@@ -65,7 +65,7 @@ def interpret_commands(
 
 @inlined
 def sort_robots_into_grid(crew: Any, c: Any, world: int) -> None:
-    """Sort the robots of a world into its grid. Of threads, each writes what is about robots of its own."""
+    """Sort the robots of a world into its grid; each thread of the crew writes only data of its own robots."""
     if not c.facts.gridded:
         return
     run_for_each_robot(crew, c, world, note_robot_cell)
@@ -80,7 +80,7 @@ def sort_robots_into_grid(crew: Any, c: Any, world: int) -> None:
 def finish_tick(
     crew: Any, c: Any, world: int, boxes: Any, cargo: Any, living: Any, pulling: Any, calling: Any
 ) -> None:
-    """The rest of a tick, once all robots mean to do something."""
+    """Move robots and boxes, transfer cargo and update objects, after all robots have chosen their commands."""
     first, leads = world * c.facts.count, crew[1] == 0
     wait_at_barrier(crew)
     if calling is not None:
@@ -126,7 +126,10 @@ def decide_with_coordinators(
     crew: Any, c: Any, world: int, now: float, values: Any, tables: Any, stacks: Any, commands: Any, running: Any,
     led: Any, camera: Any, ranging: Any, cargo: Any, pulling: Any, calling: Any,
 ) -> None:  # fmt: skip
-    """Robots sense, their coordinators decide, and then they do. Of threads, the first decides for all coordinators."""
+    """Sense with all robots, run their coordinators, then run the robots' own automata and interpret the commands.
+
+    The first thread of the crew runs all coordinators of a world.
+    """
     bands, leads = led
     sensed, there = bands[0][2], bands[0][3]
     start, blocks = world * c.facts.count, (c.facts.count + BLOCK - 1) // BLOCK
@@ -152,7 +155,7 @@ def decide_with_coordinators(
 
 
 def _keyed(sources: str) -> Any:
-    """The kernel, kept by Numba for as long as no file of kernels changes (see `hash_kernel_sources`)."""
+    """Make the kernel, cached by Numba until a file of kernels changes (see `hash_kernel_sources`)."""
 
     @njit_for_worlds
     def advance(
@@ -160,14 +163,15 @@ def _keyed(sources: str) -> Any:
         until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any, led: Any,
         camera: Any, ranging: Any, boxes: Any, cargo: Any, living: Any, pulling: Any, calling: Any,
     ) -> None:  # fmt: skip
-        """So many ticks of the worlds from `first` up to `end`.
+        """Advance the worlds from `first` up to `end` by a number of ticks, in a `mode`.
 
-        SENSE only senses, to `out` [N, F]. OBEY does one tick with `commands` [N, 5]. RUN senses, decides with
-        `tables` and `stacks`, and does a row of `commands` [B, 5], which `running` [N] says; `values` are the
-        context's `rows`. Of each world this part of `parts` threads does its share; coordinators lead as `led` says
-        (bands and leads of `_lead_kernels`). A world ends early once finished where `until_finished`.
-        What a scenario does without is None - cameras, sonars and bumpers, boxes to push, cargo, objects that come,
-        go or walk, boxes to pull, signals - and the kernel is compiled without it.
+        SENSE only measures, into `out` [N, F]. OBEY runs one tick with `commands` [N, 5]. RUN measures, decides with
+        `tables` and `stacks`, and executes one row of `commands` [B, 5] per robot, whose number it writes to
+        `running` [N]; `values` are the context's `rows`. This thread is number `part` of `parts` threads that share
+        each world. `led` has the bands and leads of coordinators (see `_squad_kernels`), or is None. With
+        `until_finished` a world stops when it reaches its goal. `camera` (cameras), `ranging` (range sensors),
+        `boxes` (to push), `cargo`, `living` (objects that appear, vanish or walk), `pulling` (boxes) and `calling`
+        (signals) are None if the scenario has none of these: the kernel is compiled without them then.
         """
         sources  # noqa: B018 - Numba keys its cache with what is closed over
         for world in range(first, end):
