@@ -1,1 +1,1 @@
-"""Worlds of scenarios in simulated physics (MuJoCo): wheels with inertia and slip, cameras that see rendered pixels."""
+"""Worlds of scenarios in simulated physics (MuJoCo): wheels with inertia and slip, and cameras with rendered images."""

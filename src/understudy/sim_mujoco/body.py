@@ -1,8 +1,8 @@
-"""Robots in simulated physics as a body: they drive on wheels, hear rays and see rendered pixels.
+"""A body whose robots drive on wheels in MuJoCo, measure distances with rays and see rendered images.
 
-Beside the physics runs the 2-D world of the same scenario and seed, as a referee. It says where everything is at first,
-when intruders come and go and are captured, what is loaded and unloaded, when the goal is reached; it reads locators,
-poses, bumpers and chance. Where its robots are, physics tells it, tick by tick.
+A 2-D world of the same scenario and seed runs beside the physics. It lays out the world, and decides when objects
+appear, vanish and are captured, when food is loaded and unloaded, and when the goal is reached. It also gives the
+readings of locators, poses, bumpers and chance. Its robots are moved to their places in physics in each tick.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from understudy.sim_mujoco.sensors import MujocoSensors
 from understudy.sim_mujoco.world import BodyPose, MujocoWorld
 
 STUCK = 0.1
-"""Who gets less far than this share of the way asked for got nowhere, as in the 2-D world."""
+"""The share of the commanded way below which a robot counts as blocked, as in the 2-D world."""
 HEAD = 8
-"""Bytes that say how long the part of physics in a snapshot is."""
+"""The number of bytes that give the length of the physics part of a snapshot."""
 
 
 class MujocoBody:
-    """A body of the robots of B worlds of a scenario in physics, one world per seed; ExtraMissing without MuJoCo.
+    """A body of the robots of B worlds of a scenario in MuJoCo, one world per seed.
 
-    Row w*N + i is robot i of world w. Cameras add no noise to their pixels, and sensors answer in every tick.
-    SettingError for a scenario with boxes to push or pull.
+    Row w*N + i is robot i of world w. Cameras have no pixel noise, and sensors measure in every tick. ExtraMissing if
+    MuJoCo is not installed; SettingError for a scenario with boxes to push or pull.
     """
 
     def __init__(self, scenario: Scenario, seeds: Sequence[int] = (0,)) -> None:
@@ -58,56 +58,56 @@ class MujocoBody:
 
     @property
     def kit(self) -> Kit:
-        """The features, behaviors and targets that go with the scenario."""
+        """The features, behaviors and targets that automata for this scenario can use."""
         return self.world.kit
 
     @property
     def time_s(self) -> float:
-        """Time since the last reset, s."""
+        """The simulated time since the last reset, s."""
         return self.world.time_s
 
     @property
     def seeds(self) -> tuple[int, ...]:
-        """The seed of each world."""
+        """The seeds of the worlds, in order."""
         return self.world.seeds
 
     @property
     def finished_s(self) -> Column:
-        """When each world reached its goal [B], s; absent where it has not."""
+        """The time at which each world first reached the scenario's goal [B], s; NaN if it has not."""
         return self.world.finished_s
 
     @property
     def delivered(self) -> NDArray[np.int64]:
-        """Units of food brought home in each world [B]."""
+        """The units of food that robots have unloaded at a home, per world [B]."""
         return self.world.delivered
 
     @property
     def gathered(self) -> NDArray[np.int64]:
-        """Boxes brought home in each world [B]: none."""
+        """The number of boxes gathered, per world [B]: always 0, since physics has no boxes."""
         return self.world.gathered
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Which robots have failed [B*N]."""
+        """A flag per robot [B*N]: true after `freeze` made it fail."""
         return self.world.failed
 
     def view(self, world: int = 0) -> WorldView:
-        """One world as plain data, for drawing."""
+        """Copy one world's current state into a plain value, for drawing."""
         return self.world.view(world)
 
     def freeze(self, agent: int) -> None:
-        """Let a robot fail: it senses nothing and moves no more."""
+        """Make a robot fail: from now on all its readings are absent (NaN), and it does not move."""
         self.world.freeze(agent)
 
     def place(self, agent: int, x: float, y: float, heading: float) -> None:
-        """Put a robot somewhere free, at rest."""
+        """Move a robot to a free place (x, y in m, heading in rad), at rest; SettingError if the place is not free."""
         self.world.place(agent, x, y, heading)
         self.arenas[agent // self.robots].place(agent % self.robots, x, y, heading)
         self._asked[agent] = 0.0
         self._senses.clear()
 
     def follow_pose(self, agent: int, pose: BodyPose) -> tuple[float, float]:
-        """Put a robot that is driven elsewhere where it is said to be, at its speeds; the commands that keep them."""
+        """Set a robot to a pose and speeds simulated elsewhere; return the commands that keep these speeds."""
         self.arenas[agent // self.robots].set_pose(agent % self.robots, pose)
         robot = self.world.state.robots[agent]
         robot["x"], robot["y"], robot["heading"] = pose.x, pose.y, pose.heading
@@ -115,8 +115,10 @@ class MujocoBody:
         return scale_to_commands(self._senses.kind(agent), pose.speed, pose.turning)
 
     def place_objects(self, things: Sequence[tuple[float, float, bool]]) -> None:
-        """Objects as somebody else keeps them: of each slot x, y (m) and whether it is there; none come or go by
-        themselves from now on.
+        """Set the objects of world 0 to states from another process: x, y (m) and presence of each slot.
+
+        From then on no object appears or vanishes by itself. A list of another length than the number of slots is
+        ignored.
         """
         objects = self.world.state.objects[0]
         objects["due"] = objects["captured"] = -1
@@ -128,7 +130,7 @@ class MujocoBody:
         self._senses.clear()
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Begin anew, a world per seed."""
+        """Restart all worlds at time 0, laid out by new seeds, one per world."""
         self.world.reset(seeds)
         self._begin()
 
@@ -138,14 +140,14 @@ class MujocoBody:
         self._senses.begin(self.arenas)
 
     def image(self, agent: int) -> Image | None:
-        """What a robot's camera sees now [H, W, 3]; None where it has none."""
+        """Render the image of a robot's camera [H, W, 3]; None if it has no camera."""
         if not 0 <= agent < self.agents:
             where, remedy = f"world {self.scenario.name!r}", f"give one from 0 to {self.agents - 1}"
             raise SettingError(where=where, setting="agent", problem=f"is {agent}", remedy=remedy)
         return self._senses.image(agent)
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """The columns [B*N] of these keys, absent (NaN) for robots that have no such sensor."""
+        """Return a column [B*N] for each key; NaN for robots without that sensor or that have failed."""
         keys = tuple(dict.fromkeys(keys))
         theirs = self.world.sense([key for key in keys if key not in self._senses.keys])
         if len(theirs) == len(keys):
@@ -158,7 +160,7 @@ class MujocoBody:
         return {key: own[key] if key in own else theirs[key] for key in keys}
 
     def act(self, commands: Commands) -> None:
-        """Obey for one tick; a channel left out rests. An unusable command raises, and nothing moves."""
+        """Advance all worlds by one tick under these commands; omitted channels are 0, invalid ones raise an error."""
         table = self.world.check_commands(commands)
         self._senses.update_last_seen()
         table[self.failed] = 0.0
@@ -171,7 +173,7 @@ class MujocoBody:
         self._senses.clear()
 
     def _tell(self, table: NDArray[np.float64]) -> None:
-        """Tell the referee where all robots have got to, have it go on by a tick, and follow what it decides."""
+        """Copy the robots' places into the 2-D world, advance it by a tick, and copy its objects into physics."""
         poses = np.array(
             [arena.pose(robot) for arena in self.arenas for robot in range(self.robots)], np.float64
         )
@@ -199,7 +201,7 @@ class MujocoBody:
         return tuple(channel.name for channel in self.channels)
 
     def _speeds(self, drive: Column, turn: Column) -> NDArray[np.float64]:
-        """What commands ask for [B*N, 2], no further from what was asked last than accelerations allow."""
+        """Return the commanded speeds [B*N, 2] (m/s, rad/s), changed no faster than accelerations permit."""
         types = self.world.rules.types[self.world.state.robots["type"]]
         wanted = np.stack(
             [drive.clip(-1.0, 1.0) * types["speed"], turn.clip(-1.0, 1.0) * types["turning"]], axis=1
@@ -209,7 +211,7 @@ class MujocoBody:
         return speeds
 
     def _shares(self) -> NDArray[np.float64]:
-        """What comes of the speeds asked for [B*N, 2]: the noise of the scenario's types, beside that of physics."""
+        """Return factors [B*N, 2] of the commanded speeds: the noise of robot types, in addition to that of physics."""
         types = self.world.rules.types[self.world.state.robots["type"]]
         drawn = np.concatenate([self._senses.draw_noise(index)[:, :2] for index in range(self.worlds)])
         shares: NDArray[np.float64] = (
@@ -218,12 +220,12 @@ class MujocoBody:
         return shares
 
     def snapshot(self) -> bytes:
-        """The whole state, for `restore`."""
+        """Return the complete state of all worlds, for `restore`."""
         own = snapshots.encode_snapshot(self._called, self._settings(), self._arrays())
         return len(own).to_bytes(HEAD, "little") + own + self.world.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
-        """Go back to a snapshot, bit for bit; FileError where it is not one of such worlds."""
+        """Set the state to that of a snapshot, bit for bit; FileError if it was taken of other worlds."""
         end = HEAD + int.from_bytes(snapshot[:HEAD], "little")
         if not HEAD < end < len(snapshot):
             raise FileError(

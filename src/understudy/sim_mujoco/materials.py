@@ -1,4 +1,4 @@
-"""Colors of things in physics: how a scenario's color is painted, and which rendered pixels are taken for it."""
+"""Choose how a scenario's colors are painted in physics, and which rendered pixels count as each color."""
 
 from __future__ import annotations
 
@@ -38,22 +38,24 @@ PAINTS: Mapping[str, Rgb] = MappingProxyType(
         "black": Rgb(0.06, 0.06, 0.06),
     }
 )
-"""Purer than they are in figures, so that cameras tell them apart."""
+"""The paint of each named color, purer than in pictures, so that cameras can distinguish them."""
 
 HUE_DEG = 12.0
-"""So far from its paint's hue a pixel may be: light is neutral here."""
+"""The largest difference of a pixel's hue from that of the paint, degrees; light is neutral in this simulation."""
 HAZY = 0.12
-"""The least saturation of what is seen through a film, of everything else SATURATED; all that is gray is below."""
+"""The least saturation of something behind a film; that of everything else is SATURATED, and gray is below both."""
 SATURATED = 0.45
 DARKEST = 0.12
 FILM, DEEP, SHADE = 0.25, 0.6, 0.55
-"""How opaque is what hangs aloft, and how dark beside its paint: robots drive and see through it. How dark the shaded
-side of things is."""
+"""The opacity of things that hang aloft, their darkness relative to their paint, and that of shaded sides of things.
+
+Robots drive and see through things that hang aloft.
+"""
 HUELESS = 0.1
 
 
 def choose_material_color(name: str | None) -> Rgb:
-    """How a scenario's color is painted; one that nobody foresaw gets one of the others, always the same."""
+    """Return the paint of a scenario's color; an unknown name always gets the same one of the known pure colors."""
     if name is None:
         return PAINTS["gray"]
     named = PAINTS.get(name.lower())
@@ -66,14 +68,14 @@ def choose_material_color(name: str | None) -> Rgb:
 
 
 def choose_film_color(name: str | None) -> Rgb:
-    """How what hangs aloft is painted: deeper, so that things behind it keep their color."""
+    """Return the paint of something that hangs aloft: darker, so that things behind it keep their color."""
     return Rgb(*(DEEP * part for part in choose_material_color(name)))
 
 
 def derive_camera_color(name: str, *, film: bool = False, films: Iterable[str] = ()) -> Color:
-    """The pixels that are taken for a color: of its hue, in light and in shade, bare or behind one of these films.
+    """Return the range of pixel colors that count as a color, in light and shade, bare or behind the `films`.
 
-    Where the thing itself is a `film`, it lets through what is behind it, and is paler.
+    If the thing itself is a `film`, paler pixels count too, because it lets through what is behind it.
     """
     own = choose_material_color(name)
     hue, saturation, value = _hsv(own)

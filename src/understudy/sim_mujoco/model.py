@@ -1,8 +1,8 @@
-"""A world of a scenario as a MuJoCo model: floor and walls, obstacles, objects that can be moved about, robots.
+"""Build the MuJoCo model of a scenario's world: floor and walls, obstacles, movable objects, robots.
 
-What a camera is to see - robots, balls, intruders - wears its color as an egg at eye height, as wide as its disc and as
-high as the scenario says: the outline of an egg is that of the 2-D camera's disc from near and far, which that of a
-cylinder is not (its rim comes nearer). What stops robots are upright cylinders below, which sonar hears.
+Things that cameras detect (robots, balls, intruders) carry their color as an ellipsoid at camera height, as wide as
+their disc and as high as in the scenario: its outline equals that of the 2-D camera's disc at any distance, which
+that of a cylinder does not (its rim comes nearer). Below it, upright cylinders stop robots and reflect sonar.
 """
 
 from __future__ import annotations
@@ -44,17 +44,19 @@ from understudy.sim_mujoco.shapes import (
 )  # fmt: skip
 
 TALL_M = 0.95
-"""Obstacles and walls are as high where there are cameras: in the 2-D world they hide whatever is behind them."""
+"""The height (m) of obstacles and walls in worlds with cameras; in the 2-D world they hide everything behind them."""
 STEP_S = 0.005
-"""The length of a step of physics, s; a tick is a whole number of them."""
+"""The approximate length of a physics step, s; a tick is a whole number of steps."""
 WALL_M, EDGE_M, THICK_M = 0.3, 0.1, 0.02
-"""How high walls are where there are no cameras; how thick those around the arena, and inner ones."""
+"""The height (m) of walls in worlds without cameras, and the thickness of outer and of inner walls."""
 
 
 @dataclass(frozen=True, slots=True)
 class CompiledModel:
-    """A compiled model, with where its parts are: of each robot [N] its position and speed in qpos and qvel, its two
-    actuators and its camera; of each object slot its body that is moved about, -1 where it has none [K].
+    """A compiled model and the indices of its parts: positions and speeds, bodies, motors and cameras of robots [N].
+
+    `qpos` and `qvel` are where a robot's position and speed begin in the state; `wheels` [N, 2] are its actuators.
+    `movable` [K] is the mocap body of each object slot, -1 for slots without one.
     """
 
     model: Any
@@ -67,7 +69,7 @@ class CompiledModel:
 
 
 def check_physics(scenario: Scenario) -> None:
-    """SettingError where a scenario has what physics has not: boxes that are pushed or pulled."""
+    """Raise SettingError if a scenario has boxes to push or pull, which physics does not support."""
     for index, thing in enumerate(scenario.objects):
         for key, there in (("pushable", thing.pushable), ("pull", thing.pull is not None)):
             if there:
@@ -79,7 +81,10 @@ def check_physics(scenario: Scenario) -> None:
 
 
 def build_model(scenario: Scenario, view: WorldView, *, fine: bool = False) -> CompiledModel:
-    """The model of a world as a view shows it, robots where they are. `fine` is for pictures: shadows, smooth edges."""
+    """Build the model of a world as a view shows it, with robots at their places.
+
+    `fine` adds shadows and smooth edges, for pictures.
+    """
     spec = import_mujoco().MjSpec()
     spec.option.timestep = STEP_S
     spec.option.integrator = import_mujoco().mjtIntegrator.mjINT_IMPLICITFAST
@@ -107,7 +112,7 @@ def build_model(scenario: Scenario, view: WorldView, *, fine: bool = False) -> C
 
 
 def _light(spec: Any, view: WorldView, *, fine: bool) -> None:
-    """Even light, so that a color is nearly the same on all sides; a sun for some shading."""
+    """Add even light, so that a color is nearly the same on all sides, and a sun for some shading."""
     sight, light = spec.visual, import_mujoco().mjtLightType.mjLIGHT_DIRECTIONAL
     spec.stat.extent, spec.stat.center = 1.0, [view.width / 2, view.height / 2, 0.0]
     sight.map.znear, sight.map.zfar = 0.02, 60.0
@@ -129,7 +134,7 @@ def _light(spec: Any, view: WorldView, *, fine: bool) -> None:
 
 
 def _ground(spec: Any, view: WorldView, high: float) -> None:
-    """The floor, the walls around the arena, and those in it."""
+    """Add the floor, the outer walls, and the inner walls of height `high` (m)."""
     shapes, width, height = import_mujoco().mjtGeom, view.width, view.height
     spec.worldbody.add_geom(
         type=shapes.mjGEOM_PLANE, pos=[width / 2, height / 2, 0.0], size=[width / 2, height / 2, 1.0],
@@ -144,7 +149,7 @@ def _ground(spec: Any, view: WorldView, high: float) -> None:
 
 
 def _wall(spec: Any, line: Floats, *, thick: float, aside: float, high: float) -> None:
-    """A wall along a line, moved aside to its left."""
+    """Add a wall along a line, moved to its left by `aside` (m)."""
     x0, y0, x1, y1 = line
     length, angle = hypot(x1 - x0, y1 - y0), atan2(y1 - y0, x1 - x0)
     middle = [(x0 + x1) / 2 - aside * np.sin(angle), (y0 + y1) / 2 + aside * np.cos(angle), high / 2]
@@ -155,7 +160,7 @@ def _wall(spec: Any, line: Floats, *, thick: float, aside: float, high: float) -
 
 
 def _obstacles(spec: Any, view: WorldView, *, sees: bool) -> None:
-    """Round ones as cylinders, polygons as prisms; of those that are not convex, the edges alone."""
+    """Add round obstacles as cylinders, convex polygons as prisms, and the edges of other polygons as walls."""
     shapes, discs = import_mujoco().mjtGeom, view.discs
     for x, y, radius, color in zip(discs.x, discs.y, discs.radius, discs.color, strict=True):
         high = TALL_M if sees else 2.0 * radius
@@ -188,7 +193,7 @@ def _is_convex(corners: Floats) -> bool:
 
 
 def _objects(spec: Any, scenario: Scenario, *, sees: bool) -> Iterator[str | None]:
-    """A body for each object that a world is laid out with; its name for each slot, None for spare slots."""
+    """Add a body for each object of a world; yield its name for each slot, None for spare slots."""
     for thing in scenario.objects:
         for number in range(get_most_count(thing)):
             name = f"{thing.name}{number}"

@@ -1,4 +1,4 @@
-"""MuJoCo, which only physics needs: imported when a world is made of it, and drawing without a screen."""
+"""Import the optional package MuJoCo when physics needs it, and make contexts for rendering without a screen."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class RenderingUnavailable(UnderstudyError, json_type="NoDrawing"):
 
 
 WAYS = ("egl", "osmesa", "glfw")
-"""How MuJoCo can draw; the first needs no screen, and is taken unless MUJOCO_GL names another."""
+"""The ways in which MuJoCo can render; the first needs no screen and is the default unless MUJOCO_GL names another."""
 
 
 @cache
 def import_mujoco() -> Any:
-    """The module `import_mujoco`; ExtraMissing where it is not installed."""
+    """Return the module `mujoco`; raise ExtraMissing if it is not installed."""
     try:
         return import_module("mujoco")
     except ImportError:
@@ -39,7 +39,10 @@ def import_mujoco() -> Any:
 
 @cache
 def make_gl_context(width_px: int, height_px: int) -> Any:
-    """What draws pictures up to this size, current in this thread; NoDrawing where there is none."""
+    """Return an OpenGL context for images up to this size, current in this thread.
+
+    RenderingUnavailable if this machine cannot render.
+    """
     import_mujoco()
     asked = os.environ.get("MUJOCO_GL", "").lower()
     try:

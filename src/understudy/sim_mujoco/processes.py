@@ -1,8 +1,9 @@
-"""Each simulated robot in a process of its own, and one more: the referee, who keeps what belongs to nobody.
+"""Run each simulated robot in a process of its own, and a further one, the referee, for the objects of the world.
 
-A robot's process has the whole model, but drives only its own. The others it puts where their odometry says, and lets
-them go on at the speeds in it until the next message: so robots lean on each other on both sides. The referee follows
-all odometry, too; it knows when objects come and go and are captured, and tells everybody where they are.
+A robot's process contains the whole model, but drives only its own robot. It sets the others to the poses in their
+odometry and lets them continue at those speeds until the next message, so robots push each other in both processes.
+The referee follows all odometry, too; it decides when objects appear, vanish and are captured, and publishes their
+places.
 """
 
 from __future__ import annotations
@@ -33,14 +34,14 @@ from understudy.sim_mujoco.world import BodyPose
 
 REFEREE = "referee"
 OBJECTS, POSES = f"/{REFEREE}/objects", "geometry_msgs/msg/PoseArray"
-"""Where all objects are, in the order of their slots; those that are not there lie below the floor."""
+"""The topic and message type of the places of all objects, in order of slots; absent ones lie below the floor."""
 
 FAR_M, FAST = 1000.0, 20.0
-"""Nothing is as far from the arena's corner, and no robot as fast, m/s and rad/s."""
+"""Bounds of valid odometry: distance from the arena's corner (m), and speed (m/s and rad/s)."""
 
 
 class PoseFollower:
-    """The last pose that a robot's odometry told; None until it told one."""
+    """The latest pose in a robot's odometry; None before the first message."""
 
     def __init__(self, name: str, transport: Transport) -> None:
         self.pose: BodyPose | None = None
@@ -65,7 +66,7 @@ class PoseFollower:
 
 
 class ObjectPose(NamedTuple):
-    """Where an object is, m; whether it is there."""
+    """The place of an object (m), and whether it is present."""
 
     x: float
     y: float
@@ -73,7 +74,7 @@ class ObjectPose(NamedTuple):
 
 
 class RobotProcess:
-    """One robot of a scenario behind its topics, the others followed; a tick is one of the body."""
+    """One simulated robot with its ROS 2 topics, in a body whose other robots follow their odometry."""
 
     def __init__(
         self, body: MujocoBody, number: int, transport: Transport, *, deadline_s: float = DEADLINE_S
@@ -94,7 +95,7 @@ class RobotProcess:
             self._things = [ObjectPose(each.x, each.y, each.z > AWAY_M / 2) for each in places]
 
     def tick(self, now_s: float) -> None:
-        """Put everything else where it is, publish what this robot senses, let it do what it was told last."""
+        """Update other robots and objects, publish this robot's readings, and execute its last command for one tick."""
         drive, turn = (np.zeros(self.body.robots) for _ in range(2))
         for number, other in self._others.items():
             if (pose := other.pose) is not None:
@@ -108,12 +109,12 @@ class RobotProcess:
         self.body.act({"drive": drive, "turn": turn})
 
     def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
-        """Go on for so long in real time; how many ticks came late."""
+        """Run in real time for `seconds` or until `stopped` returns true; return the number of late ticks."""
         return tick_in_real_time(self.tick, self.body.tick_s, seconds=seconds, stopped=stopped)
 
 
 class ObjectServer:
-    """Keeps the objects of a scenario's world, whose robots are elsewhere."""
+    """The referee process: it simulates the objects of a scenario whose robots run in other processes."""
 
     def __init__(self, scenario: Scenario, seed: int, transport: Transport) -> None:
         self.world = World(scenario, [seed])
@@ -121,7 +122,7 @@ class ObjectServer:
         self._publish = transport.publisher(OBJECTS, POSES)
 
     def tick(self, _: float = 0.0) -> None:
-        """Follow the robots, go on by a tick, tell where all objects are."""
+        """Update the robots from their odometry, advance the objects by one tick, and publish their places."""
         state = self.world.state.robots
         width, height = self.world.scenario.size
         for number, robot in enumerate(self._robots):
@@ -140,5 +141,5 @@ class ObjectServer:
         self._publish(encode_message(POSES, message))
 
     def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
-        """Go on for so long in real time; how many ticks came late."""
+        """Run in real time for `seconds` or until `stopped` returns true; return the number of late ticks."""
         return tick_in_real_time(self.tick, self.world.tick_s, seconds=seconds, stopped=stopped)

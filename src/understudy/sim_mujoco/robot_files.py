@@ -1,4 +1,4 @@
-"""Robot files of simulated robots: which topics they publish, which readings these are in the scenario's lessons."""
+"""Write robot files of simulated robots: their ROS 2 topics, and the readings of a scenario that these carry."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from understudy.sim_mujoco.robot_model import find_camera
 ODOMETRY, IMAGE, PLACE = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Image", "geometry_msgs/msg/PoseStamped"
 TWIST = "geometry_msgs/msg/Twist"
 STALE_S = 0.5
-"""Readings older than this are absent: ten messages were lost, or the simulation is gone."""
+"""The age (s) from which a reading counts as absent: ten messages were lost, or the simulation has ended."""
 POSE: Mapping[str, tuple[str, str]] = {
     "x": ("pose.pose.position.x", "m"),
     "y": ("pose.pose.position.y", "m"),
@@ -38,7 +38,7 @@ ROS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def check_ros(scenario: Scenario) -> None:
-    """SettingError where a scenario has no robots, or names that topics of ROS 2 cannot have."""
+    """Raise SettingError if a scenario has no robots, or names that ROS 2 topics cannot have."""
     where, remedy = (
         f"scenario {scenario.name!r}",
         "begin with a letter, and give letters from a to z, digits and _",
@@ -60,7 +60,7 @@ def check_ros(scenario: Scenario) -> None:
 
 
 def list_robot_names(scenario: Scenario) -> tuple[str, ...]:
-    """What robots are called, in the order of their numbers: humanoid; or pioneer_1, pioneer_2 where there are more."""
+    """Return the names of all robots by number: the type, such as humanoid, or pioneer_1 and pioneer_2 if several."""
     types = [group.type for group in scenario.robots for _ in range(count_robots(group.count, group.at))]
     seen: dict[str, int] = {}
     names = []
@@ -71,12 +71,12 @@ def list_robot_names(scenario: Scenario) -> tuple[str, ...]:
 
 
 def list_robot_types(scenario: Scenario) -> tuple[str, ...]:
-    """The type of each robot, in the order of their numbers."""
+    """Return the name of the type of each robot, by number."""
     return tuple(group.type for group in scenario.robots for _ in range(count_robots(group.count, group.at)))
 
 
 def calibrate_camera_colors(scenario: Scenario, type_name: str) -> Mapping[str, Color]:
-    """The pixels that a type's camera takes for each target, calibrated to how it is painted in physics."""
+    """Return the range of pixel colors of each target with a color, as the camera of a type renders it in physics."""
     films = {thing.color for thing in scenario.objects if thing.aloft and thing.color is not None}
     colors = {target: find_target_color(scenario, of, type_name) for target, of in scenario.targets.items()}
     return {
@@ -89,7 +89,11 @@ def calibrate_camera_colors(scenario: Scenario, type_name: str) -> Mapping[str, 
 def format_robot_file(
     scenario: Scenario, number: int, *, world: str, domain: int, rate_hz: float, router: str | None = None
 ) -> str:
-    """The file of a simulated robot, TOML; `world` is the scenario by name or path. With a router it speaks Zenoh."""
+    """Return the text (TOML) of the robot file of a simulated robot.
+
+    `number` is the robot's number in the scenario, and `world` the scenario's name or path. With a `router` the robot
+    uses Zenoh as its transport.
+    """
     name, type_name = list_robot_names(scenario)[number], list_robot_types(scenario)[number]
     kind = scenario.types[type_name]
     lines = [
@@ -126,18 +130,18 @@ def format_robot_file(
 
 
 def format_team_file(scenario: Scenario) -> str:
-    """The file of all of them, TOML: their own lie beside it."""
+    """Return the text (TOML) of the file of all robots of a scenario, which refers to their robot files beside it."""
     files = ", ".join(f'"{name}.toml"' for name in list_robot_names(scenario))
     return f'format = "{TEAM}"\nname = "{scenario.name}"\nrobots = [{files}]\n'
 
 
 def list_sensor_topics(kind: RobotType) -> tuple[SensorTopic, ...]:
-    """What a type of robots publishes of its sensors' readings."""
+    """Return the ROS 2 topics on which a type of robots publishes its sensors' readings."""
     return tuple(topic for sensor in kind.sensors for topic in find_sensor_row(sensor).topics(sensor, kind))
 
 
 def list_published_readings(kind: RobotType) -> Mapping[str, tuple[str, str, Mapping[str, Any]]]:
-    """The readings that have a topic: that, its type, and the other settings of a reading in a robot file."""
+    """Return the published readings: the topic, its message type, and other settings for a robot file."""
     found: dict[str, tuple[str, str, Mapping[str, Any]]] = {}
     for topic in list_sensor_topics(kind):
         for reading, settings in topic.readings.items():
@@ -147,7 +151,7 @@ def list_published_readings(kind: RobotType) -> Mapping[str, tuple[str, str, Map
 
 
 def list_located_targets(scenario: Scenario, kind: RobotType) -> tuple[str, ...]:
-    """The targets that a robot is told the place of."""
+    """Return the targets whose places a robot of a type receives: all if it has a locator, else none."""
     there = any(isinstance(each, TargetLocator) for each in kind.sensors)
     return tuple(target for target in scenario.targets if target != MARKER) if there else ()
 

@@ -1,4 +1,4 @@
-"""A robot of a model: a round chassis on two driven wheels and two casters, what it wears, and its camera."""
+"""Add a robot to a MuJoCo model: a round chassis on two driven wheels and two casters, its colors, its camera."""
 
 from __future__ import annotations
 
@@ -25,26 +25,27 @@ from understudy.sim_mujoco.shapes import (
 )  # fmt: skip
 
 KG_PER_M2, SLOW_S, PULL = 225.0, 0.1, 0.6
-"""A robot's mass by its radius squared (a Pioneer 3-DX of 0.2 m has 9 kg); how fast wheels follow a command; the most
-they pull, as a share of the robot's weight."""
+"""A robot's mass per square of its radius (a Pioneer 3-DX of 0.2 m has 9 kg); the time (s) in which wheels follow a
+command; their largest pull, as a share of the robot's weight.
+"""
 WHEEL, TRACK, CASTER = 0.4, 0.75, 0.25
-"""Radius of wheels, how far they are from the middle, radius of casters: shares of the robot's radius."""
+"""The radius of wheels, their distance from the center, and the radius of casters, as shares of the robot's radius."""
 SIDES = ("left", "right")
 
 
 def scale_to_commands(kind: RobotType, speed_m_s: float, turn_rad_s: float) -> tuple[float, float]:
-    """Speeds as commands: shares of the type's own; 0 for what it cannot do."""
+    """Convert speeds (m/s, rad/s) to commands, shares of the type's greatest speeds; 0 if the type cannot move so."""
     turning = radians(kind.turning_deg)
     return (speed_m_s / kind.speed if kind.speed else 0.0), (turn_rad_s / turning if turning else 0.0)
 
 
 def find_camera(kind: RobotType) -> Camera | None:
-    """The camera of a type of robots, if it has one."""
+    """Return the first camera of a type of robots; None if it has none."""
     return next((each for each in kind.sensors if isinstance(each, Camera)), None)
 
 
 def add_robot(spec: Any, number: int, kind: RobotType, place: tuple[float, float, float]) -> None:
-    """A round chassis on two driven wheels and two casters without friction, and what it wears for others to see."""
+    """Add a robot at (x, y, heading) to a model: chassis, wheels and casters, its visible body and camera."""
     shapes, radius = import_mujoco().mjtGeom, kind.radius
     wheel, caster, mass = WHEEL * radius, CASTER * radius, KG_PER_M2 * radius**2
     body = spec.worldbody.add_body(
@@ -87,7 +88,7 @@ def add_robot(spec: Any, number: int, kind: RobotType, place: tuple[float, float
 
 
 def _worn(body: Any, kind: RobotType, high: float) -> None:
-    """What others know it by; on top a mark of where its front is."""
+    """Add the colored body by which other robots' cameras detect a robot, and a mark of its front."""
     shapes, radius = import_mujoco().mjtGeom, kind.radius
     if find_camera(kind) is not None:
         half = radius if kind.height is None else kind.height / 2
@@ -108,7 +109,10 @@ def _worn(body: Any, kind: RobotType, high: float) -> None:
 
 
 def _eye(body: Any, number: int, camera: Camera | None) -> None:
-    """Looks ahead from above the robot's middle as the 2-D camera does, out of its own egg, which has no inside."""
+    """Add a camera above the robot's center that looks ahead, like that of the 2-D world.
+
+    Its own ellipsoid does not hide the view, because ellipsoids are not visible from inside.
+    """
     seen = camera or Camera()
     half = seen.height_px / seen.width_px * tan(radians(seen.view_deg) / 2)
     mounted = body.add_camera(name=f"eye{number}", pos=[0, 0, EYE_M], fovy=2.0 * degrees(atan(half)))

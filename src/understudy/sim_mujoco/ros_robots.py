@@ -1,4 +1,4 @@
-"""Simulated robots as ROS 2 robots: they publish what they sense, and obey Twist, each in a namespace of its own."""
+"""Run simulated robots as ROS 2 robots that publish their readings and obey Twist, each in its own namespace."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from understudy.sim_mujoco.robot_files import (
 from understudy.sim_mujoco.robot_model import find_camera, scale_to_commands
 
 DEADLINE_S = 0.15
-"""A robot whose last command is older stops: its own watch over who decides."""
+"""The age of its last command (s) above which a robot stops: its own protection against lost control."""
 POINT, TURNED = "geometry_msgs/msg/Point", "geometry_msgs/msg/Quaternion"
 
 
 @dataclass
 class LastCommand:
-    """The last command of a robot, m/s and rad/s, and when it came (s, `time.monotonic`)."""
+    """The last command of a robot (m/s and rad/s), and the time of its arrival (s, `time.monotonic`)."""
 
     speed_m_s: float = 0.0
     turn_rad_s: float = 0.0
@@ -51,7 +51,7 @@ class LastCommand:
 
 @dataclass
 class RosRobot:
-    """One robot of a body behind its topics."""
+    """One robot of a simulated body, controlled and observed through its ROS 2 topics."""
 
     body: MujocoBody
     number: int
@@ -77,7 +77,7 @@ class RosRobot:
 
     @property
     def keys(self) -> tuple[ReadingKey, ...]:
-        """What it publishes of what its body senses."""
+        """The readings of the body that the robot publishes."""
         own = dict.fromkeys(name for topic in self._sensors for name in topic.readings)
         located = [(reading, target) for target in self._targets for reading in ("range", "bearing")]
         return (*((name, None) for name in own), *located)
@@ -92,14 +92,14 @@ class RosRobot:
             self.asked = LastCommand(speed, turn, at_s)
 
     def command(self, now_s: float, *, deadline_s: float = DEADLINE_S) -> tuple[float, float]:
-        """Drive and turn, as shares of its speeds; at rest where the last command is too old."""
+        """Return drive and turn as shares of the robot's greatest speeds; zero if the last command is too old."""
         asked = self.asked
         if now_s - asked.at_s > deadline_s:
             return 0.0, 0.0
         return scale_to_commands(self.kind, asked.speed_m_s, asked.turn_rad_s)
 
     def publish(self, percept: Mapping[ReadingKey, Any], time_s: float) -> None:
-        """Tell what it senses now; `percept` has the columns of all robots."""
+        """Publish the robot's readings; `percept` has the columns of all robots, `time_s` is seconds since 1970."""
         header = make_message_header(time_s, self.name)
         for topic in self._sensors:
             values = {name: float(percept[name, None][self.number]) for name in topic.readings}
@@ -141,7 +141,7 @@ class RosRobot:
 
 
 def encode_image_message(image: Image, header: Any) -> bytes:
-    """An Image, rgb8, of pixels [H, W, 3]."""
+    """Encode pixels [H, W, 3] as a ROS 2 message Image (rgb8)."""
     height, width, _ = image.shape
     made = make_message(
         IMAGE,
@@ -156,14 +156,17 @@ def encode_image_message(image: Image, header: Any) -> bytes:
 
 
 def make_message_header(time_s: float, frame: str) -> Any:
-    """The header of a message of this time since 1970, s, in this frame."""
+    """Make the header of a message: the time (s since 1970) and the coordinate frame."""
     seconds = int(time_s)
     stamp = make_message("builtin_interfaces/msg/Time", sec=seconds, nanosec=int((time_s - seconds) * 1e9))
     return make_message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
 
 
 def drop_derived_readings(scenario: Scenario) -> Scenario:
-    """The scenario without readings that robots do not publish, since who decides works them out: it saves drawing."""
+    """Return the scenario without readings that robots do not publish, because their controller derives them.
+
+    This avoids rendering images for them.
+    """
     types = {
         name: replace(
             kind, sensors=tuple(each for each in kind.sensors if not isinstance(each, ElapsedSensor))
@@ -174,14 +177,17 @@ def drop_derived_readings(scenario: Scenario) -> Scenario:
 
 
 def make_point_message(x: float, y: float, z: float = 0.0) -> Any:
-    """A point, m."""
+    """Make a ROS 2 message Point (m)."""
     return make_message(POINT, x=float(x), y=float(y), z=z)
 
 
 def tick_in_real_time(
     tick: Callable[[float], None], period_s: float, *, seconds: float, stopped: Callable[[], bool]
 ) -> int:
-    """A tick per period in real time, for so long; how many came late by a period or more: none is made up for."""
+    """Call `tick` once per period in real time; return how many ticks were late by a period or more.
+
+    Late ticks are not made up for. It ends after `seconds`, or when `stopped` returns true.
+    """
     began = due = time.monotonic()
     late = 0
     while not stopped() and time.monotonic() - began < seconds:
@@ -196,7 +202,7 @@ def tick_in_real_time(
 
 
 class Simulation:
-    """All robots of a scenario behind their topics, in real time; one tick of the body per period."""
+    """All robots of a scenario with their ROS 2 topics, in real time with one tick of the body per period."""
 
     def __init__(self, body: MujocoBody, transport: Transport, *, deadline_s: float = DEADLINE_S) -> None:
         self.body, self._deadline_s = body, deadline_s
@@ -204,7 +210,7 @@ class Simulation:
         self._keys = tuple(dict.fromkeys(key for robot in self.robots for key in robot.keys))
 
     def tick(self, now_s: float) -> None:
-        """Publish what all sense, then let them do what they were told last."""
+        """Publish the readings of all robots, then execute their last commands for one tick."""
         percept = self.body.sense(self._keys)
         for robot in self.robots:
             robot.publish(percept, time.time())
@@ -212,5 +218,5 @@ class Simulation:
         self.body.act({"drive": told[:, 0], "turn": told[:, 1]})
 
     def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
-        """Go on for so long in real time; how many ticks came late."""
+        """Run in real time for `seconds` or until `stopped` returns true; return the number of late ticks."""
         return tick_in_real_time(self.tick, self.body.tick_s, seconds=seconds, stopped=stopped)

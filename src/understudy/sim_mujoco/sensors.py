@@ -23,9 +23,9 @@ from understudy.sim_mujoco.shapes import OBSTACLES, ROBOTS, UNSEEN, WALLS
 from understudy.sim_mujoco.world import MujocoWorld
 
 APART_DEG = 2.5
-"""Rays are as far apart at most: 13 cm at 3 m, less than anything solid."""
+"""The largest angle between neighboring rays, degrees: 13 cm at 3 m, less than the width of any solid thing."""
 HEIGHT = 0.7
-"""Where rays begin: a share of the robot's radius above the floor, which is within its chassis."""
+"""The height of rays above the floor, as a share of the robot's radius: within its chassis."""
 
 
 class RaycastScan:
@@ -49,7 +49,7 @@ class RaycastScan:
         self._far = np.zeros(len(rays))
 
     def distances(self, model: Any, data: Any, body: int) -> Column:
-        """The distance to the nearest thing in each arc, m; the sensor's range where there is none."""
+        """Return the distance (m, from the rim) to the nearest thing in each arc; the sensor's range if none."""
         turn: NDArray[np.float64] = data.xmat[body].reshape(3, 3)
         flat = np.array([turn[0, 0], turn[1, 0], 0.0])
         ahead = flat / np.linalg.norm(flat)
@@ -80,9 +80,10 @@ BLOB_X, BLOB_SIZE = (each.name for each in BLOBS)
 
 
 class MujocoSensors:
-    """Distances, blobs and the time since these were seen, for the robots of a world, the referee; it has all else.
+    """The distances, color blobs and times since a blob was seen that MuJoCo measures for all robots of a `World`.
 
-    `last` [B*N, T] is when each target was last seen, s.
+    That world gives all other readings. `last` [B*N, T] is the time (s) at which each target was last seen; NaN if
+    never.
     """
 
     def __init__(self, world: World) -> None:
@@ -101,34 +102,34 @@ class MujocoSensors:
         ]
         self._noisy = max(sum(len(scan.arcs) for scan, _ in of) for of in self._scans.values())
         self.keys = self._own_keys()
-        """The readings that it gives."""
+        """The readings that this object measures."""
 
     def begin(self, arenas: Sequence[MujocoWorld]) -> None:
-        """Sense in these arenas from now on."""
+        """Start to measure in these worlds, one per seed; nothing has been seen yet."""
         self._arenas = arenas
         self.last = np.full((self._world.agents, len(self._world.targets)), nan)
         self.clear()
 
     def clear(self) -> None:
-        """What was sensed in this tick is no more."""
+        """Discard the measurements and random numbers of this tick."""
         self._ranges: dict[int, dict[ReadingKey, float]] = {}
         self._blobs: dict[int, dict[ReadingKey, float]] = {}
         self._drawn: dict[int, NDArray[np.float64]] = {}
 
     def image(self, agent: int) -> Image | None:
-        """What a robot's camera sees now [H, W, 3]; None where it has none."""
+        """Render the image of a robot's camera [H, W, 3]; None if it has no camera."""
         arena, robot = self._at(agent)
         camera = find_camera(self.kind(agent))
         return None if camera is None else arena.image(robot, camera)
 
     def kind(self, agent: int) -> RobotType:
-        """The type of a robot."""
+        """Return the type of a robot."""
         arena, robot = self._at(agent)
         kind: RobotType = arena.kinds[robot]
         return kind
 
     def _at(self, agent: int) -> tuple[MujocoWorld, int]:
-        """The arena of a robot, and its number there."""
+        """Return the physics world of a robot, and its number in that world."""
         world, robot = divmod(agent, self._world.robots)
         return self._arenas[world], robot
 
@@ -136,7 +137,7 @@ class MujocoSensors:
         return self._names[int(self._world.state.robots["type"][agent])]
 
     def draw_noise(self, index: int) -> NDArray[np.float64]:
-        """Numbers from the normal distribution for each robot of a world, in this tick: driving, turning, distances."""
+        """Return standard normal numbers [N, 2 + D] for a world's robots: driving, turning, D distances."""
         if index not in self._drawn:
             tick, seed = int(self._world.state.tick[index]), self._world.seeds[index]
             self._drawn[index] = np.random.default_rng((seed, tick)).standard_normal(
@@ -145,7 +146,7 @@ class MujocoSensors:
         return self._drawn[index]
 
     def read(self, agent: int, key: ReadingKey) -> float:
-        """The value of one reading now."""
+        """Return the value of one reading of a robot in this tick; NaN if it is absent."""
         name, target = key
         if target is None:
             return float(self._ranged(agent).get(key, nan))
@@ -159,7 +160,7 @@ class MujocoSensors:
         return self._world.time_s - float(self.last[agent, self._world.targets.index(target)])
 
     def _ranged(self, agent: int) -> dict[ReadingKey, float]:
-        """The distances that a robot measures in this tick, and what is read from them."""
+        """Return the readings of a robot's range sensors in this tick."""
         if agent not in self._ranges:
             self._ranges[agent] = found = {}
             (arena, robot), drawn = self._at(agent), 2
@@ -173,14 +174,14 @@ class MujocoSensors:
         return self._ranges[agent]
 
     def _seen(self, agent: int) -> dict[ReadingKey, float]:
-        """The blobs in a robot's picture in this tick."""
+        """Return the blobs in a robot's camera image in this tick."""
         if agent not in self._blobs:
             detector, image = self._eyes[self._name(agent)], self.image(agent)
             self._blobs[agent] = {} if detector is None or image is None else detector.readings(image)
         return self._blobs[agent]
 
     def update_last_seen(self) -> None:
-        """Note who sees what, where a sensor tells since when it did not."""
+        """Record which targets each robot sees now, if some sensor measures the time since then."""
         if not self._since:
             return
         now = self._world.time_s
@@ -190,7 +191,7 @@ class MujocoSensors:
                     self.last[agent, self._world.targets.index(target)] = now
 
     def _own_keys(self) -> frozenset[ReadingKey]:
-        """Readings that physics gives; the referee has all others."""
+        """Return the readings that are measured in physics rather than in the 2-D world."""
         ranges = {
             (reading.name, None)
             for kind in self._world.scenario.types.values()
@@ -205,7 +206,7 @@ class MujocoSensors:
 
 
 def _decoding(scenario: Scenario, name: str) -> BlobDetector | None:
-    """What reads the pictures of a type's camera; None where it has none."""
+    """Return the detector of blobs for the images of a type's camera; None if it has no camera."""
     camera = find_camera(scenario.types[name])
     if camera is None:
         return None

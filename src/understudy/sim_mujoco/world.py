@@ -1,4 +1,4 @@
-"""One world in physics: its robots drive, its objects are put where they are, its cameras look."""
+"""One world in MuJoCo: its robots drive, its objects are set to their places, its cameras render images."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from understudy.sim_mujoco.robot_model import TRACK, WHEEL
 from understudy.sim_mujoco.shapes import AWAY_M, ROLLING, UNSEEN
 
 FREE = 7
-"""Numbers in a robot's place: x, y, z and a quaternion."""
+"""The number of values in a robot's position: x, y, z and a quaternion."""
 MOST_PX = (2560, 1920)
-"""The largest picture that is drawn."""
+"""The size of the largest image that can be rendered, pixels."""
 
 
 class BodyPose(NamedTuple):
-    """Where a robot is (m, rad in [0, tau)), and how fast it drives ahead (m/s) and turns to the left (rad/s)."""
+    """A robot's place (m), heading (rad in [0, tau)), forward speed (m/s) and turning speed (rad/s, left positive)."""
 
     x: float
     y: float
@@ -33,7 +33,10 @@ class BodyPose(NamedTuple):
 
 
 class Renderer:
-    """Draws a model; in the thread that draws first. `fine` with shadows. NoDrawing where nothing can be drawn."""
+    """A renderer of a model's images, with shadows if `fine`; RenderingUnavailable if rendering is not possible.
+
+    It works only in the thread that created the first renderer.
+    """
 
     def __init__(self, model: Any, *, fine: bool = False) -> None:
         self._model, self._on = model, make_gl_context(*MOST_PX)
@@ -53,13 +56,13 @@ class Renderer:
         self._option.geomgroup[[UNSEEN, ROLLING]] = 0
 
     def image(self, data: Any, camera: int, width_px: int, height_px: int) -> Image:
-        """What a camera of the model sees [H, W, 3]."""
+        """Render the image of a camera of the model [H, W, 3]."""
         self._camera.type, self._camera.fixedcamid = import_mujoco().mjtCamera.mjCAMERA_FIXED, camera
         return self._drawn(data, width_px, height_px)
 
     def overview(self, data: Any, *, at: tuple[float, float, float], away_m: float, down_deg: float,
                  around_deg: float, width_px: int, height_px: int) -> Image:  # fmt: skip
-        """The scene from outside: looking at a point from so far, so steeply down, and from which side."""
+        """Render the scene [H, W, 3] from outside: towards a point, at a distance, downward angle and azimuth (deg)."""
         self._camera.type, self._camera.lookat[:] = import_mujoco().mjtCamera.mjCAMERA_FREE, at
         self._camera.distance, self._camera.elevation, self._camera.azimuth = away_m, -down_deg, around_deg
         return self._drawn(data, width_px, height_px)
@@ -77,7 +80,7 @@ class Renderer:
 
 
 class MujocoWorld:
-    """A world as a view shows it, in physics."""
+    """A world in physics, built from a view of the 2-D world."""
 
     def __init__(self, scenario: Scenario, view: WorldView) -> None:
         self.built = build_model(scenario, view)
@@ -91,14 +94,14 @@ class MujocoWorld:
         import_mujoco().mj_forward(self.model, self.data)
 
     def place_objects(self, view: WorldView) -> None:
-        """Put all objects where they are in a view; those that are not there, away."""
+        """Move all objects to their places in a view; absent objects go below the floor."""
         self.data.mocap_pos[:] = (0.0, 0.0, AWAY_M)
         for slot, x, y in zip(view.objects.slot, view.objects.x, view.objects.y, strict=True):
             if slot < len(self.built.movable) and (body := self.built.movable[slot]) >= 0:
                 self.data.mocap_pos[body] = (x, y, 0.0)
 
     def drive(self, speeds: NDArray[np.float64]) -> None:
-        """Go on for one tick, each robot asked for its speeds [N, 2]: m/s ahead, rad/s to the left."""
+        """Advance by one tick with commanded speeds [N, 2] of the robots: m/s forward, rad/s to the left."""
         for robot, (ahead, turning) in enumerate(speeds.tolist()):
             radius = self.kinds[robot].radius
             side = turning * TRACK * radius
@@ -109,13 +112,13 @@ class MujocoWorld:
         self.settle()
 
     def settle(self) -> None:
-        """Have everything that is seen follow the state."""
+        """Update positions of bodies, cameras and lights after a change of the state."""
         lib = import_mujoco()
         lib.mj_kinematics(self.model, self.data)
         lib.mj_camlight(self.model, self.data)
 
     def pose(self, robot: int) -> BodyPose:
-        """Where a robot is, and how fast it goes."""
+        """Return a robot's place and speeds."""
         at, fast = self.built.qpos[robot], self.built.qvel[robot]
         x, y, _, w, i, j, k = self.data.qpos[at : at + FREE].tolist()
         along_x, along_y, _, _, _, turning = self.data.qvel[fast : fast + FREE - 1].tolist()
@@ -124,14 +127,14 @@ class MujocoWorld:
         return BodyPose(x, y, heading % tau % tau, speed, turning)
 
     def place(self, robot: int, x: float, y: float, heading: float) -> None:
-        """Put a robot somewhere, at rest."""
+        """Move a robot to a place (m) and heading (rad), at rest."""
         at, fast = self.built.qpos[robot], self.built.qvel[robot]
         self.data.qpos[at : at + FREE] = (x, y, 0.0, cos(heading / 2), 0.0, 0.0, sin(heading / 2))
         self.data.qvel[fast : fast + FREE + 1] = 0.0
         self.settle()
 
     def set_pose(self, robot: int, pose: BodyPose) -> None:
-        """Put a robot somewhere, going at its speeds, its wheels rolling along."""
+        """Move a robot to a pose with its speeds, and set its wheels rolling accordingly."""
         height = float(self.data.qpos[self.built.qpos[robot] + 2])
         self.place(robot, pose.x, pose.y, pose.heading)
         at, fast = self.built.qpos[robot], self.built.qvel[robot]
@@ -151,7 +154,7 @@ class MujocoWorld:
         self.data.qvel[fast + FREE - 1 : fast + FREE + 1] = rolling
 
     def image(self, robot: int, camera: Camera) -> Image:
-        """What a robot's camera sees [H, W, 3]."""
+        """Render the image of a robot's camera [H, W, 3]."""
         if self._looking is None:
             self._looking = Renderer(self.model)
         return self._looking.image(
@@ -160,7 +163,7 @@ class MujocoWorld:
 
     @property
     def state(self) -> NDArray[np.float64]:
-        """All that goes on changing, for `restore`."""
+        """The complete physical state, for `restore`."""
         lib = import_mujoco()
         size = lib.mj_stateSize(self.model, lib.mjtState.mjSTATE_INTEGRATION)
         state = np.empty(size)
@@ -168,7 +171,7 @@ class MujocoWorld:
         return state
 
     def restore(self, state: NDArray[np.float64]) -> None:
-        """Go back to a state."""
+        """Set the physical state to an earlier one."""
         lib: Any = import_mujoco()
         lib.mj_setState(self.model, self.data, state, lib.mjtState.mjSTATE_INTEGRATION)
         self.settle()

@@ -1,1 +1,1 @@
-"""Pictures: a run as paths (PNG) or in motion (GIF), an automaton as a graph (SVG). All from plain data."""
+"""Pictures from plain data: a run as paths (PNG) or animated (GIF), an automaton as a graph (SVG)."""

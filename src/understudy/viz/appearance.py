@@ -1,4 +1,4 @@
-"""How what is in a world looks, in any picture: its shape, size, color and label, from plain data."""
+"""Derive how the content of a world looks in every kind of picture: shapes, sizes, colors and labels."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ Points: TypeAlias = NDArray[np.float64]
 Grid: TypeAlias = NDArray[np.int64]
 
 FEW = 8
-"""So many robots are told apart one by one; more are a crowd."""
+"""The largest number of robots that pictures distinguish one by one; more are drawn as a crowd."""
 MOST_LABELS = 8
 MOVED = 0.05
 ROOMY = 64
-"""So many objects have room to be drawn larger than they are; of more, each is given less of it."""
+"""The largest number of objects whose marks are enlarged fully; with more, marks are enlarged less."""
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectMark:
-    """An object as it is drawn: `size` is half its extent (m), `full` the share of it that is filled."""
+    """An object as it is drawn: `size` is half its extent (m), `full` the filled share of its size."""
 
     slot: int
     name: str
@@ -38,22 +38,22 @@ class ObjectMark:
     color: str
     full: float
     rimmed: bool
-    """Whether it is a body, solid or a box to pull, and has a rim."""
+    """Whether it is drawn with a rim, because it is solid or a box to pull."""
     units: int | None
-    """The food left in a source; None for what is no source."""
+    """The food left in a source; None for other objects."""
     label: str
-    """What stands beside it; empty where its class is in the legend instead."""
+    """The text beside it; empty if its class is in the legend instead."""
     served: bool
     """Whether robots load or unload here, within their reach."""
 
 
 def measure_mark_unit(view: WorldView) -> float:
-    """What marks that have no size of their own are measured in: 1 m in an arena of 12 m."""
+    """Return the unit (m) of marks without a size of their own: 1 m in an arena of 12 m."""
     return max(view.width, view.height) / 12.0
 
 
 def list_object_marks(view: WorldView) -> list[ObjectMark]:
-    """The objects of a world, in order of their slots."""
+    """Return the marks of a world's objects, in order of their slots."""
     objects = view.objects
     kinds = objects.kind.tolist()
     one = measure_mark_unit(view) * min(1.0, (ROOMY / max(1, len(kinds))) ** 0.5)
@@ -101,7 +101,7 @@ def list_object_marks(view: WorldView) -> list[ObjectMark]:
 def find_removed_objects(
     first: Sequence[ObjectMark], last: Sequence[ObjectMark], view: WorldView
 ) -> list[ObjectMark]:
-    """The objects that were there at first, and at last are not, or elsewhere."""
+    """Return the objects of `first` that are missing, or at another place, in `last`."""
     now = {thing.slot: thing for thing in last}
     far = MOVED * measure_mark_unit(view)
 
@@ -113,36 +113,36 @@ def find_removed_objects(
 
 
 def choose_obstacle_colors(view: WorldView) -> list[str]:
-    """A color for each round obstacle."""
+    """Return a color for each round obstacle."""
     names = (view.color(index) for index in view.discs.color.tolist())
     return [SOLID if name is None else choose_drawing_color(name) for name in names]
 
 
 def measure_loading_reach(view: WorldView) -> float | None:
-    """How near robots must come to load and unload, m; None where none carries anything."""
+    """Return the distance (m) within which robots load and unload; None if no robot carries food."""
     carriers = view.robots.reach[view.robots.capacity > 0]
     return float(carriers.max()) if len(carriers) else None
 
 
 def choose_robot_colors(view: WorldView) -> list[str | None]:
-    """The color that the scenario gives each robot, as it is drawn; None where it gives none."""
+    """Return the drawing color of each robot from the scenario; None for robots without a color."""
     painted = {index: choose_drawing_color(name) for index, name in enumerate(view.names.colors)}
     return [painted.get(index) for index in view.robots.color.tolist()]
 
 
 def format_thousands(number: int) -> str:
-    """A number as people read it: 10 000."""
+    """Format a number with spaces between thousands: 10 000."""
     return f"{number:,}".replace(",", " ")
 
 
 def count_food_units(view: WorldView) -> int:
-    """All units of food there are, wherever they are now."""
+    """Return the units of food in a world: in sources, carried by robots and delivered."""
     robots = view.robots
     return int(robots.delivered.sum() + robots.stored.sum() + view.objects.amount[view.objects.food].sum())
 
 
 def describe_delivered(view: WorldView) -> list[str]:
-    """What was brought home, in words: food where robots carry any, and boxes where there are some to pull."""
+    """Describe in words the delivered food (if robots can carry any) and the delivered boxes (if there are any)."""
     words = []
     if view.robots.capacity.any() and count_food_units(view):
         words.append(f"{int(view.robots.delivered.sum())} of {count_food_units(view)} units home")
@@ -152,13 +152,13 @@ def describe_delivered(view: WorldView) -> list[str]:
 
 
 def collect_robot_places(frames: Sequence[RunFrame]) -> tuple[Points, Points]:
-    """Where the robots were [F, N, 2], and which way they faced [F, N]."""
+    """Return the places [F, N, 2] (m) and headings [F, N] (rad) of the robots in all frames."""
     robots = [frame.view.robots for frame in frames]
     at = np.stack([np.stack([each.x, each.y], axis=1) for each in robots])
     return at, np.stack([each.heading for each in robots])
 
 
 def index_activities(frames: Sequence[RunFrame], names: Iterable[str]) -> Grid:
-    """What each robot was doing [F, N], as the index among these names."""
+    """Return what each robot was doing in each frame [F, N], as indices into `names`."""
     index = {name: at for at, name in enumerate(names)}
     return np.array([[index[name] for name in frame.doing] for frame in frames])

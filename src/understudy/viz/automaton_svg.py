@@ -1,4 +1,4 @@
-"""An automaton as an SVG: its states as a graph, its transitions numbered, their conditions listed below."""
+"""Draw an automaton as an SVG: its states as a graph, its transitions numbered, their conditions listed below."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from understudy.viz.graph_layout import BADGE, EdgeArrow, NodeBox, place_arrows,
 from understudy.viz.palette import COLORS, FAINT, INK, LINE, PAPER
 
 Conditions = Mapping[tuple[str, str], Sequence[str]]
-"""(state, next state) -> conditions in words, any of which leads there."""
+"""By (state, next state), the conditions in words of which any one causes this transition."""
 
 FONT = "Inter, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif"
 MARGIN, HEADING, ROW, WRAP = 28.0, 56.0, 19.0, 78
@@ -25,13 +25,13 @@ class _Edge:
     end: str
     color: str
     lines: tuple[tuple[bool, str], ...]
-    """(whether an alternative begins here, text)"""
+    """Lines of text, each with whether it begins an alternative condition."""
 
 
 def draw_automaton_svg(automaton: Automaton, conditions: Conditions) -> str:
-    """The automaton as one SVG document; `conditions` says in words when each transition is taken.
+    """Return an SVG document of the automaton; `conditions` describes in words when each transition is taken.
 
-    Transitions from a state to itself are left out. UnknownName for a state that the automaton has not.
+    Transitions from a state to itself are omitted. UnknownName if `conditions` names a state that does not exist.
     """
     boxes = place_boxes([_size(state) for state in automaton.states])
     edges = _edges(automaton, conditions)
@@ -94,7 +94,7 @@ def _edges(automaton: Automaton, conditions: Conditions) -> list[_Edge]:
 
 
 def _wrapped(texts: Sequence[str]) -> tuple[tuple[bool, str], ...]:
-    """The conditions in lines of WRAP characters at most, broken at spaces; 'or' before an alternative."""
+    """Break conditions into lines of at most WRAP characters, with 'or' before each alternative."""
     lines: list[tuple[bool, str]] = []
     for at, text in enumerate(texts or ("always",)):
         line, first = "or" if at else "", True
@@ -201,7 +201,7 @@ def _moves(edge: _Edge) -> str:
 
 
 def _column(edges: Sequence[_Edge]) -> float:
-    """Where the conditions begin, right of the longest 'from → to'."""
+    """Return the x at which conditions begin, right of the longest 'from → to'."""
     return 2 * BADGE + 12.0 + max(7.9 * len(_moves(edge)) for edge in edges) + 14.0
 
 
@@ -212,7 +212,7 @@ def _legend_width(edges: Sequence[_Edge]) -> float:
 
 
 def _legend(edges: Sequence[_Edge]) -> tuple[str, float]:
-    """The list of conditions, and how tall it is."""
+    """Return the SVG of the list of conditions, and its height."""
     parts, y = [], 0.0
     for edge in edges:
         parts.append(_badge(edge, BADGE, y + BADGE + 1.0))

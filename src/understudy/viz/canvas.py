@@ -1,4 +1,4 @@
-"""A pen for pictures in pixels: draws in meters, finer than what is shown, for smooth edges."""
+"""Draw worlds into raster images with coordinates in meters, at a higher resolution than shown, for smooth edges."""
 
 from __future__ import annotations
 
@@ -20,11 +20,14 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 FINE = 2
-"""Drawn so many times larger, and then reduced."""
+"""The factor by which images are drawn larger before they are reduced."""
 
 
 class RasterCanvas:
-    """Draws a world into an image: x to the right, y up, `scale` fine pixels to the m from a corner (fine pixels)."""
+    """A canvas that draws a world into an image: x to the right, y up, `scale` fine pixels per m.
+
+    `corner` is the arena's upper left corner (fine pixels), `tall` its height (m).
+    """
 
     def __init__(self, image: Image, *, tall: float, scale: float, corner: tuple[float, float]) -> None:
         from PIL import ImageDraw
@@ -33,23 +36,23 @@ class RasterCanvas:
         self._left, self._bottom = corner[0], corner[1] + tall * scale
 
     def to_pixel(self, x: float, y: float) -> tuple[float, float]:
-        """The fine pixel of a place."""
+        """Convert a place (m) to fine pixels."""
         return self._left + x * self.scale, self._bottom - y * self.scale
 
     def to_pixels(self, places: Points) -> Points:
-        """The fine pixels [..., 2] of places [..., 2]."""
+        """Convert places [..., 2] (m) to fine pixels [..., 2]."""
         flipped: Points = places * (self.scale, -self.scale) + (self._left, self._bottom)
         return flipped
 
     def circle(
         self, x: float, y: float, radius: float, fill: str | None, line: str | None = None, wide: int = FINE
     ) -> None:
-        """A circle, filled or in outline."""
+        """Draw a circle, filled, in outline, or both; `wide` is the width of the line (fine pixels)."""
         (px, py), size = self.to_pixel(x, y), radius * self.scale
         self.draw.ellipse((px - size, py - size, px + size, py + size), fill=fill, outline=line, width=wide)
 
     def square(self, x: float, y: float, half: float, fill: str | None, line: str | None = None) -> None:
-        """A square around a place."""
+        """Draw a square around a place, filled, in outline, or both."""
         self.draw.rectangle(
             (*self.to_pixel(x - half, y + half), *self.to_pixel(x + half, y - half)),
             fill=fill,
@@ -58,14 +61,14 @@ class RasterCanvas:
         )
 
     def draw_robot(self, x: float, y: float, heading: float, radius: float, colors: Sequence[str]) -> None:
-        """A disc with a nose; colors of disc, rim and nose."""
+        """Draw a robot as a disc with a line towards its front; `colors` are those of disc, rim and line."""
         fill, rim, nose = colors
         self.circle(x, y, radius, fill, rim, 2 * FINE if rim != INK else FINE)
         ahead = x + radius * cos(heading), y + radius * sin(heading)
         self.draw.line([self.to_pixel(x, y), self.to_pixel(*ahead)], fill=nose, width=2 * FINE)
 
     def draw_arena(self, view: WorldView) -> None:
-        """The arena with its obstacles and walls."""
+        """Draw the arena with its obstacles and walls."""
         bounds = (*self.to_pixel(0, view.height), *self.to_pixel(view.width, 0))
         self.draw.rectangle(bounds, fill=GROUND, outline=INK, width=2 * FINE)
         for corners in view.polygons:
@@ -86,7 +89,7 @@ class RasterCanvas:
         self._trim(bounds)
 
     def draw_objects(self, view: WorldView) -> None:
-        """The objects, sources as full as they are, with how near robots must come to serve them."""
+        """Draw the objects, with the share of food left in sources, and the reach for loading and unloading."""
         near = measure_loading_reach(view)
         for thing in list_object_marks(view):
             if thing.served and near is not None:
@@ -103,7 +106,7 @@ class RasterCanvas:
                 )
 
     def _trim(self, bounds: tuple[float, float, float, float]) -> None:
-        """Take away what sticks out of the arena."""
+        """Erase everything outside the arena."""
         left, top, right, bottom = bounds
         wide, tall = self._size
         outside = ((0, 0, wide, top), (0, bottom, wide, tall), (0, 0, left, tall), (right, 0, wide, tall))

@@ -1,4 +1,4 @@
-"""What is written under a moving picture: the time, and what is being done - in words, or counted."""
+"""Write the caption of an animated picture: the time, and the robots' activities in words or counts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FIRST, LINE, GAP = 6 * FINE, 25 * FINE, 11 * FINE
 
 
 class Caption:
-    """The caption of a run, between two edges and under `top` (fine pixels). Every doing has a fixed place."""
+    """The caption of a run, between two edges and below `top` (fine pixels), with a fixed place for each activity."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class Caption:
         self.tall = FIRST + LINE * (lines + 1) + 4 * FINE
 
     def draw(self, draw: ImageDraw, at: int) -> None:
-        """Write what holds in a frame."""
+        """Write the caption of a frame."""
         view, doing = self._frames[at].view, self._frames[at].doing
         draw.text(
             (self._right, self._top + FIRST), f"{view.time_s:.0f} s", font=self._large, fill=INK, anchor="ra"
@@ -71,12 +71,12 @@ class Caption:
             )
 
     def _room(self, home: str, time_s: float) -> float:
-        """What is left of the first line beside what was brought home and the time."""
+        """Return the width left in the first line beside the delivered amounts and the time (fine pixels)."""
         taken = self._small.getlength(home) + self._large.getlength(f"{time_s:.0f} s")
         return self._right - self._left - taken - GAP
 
     def _crew(self, draw: ImageDraw, *, room: float, robots: int) -> float:
-        """Write how many robots there are, of each side in its color where there is room; how wide that is."""
+        """Write the number of robots, by side in its color if there is space; return its width (fine pixels)."""
         words = [(f"{format_thousands(robots)} robots", INK)]
         if self._sides is not None:
             told = list(zip(self._sides.counts, self._sides.colors, strict=True))
@@ -95,7 +95,7 @@ class Caption:
         return x - GAP - self._left
 
     def _laid_out(self) -> dict[str, tuple[float, int]]:
-        """Where each doing stands: its left edge and its line, room left for the largest count."""
+        """Return the place of each activity: its left edge and its line, with space for the largest count."""
         placed, x, line = {}, float(self._left), 1
         most = format_thousands(len(self._frames[-1].doing))
         for name in self._colors:

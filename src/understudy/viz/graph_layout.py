@@ -1,4 +1,4 @@
-"""Where the parts of a graph go: boxes on an ellipse, arrows bowed apart, badges where nothing else is."""
+"""Lay out a graph: boxes on an ellipse, curved arrows between them, and a numbered badge on each arrow."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BOWS = (0.16, 0.26, 0.08, 0.36, 0.48)  # how far an arrow bows to its left, of i
 
 @dataclass(frozen=True)
 class NodeBox:
-    """A box around (x, y)."""
+    """A box with its center at (x, y)."""
 
     x: float
     y: float
@@ -22,20 +22,20 @@ class NodeBox:
     height: float
 
     def contains(self, point: CanvasPoint, pad: float = 0.0) -> bool:
-        """Whether a point is inside, or less than `pad` from it."""
+        """Return whether a point is inside the box, or less than `pad` outside it."""
         return (
             abs(point[0] - self.x) < self.width / 2 + pad and abs(point[1] - self.y) < self.height / 2 + pad
         )
 
     def is_near(self, other: NodeBox) -> bool:
-        """Whether less than GAP is between two boxes."""
+        """Return whether the space between two boxes is less than GAP."""
         across = abs(self.x - other.x) < (self.width + other.width) / 2 + GAP
         return across and abs(self.y - other.y) < (self.height + other.height) / 2 + GAP
 
 
 @dataclass(frozen=True)
 class EdgeArrow:
-    """An arrow as a quadratic curve from the edge of a box to just before another."""
+    """An arrow as a quadratic Bézier curve from the edge of one box to just before another."""
 
     begin: CanvasPoint
     control: CanvasPoint
@@ -43,7 +43,7 @@ class EdgeArrow:
     badge: CanvasPoint
 
     def point_at(self, t: float) -> CanvasPoint:
-        """The point at t, from 0 to 1."""
+        """Return the point of the curve at parameter t, from 0 to 1."""
         return _curve(self.begin, self.control, self.end, t)
 
 
@@ -56,7 +56,7 @@ def _curve(begin: CanvasPoint, control: CanvasPoint, end: CanvasPoint, t: float)
 
 
 def place_boxes(sizes: Sequence[tuple[float, float]]) -> list[NodeBox]:
-    """Boxes of these sizes on an ellipse, clockwise from the left, no two near each other."""
+    """Place boxes of these sizes on an ellipse, clockwise from the left, no two near each other."""
     count = len(sizes)
     if count == 1:
         return [NodeBox(0.0, 0.0, *sizes[0])]
@@ -74,7 +74,7 @@ def place_boxes(sizes: Sequence[tuple[float, float]]) -> list[NodeBox]:
 
 
 def place_arrows(boxes: Sequence[NodeBox], pairs: Sequence[tuple[int, int]]) -> list[EdgeArrow]:
-    """An arrow per pair of boxes, past the other boxes; badges clear of boxes, other arrows and badges."""
+    """Place an arrow for each pair of boxes, avoiding other boxes, with badges apart from everything else."""
     curves = [_bowed(boxes, pair) for pair in pairs]
     drawn = [[_curve(*curve, step / 24) for step in range(25)] for curve in curves]
     badges: list[CanvasPoint] = []
@@ -103,7 +103,7 @@ def _apart(one: CanvasPoint, other: CanvasPoint) -> float:
 
 
 def _bowed(boxes: Sequence[NodeBox], pair: tuple[int, int]) -> tuple[CanvasPoint, CanvasPoint, CanvasPoint]:
-    """The first of the bows that passes every other box, else the one that touches fewest."""
+    """Return the first curve, among several curvatures, that avoids all other boxes, else the one that meets fewest."""
     begin, end = boxes[pair[0]], boxes[pair[1]]
     across, down = end.x - begin.x, end.y - begin.y
     others = [box for at, box in enumerate(boxes) if at not in pair]
@@ -121,7 +121,7 @@ def _bowed(boxes: Sequence[NodeBox], pair: tuple[int, int]) -> tuple[CanvasPoint
 def _trimmed(
     curve: tuple[CanvasPoint, CanvasPoint, CanvasPoint], begin: NodeBox, end: NodeBox
 ) -> tuple[CanvasPoint, CanvasPoint, CanvasPoint]:
-    """The part of a curve between two boxes, with room for the arrow's head."""
+    """Return the part of a curve between two boxes, with space for the arrow's head."""
     steps = [step / 200 for step in range(201)]
     leaves = max((t for t in steps if begin.contains(_curve(*curve, t), 1.0)), default=0.0)
     arrives = min((t for t in steps if t > leaves and end.contains(_curve(*curve, t), 4.0)), default=1.0)

@@ -1,4 +1,4 @@
-"""Labels in a picture, each placed where it covers least."""
+"""Place labels in a picture where they cover least."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ MOST_POINTS = 20_000
 
 
 class Labels:
-    """Places labels one after the other in an arena, beside what was drawn there already."""
+    """A placer of labels in an arena, which avoids what is drawn there and earlier labels."""
 
     def __init__(
         self, axes: Axes, size: tuple[float, float], crowd: NDArray[np.float64], *, inch: float
     ) -> None:
-        """`crowd` are points [P, 2] not to cover, `inch` how many m an inch on paper shows."""
+        """Avoid covering the points `crowd` [P, 2] (m); `inch` is the length (m) that one inch on paper shows."""
         self._axes, self._size, self._inch = axes, size, inch
         self._crowd = crowd[:: max(1, len(crowd) // MOST_POINTS)]
         self._taken: list[LabelBox] = []
 
     def keep_free(self, things: Sequence[ObjectMark]) -> None:
-        """Have no label cover these."""
+        """Avoid these objects in all later labels."""
         for thing in things:
             self._taken.append(
                 (thing.x - thing.size, thing.y - thing.size, thing.x + thing.size, thing.y + thing.size)
             )
 
     def place_label(self, thing: ObjectMark, around: float) -> None:
-        """Write a thing's label below, above or beside it, `around` m from its center at least."""
+        """Write an object's label below, above or beside it, at least `around` (m) from its center."""
         from matplotlib.patheffects import withStroke
 
         off = around + OFF_IN * self._inch

@@ -1,4 +1,4 @@
-"""Colors of all pictures: few, apart also for color-blind eyes (after Okabe and Ito), on a light ground."""
+"""The colors of all pictures: few, distinct for color-blind people (after Okabe and Ito), on a light ground."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ PAINTS = {
     "white": "#ffffff",
     "yellow": "#e3b91f",
 }
-"""How colors that scenarios name are drawn: calmer than they are."""
+"""The drawing color of each color name in scenarios, less bright than the name suggests."""
 
 
 def assign_name_colors(names: Iterable[str]) -> dict[str, str]:
-    """A color for each name, in the order in which they come first."""
+    """Assign a color to each name, in order of first occurrence."""
     distinct = dict.fromkeys(names)
     return {name: COLORS[at % len(COLORS)] for at, name in enumerate(distinct)}
 
 
 def choose_drawing_color(name: str) -> str:
-    """How a scenario's color is drawn; the same name is always the same, also one that nobody foresaw."""
+    """Return the drawing color of a scenario's color; an unknown name always gets the same one."""
     if fullmatch("#[0-9a-fA-F]{6}", name):
         return name
     return PAINTS.get(name.lower(), COLORS[crc32(name.encode()) % len(COLORS)])
 
 
 def blend_color(color: str, ground: str, share: float) -> str:
-    """`share` of a color on a ground: 0 is the ground."""
+    """Mix a color with a ground: `share` 1 is the color, 0 the ground."""
     mixed = (
         round(share * int(color[at : at + 2], 16) + (1 - share) * int(ground[at : at + 2], 16))
         for at in (1, 3, 5)

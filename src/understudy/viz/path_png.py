@@ -1,4 +1,4 @@
-"""The paths of a run as a PNG: where each robot went, doing what, among what there is in its world."""
+"""Draw the robots' paths in a run, and the things in their world, as a PNG."""
 
 from __future__ import annotations
 
@@ -51,20 +51,24 @@ if TYPE_CHECKING:
 
 
 ARROW_EVERY, LANE = 2.0, 0.07
-"""In units of the picture. Lane: how far to the right of it a way is drawn, so that there and back stay apart."""
+"""The distance between arrows on a path, and that of the path to the right of the robot, in units of marks.
+
+It separates the paths of opposite directions.
+"""
 ARROW = np.array([(0.17, 0.0), (-0.11, 0.11), (-0.05, 0.0), (-0.11, -0.11)])
 MOST_PIECES = 240_000
 THIN_PT, COVER = 0.7, 0.2
-"""How wide the trails of a crowd are, and about how much of the arena their ink may cover."""
+"""The width of a crowd's trails (points), and the share of the arena that their ink covers at most, roughly."""
 RIM_PT = 1.2
-"""Where there are sides, a robot of a crowd has its side's color, and a rim in that of what it does."""
+"""The width of a robot's rim in a crowd with several teams, whose color is that of its activity (points)."""
 POINTS_PER_IN = 72.0
 
 
 def draw_paths(axes: Axes, frames: Sequence[RunFrame], colors: Mapping[str, str], *, inch: float) -> Points:
-    """Draw where the robots went, `inch` m on an inch of paper; the points [P, 2] that this covers.
+    """Draw the robots' paths; return the points [P, 2] (m) that the drawing covers.
 
-    Of a few robots each has a color of its own; where there are sides, a shade of its side's.
+    `inch` is the length (m) that one inch on paper shows. Few robots have a color each, shades of one color within a
+    team; a single robot's path is colored by its activity.
     """
     one = measure_mark_unit(frames[-1].view)
     if len(frames[-1].view.robots) > FEW:
@@ -91,7 +95,7 @@ def draw_paths(axes: Axes, frames: Sequence[RunFrame], colors: Mapping[str, str]
 
 
 def _stretches(axes: Axes, way: Points, which: Grid, palette: Sequence[str]) -> None:
-    """The way, a stretch per color, each beginning where the one before ended."""
+    """Draw a path with one line per stretch of the same color, each starting where the previous one ended."""
     starts = np.flatnonzero(np.diff(which, prepend=-1))
     for begin, end in zip(starts, [*starts[1:], len(which)], strict=True):
         xs, ys = way[max(0, begin - 1) : end].T
@@ -122,7 +126,7 @@ def _robot(axes: Axes, at: Points, heading: float, radius: float, colors: tuple[
 def _crowd(
     axes: Axes, frames: Sequence[RunFrame], colors: Mapping[str, str], *, one: float, inch: float
 ) -> Points:  # fmt: skip
-    """Trails by what was done, the fainter the more there are; robots where they are at the end."""
+    """Draw trails colored by activity, the fainter the more there are, and the robots at their last places."""
     from matplotlib.collections import EllipseCollection, LineCollection
 
     robots = frames[-1].view.robots
@@ -157,7 +161,10 @@ REACH_STYLE = (0, (3, 3))
 
 
 def draw_path_png(frames: Sequence[RunFrame], path: Path | str, *, title: str = "A run") -> None:
-    """Draw the run: one robot's way by what it did, a color each for a few robots, faint trails for a crowd."""
+    """Write a PNG of a run: a robot's path by its activity, a color each for a few robots, faint trails for many.
+
+    SettingError if there are no frames.
+    """
     if not frames:
         raise SettingError(where="path picture", setting="frames", problem="are none", remedy="record a run")
     first, last = frames[0].view, frames[-1].view
@@ -211,7 +218,7 @@ def _marker(fill: str, edge: str, label: str, *, size: float = 8.0, sign: str = 
 
 
 def _markers(view: WorldView, shown: Sequence[ObjectMark], *, crowd: bool) -> list[Artist]:
-    """What the legend says beside the lines: start and end, and the classes that have no label in the picture."""
+    """Return the legend's marks: start and end, and the classes of objects that have no label in the picture."""
     from matplotlib.lines import Line2D
 
     size = 5.0 if crowd else 8.0
@@ -229,7 +236,7 @@ def _markers(view: WorldView, shown: Sequence[ObjectMark], *, crowd: bool) -> li
 
 
 def _fixed(axes: Axes, view: WorldView) -> None:
-    """Obstacles and walls."""
+    """Draw obstacles and walls."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle, Polygon
 
@@ -246,7 +253,7 @@ def _fixed(axes: Axes, view: WorldView) -> None:
 
 
 def _thing(axes: Axes, thing: ObjectMark, *, before: bool = False) -> None:
-    """An object: sources as full as they are; what is gone, or was elsewhere at first, in outline."""
+    """Draw an object, sources with the share of food left; in outline if it is missing or elsewhere at the end."""
     from matplotlib.patches import Circle, Rectangle
 
     def shape(half: float, **look: object) -> None:

@@ -1,4 +1,4 @@
-"""A run in motion, as an animated GIF: robots with trails where there are few, dots where there are many."""
+"""Draw a run as an animated GIF: few robots with their trails, many robots as dots."""
 
 from __future__ import annotations
 
@@ -32,27 +32,32 @@ if TYPE_CHECKING:
 
 
 WIDE, TALL, LEAST, MARGIN = 440, 520, 300, 14
-"""Pixels: of the picture and its arena at most, of its caption at least, and around the arena."""
+"""Sizes in pixels: the largest picture width and arena height, the least caption width, the margin of the arena."""
 MOST_DRAWN_FRAMES = 300
 TRAIL = 60
-"""How many frames a robot's trail is long; of several robots they share it."""
+"""The length of a robot's trail in frames, divided by the number of robots, at least 15."""
 DISCS, TAILS = 60, 2000
-"""So many robots are drawn with their headings, more are dots; so many have tails that show where they came from."""
+"""The largest numbers of robots that are drawn with headings (more are dots), and with short trails."""
 TAIL, LEAST_DOT = 3, 1.4
 CORE, LEAST_CORE = 0.5, 1.0
-"""Where there are sides, a robot has its side's color, and the core of it (a share of its radius, and at least so many
-pixels; smaller is left out) that of what it does.
+"""The radius of the inner disc, as a share of the robot's, and its least radius in pixels, else it is omitted.
+
+In worlds with several teams a robot has its team's color outside, and that of its activity in the inner disc.
 """
 CALLING = 1.6
-"""The ring around a robot that raises a signal, in its radii."""
+"""The radius of the ring around a robot that raises a signal, in robot radii."""
 COLORS, SAMPLES, SAME = 128, 8, 10
-"""Colors of the palette, pictures that it is made of, and how close colors (of 255) are taken for one."""
+"""The number of palette colors and of pictures that it is derived from, and the difference (of 255) of equal colors."""
 
 
 def draw_run_gif(
     frames: Sequence[RunFrame], path: Path | str, *, speed: float = 8.0, per_s: float = 16.0
 ) -> None:
-    """Write the run, `speed` times as fast as it was, `per_s` pictures a second; long runs go faster."""
+    """Write an animated GIF of a run, `speed` times as fast as simulated time, with `per_s` pictures per second.
+
+    A long run is sped up further, to at most MOST_DRAWN_FRAMES pictures. SettingError if there are no frames, or
+    `speed` or `per_s` is not between 0 and 1000.
+    """
     for setting, value in (("speed", speed), ("per_s", per_s)):
         if not 0 < value < 1000:
             raise SettingError(where="GIF", setting=setting, problem=f"is {value}", remedy="give 0 to 1000")
@@ -70,7 +75,7 @@ def draw_run_gif(
 
 
 def _chosen(frames: Sequence[RunFrame], every_s: float) -> list[RunFrame]:
-    """Frames about `every_s` of simulated time apart, first and last among them, MOST_FRAMES at most."""
+    """Return frames about `every_s` of simulated time apart, with the first and last, at most MOST_DRAWN_FRAMES."""
     length = frames[-1].view.time_s - frames[0].view.time_s
     every_s = max(every_s, length / (MOST_DRAWN_FRAMES - 2))
     chosen, due = [], frames[0].view.time_s
@@ -82,7 +87,7 @@ def _chosen(frames: Sequence[RunFrame], every_s: float) -> list[RunFrame]:
 
 
 class _FrameRenderer:
-    """The pictures of a run; what stays is drawn once."""
+    """A renderer of the pictures of a run; whatever does not move is drawn once."""
 
     def __init__(self, frames: Sequence[RunFrame]) -> None:
         from PIL import Image
@@ -112,7 +117,7 @@ class _FrameRenderer:
         self._rims = [INK if color is None else color for color in choose_robot_colors(view)]
 
     def render(self, at: int) -> Image:
-        """The picture of a frame."""
+        """Return the picture of a frame."""
         image = self._blank.copy()
         pen = self._pen(image)
         pen.draw_objects(self.frames[at].view)
@@ -129,7 +134,7 @@ class _FrameRenderer:
         return image.reduce(FINE)
 
     def palette(self) -> Image:
-        """One palette for all pictures, from some of them side by side."""
+        """Return one palette for all pictures, derived from some of them."""
         from PIL import Image
 
         last = {doing: at for at, row in enumerate(self._doing) for doing in set(row.tolist())}
@@ -158,7 +163,7 @@ class _FrameRenderer:
         return RasterCanvas(image, tall=tall, scale=self._scale, corner=self._corner)
 
     def _trails(self, pen: RasterCanvas, at: int, length: int, wide: int, palette: Sequence[str]) -> None:
-        """Where the robots came from lately, a line for each stretch of one doing."""
+        """Draw each robot's recent path, with one line per stretch of the same activity."""
         begin = max(0, at - length)
         for robot in range(len(self._radius)):
             way = self._places[begin : at + 1, robot].tolist()
@@ -188,7 +193,7 @@ class _FrameRenderer:
                 pen.circle(x, y, CALLING * radius, None, does)
 
     def _stamped(self, image: Image, at: int) -> Image:
-        """The picture with a dot for each robot, all of one size at once."""
+        """Return the picture with a dot for each robot, drawn together by size."""
         from PIL import Image as images
 
         pixels = np.array(image)
@@ -205,7 +210,7 @@ class _FrameRenderer:
     def _stamp(
         self, pixels: NDArray[np.uint8], places: Points, sizes: NDArray[np.float64], paints: NDArray[np.uint8]
     ) -> None:
-        """Discs at places [N, 2], of sizes [N] (fine pixels; none of size 0) and colors [N, 3]."""
+        """Draw discs at places [N, 2], of radii [N] (fine pixels; 0 for none) and colors [N, 3]."""
         tall, wide, _ = pixels.shape
         for size in np.unique(sizes[sizes > 0]):
             rows = np.flatnonzero(sizes == size)
@@ -223,15 +228,15 @@ MOST_BUFFERED_FRAMES, LEAST_FRAMES, MOST_ROWS = 20_000, 600, 2_000_000
 
 
 class FrameBuffer:
-    """Frames of a run: when they become too many, every other one goes, and from then on half as many come."""
+    """A buffer of a run's frames; when it is full, it drops every second frame and then keeps half as many."""
 
     def __init__(self, most: int | None = None) -> None:
-        """`most` frames are kept; if left out, as many as are good for so many robots."""
+        """Keep at most `most` frames; by default a number that depends on the number of robots."""
         self._most, self._frames, self._every, self._seen = most, list[RunFrame](), 1, 0
         self._last: RunFrame | None = None
 
     def append(self, frame: RunFrame) -> None:
-        """The next moment of the run."""
+        """Add the next frame of the run."""
         most = self._most or min(
             MOST_BUFFERED_FRAMES, max(LEAST_FRAMES, MOST_ROWS // max(1, len(frame.doing)))
         )
@@ -245,6 +250,6 @@ class FrameBuffer:
 
     @property
     def frames(self) -> list[RunFrame]:
-        """What was kept; the first moment and the last are always among it."""
+        """The frames kept, with the first and the last frame always among them."""
         late = self._last is not None and self._frames[-1] is not self._last
         return [*self._frames, self._last] if late and self._last is not None else list(self._frames)

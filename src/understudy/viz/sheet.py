@@ -1,4 +1,4 @@
-"""The sheet of a picture on paper: title above, the arena, a legend and a scale below."""
+"""Make the figure of a picture on paper: title above, the arena, a legend and a scale bar below."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DPI = 160
 
 
 class FigureSheet:
-    """A figure with room for the arena of a world; `inch` is how many m an inch on paper shows."""
+    """A figure with axes for the arena of a world; `inch` is the length (m) that one inch on paper shows."""
 
     def __init__(self, view: WorldView, title: str, subtitle: str, entries: Sequence[Artist]) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -76,7 +76,7 @@ class FigureSheet:
 
 
 def choose_scale_length(width: float) -> float:
-    """A round length of about a sixth of a width: 1, 2 or 5 with zeros."""
+    """Return a round length (1, 2 or 5 times a power of 10) of about a sixth of a width."""
     power = 10.0 ** floor(log10(width / 6))
     return max(step * power for step in (1, 2, 5) if step * power <= width / 6 * 1.001)
 
@@ -90,7 +90,7 @@ def _ground(axes: Axes, view: WorldView) -> None:
 
 
 def _legend(figure: Figure, entries: Sequence[Artist], wide: float) -> int:
-    """A legend in as many columns as fit into so many inches; how many rows it has."""
+    """Add a legend with as many columns as fit into a width (inches); return its number of rows."""
     for columns in range(min(len(entries), 6), 0, -1):
         rows = -(-len(entries) // columns)
         legend = figure.legend(

@@ -1,4 +1,4 @@
-"""Which robots belong together, and in which color: teams, or types where there is one team only."""
+"""Assign robots to sides and sides to colors: sides are teams, or types if there is only one team."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from understudy.viz.appearance import choose_robot_colors, format_thousands
 from understudy.viz.palette import COLORS, INK, PAPER, blend_color
 
 PALE = 0xD8
-"""From here on (of 255, in red, green and blue) a color is lost on the ground."""
+"""The least value of red, green and blue (of 255) from which a color is invisible on the light ground."""
 CLOSE = 60
-"""Colors that differ by less than this (of 255) in red, in green and in blue are taken for one."""
+"""The difference (of 255) in red, green and blue below which two colors count as alike."""
 DARKEST, LIGHTEST = 0.65, 0.6
-"""How much of a side's color is left in its darkest shade on ink, and in its lightest on paper."""
+"""The share of a side's color in its darkest shade, mixed with INK, and in its lightest, mixed with PAPER."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TeamColors:
-    """The sides of a world: what each is called, its color, and `of` [N] the side of each robot."""
+    """The sides of a world: their names and colors, and `of` [N] the index of each robot's side."""
 
     names: tuple[str, ...]
     colors: tuple[str, ...]
@@ -37,13 +37,13 @@ class TeamColors:
 
     @property
     def counts(self) -> list[str]:
-        """'3 reds', for each side."""
+        """The number of robots of each side in words, such as '3 reds'."""
         number = Counter(self.of.tolist())
         return [f"{format_thousands(number[at])} {name}" for at, name in enumerate(self.names)]
 
     @property
     def shades(self) -> list[str]:
-        """A shade of its side's color for each robot, so that the ways of one side can be followed too."""
+        """A shade of its side's color for each robot, to distinguish the paths of robots of one side."""
         made = self.robots
         for side, color in enumerate(self.colors):
             own = np.flatnonzero(self.of == side).tolist()
@@ -54,7 +54,7 @@ class TeamColors:
 
 
 def assign_team_colors(view: WorldView) -> TeamColors | None:
-    """The sides of a world, in order of their first robots; None where all robots are of one."""
+    """Return the sides of a world, in order of their first robots; None if all robots are on one side."""
     robots = view.robots
     for column, names in ((robots.team, view.names.teams), (robots.type, view.names.types)):
         found, first, of = np.unique(column, return_index=True, return_inverse=True)
@@ -71,7 +71,7 @@ def assign_team_colors(view: WorldView) -> TeamColors | None:
 
 
 def _apart(wished: list[str | None]) -> tuple[str, ...]:
-    """Colors as wished, but told apart from each other and from the ground, as long as there are enough."""
+    """Return the wished colors, replaced where they are alike or too pale, as long as there are other colors."""
     made: list[str] = []
     for at, wish in enumerate(wished):
         if wish is None or min(bytes.fromhex(wish[1:])) >= PALE or _close(wish, made):
@@ -83,7 +83,7 @@ def _apart(wished: list[str | None]) -> tuple[str, ...]:
 
 
 def _close(color: str, others: Iterable[str]) -> bool:
-    """Whether a color looks much like one of the others."""
+    """Return whether a color is like one of the others."""
     one = bytes.fromhex(color[1:])
     return any(
         max(abs(a - b) for a, b in zip(one, bytes.fromhex(other[1:]), strict=True)) < CLOSE
