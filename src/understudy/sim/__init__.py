@@ -1,4 +1,4 @@
-"""Worlds: simulated robots, many worlds side by side, made from scenarios, of which some are built in."""
+"""The 2-D simulator: many worlds of robots side by side, made from scenarios, some of which are built in."""
 
 from understudy.kernel_cache import choose_cache_folder
 

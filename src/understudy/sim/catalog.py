@@ -1,4 +1,4 @@
-"""Worlds by name: the built-in scenarios, and any file of a scenario by its path."""
+"""Find scenarios by name (built-in ones) or path, and compile the kernels for a scenario in advance."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from understudy.sim.world import World
 
 
 def find_scenario(name: str | Path) -> Scenario:
-    """The built-in scenario of this name, or that of a file, with room for markers.
+    """Load a built-in scenario by name, or a scenario file by path, and add a class of markers to it.
 
-    UnknownName for what is neither a name nor looks like a path; FileError for a file that is no scenario.
+    UnknownName for a text that is neither a name nor like a path; FileError for a file that is not a scenario.
     """
     path = Path(name)
     known = list_builtin_scenarios()
@@ -27,7 +27,10 @@ def find_scenario(name: str | Path) -> Scenario:
 
 
 def compile_world_kernels(scenario: Scenario) -> None:
-    """Have the kernels compiled or loaded, so that no later call waits (a minute, once per installation)."""
+    """Compile or load the kernels that a scenario needs, so that later calls do not wait.
+
+    Compiling takes a minute, once per installation.
+    """
     with pause_garbage_collection():
         engine = Engine.from_program(World(scenario), IDLE_PROGRAM)
         engine.run(1)

@@ -1,4 +1,4 @@
-"""Contexts: everything a kernel looks at, and room for it to work in, put together for one thread."""
+"""Contexts of kernels: all arrays that a kernel reads and writes, and working memory, prepared for one thread."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ from understudy.sim.sensing.sensor_table import find_sensor_row
 from understudy.sim.state import Records, WorldParams, WorldState
 
 BLOCK = 32
-"""Robots that sense, decide and mean to move together; `thread_barrier` has the same."""
+"""The number of robots that are processed together; it equals BLOCK of `thread_barrier`."""
 
 
 MOST_THREADS = 64
-"""On one world."""
+"""The largest number of threads that work on one world."""
 
 
 class KernelWorlds(NamedTuple):
-    """Worlds as kernels see them: what changes, what stays, and what stays near each place."""
+    """The data of worlds for kernels: changing state, constant rules, and the fixed things near each place."""
 
     state: WorldState
     rules: WorldParams
     near: StaticNeighbors
     has: tuple[bool | None, ...]
-    """What kernels are compiled for; see `find_world_contents`."""
+    """The optional parts that kernels are compiled with; see `find_world_contents`."""
 
 
 class ThreadScratch(NamedTuple):
-    """What threads at work on the same world have in common: its grid, scratch records, and their barrier."""
+    """The working memory shared by threads that work on one world: its grid, records, and their barrier."""
 
     grid: RobotGrid
     moves: Records
@@ -63,7 +63,7 @@ class ThreadScratch(NamedTuple):
 
 
 def make_thread_scratch(worlds: KernelWorlds, grid: RobotGrid) -> ThreadScratch:
-    """Room for the threads that work on one world at a time."""
+    """Make the working memory for threads that work on one world at a time."""
     objects = worlds.state.objects.shape[1]
     robots = worlds.rules.robots
     moves, works = np.zeros(robots, MOVE), np.zeros(robots, WORK)
@@ -72,7 +72,7 @@ def make_thread_scratch(worlds: KernelWorlds, grid: RobotGrid) -> ThreadScratch:
 
 
 class Arrays(NamedTuple):
-    """All that a kernel may look at: `facts`, and arrays, those of several worlds or dimensions one after the other."""
+    """All inputs of a kernel: `facts`, and one-dimensional arrays, with worlds one after the other."""
 
     facts: Any
     """A record FACTS."""
@@ -94,11 +94,11 @@ class Arrays(NamedTuple):
     near_start: NDArray[np.int64]
     near_items: NDArray[np.int32]
     start: NDArray[np.int32]
-    """Of the grid, as the next two."""
+    """The arrays of the grid: this and the next two."""
     spots: Records
     spot_of: NDArray[np.int32]
     moves: Records
-    """Of the scratch, as all from here on."""
+    """The arrays of the working memory: this and all that follow."""
     works: Records
     pushes: Records
     pulls: Records
@@ -117,9 +117,9 @@ class Arrays(NamedTuple):
 
 
 class KernelContext:
-    """What kernels are given to look at and to work with, as `arrays`.
+    """The inputs of kernels for one thread, as `arrays`, with its own working memory.
 
-    `rows` [BLOCK, F] is where the readings of the robots at work go.
+    `rows` [BLOCK, F] receives the readings of the robots that are processed together.
     """
 
     def __init__(self, worlds: KernelWorlds, plan: SensePlan, room: ThreadScratch) -> None:
@@ -160,7 +160,7 @@ class KernelContext:
 
 
 def _facts(worlds: KernelWorlds, plan: SensePlan, room: ThreadScratch, *, width_of_row: int) -> Any:
-    """What is known of some worlds: a record FACTS."""
+    """Return the constants and sizes of worlds as a record FACTS."""
     state, rules, grid, near = worlds.state, worlds.rules, room.grid, worlds.near
     record = np.zeros(1, FACTS).view(np.recarray)[0]
     for name in ("width", "height", "tick_s", "goal", "goal_target", "goal_within", "goal_count", "signals"):
@@ -184,8 +184,10 @@ def _facts(worlds: KernelWorlds, plan: SensePlan, room: ThreadScratch, *, width_
 
 
 def find_world_contents(scenario: Scenario, rules: WorldParams) -> tuple[bool | None, ...]:
-    """What there is - cameras, what ranges, boxes to push, cargo, objects that come, go or walk, boxes to pull,
-    signals: True, or None.
+    """Return True, or None if absent, for each optional part of the kernels that a scenario needs.
+
+    The parts are cameras, range sensors, boxes to push, cargo, objects that appear, vanish or walk, boxes to pull,
+    and signals.
     """
     sensing = {find_sensor_row(sensor).kernels for kind in scenario.types.values() for sensor in kind.sensors}
     classes = rules.classes
@@ -203,7 +205,7 @@ def find_world_contents(scenario: Scenario, rules: WorldParams) -> tuple[bool | 
 
 
 def _apart(count: int) -> NDArray[np.float64]:
-    """Room for some numbers that shares no cache line with what another thread writes."""
+    """Return an array of numbers that shares no cache line with memory of another thread."""
     line = 64 // 8
     return np.full(count + 2 * line, np.nan)[line:-line]
 

@@ -1,4 +1,4 @@
-"""What the robots of a scenario can sense, obey, refer to and be taught with: readings, channels, targets, the kit."""
+"""Derive the readings, channels, targets and kit of a scenario: what its robots sense, obey and can be taught with."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from understudy.sim.scenario.schema import (
 from understudy.sim.sensing.sensor_table import find_sensor_row
 
 FEATURES: Mapping[str, str] = {"range": "distance_to", "bearing": "angle_to"}
-"""How features of readings are called where it is not as the reading."""
+"""The names of the features of readings, where they differ from the readings' names."""
 PARAMETER = "A"
-"""What features of targets call their target."""
+"""The name of the target parameter of features."""
 OWN_FEATURES = (FlagFeature("done"), FlagFeature("failed"), TimeInState())
 
 MOVING = (
@@ -47,18 +47,18 @@ PULLING = (
 )
 SIGNALING = (Channel(SIGNAL, doc="Which signal it raises, counted from 1 in the order of the file; 0 none."),)
 COLUMNS = tuple(channel.name for channel in (*MOVING, *CARRYING, *SIGNALING))
-"""The columns of a table of commands, whichever of these channels there are."""
+"""The columns of a table of commands, whether or not a scenario has these channels."""
 
 
 def make_scenario_kit(scenario: Scenario) -> Kit:
-    """The kit that goes with a scenario: features of its readings, its types' basic behaviors, its targets."""
+    """Make the kit of a scenario: features of its readings, basic behaviors of its robot types, and its targets."""
     return Kit.from_parts(
         *make_features(scenario), *OWN_FEATURES, *make_behaviors(scenario).values(), *make_targets(scenario)
     )
 
 
 def make_features(scenario: Scenario) -> tuple[Feature, ...]:
-    """A feature for each reading, under the names that the scenario gives it, or the usual one."""
+    """Make a feature for each reading, under the names that the scenario gives, or the usual name."""
     named: dict[str, list[Feature]] = {}
     readings = {reading.name: reading for reading in list_readings(scenario)}
     for name, feature in scenario.features.items():
@@ -75,7 +75,7 @@ def make_features(scenario: Scenario) -> tuple[Feature, ...]:
 
 
 def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
-    """The basic behaviors of all types; SettingError where two types mean different commands by one name."""
+    """Make the basic behaviors of all types; raise SettingError if types give one name to different commands."""
     found: dict[str, Behavior] = {}
     signals, pulls = list_signals(scenario), _pulls(scenario)
     for kind, robot in scenario.types.items():
@@ -96,7 +96,7 @@ def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
 
 
 def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
-    """What the types' sensors read, each name once; SettingError where one name stands for two sorts of readings."""
+    """List the readings of all types, each name once; raise SettingError if one name has different kinds."""
     found: dict[str, Reading] = {}
     for kind, robot in scenario.types.items():
         for index, reading in list_type_readings(robot):
@@ -112,24 +112,24 @@ def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
 
 
 def make_channels(scenario: Scenario) -> tuple[Channel, ...]:
-    """What its robots obey: food is loaded where some type has a capacity, and boxes where some can be pulled."""
+    """Make the channels of a scenario's robots: driving always, loading or gripping and signals if it has any."""
     carries = any(robot.capacity > 0 for robot in scenario.types.values())
     hands = PULLING if _pulls(scenario) else CARRYING if carries else ()
     return (*MOVING, *hands, *(SIGNALING if list_signals(scenario) else ()))
 
 
 def _pulls(scenario: Scenario) -> bool:
-    """Whether there are boxes to pull."""
+    """Return whether a scenario has boxes to pull."""
     return any(thing.pull is not None for thing in scenario.objects)
 
 
 def make_targets(scenario: Scenario) -> tuple[Target, ...]:
-    """What readings can be of."""
+    """Make the targets that readings can refer to."""
     return tuple(Target(name, target.doc or _meaning(target)) for name, target in scenario.targets.items())
 
 
 def list_type_readings(robot: RobotType) -> Iterator[tuple[int, Reading]]:
-    """What the sensors of a type read, each with the index of its sensor."""
+    """List the readings of a type's sensors, each with the index of its sensor."""
     found: dict[str, Reading] = {}
     later: list[tuple[int, ElapsedSensor]] = []
     for index, sensor in enumerate(robot.sensors):
@@ -154,7 +154,7 @@ def _feature(name: str, reading: Reading, doc: str = "") -> Feature:
 
 
 def _doing(channels: Mapping[str, float | str], *, pulls: bool) -> str:
-    """A command in words."""
+    """Describe a command in words."""
     known = _WORDS | _PULLING_WORDS if pulls else _WORDS
     words = [
         f"raise {value}" if isinstance(value, str) else known[channel][value < 0]
@@ -195,12 +195,15 @@ def _wrong(scenario: Scenario, key: str, problem: str, remedy: str) -> SettingEr
 
 
 def make_type_kits(scenario: Scenario, kit: Kit) -> Mapping[str, Kit]:
-    """The kit of each type: the scenario's without what only other types sense or do; `kit` itself if that is all."""
+    """Make the kit of each robot type: `kit` without readings and behaviors that only other types have.
+
+    It is `kit` itself for types that have everything.
+    """
     return MappingProxyType({name: _of_type(scenario, name, kit) for name in scenario.types})
 
 
 def have_different_kits(kits: Mapping[str, Kit]) -> bool:
-    """Whether types can be taught different things, so that each has a library of its own."""
+    """Return whether types have different features or behaviors, so that each needs a library of its own."""
     parts = [(set(kit.features), set(kit.behaviors)) for kit in kits.values()]
     return any(each != parts[0] for each in parts)
 
@@ -215,7 +218,7 @@ def _of_type(scenario: Scenario, name: str, kit: Kit) -> Kit:
 
 
 def _is_of(part: AnyFeature | Behavior | Target, readings: set[str], behaviors: set[str]) -> bool:
-    """Whether a part is a feature of one of these readings, or one of these behaviors."""
+    """Return whether a part is a feature of one of these readings, or one of these behaviors."""
     if isinstance(part, Behavior):
         return part.name in behaviors
     return isinstance(part, Feature) and part.reading in readings
@@ -224,7 +227,7 @@ def _is_of(part: AnyFeature | Behavior | Target, readings: set[str], behaviors: 
 def make_command_table(
     commands: Mapping[str, Column], *, agents: int, channels: Sequence[str], where: str
 ) -> NDArray[np.float64]:
-    """Commands as a table [N, 5], whose columns are COLUMNS and none left out; an unusable one raises."""
+    """Return commands as a table [N, 5] with columns `COLUMNS`, 0 if omitted; raise for invalid commands."""
     table = np.zeros((agents, len(COLUMNS)))
     for channel, column in commands.items():
         if channel not in channels:

@@ -1,4 +1,4 @@
-"""A scenario's rules as arrays: what stays the same in all its worlds, and the names that the numbers stand for."""
+"""Convert a scenario to arrays for kernels, the same for all its worlds, and to lists of the names behind indices."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from understudy.sim.state import (
 )
 
 SIGNAL = "signal"
-"""The channel that raises a signal."""
+"""The name of the channel that raises a signal."""
 
 
 @dataclass(frozen=True)
 class ScenarioNames:
-    """What indices stand for: classes of objects in order of their slots, robot types, colors, teams, signals."""
+    """The names behind indices in arrays: classes of objects in order of slots, robot types, colors, teams, signals."""
 
     classes: tuple[str, ...]
     types: tuple[str, ...]
@@ -35,12 +35,12 @@ class ScenarioNames:
     signals: tuple[str, ...]
 
     def color(self, name: str | None) -> int:
-        """The index of a color; -1 for none, or one that nothing has."""
+        """Return the index of a color; -1 for None, or for a color that nothing in the scenario has."""
         return self.colors.index(name) if name in self.colors else -1
 
 
 def collect_names(scenario: Scenario) -> ScenarioNames:
-    """The names in a scenario, each at its index."""
+    """Collect the names in a scenario, in order of their indices."""
     kinds = scenario.types.values()
     colored = [
         *(obstacle.color for obstacle in scenario.obstacles),
@@ -57,13 +57,13 @@ def collect_names(scenario: Scenario) -> ScenarioNames:
 
 
 def list_signals(scenario: Scenario) -> tuple[str, ...]:
-    """The signals that behaviors raise, in the order of the file: the first is number 1 in commands and states."""
+    """List the signals that behaviors raise, in the order of the file; the first is number 1 in commands and states."""
     behaviors = (each for kind in scenario.types.values() for each in kind.behaviors.values())
     return _distinct(word for each in behaviors if isinstance(word := each.get(SIGNAL), str))
 
 
 def make_world_params(scenario: Scenario) -> WorldParams:
-    """The rules of a scenario."""
+    """Convert a scenario to the arrays and numbers that all its worlds share."""
     names = collect_names(scenario)
     classes = _classes(scenario, names)
     goal = scenario.goal
@@ -94,14 +94,14 @@ def _goal(goal: Goal | None) -> int:
 
 
 def count_robots(count: object, at: object) -> int:
-    """How many a group of robots is: as many as places are given, otherwise its count."""
+    """Return the number of robots in a group: the number of places if they are given, else its count."""
     if isinstance(at, tuple):
         return len(at)
     return count if isinstance(count, int) else 1
 
 
 def get_most_count(thing: Placement) -> int:
-    """The most things of a group that a world is laid out with."""
+    """Return the largest number of things of a group in a new world."""
     if isinstance(thing.at, tuple):
         return len(thing.at)
     if isinstance(thing.count, tuple):
@@ -110,7 +110,7 @@ def get_most_count(thing: Placement) -> int:
 
 
 def get_count_range(count: int | tuple[int, int]) -> tuple[int, int]:
-    """A count as (least, most)."""
+    """Return a count, or a (least, most) pair of counts, as a pair."""
     return (count, count) if isinstance(count, int) else count
 
 
@@ -174,7 +174,7 @@ def _classes(scenario: Scenario, names: ScenarioNames) -> Records:
 
 
 def get_region_box(scenario: Scenario, region: str | None) -> tuple[float, float, float, float]:
-    """The box around a region; the whole arena where none is named."""
+    """Return the box (x0, y0, x1, y1) around a region, in m; the whole arena for None."""
     if region is None:
         return 0.0, 0.0, *scenario.size
     found = scenario.regions[region]

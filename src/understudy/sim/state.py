@@ -1,7 +1,7 @@
-"""The state of B worlds side by side as plain arrays: what kernels read and change, snapshots keep, frames show.
+"""The state of B worlds as plain arrays, which kernels change, and snapshots as bytes.
 
-Robots are rows, world by world: world w has rows w*N to (w+1)*N. What every world has its own of is [B, …].
-All is in m, s and rad; in TYPE, per tick. Records keep what is used together in one place of memory.
+Robots are rows: world w has rows w*N to (w+1)*N. Other arrays begin with the world, [B, …]. Units are m, s and rad;
+speeds in TYPE are per tick. The fields of a record are adjacent in memory.
 """
 
 from __future__ import annotations
@@ -24,31 +24,31 @@ GOAL_NONE, GOAL_DELIVERED, GOAL_NEAR, GOAL_ALL_NEAR, GOAL_GATHERED = range(5)
 
 
 class WorldParams(NamedTuple):
-    """What stays the same in every world of a scenario."""
+    """The arrays and numbers that are the same in every world of a scenario."""
 
     types: Records
-    """TYPE [T]."""
+    """TYPE [T], the robot types."""
     classes: Records
-    """CLASS [C]; the slots of a class lie side by side, and a world's spare ones at the end of its class."""
+    """CLASS [C], the classes of objects; the slots of a class are adjacent, with its spare ones at the end."""
     class_of: NDArray[np.int32]
-    """The class of each object slot [K]."""
+    """The index of the class of each object slot [K]."""
     width: float
     height: float
     tick_s: float
     robots: int
-    """N, robots in each world."""
+    """N, the number of robots in each world."""
     goal: int
     goal_target: int
-    """Index of a class of objects."""
+    """The index of a class of objects; -1 for none."""
     goal_within: float
     goal_count: int
-    """Boxes to gather."""
+    """The number of boxes to gather."""
     signals: int
-    """How many signals there are."""
+    """The number of signals."""
 
 
 class WorldState(NamedTuple):
-    """Everything that changes, and everything that a seed lays out."""
+    """The data of worlds that change, or that a seed lays out."""
 
     robots: Records
     """ROBOT [B*N]."""
@@ -57,22 +57,22 @@ class WorldState(NamedTuple):
     discs: Records
     """DISC [B, O]."""
     segments: Records
-    """SEGMENT [B, S]: inner walls and edges of polygons; the arena's own bounds are not among them."""
+    """SEGMENT [B, S]: inner walls and edges of polygons, without the arena's outer walls."""
     seeds: NDArray[np.int64]
-    """[B]."""
+    """The seed of each world [B]."""
     tick: NDArray[np.int64]
-    """Ticks since the last reset [B]."""
+    """The number of ticks since the last reset [B]."""
     finished: NDArray[np.int64]
-    """The tick at which the goal was first reached [B]; -1 not yet."""
+    """The tick at which the goal was first reached [B]; -1 if it was not."""
     memory: NDArray[np.float64]
-    """What sensors remember [B*N, H]: last answers, and ticks at which something was last there."""
+    """The memory of sensors [B*N, H]: last readings, and ticks at which something was last present."""
 
 
 VERSION = 1
 
 
 def encode_snapshot(world: str, settings: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """The arrays of a world with these settings."""
+    """Encode the arrays of a world, with its kind and settings, as bytes."""
     header = {
         "understudy": "snapshot",
         "version": VERSION,
@@ -92,9 +92,9 @@ def decode_snapshot(
     *,
     growing: Collection[str] = (),
 ) -> dict[str, NDArray[Any]]:
-    """New arrays from a snapshot of a world with these settings and such arrays; FileError for any other.
+    """Decode the arrays of a snapshot; raise FileError if its world, settings, or array types and shapes differ.
 
-    Arrays [B, K] that are `growing` may be of another length K.
+    Arrays [B, K] whose names are in `growing` may have another length K.
     """
     if not isinstance(snapshot, bytes):
         raise _refused("", "is not a snapshot", "give the bytes that snapshot() gave")
@@ -127,7 +127,7 @@ def decode_snapshot(
 
 
 def _length(header: dict[str, Any], name: str, wanted: list[Any]) -> int:
-    """The length that a growing array has in a snapshot, which is from now on the one that is wanted."""
+    """Return the length K of a growing array in a snapshot, and write it to `wanted`."""
     try:
         length = header["arrays"][name][1][1]
     except (LookupError, TypeError):
@@ -138,7 +138,7 @@ def _length(header: dict[str, Any], name: str, wanted: list[Any]) -> int:
 
 
 def _stored(kind: np.dtype[Any]) -> np.dtype[Any]:
-    """How numbers or records are stored: little-endian, nothing between them."""
+    """Return the type in which numbers or records are stored: little-endian, without padding."""
     little = kind.newbyteorder("<")
     if little.names is None:
         return little

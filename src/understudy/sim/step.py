@@ -1,7 +1,7 @@
-"""Many ticks in one go: over worlds side by side, or over the robots of one large world, in one thread or several.
+"""Run many ticks at once: several worlds in parallel, or the robots of one large world, in one or several threads.
 
-What comes out is the same bit by bit, whatever the threads: random draws are keyed, and no sum depends on the order
-in which robots are looked at.
+The results are equal bit by bit for any number of threads: random draws are keyed, and no sum depends on the order of
+robots.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from understudy.sim.sensing.sense_plan import SensePlan
 from understudy.sim.state import WorldParams, WorldState
 
 ALONE = 2000
-"""Robots up to which one thread is quicker than several."""
+"""The number of robots up to which one thread is faster than several."""
 
 SORTED = 1000
-"""Robots in a world from which on they are kept in the order of their places while many ticks go by."""
+"""The number of robots in a world from which on they are sorted by place while many ticks run."""
 
 ROBOT_TICKS = 5_000_000
-"""After about so many, Python gets to look whether someone has interrupted."""
+"""The number of robot ticks between which Python can react to an interruption."""
 
 MOST_TICKS = 100
 
@@ -48,9 +48,9 @@ def advance_worlds(
     *,
     until_finished: bool = False,
 ) -> None:
-    """Advance all worlds so many ticks; a world ends early once it is finished where `until_finished`.
+    """Advance all worlds by a number of ticks; with `until_finished` a world stops when it reaches its goal.
 
-    The commands of the plan are a table whose columns are COLUMNS.
+    The commands of the plan are a table with columns `COLUMNS`. `threads` None chooses their number.
     """
     rows, worlds = len(kernel_worlds.state.robots), len(kernel_worlds.state.seeds)
     if MODE == PYTHON:  # in which the threads of a world could not wait for each other
@@ -68,13 +68,13 @@ def advance_worlds(
 
 
 def _chunks(ticks: int, rows: int) -> list[int]:
-    """Ticks at a time, so that none takes long."""
+    """Split ticks into portions that each take a short time."""
     most = max(1, min(MOST_TICKS, ROBOT_TICKS // max(1, rows)))
     return [min(most, ticks - begun) for begun in range(0, ticks, most)]
 
 
 def _run(pool: ThreadPoolExecutor, parts: int, work: Callable[[int], None]) -> None:
-    """Do all parts of the work: this thread the first, those of the pool the others."""
+    """Run all parts of the work: the first in this thread, the others in those of the pool."""
     others: list[Future[None]] = []
     try:
         others.extend(pool.submit(work, part) for part in range(1, parts))
@@ -98,7 +98,7 @@ def _side_by_side(
     *,
     until_finished: bool,
 ) -> None:
-    """Every thread has worlds of its own, and none waits for another."""
+    """Advance worlds in parallel, each thread with worlds of its own, without waiting for each other."""
     state, rules = kernel_worlds.state, kernel_worlds.rules
     worlds = len(state.seeds)
     if worlds == 1 and rules.robots >= SORTED and fused.lead is None:
@@ -131,10 +131,10 @@ def _together(
     *,
     until_finished: bool,
 ) -> None:
-    """All threads work on one world, each on a share of its robots, and wait for each other in every tick.
+    """Advance one world with all threads, each for a share of the robots, waiting for each other in every tick.
 
-    The robots of a large world are put in the order of their places meanwhile, so that those who look at each
-    other are side by side in memory too; but not those whom coordinators know by their rows.
+    In a large world the robots are sorted by place meanwhile, so that neighbors are adjacent in memory too. Robots
+    with coordinators are not, because coordinators refer to them by their rows.
     """
     if fused.lead is not None:
         _led_together(worlds, sensing, fused, ticks, threads, world, until_finished=until_finished)
@@ -177,7 +177,7 @@ def _led_together(
     *,
     until_finished: bool,
 ) -> None:
-    """The same where coordinators lead the robots."""
+    """Advance one world with all threads, like `_together`, for robots with coordinators."""
     room = make_thread_scratch(worlds, make_robot_grid(worlds.rules))
     contexts = [KernelContext(worlds, sensing, room) for _ in range(threads)]
     with _pool(threads) as pool:
@@ -194,7 +194,7 @@ def _led_together(
 
 
 def sort_by_cell(state: WorldState, rules: WorldParams, grid: RobotGrid, world: int) -> NDArray[np.intp]:
-    """The robots of a world in the order of the grid's cells."""
+    """Return the order of a world's robots by cells of the grid."""
     robots = state.robots[world * rules.robots : (world + 1) * rules.robots]
     column = np.clip(robots["x"] / grid.cell, 0, grid.columns - 1).astype(np.uint16)
     line = np.clip(robots["y"] / grid.cell, 0, grid.lines - 1).astype(np.uint16)
@@ -204,7 +204,7 @@ def sort_by_cell(state: WorldState, rules: WorldParams, grid: RobotGrid, world: 
 
 
 class _SpatialOrder:
-    """One world's arrays with its robots in another order, to be put back afterwards."""
+    """The arrays of one world with its robots in another order, which `restore_order` undoes."""
 
     def __init__(self, worlds: KernelWorlds, fused: FusedPlan, order: NDArray[np.intp], world: int) -> None:
         state, kept, robots = worlds.state, fused.stacks, len(order)
@@ -231,7 +231,7 @@ class _SpatialOrder:
         self.worlds = KernelWorlds(self.state, worlds.rules, near, worlds.has)
 
     def restore_order(self) -> None:
-        """The robots as they are now, in their own order."""
+        """Copy the robots as they are now back to their original rows."""
         back = np.empty_like(self._order)
         back[self._order] = np.arange(len(back))
         for there, now in zip(self._from, self._now, strict=True):
@@ -239,7 +239,7 @@ class _SpatialOrder:
 
 
 def _taken(rows: NDArray[Any], order: NDArray[np.intp]) -> NDArray[Any]:
-    """The rows of an array in this order: each as a lump of bytes, since field by field takes ten times as long."""
+    """Return the rows of an array in this order, copied as blocks of bytes: field by field takes ten times as long."""
     if rows.size == 0:
         return rows.copy()
     lumps = np.ascontiguousarray(rows).view(np.dtype((np.void, rows.dtype.itemsize)))
@@ -255,7 +255,7 @@ def run_worlds(
     running: NDArray[np.int32], *,
     first: int, end: int, ticks: int, part: int = 0, parts: int = 1, until_finished: bool = False, led: Any = None,
 ) -> None:  # fmt: skip
-    """Sense, decide and act in the worlds from `first` up to `end`."""
+    """Sense, decide and act in the worlds from `first` up to `end` for a number of ticks."""
     tick.run_ticks(
         context.arrays, tick.RUN, first, end, part, parts, context.room.barrier, ticks, until_finished,
         context.rows, tuple(tables), tuple(stacks), commands, running, NOTHING[2], led, *context.has,
@@ -263,7 +263,7 @@ def run_worlds(
 
 
 def sense_worlds(context: KernelContext, worlds: int, out: NDArray[np.float64]) -> None:
-    """The readings [B*N, F] of all robots, to `out`."""
+    """Write the readings [B*N, F] of all robots to `out`."""
     tick.run_ticks(
         context.arrays, tick.SENSE, 0, worlds, 0, 1, context.room.barrier, 1, False,
         context.rows, NO_TABLES, NO_STACKS, NOTHING[0], NOTHING[1], out, None, *context.has,
@@ -271,7 +271,7 @@ def sense_worlds(context: KernelContext, worlds: int, out: NDArray[np.float64]) 
 
 
 def apply_commands(context: KernelContext, worlds: int, commands: NDArray[np.float64]) -> None:
-    """One tick with commands [B*N, 5]."""
+    """Advance all worlds by one tick with commands [B*N, 5]."""
     tick.run_ticks(
         context.arrays, tick.OBEY, 0, worlds, 0, 1, context.room.barrier, 1, False,
         context.rows, NO_TABLES, NO_STACKS, commands, NOTHING[1], NOTHING[2], None, *context.has,

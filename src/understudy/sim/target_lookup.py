@@ -1,4 +1,4 @@
-"""Where targets are: for those who look at a world from outside, and see what no sensor does."""
+"""Find the places of targets for people and programs that observe a world from outside, beyond what robots sense."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Place = tuple[float, float]
 
 
 def find_target_place(world: World, name: str, agent: int = 0) -> Place | None:
-    """Where a target of a robot is now; None where there is none, or where it is a color alone."""
+    """Return the place (x, y in m) of a robot's target now; None if it is absent or only a color."""
     target = world.scenario.targets[name]
     here = world.state.robots[agent]
     if target.object is not None or target.nearest is not None:
@@ -27,7 +27,7 @@ def find_target_place(world: World, name: str, agent: int = 0) -> Place | None:
 
 
 def _list_target_objects(world: World, target: TargetSpec, agent: int) -> Any:
-    """The objects that a target may be."""
+    """Return the objects that a target may refer to."""
     of = agent // world.robots
     kind = world.rules.classes[world.names.classes.index(target.nearest or target.object)]
     things = world.state.objects[of, kind["first"] : kind["end"]]
@@ -40,7 +40,7 @@ def _list_target_objects(world: World, target: TargetSpec, agent: int) -> Any:
 
 
 def _claimed(world: World, target: TargetSpec, agent: int, things: Any) -> Any:
-    """Which objects another robot of the world claims."""
+    """Return which objects another robot of the world claims."""
     robots = _others(world, agent)
     robots = robots[robots["signal"] == 1 + world.names.signals.index(target.unclaimed or "")]
     dx, dy = things["x"][:, None] - robots["x"], things["y"][:, None] - robots["y"]
@@ -48,13 +48,13 @@ def _claimed(world: World, target: TargetSpec, agent: int, things: Any) -> Any:
 
 
 def _others(world: World, agent: int) -> Any:
-    """The other robots of a robot's world."""
+    """Return the other robots of a robot's world."""
     first = agent // world.robots * world.robots
     return np.delete(world.state.robots[first : first + world.robots], agent - first)
 
 
 def _list_target_robots(world: World, target: TargetSpec, agent: int) -> Any:
-    """The robots that a target may be: others of the same world."""
+    """Return the robots that a target may refer to: others of the same world."""
     robots, types = _others(world, agent), world.rules.types["team"]
     teams, own = types[robots["type"]], types[world.state.robots["type"][agent]]
     if target.team is not None:

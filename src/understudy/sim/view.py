@@ -1,6 +1,6 @@
-"""Views: one world as plain data, for pictures, for a terminal, for a page - columns, whatever made them.
+"""Views: one world at one moment as plain columns, for pictures, terminals and web pages.
 
-What a view holds is copied, so that it stays as it was while its world goes on.
+A view contains copies, so it does not change while its world continues.
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ Bools: TypeAlias = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotsView:
-    """The robots of a world: columns [N] in order of their ids, in m and rad.
+    """The robots of a world as columns [N] in order of their ids, in m and rad.
 
-    `color`, `team` and `type` are indices of the view's names, -1 for none.
+    `color`, `team` and `type` are indices of the view's names, -1 for none. `stored` and `delivered` are units of
+    food.
     """
 
     x: Floats
@@ -39,11 +40,11 @@ class RobotsView:
     capacity: Ints
     delivered: Ints
     holding: Ints
-    """The slot of the box that it holds, -1 for none."""
+    """The slot of the box that the robot holds, -1 for none."""
     signal: Ints
-    """Which of the view's names of signals it raises, -1 for none."""
+    """The index of the signal that the robot raises among the view's names, -1 for none."""
     frozen: Bools
-    """Robots that failed: they neither sense nor move."""
+    """Whether the robot has failed: it neither senses nor moves."""
 
     def __len__(self) -> int:
         return len(self.x)
@@ -51,9 +52,10 @@ class RobotsView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObjectsView:
-    """The objects that are there: columns [K], in m. `slot` stays the same for one object, in all views of a run.
+    """The objects present in a world as columns [K], in m; the `slot` of an object never changes.
 
-    `kind` is the index of its class among the view's names, `color` of its color, -1 for none.
+    `kind` is the index of its class among the view's names, `color` that of its color, -1 for none. `amount` is the
+    food left in a source, `at_first` its initial food.
     """
 
     slot: Ints
@@ -69,7 +71,7 @@ class ObjectsView:
     solid: Bools
     pushable: Bools
     pull: Ints
-    """How many robots it takes to pull it; 0 for what cannot be pulled."""
+    """The number of robots that are needed to pull it; 0 if it cannot be pulled."""
 
     def __len__(self) -> int:
         return len(self.x)
@@ -77,7 +79,7 @@ class ObjectsView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DiscsView:
-    """Round obstacles: columns [O], in m; `color` is an index of the view's names, -1 for none."""
+    """The round obstacles of a world as columns [O], in m; `color` is an index of the view's names, -1 for none."""
 
     x: Floats
     y: Floats
@@ -90,7 +92,7 @@ class DiscsView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WorldView:
-    """One world at one moment. The arena spans [0, width] x [0, height]; lengths in m, times in s."""
+    """One world at one moment; the arena spans [0, width] x [0, height], lengths in m, times in s."""
 
     width: float
     height: float
@@ -99,16 +101,16 @@ class WorldView:
     objects: ObjectsView
     discs: DiscsView
     walls: Floats
-    """Pieces of inner walls [W, 4]: from x, y to x, y. The arena's own bounds are not among them."""
+    """The segments of inner walls [W, 4] as x0, y0, x1, y1 (m), without the arena's outer walls."""
     edges: Floats
-    """Edges of polygonal obstacles [E, 4], one polygon after the other."""
+    """The edges of polygonal obstacles [E, 4], one polygon after the other."""
     names: ScenarioNames
     gathered: int = 0
-    """Boxes that were brought home."""
+    """The number of boxes that robots have pulled to a home."""
 
     @property
     def polygons(self) -> tuple[Floats, ...]:
-        """The corners [P, 2] of each polygonal obstacle, from its edges."""
+        """The corners [P, 2] of each polygonal obstacle (m)."""
         found, first = [], 0
         for last, edge in enumerate(self.edges):
             if np.array_equal(edge[2:], self.edges[first, :2]):
@@ -117,19 +119,19 @@ class WorldView:
         return tuple(found)
 
     def color(self, index: int) -> str | None:
-        """The name of a color by its index."""
+        """Return the name of a color by its index; None for -1."""
         return self.names.colors[index] if index >= 0 else None
 
 
 class RunFrame(NamedTuple):
-    """A moment of a run: the world, and what each of its robots is doing (the name of a state or behavior)."""
+    """One moment of a run: the world, and the name of the state or behavior of each robot."""
 
     view: WorldView
     doing: Sequence[str]
 
 
 def make_world_view(state: WorldState, rules: WorldParams, names: ScenarioNames, world: int = 0) -> WorldView:
-    """One world of a state."""
+    """Copy one world of a state into a view."""
     segments = state.segments[world]
     segments = segments[~np.isnan(segments["x0"])]
     lines = np.stack([segments[end] for end in ("x0", "y0", "x1", "y1")], axis=1)

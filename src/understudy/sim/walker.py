@@ -1,7 +1,7 @@
-"""Robots that walk instead of rolling: commands wait for the next step, steps slip and veer, the picture sways.
+"""Walking robots: commands wait for the next step, steps slip and veer, and the sensors sway.
 
-A world of any scenario becomes one of walking robots: `Walker(scenario, seeds)` is the same body, but for how its
-robots move and from where their sensors look.
+`Walker(scenario, seeds)` is a body like `World(scenario, seeds)`, except for how its robots move and where their
+sensors look.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from understudy.sim.view import WorldView
 from understudy.sim.world import World
 
 SLIP, VEER = 2**20, 2**20 + 1
-"""Streams of random draws, far from those of worlds; veering takes two."""
+"""Stream numbers of random draws, different from those of worlds; VEER uses two."""
 HEAD = 8
-"""Bytes that say how long a walker's own part of a snapshot is."""
+"""The number of bytes that give the length of the walker's part of a snapshot."""
 
 
 @dataclass(frozen=True, slots=True)
 class Gait:
-    """How a small humanoid walks, at the size and speed of the paper's (section 4.2).
+    """The gait of a small humanoid of the size and speed in the paper (section 4.2).
 
     A step takes `step_s`. For a share `both_feet` of it both feet are on the ground and nothing moves: a fifth to a
-    quarter in people (Perry 1992) and much the same in robots of this class, which walk at 0.1 to 0.25 m/s with steps
-    of 0.25 to 0.5 s (NAO: Gouaillier et al. 2009; DARwIn-OP: Ha et al. 2011). Small feet slip on turf: up to a share
-    `slip` of a step's way and turn is lost, and a step that leads ahead veers by `veer_deg` (standard deviation). With
-    each step the trunk, and the camera on it, swings by `sway_deg` to the side of the foot ahead. Slip, veer and sway
-    are chosen, at what is seen at RoboCup, not measured on one robot.
+    quarter in people (Perry 1992) and about the same in robots of this class, which walk at 0.1 to 0.25 m/s with
+    steps of 0.25 to 0.5 s (NAO: Gouaillier et al. 2009; DARwIn-OP: Ha et al. 2011). Small feet slip on turf: a random
+    share, up to `slip`, of a step's distance and turn is lost, and a step that leads ahead veers by `veer_deg`
+    (standard deviation). With each step the trunk, and the camera on it, swings by `sway_deg` to the side of the
+    front foot. Slip, veer and sway are chosen to resemble robots at RoboCup, not measured on one robot.
     """
 
     step_s: float = 0.5
@@ -62,7 +62,7 @@ class Gait:
 
 
 WALKING = Gait()
-"""As above."""
+"""The gait with default values."""
 
 
 class Walker:
@@ -81,45 +81,48 @@ class Walker:
 
     @property
     def time_s(self) -> float:
-        """Time since the last reset, s."""
+        """The simulated time since the last reset, s."""
         return self.world.time_s
 
     @property
     def seeds(self) -> tuple[int, ...]:
-        """The seed of each world."""
+        """The seeds of the worlds, in order."""
         return self.world.seeds
 
     @property
     def finished_s(self) -> Column:
-        """When each world reached its goal [B], s; absent where it has not."""
+        """The time at which each world first reached the scenario's goal [B], s; NaN if it has not."""
         return self.world.finished_s
 
     def view(self, world: int = 0) -> WorldView:
-        """One world as plain data, for drawing."""
+        """Copy one world's current state into a plain value, for drawing."""
         return self.world.view(world)
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Begin anew, a world per seed."""
+        """Restart all worlds at time 0, laid out by new seeds, one per world."""
         self.world.reset(seeds)
         self._rest()
 
     def _rest(self) -> None:
-        """All stand."""
+        """Make all robots stand."""
         self._step = np.zeros((self.agents, len(self.channels)))
 
     def place(self, agent: int, x: float, y: float, heading: float) -> None:
-        """Put a robot somewhere free; it goes on with its step there."""
+        """Move a robot to a free place (x, y in m, heading in rad); it continues its step there."""
         self.world.place(agent, x, y, heading)
 
     def push(self, agent: int, *, turned: float, aside: float) -> None:
-        """Push a robot: turn it (rad, left positive) and move it (m to its left); SettingError where it is not free."""
+        """Turn a robot by `turned` (rad, left positive) and move it to its left by `aside` (m).
+
+        SettingError if the new place is not free.
+        """
         robot = self.world.state.robots[agent]
         heading = float(robot["heading"])
         x, y = float(robot["x"]) - aside * np.sin(heading), float(robot["y"]) + aside * np.cos(heading)
         self.world.place(agent, x, y, heading + turned)
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """The columns [B*N] of these keys, from where the trunk looks in its sway."""
+        """Return a column [B*N] for each key, measured with the trunk turned by its sway; NaN where absent."""
         heading = self.world.state.robots["heading"]
         before = heading.copy()
         heading[:] = (before + self._swayed()) % tau % tau
@@ -129,7 +132,7 @@ class Walker:
             heading[:] = before
 
     def act(self, commands: Commands) -> None:
-        """Go on for one tick; commands are heard where a step begins, and last for that step."""
+        """Advance by one tick; commands take effect only where a step begins, and then for that whole step."""
         asked = self.world.check_commands(commands)[:, self.world.columns]
         if self._in_step == 0:
             self._step = self._taken(asked)
@@ -139,7 +142,7 @@ class Walker:
         self.world.act({each.name: moves[:, k] for k, each in enumerate(self.channels)})
 
     def _taken(self, asked: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What comes of a step with these commands: less than was asked, and not quite straight."""
+        """Return the motion that results from a step with these commands, with slip and veer."""
         step = asked.copy()
         made = 1.0 - self.gait.slip * self._drawn(SLIP)
         radius = np.sqrt(-2.0 * np.log(1.0 - self._drawn(VEER)))
@@ -152,7 +155,7 @@ class Walker:
         return step
 
     def _drawn(self, stream: int) -> Column:
-        """A number in [0, 1) for the step of each robot [B*N]."""
+        """Return a random number in [0, 1) for each robot's step [B*N]."""
         seeds, tick = self.world.state.seeds, int(self.world.state.tick[0])
         drawn = [
             draw_uniform_column(seeds, item=robot, tick=tick, stream=stream) for robot in range(self.robots)
@@ -161,23 +164,23 @@ class Walker:
 
     @property
     def _in_step(self) -> int:
-        """How many ticks of the step are over."""
+        """The number of ticks of the present step that have passed."""
         return int(self.world.state.tick[0]) % self._ticks
 
     def _swayed(self) -> Column:
-        """How far the trunk is turned by the sway [B*N], rad; farthest where both feet are on the ground."""
+        """Return the turn of each trunk by the sway [B*N], rad; it is largest while both feet are on the ground."""
         phase = cos(pi * int(self.world.state.tick[0]) / self._ticks)
         walks = np.any(self._step[:, :2] != 0.0, axis=1)
         swayed: Column = np.where(walks, radians(self.gait.sway_deg) * phase, 0.0)
         return swayed
 
     def snapshot(self) -> bytes:
-        """The whole state, for `restore`."""
+        """Return the complete state of all worlds, for `restore`."""
         own = state.encode_snapshot("walker", asdict(self.gait), {"step": self._step})
         return len(own).to_bytes(HEAD, "little") + own + self.world.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
-        """Go back to a snapshot, bit for bit; FileError where it is not one of such walkers."""
+        """Set the state to that of a snapshot, bit for bit; FileError if it was taken of other walkers."""
         if len(snapshot) < HEAD:
             raise FileError(
                 path="snapshot", place="", problem="is not one of walkers", remedy="take it again"

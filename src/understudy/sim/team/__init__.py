@@ -1,1 +1,1 @@
-"""Teams of a scenario: their libraries, roles and squads."""
+"""The teams of a scenario: their libraries, squads, and the assignment of robots to squads."""

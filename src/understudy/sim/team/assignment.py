@@ -1,7 +1,8 @@
-"""Dealing: how many squads a scenario has of each sort, and who is in which (paper section 5.2).
+"""Compute how many squads a scenario has of each kind, and assign robots and squads to them (paper section 5.2).
 
-Everybody of a sort that some role wants is dealt: each role of each squad gets its least, then all get one more by
-turns up to what they prefer, then by turns up to their most. Neighbors stay together: the first squad has the first.
+Every member of a sort that some role needs is assigned. Each role of each squad gets its least number, then all get
+one more in turn up to the preferred number, then in turn up to the most. Members are assigned in order of rows, so
+that neighbors stay together.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from understudy.sim.team.squads import make_squad
 
 
 class RoleDemand(NamedTuple):
-    """A role that wants members of a sort: of which sort of squad, which of its roles."""
+    """A role that needs members of a sort: the kind of squad, the role's name and index, and its sizes."""
 
     squad: str
     role: str
@@ -29,17 +30,17 @@ class RoleDemand(NamedTuple):
 
     @property
     def usual_count(self) -> int:
-        """How many it likes to have in each squad."""
+        """The number of members that the role has in each squad if there are enough: preferred, else least."""
         return self.member.least if self.member.preferred is None else self.member.preferred
 
     @property
     def key(self) -> str:
-        """Where it stands in the scenario."""
+        """The path of the role in the scenario file."""
         return f"squads.{self.squad}.members.{self.role}"
 
 
 def assign_team_members(scenario: Scenario) -> TeamTree:
-    """The team of each world of a scenario that can be."""
+    """Return the squads of each world of a scenario with their members; raise SettingError if that is impossible."""
     checker = ScenarioErrors(scenario)
     order, types = sort_squads_bottom_up(checker), tuple(scenario.types)
     numbers = count_team_members(checker, order)
@@ -60,7 +61,7 @@ def assign_team_members(scenario: Scenario) -> TeamTree:
 
 
 def sort_squads_bottom_up(checker: ScenarioErrors) -> tuple[str, ...]:
-    """The sorts of squads, each after those that its members are of; SettingError where they go in a circle."""
+    """Sort the kinds of squads so that each follows its members' sorts; raise SettingError if there is a cycle."""
     left, found = dict(checker.scenario.squads), list[str]()
     while left:
         ready = [name for name, squad in left.items() if not _within(squad, left)]
@@ -80,7 +81,7 @@ def sort_squads_bottom_up(checker: ScenarioErrors) -> tuple[str, ...]:
 
 
 def count_team_members(checker: ScenarioErrors, order: Sequence[str]) -> Mapping[str, int]:
-    """How many robots there are of each type and squads of each sort; SettingError where they cannot be dealt."""
+    """Count robots of each type and squads of each kind; raise SettingError if they cannot be assigned."""
     scenario = checker.scenario
     numbers = dict.fromkeys(scenario.types, 0)
     for robots in scenario.robots:
@@ -107,7 +108,7 @@ def _by_role(member: Member) -> tuple[int, int]:
 
 
 def _wishes(scenario: Scenario, sort: str) -> Iterator[RoleDemand]:
-    """The roles that members of a sort are for, as they are declared."""
+    """Yield the roles that need members of a sort, in the order of the file."""
     for name, squad in scenario.squads.items():
         for index, (role, member) in enumerate(squad.members.items()):
             if member.of == sort:
@@ -115,14 +116,14 @@ def _wishes(scenario: Scenario, sort: str) -> Iterator[RoleDemand]:
 
 
 def _fixed(squad: SquadSpec) -> int | None:
-    """How many squads of a sort there are, where that does not depend on how many members there are."""
+    """Return the number of squads of a kind if it does not depend on the number of members, else None."""
     if isinstance(squad.count, int):
         return squad.count
     return None if any(member.preferred is not None for member in squad.members.values()) else 1
 
 
 def _count(scenario: Scenario, name: str, numbers: Mapping[str, int]) -> int:
-    """How many squads of a sort: as said, or as many as there are members for, each role with what it prefers."""
+    """Return the number of squads of a kind: as given, or as many as have members for the preferred sizes."""
     squad = scenario.squads[name]
     fixed = _fixed(squad)
     if fixed is not None:
@@ -139,7 +140,7 @@ def _count(scenario: Scenario, name: str, numbers: Mapping[str, int]) -> int:
 
 
 def _check_wishes(checker: ScenarioErrors, sort: str, numbers: Mapping[str, int]) -> None:
-    """Whether everybody of a sort finds a squad, and every squad enough of them."""
+    """Raise SettingError if a member of a sort would be in no squad, or a squad would have too few of them."""
     wishes = list(_wishes(checker.scenario, sort))
     if not wishes:
         return
@@ -162,7 +163,7 @@ def _total(wishes: Sequence[RoleDemand], each: Sequence[int], numbers: Mapping[s
 
 
 def _sum(wishes: Sequence[RoleDemand], each: Sequence[int], numbers: Mapping[str, int]) -> str:
-    """What wishes add up to, in words."""
+    """Describe in words the numbers that roles need, and their total."""
     words = [
         f"{numbers[wish.squad]} × {size} for {wish.role!r} in {wish.squad!r}"
         for wish, size in zip(wishes, each, strict=True)
@@ -172,7 +173,7 @@ def _sum(wishes: Sequence[RoleDemand], each: Sequence[int], numbers: Mapping[str
 
 
 def _seats(scenario: Scenario, sort: str, numbers: Mapping[str, int]) -> Iterator[tuple[RoleDemand, int]]:
-    """The roles of each squad that members of a sort are for, squad after squad."""
+    """Yield each role that members of a sort can have, with the index of its squad, squad by squad."""
     wishes = list(_wishes(scenario, sort))
     for name in dict.fromkeys(wish.squad for wish in wishes):
         for squad in range(numbers[name]):
@@ -182,7 +183,7 @@ def _seats(scenario: Scenario, sort: str, numbers: Mapping[str, int]) -> Iterato
 
 
 def _shares(number: int, seats: Sequence[tuple[RoleDemand, int]]) -> list[int]:
-    """How many of them each role of each squad gets: role by role, a turn of all its squads, so that they stay even."""
+    """Return how many members each seat (a role of a squad) gets, distributed in turns, so that squads stay even."""
     shares = [wish.member.least for wish, _ in seats]
     bounds = [
         [wish.usual_count for wish, _ in seats],

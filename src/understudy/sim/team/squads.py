@@ -1,4 +1,4 @@
-"""Squads as a scenario spells them, as the values that coordinators run with; what is wrong names its key."""
+"""Convert squads of a scenario to the values that coordinators run with; errors name the key in the scenario."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from understudy.sim.scenario.scenario_errors import ScenarioErrors
 from understudy.sim.scenario.squad_schema import AssignmentSpec, StatisticSpec
 
 AXES = ("x", "y")
-"""What a centroid is the mean of."""
+"""The readings that a centroid averages."""
 PART = re.compile(r"\d{1,6}/\d{1,6}")
-"""How a share is spelled that is a part."""
+"""The pattern of a share that is a fraction."""
 
 
 def make_squad(checker: ScenarioErrors, name: str) -> Squad:
-    """The squads of a sort; SettingError where a statistic contradicts itself or a share is none."""
+    """Make the description of a kind of squad; raise SettingError for invalid statistics or shares."""
     squad, key = checker.scenario.squads[name], f"squads.{name}"
     return Squad(
         name,
@@ -40,7 +40,7 @@ def make_squad(checker: ScenarioErrors, name: str) -> Squad:
 def make_statistics(
     checker: ScenarioErrors, key: str, name: str, spelled: StatisticSpec
 ) -> tuple[Statistic, ...]:
-    """The statistics that one of a scenario stands for: itself, or the two means of a centroid."""
+    """Make the statistics that one entry of a scenario describes: itself, or the two means of a centroid."""
     given = {field: getattr(spelled, field) for field in spelled.__struct_fields__}
     how, reading = given.pop("how"), given.pop("reading")
     try:
@@ -57,7 +57,7 @@ def _duty(checker: ScenarioErrors, key: str, duty: AssignmentSpec) -> Assignment
 
 
 def _share(checker: ScenarioErrors, key: str, share: int | str | None) -> Fraction | None:
-    """A share as a number: a part of them as a fraction below 1, or how many."""
+    """Return a share as a number: a fraction below 1 of the members, or a number of members."""
     if share is None or isinstance(share, int):
         return None if share is None else Fraction(share)
     part = Fraction(share) if PART.fullmatch(share) and int(share.partition("/")[2]) else Fraction(0)
