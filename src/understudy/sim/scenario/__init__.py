@@ -1,1 +1,1 @@
-"""Scenario files: what a world is made of, and the checks on it."""
+"""Scenarios, the descriptions of worlds: their schema, files and checks."""

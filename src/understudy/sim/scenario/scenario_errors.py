@@ -1,4 +1,4 @@
-"""Report what is wrong with a scenario: one error that names the key and what would be right; limits of numbers."""
+"""Report errors in scenarios, each with its key and a remedy, and define limits of numbers."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from understudy.sim.scenario.schema import Scenario
 
 
 class ScenarioErrors:
-    """A scenario, and the error for what is wrong at a key of it."""
+    """A scenario under check, and the errors for its keys."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
 
     def fail(self, key: str, problem: str, remedy: str) -> NoReturn:
-        """Raise the error."""
+        """Raise SettingError for a key of the scenario."""
         where = f"scenario {str(self.scenario.name)!r}"
         raise SettingError(where=where, setting=key, problem=problem, remedy=remedy)
 
     def check_known(self, key: str, name: str, names: Iterable[str], *, what: str) -> None:
-        """Error where a name is none of those there are."""
+        """Raise SettingError if a name is not among `names`."""
         names = list(dict.fromkeys(names))
         if name not in names:
             self.fail(key, f"is {name!r}, and there is no such {what}", suggest_name(name, names, what=what))
 
 
 def suggest_name(name: str, names: Iterable[str], *, what: str) -> str:
-    """What to give instead of an unknown name."""
+    """Return a remedy for an unknown name: a similar known name, and all known names."""
     names = list(names)
     return (
         f"{suggest_known_name(name, names)}known are {join_names(map(repr, names))}"
@@ -39,11 +39,11 @@ def suggest_name(name: str, names: Iterable[str], *, what: str) -> str:
 
 MOST_THINGS = 10_000_000
 MOST_SPARE = 10_000
-"""Room for objects that are not there costs memory and time in every world."""
+"""The largest number of spare objects; each takes memory and time in every world."""
 
 
 class Limit(NamedTuple):
-    """What a number must be, and in words."""
+    """A condition that a number must meet, and its description in words."""
 
     holds: Callable[[float], bool]
     words: str

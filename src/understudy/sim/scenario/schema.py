@@ -1,7 +1,7 @@
-"""Scenarios: what a world is made of - a frozen value that a TOML file, or Python, spells out.
+"""Scenarios: descriptions of worlds as frozen values, written as TOML files or in Python.
 
-Lengths in m, times in s, speeds in m/s. Angles are radians in Python and everywhere else; only a scenario spells
-them in degrees, and says so in the key (`_deg`). The arena spans [0, width] x [0, height].
+Lengths are in m, times in s, speeds in m/s. Angles are in radians everywhere except in scenarios, whose keys end in
+`_deg` for degrees. The arena spans [0, width] x [0, height].
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from understudy.sim.scenario.squad_schema import CommsSpec, SquadSpec, StrictStr
 ArenaPoint: TypeAlias = tuple[float, float]
 Range: TypeAlias = tuple[float, float]
 CountSpec: TypeAlias = int | tuple[int, int]
-"""A whole number, or (least, most) to draw from for each world."""
+"""A whole number, or (least, most) from which each world draws one."""
 
 VERSION = 1
 MOUSE = "mouse"
-"""The object that stands for the mouse pointer: absent until a program puts it somewhere."""
+"""The class of the object for the mouse pointer, which is absent until a program places it."""
 
 
 class ArenaRegion(StrictStruct, frozen=True, kw_only=True):
-    """A part of the arena by name, to place things in: a box (x0, y0, x1, y1), or a circle."""
+    """A named part of the arena, in which things can be placed: a box (x0, y0, x1, y1), or a circle."""
 
     box: tuple[float, float, float, float] | None = None
     center: ArenaPoint | None = None
@@ -32,18 +32,18 @@ class ArenaRegion(StrictStruct, frozen=True, kw_only=True):
 
 
 class Wall(StrictStruct, frozen=True, kw_only=True):
-    """A wall along a line of points; `closed` joins the last to the first."""
+    """A wall along a line of points; `closed` connects the last point with the first."""
 
     points: tuple[ArenaPoint, ...]
     closed: bool = False
 
 
 class Placement(StrictStruct, frozen=True, kw_only=True):
-    """Where things are: `at` these places, or `count` of them at random, free of everything placed before.
+    """The places of things: `at` given places, or `count` random places, free of everything placed before.
 
-    A place is (x, y), or (x, y, how far it is turned in degrees). `within` names the region of the centers of the
-    random ones; `apart` (m) is the free space around each, beside its radius. `near` names a class of objects: they
-    are beside its first one, `near_m` from center to center, on the side of the arena's center; 0 is right there.
+    A place is (x, y), or (x, y, rotation in degrees). `within` names the region of random centers; `apart` (m) is the
+    free space around each thing beyond its radius. `near` names a class of objects: the things are then beside its
+    first object, `near_m` from center to center, on the side of the arena's center; 0 is at the same place.
     """
 
     count: CountSpec | UnsetType = UNSET
@@ -55,9 +55,10 @@ class Placement(StrictStruct, frozen=True, kw_only=True):
 
 
 class Obstacle(Placement, frozen=True, kw_only=True):
-    """Something solid that stays: round (`radius`), or a polygon (`points` around its place, turned at random).
+    """A solid thing that does not move: round (`radius`), or a polygon (`points` around its place, rotated at random).
 
-    Cameras see the `color` of round ones, `height` high (2 radii if left out); that of a polygon is for pictures.
+    Cameras detect the `color` of round ones, which are `height` high (2 radii by default); that of a polygon is only
+    for pictures.
     """
 
     radius: float | None = None
@@ -67,9 +68,9 @@ class Obstacle(Placement, frozen=True, kw_only=True):
 
 
 class AppearanceSchedule(StrictStruct, frozen=True, kw_only=True):
-    """An object that comes and goes: absent for a time drawn from `away_s`, then there for one from `stays_s`.
+    """The times when an object is there: absent for a time from `away_s`, present for one from `stays_s`.
 
-    Each time it appears at a new free place. `first_s` is when it first appears (as `away_s` if left out);
+    Each time it appears at a new free place. `first_s` is the time of its first appearance (by default as `away_s`);
     without `stays_s` it stays until it is captured.
     """
 
@@ -79,23 +80,23 @@ class AppearanceSchedule(StrictStruct, frozen=True, kw_only=True):
 
 
 class CaptureRule(StrictStruct, frozen=True, kw_only=True):
-    """An object that is removed `after_s` once a robot has come within `range` (center to center)."""
+    """The rule by which an object vanishes `after_s` after a robot came within `range` (center to center)."""
 
     range: float
     after_s: float = 0.0
 
 
 class RandomWalk(StrictStruct, frozen=True, kw_only=True):
-    """An object that wanders by itself at `speed`, in a new direction every `turn_s`."""
+    """The motion of an object that walks at `speed` in a new random direction every `turn_s`."""
 
     speed: float
     turn_s: float = 5.0
 
 
 class PullRule(StrictStruct, frozen=True, kw_only=True):
-    """A box that robots take hold of by loading: with `robots` hands at least, it moves as they drive.
+    """A box that robots hold by the command `load`; when at least `robots` hold it, it moves as they drive.
 
-    Once its center is in a home it is gathered; where `respawn`, it appears again at a free place.
+    It is gathered when its center is in a home; with `respawn` it then appears again at a free place.
     """
 
     robots: int = 1
@@ -103,12 +104,12 @@ class PullRule(StrictStruct, frozen=True, kw_only=True):
 
 
 class ObjectClass(Placement, frozen=True, kw_only=True):
-    """Things of one class: food, a ball, boxes, markers, waypoints, the home base.
+    """Objects of one class, such as food, a ball, boxes, markers, waypoints or the home base.
 
-    `amount` makes them sources of food that robots load; `home` a place where they unload. `solid` ones stop
-    robots, sonar and sight; `pushable` ones are solid and moved by robots that drive into them, `pushers` of
-    them at least. Those with a `pull` are in nobody's way, and moved by robots that hold them. `height` is what
-    a camera sees of it, 2 radii if left out; nothing hides what hangs `aloft`.
+    `amount` makes them sources with units of food to load, and `home` a place to unload it. `solid` objects stop
+    robots, range sensors and cameras; `pushable` ones are solid and move when at least `pushers` robots drive into
+    them. Objects with a `pull` stop nothing, and move with the robots that hold them. `height` is the visible one for
+    cameras, 2 radii by default; objects that hang `aloft` are never hidden.
     """
 
     name: str
@@ -128,8 +129,10 @@ class ObjectClass(Placement, frozen=True, kw_only=True):
 
 
 class SensorBase(StrictStruct, frozen=True, kw_only=True):
-    """What every sensor has: `dropout` is the chance of no answer in a measurement; `rate_hz` how often it
-    measures (every tick if left out), keeping its last answer in between.
+    """The settings of all sensors.
+
+    `dropout` is the probability that a measurement gives no reading; `rate_hz` the number of measurements per second
+    (by default one per tick), between which the last reading is kept.
     """
 
     dropout: float = 0.0
@@ -137,10 +140,10 @@ class SensorBase(StrictStruct, frozen=True, kw_only=True):
 
 
 class Sonar(SensorBase, frozen=True, kw_only=True, tag="sonar", tag_field="kind"):
-    """Distances from the robot's rim to what is nearest in each sector; `range` where nothing is hit.
+    """A sensor of the distance from the robot's rim to the nearest thing in each sector; `range` if there is none.
 
-    `sectors` maps a reading's name to (from, to) in degrees, counter-clockwise from ahead; from = to is a beam.
-    `sees` says what reflects; pushable and other solid objects count as obstacles.
+    `sectors` maps a reading's name to (from, to) in degrees, counter-clockwise from ahead; equal angles are a single
+    beam. `sees` lists what reflects; pushable and other solid objects count as obstacles.
     """
 
     sectors: Mapping[str, tuple[float, float]]
@@ -150,12 +153,12 @@ class Sonar(SensorBase, frozen=True, kw_only=True, tag="sonar", tag_field="kind"
 
 
 class Lidar(SensorBase, frozen=True, kw_only=True, tag="lidar", tag_field="kind"):
-    """Distances from the robot's rim along `beams` that are evenly spread over its view, symmetric about ahead.
+    """A sensor of distances from the robot's rim along `beams`, evenly spread over its view and symmetric.
 
-    Readings `{name}_0` to `{name}_{beams - 1}`, counter-clockwise; `range` where nothing is hit. `sectors` maps a
-    name to (from, to) in degrees as a sonar does, and the beams in it give three readings: by that name the nearest
-    distance, `{name}_bearing` the direction of that, absent where nothing is hit, and `{name}_width` how wide (m) the
-    widest opening is, which is a row of beams that reach `clear` at least. `sees` says what reflects, as for a sonar.
+    Readings are `{name}_0` to `{name}_{beams - 1}`, counter-clockwise; `range` if nothing is hit. `sectors` maps a
+    name to (from, to) in degrees as for a sonar, and each gives three readings: under its name the nearest distance,
+    `{name}_bearing` its direction, absent if nothing is hit, and `{name}_width` the width (m) of the widest opening,
+    a row of beams that reach at least `clear`. `sees` lists what reflects, as for a sonar.
     """
 
     view_deg: float = 360.0
@@ -169,11 +172,11 @@ class Lidar(SensorBase, frozen=True, kw_only=True, tag="lidar", tag_field="kind"
 
 
 class Camera(SensorBase, frozen=True, kw_only=True, tag="camera", tag_field="kind"):
-    """Blobs of color in a frame: readings `blob_x` (pixels from the left edge) and `blob_size` (pixels), of a
-    target with a color; absent together.
+    """A camera that detects blobs of color: `blob_x` (pixels from the left edge) and `blob_size` (pixels) of a target.
 
-    Of several blobs of a color the largest or the nearest counts. `misses` is the chance that a blob is not
-    seen, `ghosts` that one is seen where there is none. Noise is in pixels for x, a share of it for size.
+    Both are absent if the target has no color or is not seen. Of several blobs of a color, `choose` selects the
+    largest or the nearest. `misses` is the probability that a blob is not seen, `ghosts` that one is seen where there
+    is none. Noise is in pixels for x, and a share of the size.
     """
 
     view_deg: float = 60.0
@@ -189,9 +192,9 @@ class Camera(SensorBase, frozen=True, kw_only=True, tag="camera", tag_field="kin
 
 
 class TargetLocator(SensorBase, frozen=True, kw_only=True, tag="locator", tag_field="kind"):
-    """Readings `range` and `bearing` of a target, center to center, through everything, up to `range`.
+    """A sensor of `range` and `bearing` of a target, from center to center, through everything, up to its `range`.
 
-    Of all targets but those that another locator of the type names, or of the `targets` it names itself.
+    It measures the `targets` it names; by default all that no other locator of the type names.
     """
 
     targets: tuple[str, ...] | None = None
@@ -201,38 +204,39 @@ class TargetLocator(SensorBase, frozen=True, kw_only=True, tag="locator", tag_fi
 
 
 class PoseSensor(SensorBase, frozen=True, kw_only=True, tag="pose", tag_field="kind"):
-    """The robot's own readings `x`, `y`, `heading`, `speed` and `turning`."""
+    """A sensor of the robot's own `x`, `y`, `heading`, `speed` and `turning`."""
 
     noise: float = 0.0
     noise_deg: float = 0.0
 
 
 class Bumper(SensorBase, frozen=True, kw_only=True, tag="bumper", tag_field="kind"):
-    """Whether the robot touches something in each sector: readings as the sectors are named, (from, to) degrees."""
+    """A sensor of contact in each sector, (from, to) in degrees; the readings are named after the sectors."""
 
     sectors: Mapping[str, tuple[float, float]] = field(default_factory=lambda: {"bumper": (-180.0, 180.0)})
 
 
 class StallSensor(SensorBase, frozen=True, kw_only=True, tag="stuck", tag_field="kind"):
-    """The reading `stuck`: whether for `after_s` the robot has been driving without getting anywhere."""
+    """A sensor of the reading `stuck`: whether the robot has commanded motion for `after_s` without moving."""
 
     after_s: float = 1.0
 
 
 class CargoSensor(SensorBase, frozen=True, kw_only=True, tag="cargo", tag_field="kind"):
-    """Readings of food: `food_stored`, `food_here` (in the nearest source, if within reach), `food_left`,
-    `station_here` (whether unloading works here).
+    """A sensor of food: `food_stored`, `food_here`, `food_left` and `station_here`.
+
+    `food_here` is the food of the nearest source, if within reach; `station_here` is whether a home is within reach.
     """
 
 
 class GripSensor(SensorBase, frozen=True, kw_only=True, tag="holding", tag_field="kind"):
-    """Readings of boxes to pull: `holding` (whether the robot holds one), `enough` (whether enough robots hold it)."""
+    """A sensor of boxes to pull: `holding` (whether the robot holds one), `enough` (whether enough robots hold it)."""
 
 
 class ClaimSensor(SensorBase, frozen=True, kw_only=True, tag="claimed", tag_field="kind"):
-    """The reading `name` of an object as target: whether another robot within `range` of it raises the signal.
+    """A sensor of whether another robot within `range` of an object raises a signal; `name` is the reading.
 
-    Of all targets that are objects, or of the `targets` it names.
+    It covers all targets that are objects, or the `targets` it names.
     """
 
     signal: str
@@ -242,16 +246,16 @@ class ClaimSensor(SensorBase, frozen=True, kw_only=True, tag="claimed", tag_fiel
 
 
 class RandomSensor(SensorBase, frozen=True, kw_only=True, tag="random", tag_field="kind"):
-    """A reading in [0, 1), drawn anew every `every_s` (every tick if left out)."""
+    """A reading of random numbers in [0, 1), drawn anew every `every_s` (by default every tick)."""
 
     name: str = "random"
     every_s: float | None = None
 
 
 class ElapsedSensor(SensorBase, frozen=True, kw_only=True, tag="since", tag_field="kind"):
-    """A reading `name`: seconds since the reading `of` was last there (a blob, a range) or last yes (bumper).
+    """A sensor of the time (s) since the reading `of` was last present (a blob, a range) or last true (a bumper).
 
-    It is of a target where `of` is one; absent where that never was.
+    Its reading `name` is of a target if `of` is; it is absent if `of` was never present.
     """
 
     name: str
@@ -275,12 +279,12 @@ Sensor: TypeAlias = (
 
 
 class RobotType(StrictStruct, frozen=True, kw_only=True):
-    """A sort of robot: a disc on two wheels with its sensors, and the behaviors it comes with.
+    """A type of robot: a disc on two wheels, with its sensors and basic behaviors.
 
-    `speed` and `turning_deg` (per s) are what the commands drive = 1 and turn = 1 ask for; the accelerations, where
-    given, limit how fast it gets there. Noise is a share of the motion of each tick. A robot carries up to
-    `capacity` units of food, loads and unloads one in `load_s` and `unload_s` within `reach`, standing still.
-    A behavior says for each channel how much of it, and for `signal` which one it raises while it runs.
+    `speed` and `turning_deg` (per s) are those of the commands drive = 1 and turn = 1; the accelerations, if given,
+    limit how fast they are reached. Noise is a share of the motion in each tick. A robot carries up to `capacity`
+    units of food, and loads or unloads one in `load_s` or `unload_s` within `reach`, standing still. A behavior maps
+    channels to their commanded values, and `signal` to the signal that it raises while it runs.
     """
 
     radius: float = 0.2
@@ -303,9 +307,9 @@ class RobotType(StrictStruct, frozen=True, kw_only=True):
 
 
 class RobotGroup(Placement, frozen=True, kw_only=True):
-    """Robots of one type; headings left out are drawn.
+    """Robots of one type; headings that are not given are drawn at random.
 
-    `stored` is the food they carry at first.
+    `stored` is the food that each carries at first.
     """
 
     type: str
@@ -313,12 +317,12 @@ class RobotGroup(Placement, frozen=True, kw_only=True):
 
 
 class TargetSpec(StrictStruct, frozen=True, kw_only=True):
-    """What a target's name stands for: one of its fields.
+    """The meaning of a target's name, given by one of its fields.
 
-    `nearest` of a class of objects (food: with food left), the first `object` of a class, the nearest robot of
-    this `team`, or the nearest robot that is a "teammate", an "opponent" or "any". A `color` alone, for cameras.
-    A `signal` alone, or beside `team` or `robot`, means robots that raise it. `nearest` may pass over objects that
-    are `unclaimed` no more: another robot `within` that far of them raises this signal.
+    `nearest` object of a class (of food: with food left), the first `object` of a class, the nearest robot of this
+    `team`, or the nearest robot that is a "teammate", an "opponent" or "any"; a `color` alone, for cameras. A
+    `signal`, alone or with `team` or `robot`, restricts it to robots that raise it. With `unclaimed`, `nearest` omits
+    objects that another robot `within` this distance claims by raising this signal.
     """
 
     nearest: str | None = None
@@ -334,16 +338,17 @@ class TargetSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class FeatureSpec(StrictStruct, frozen=True, kw_only=True):
-    """A feature under a name of its own: the `reading` behind it, whose usual feature it stands in for."""
+    """A feature under a name of its own; it replaces the usual feature of the same `reading`."""
 
     reading: str
     doc: str = ""
 
 
 class Goal(StrictStruct, frozen=True, kw_only=True):
-    """When a world is finished: all food `delivered`, so many boxes `gathered`, or a robot (or `all`) at a target.
+    """The condition that finishes a world: all food `delivered`, enough boxes `gathered`, or robots at a `target`.
 
-    The target is a class of objects, any one of it, and `within` how near to it.
+    The target is a class of objects, and any of them counts, from center to center `within` this distance; one robot
+    must be there, or with `all` every one.
     """
 
     delivered: bool = False
@@ -354,7 +359,7 @@ class Goal(StrictStruct, frozen=True, kw_only=True):
 
 
 class Scenario(StrictStruct, frozen=True, kw_only=True):
-    """Everything that makes a world, but for the seed."""
+    """The complete description of a world, except for the seed."""
 
     name: str = "scenario"
     about: str = ""

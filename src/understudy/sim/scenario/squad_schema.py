@@ -1,4 +1,4 @@
-"""The team tree of a scenario: sorts of squads, what their coordinators sense and order, and their radio."""
+"""Squads in a scenario: their members, the statistics and orders of their coordinators, and their radio."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from understudy.model.squad import How
 
 
 class StrictStruct(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What all parts of a scenario, or of a robot's file, have in common: frozen, keys by name, no unknown key."""
+    """A part of a scenario or robot file: frozen, with keys by name, without unknown keys."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle without defaults: a copy of a default is another object, and would be written out in files."""
+        """Pickle without default values: a copied default would be another object, and be written to files."""
         values = {each.name: (getattr(self, each.name), each.default) for each in fields(self)}
         given = {name: value for name, (value, default) in values.items() if value is not default}
         return _make_struct, (type(self), given)
@@ -26,7 +26,7 @@ def _make_struct(kind: type[StrictStruct], given: dict[str, Any]) -> StrictStruc
 
 
 class RoleSpec(StrictStruct, frozen=True, kw_only=True):
-    """A role in squads of a sort: members `of` a type of robots, or of another sort of squads.
+    """A role in squads of one kind, for members `of` a type of robots or another kind of squads.
 
     Each squad gets `least` of them, then up to `preferred`, then up to `most`.
     """
@@ -38,7 +38,7 @@ class RoleSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class StatisticSpec(StrictStruct, frozen=True, kw_only=True):
-    """A number about the members of a squad, as `model.squad.Statistic` has it.
+    """A number computed from the members of a squad; see `model.squad.Statistic`.
 
     A `centroid` is two of them: the means of the readings x and y, or of `reading`_x and `reading`_y.
     """
@@ -56,9 +56,9 @@ class StatisticSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class AssignmentSpec(StrictStruct, frozen=True, kw_only=True):
-    """What some members are ordered to `run`, `with` targets for its parameters: those of a role, a share, the rest.
+    """The behavior that some members are ordered to `run`, with targets (`with`) for its parameters.
 
-    A share is how many of them, or what part, such as "1/3".
+    These are members in a `role`, a `share` of the members (a number, or a fraction such as "1/3"), or the rest.
     """
 
     run: str
@@ -68,9 +68,9 @@ class AssignmentSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class SquadSpec(StrictStruct, frozen=True, kw_only=True):
-    """A sort of squad; where `count` is left out there are as many as the preferred sizes of its roles ask for.
+    """A kind of squad; without `count` there are as many as the preferred sizes of its roles permit.
 
-    `drops` names a yes-or-no reading, such as stuck: members who read yes are counted no more.
+    `drops` names a yes-or-no reading, such as stuck: members whose reading is yes no longer count.
     """
 
     doc: str = ""
@@ -82,7 +82,7 @@ class SquadSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class CommsSpec(StrictStruct, frozen=True, kw_only=True):
-    """What orders and reports between coordinators and their members suffer: a delay, and the chance to get lost."""
+    """The radio between coordinators and their members: delay of messages (s), and the probability of losing one."""
 
     delay_s: float = 0.0
     loss: float = 0.0

@@ -1,4 +1,4 @@
-"""What does not fit a file's description, in words: the real key, what is wrong there, what would be right."""
+"""Convert plain values from a TOML file to structs; errors name the key, the problem and a remedy."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _WORDS = {
 
 
 class DecodeProblem(NamedTuple):
-    """Where something does not fit, what is wrong, and what would be right."""
+    """The key of a value that does not fit, the problem, and a remedy."""
 
     key: str
     problem: str
@@ -36,7 +36,7 @@ class DecodeProblem(NamedTuple):
 
 
 def decode_toml_values(document: Any, whole: type[Described]) -> Described | DecodeProblem:
-    """The `whole` that a document of plain values describes, or the first thing in it that does not fit."""
+    """Convert a document of plain values to a struct; return the first problem if something does not fit."""
     try:
         return msgspec.convert(document, whole)
     except (msgspec.ValidationError, ValueError, TypeError, OverflowError) as error:
@@ -44,7 +44,7 @@ def decode_toml_values(document: Any, whole: type[Described]) -> Described | Dec
 
 
 def format_key_path(steps: KeySteps) -> str:
-    """Keys and indices as one path: types.pioneer.sensors[1]."""
+    """Format keys and indices as one path: types.pioneer.sensors[1]."""
     parts = (f"[{step}]" if isinstance(step, int) else f".{_key(step)}" for step in steps)
     return "".join(parts).removeprefix(".")
 
@@ -94,7 +94,10 @@ def _unknown_key(sort: Any, steps: KeySteps, key: str) -> DecodeProblem:
 
 
 def _real_steps(document: Any, message: str, path: str, whole: type[StrictStruct]) -> KeySteps:
-    """The keys of a path; where msgspec leaves one out, the first that fails in the same way by itself."""
+    """Return the keys of a path in an error of msgspec.
+
+    If msgspec omits a key, it is the first one whose table fails in the same way without the others.
+    """
     steps: KeySteps = ()
     for name, index, left_out in _STEP.findall(path):
         if not left_out:
@@ -120,7 +123,7 @@ def _fails_alone(document: Any, message: str, steps: KeySteps, whole: type[Stric
 
 
 def _alone(document: Any, steps: KeySteps, key: str) -> Any:
-    """The document with only this key in the table at the end of the path."""
+    """Return the document with only this key in the table at the end of the path."""
     if not steps:
         return {key: document[key]}
     if isinstance(document, Mapping):
@@ -137,7 +140,7 @@ def _walk(document: Any, steps: Sequence[str | int]) -> Any:
 
 
 def _sort_at(document: Any, steps: KeySteps, whole: type[StrictStruct]) -> Any:
-    """The type that is described for what is at these keys; None where none is."""
+    """Return the type expected at these keys; None if the keys are unknown."""
     sort: Any = whole
     for number, step in enumerate(steps):
         inside = (_inside(option, step, _walk(document, steps[:number])) for option in _options(sort))

@@ -1,4 +1,4 @@
-"""Plain values as TOML text that people can read: tables opened where they are large, on one line where small."""
+"""Write plain values as readable TOML: large tables with headings of their own, small ones on one line."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ OPENED = (
     ("radio",),
     ("goal",),
 )
-"""Tables with a heading of their own; `*` is any key."""
+"""The tables with headings of their own; `*` is any key."""
 LISTED = (("walls",), ("obstacles",), ("objects",), ("robots",), ("types", "*", "sensors"))
-"""Lists of tables with headings of their own."""
+"""The lists of tables with headings of their own."""
 
 
 ABOVE = tuple(opened[:-1] for opened in OPENED if opened[-1] == "*")
-"""Tables of nothing but tables with headings: they need none themselves."""
+"""The tables that contain only tables with headings, and need no headings themselves."""
 
 
 def format_toml(document: Mapping[str, Any]) -> str:
-    """A document's text."""
+    """Return a document as TOML text."""
     return "\n".join(_lines(document, (), ())).strip() + "\n"
 
 
 def _lines(table: Mapping[str, Any], keys: tuple[str, ...], path: tuple[str, ...]) -> list[str]:
-    """A table's lines: what stands on one line first, then tables and lists of tables with headings."""
+    """Return a table's lines: values on one line first, then tables and lists of tables with headings."""
     lines: list[str] = []
     below: list[str] = []
     for key, value in table.items():
@@ -54,7 +54,7 @@ def _lines(table: Mapping[str, Any], keys: tuple[str, ...], path: tuple[str, ...
 
 
 def _are_tables(values: Any) -> bool:
-    """Whether this is a list of tables, and not an empty one."""
+    """Return whether a value is a list of tables that is not empty."""
     return (
         isinstance(values, list | tuple)
         and bool(values)

@@ -1,4 +1,4 @@
-"""Boxes to pull, and signals, in a scenario: what can be pulled, by as many as there are, and what is raised."""
+"""Check boxes to pull and signals in a scenario: enough robots for each box, and a behavior for each signal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NOT_BESIDE = ("home", "solid", "pushable", "presence", "capture", "walk")
 
 
 def check_boxes_and_signals(checker: ScenarioErrors) -> None:
-    """SettingError where a box cannot be pulled or gathered, or where nobody raises a signal that is looked for."""
+    """Raise SettingError if a box cannot be pulled or gathered, or no behavior raises a signal that is used."""
     scenario = checker.scenario
     for index, thing in enumerate(scenario.objects):
         if thing.pull is not None:
@@ -30,7 +30,7 @@ def check_boxes_and_signals(checker: ScenarioErrors) -> None:
 
 
 def check_signal(checker: ScenarioErrors, key: str, channels: Mapping[str, float | str]) -> None:
-    """SettingError where a signal is no name, or another channel is one."""
+    """Raise SettingError if the value of the channel `signal` is not a name, or that of another channel is text."""
     for channel, value in channels.items():
         if channel == SIGNAL and not isinstance(value, str):
             remedy = 'give the name of the signal that it raises: signal = "help"'
@@ -40,7 +40,7 @@ def check_signal(checker: ScenarioErrors, key: str, channels: Mapping[str, float
 
 
 def _check_box(checker: ScenarioErrors, key: str, thing: ObjectClass, pull: PullRule) -> None:
-    """It is nothing else beside, enough robots are there, and where it appears again is a box."""
+    """Raise SettingError if a box has other uses, needs too many robots, or appears again in a circle."""
     others = [word for word in NOT_BESIDE if getattr(thing, word)]
     others += ["amount"] if thing.amount not in (0, (0, 0)) else []
     if others:
@@ -84,7 +84,7 @@ def _check_raised(checker: ScenarioErrors, key: str, signal: str) -> None:
 
 
 def _check_goal(checker: ScenarioErrors, goal: Goal) -> None:
-    """There are homes to bring boxes to, and boxes enough."""
+    """Raise SettingError if there is no home for boxes, or there are too few boxes."""
     things = checker.scenario.objects
     boxes = [thing for thing in things if thing.pull is not None]
     if not boxes:
@@ -99,6 +99,6 @@ def _check_goal(checker: ScenarioErrors, goal: Goal) -> None:
 
 
 def list_raised_signals(kind: RobotType) -> list[tuple[str, str]]:
-    """The behaviors of a type that raise a signal, each with which."""
+    """Return the behaviors of a type that raise a signal, each with its signal."""
     found = ((name, each.get(SIGNAL)) for name, each in kind.behaviors.items())
     return [(name, signal) for name, signal in found if isinstance(signal, str)]

@@ -1,4 +1,4 @@
-"""Names in a scenario: each says one thing, and what it refers to is there."""
+"""Check names in a scenario: each has one meaning, and refers to something that exists."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _TOGETHER = (["robot", "signal"], ["signal", "team"])
 
 
 def check_scenario_names(checker: ScenarioErrors) -> None:
-    """SettingError where a name cannot be, is there twice, or refers to nothing."""
+    """Raise SettingError if a name is not valid, occurs twice, or refers to nothing."""
     scenario = checker.scenario
     _check_spelling(checker)
     _once(checker, "objects", [thing.name for thing in scenario.objects])
@@ -61,14 +61,14 @@ def check_scenario_names(checker: ScenarioErrors) -> None:
 
 
 def check_identifier(checker: ScenarioErrors, key: str, name: str) -> None:
-    """SettingError where a name is no word."""
+    """Raise SettingError if a name contains forbidden characters or is too long."""
     if not NAME.fullmatch(name):
         remedy = "give up to 60 letters, digits, _, - and spaces inside"
         checker.fail(key, f"has {name!r:.80}, which is not a valid name", remedy)
 
 
 def _check_spelling(checker: ScenarioErrors) -> None:
-    """Names are words: they stand in tables, on buttons, in names of files."""
+    """Raise SettingError if a name is not valid; names occur in tables, on buttons and in file names."""
     scenario = checker.scenario
     spelled: list[tuple[str, str]] = [("name", scenario.name)]
     tables: Mapping[str, Mapping[str, Any]] = {
@@ -115,7 +115,7 @@ def _once(checker: ScenarioErrors, key: str, names: list[str]) -> None:
 
 
 def _check_sensors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
-    """Each reading is there once, sectors are arcs, and what is timed is there to be timed."""
+    """Raise SettingError for readings that occur twice, invalid sectors, or timed readings that do not exist."""
     read: dict[str, int] = {}
     for index, sensor in enumerate(kind.sensors):
         for setting, problem, remedy in find_sensor_row(sensor).check(sensor):
@@ -140,7 +140,7 @@ def _check_sensors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
 
 
 def _check_locators(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
-    """Several locators share the targets: none is of two, and one at most of all the rest."""
+    """Raise SettingError if two locators of a type measure the same target."""
     taken: dict[str | None, int] = {}
     for index, sensor in enumerate(kind.sensors):
         if not isinstance(sensor, TargetLocator):

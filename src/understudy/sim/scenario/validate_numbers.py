@@ -1,4 +1,4 @@
-"""Numbers that a scenario may hold: of which sign, how large, in which order."""
+"""Check the numbers in a scenario: sign, size and order."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from understudy.sim.scenario.squad_schema import (
 from understudy.sim.sensing.sensor_table import SENSORS
 
 MOST = 1e9
-"""Whatever is larger is a slip, or breaks arithmetic."""
+"""The largest valid number; larger ones are mistakes, or lose precision."""
 
 
 LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
@@ -84,14 +84,14 @@ LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
     SensorBase: {"dropout": CHANCE, "rate_hz": POSITIVE},
     **{row.spec: row.limits for row in SENSORS},
 }
-"""Limits by part and field; a part keeps those of what it is a sort of."""
+"""The limits of fields by class; a subclass inherits those of its base."""
 
 RANGES = ("count", "amount", "away_s", "first_s", "stays_s")
-"""Fields that are (least, most) where they are two numbers."""
+"""The fields that are (least, most) if they have two numbers."""
 
 
 def check_numbers(checker: ScenarioErrors) -> None:
-    """SettingError where a number cannot be."""
+    """Raise SettingError if a number in a scenario is not valid."""
     for part, path in list_parts(checker.scenario):
         for name in part.__struct_fields__:
             value, key = getattr(part, name), f"{path}.{name}" if path else name
@@ -103,7 +103,7 @@ def check_numbers(checker: ScenarioErrors) -> None:
 
 
 def list_parts(part: StrictStruct, path: str = "") -> Iterator[tuple[StrictStruct, str]]:
-    """Every part of a scenario with its key path."""
+    """Yield every part of a scenario with its key path."""
     yield part, path
     for name in part.__struct_fields__:
         key = f"{path}.{name}" if path else name
@@ -113,14 +113,14 @@ def list_parts(part: StrictStruct, path: str = "") -> Iterator[tuple[StrictStruc
 
 
 def list_numbers(value: Any, key: str) -> Iterator[tuple[float, str]]:
-    """Every number in a field that is not a part, with its key path."""
+    """Yield every number in a field that is not a part, with its key path."""
     for leaf, at in _leaves(value, key):
         if isinstance(leaf, int | float) and not isinstance(leaf, bool):
             yield leaf, at
 
 
 def find_limit(part: type, name: str) -> Limit | None:
-    """The limit of a field, its own or that of what the part is a sort of."""
+    """Return the limit of a field, from the part's class or a base of it; None if it has none."""
     found = (LIMITS.get(sort, {}).get(name) for sort in part.__mro__)
     return next((limit for limit in found if limit is not None), None)
 
@@ -145,7 +145,7 @@ def _check_number(checker: ScenarioErrors, key: str, number: float, limit: Limit
 
 
 def _check_times(checker: ScenarioErrors) -> None:
-    """What takes time takes whole ticks, and no robot turns half around in one."""
+    """Raise SettingError if loading does not take whole ticks, or a robot turns half a circle in one tick."""
     tick_s = checker.scenario.tick_s
     for name, kind in checker.scenario.types.items():
         for key, seconds in (("load_s", kind.load_s), ("unload_s", kind.unload_s)):

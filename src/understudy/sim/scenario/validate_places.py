@@ -1,4 +1,4 @@
-"""Places in a scenario: inside the arena, of shapes that can be, free where they must be, and room for the rest."""
+"""Check places in a scenario: inside the arena, of valid shapes, without overlaps, with room for everything."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from understudy.sim.scenario.schema import (
 )
 
 DENSEST = pi / 12**0.5
-"""The share of a plane that equal discs can cover."""
+"""The largest share of a plane that equal discs can cover."""
 
 
 CLOSE = 1e-9
-"""What rounding may do to a distance, m."""
+"""The largest rounding error of a distance, m."""
 
 
 class PlacedDisc(NamedTuple):
-    """Something round at a given place."""
+    """A round thing at a given place, in m, and its key in the scenario."""
 
     key: str
     x: float
@@ -47,7 +47,7 @@ class PlacedDisc(NamedTuple):
 
 
 def check_places(checker: ScenarioErrors) -> None:
-    """SettingError where something cannot be where it should."""
+    """Raise SettingError if something cannot be at its place."""
     scenario = checker.scenario
     for name, region in scenario.regions.items():
         _check_region(checker, f"regions.{name}", region)
@@ -68,7 +68,7 @@ def check_places(checker: ScenarioErrors) -> None:
 
 
 def list_placed(scenario: Scenario) -> Iterator[tuple[str, Placement, float]]:
-    """Everything that has places: its key, itself, its radius."""
+    """Yield everything that has places: its key, the thing, and its radius (m)."""
     for index, obstacle in enumerate(scenario.obstacles):
         radius = obstacle.radius or max((hypot(*point) for point in obstacle.points or ()), default=0.0)
         yield f"obstacles[{index}]", obstacle, radius
@@ -205,7 +205,7 @@ def _fewest(placing: Placement) -> int:
 
 
 def _check_order(checker: ScenarioErrors) -> None:
-    """No object is near one that is near it, or near itself."""
+    """Raise SettingError if an object is near itself, directly or through others."""
     near = {thing.name: thing.near for thing in checker.scenario.objects}
     for index, thing in enumerate(checker.scenario.objects):
         at, seen = thing.near, {thing.name}
@@ -218,7 +218,7 @@ def _check_order(checker: ScenarioErrors) -> None:
 
 
 def _check_overlaps(checker: ScenarioErrors) -> None:
-    """What is solid and has its place given keeps off all else of that sort; obstacles may overlap each other."""
+    """Raise SettingError if solid things at given places overlap; obstacles may overlap each other."""
     scenario = checker.scenario
     walls = tuple(list_wall_segments(scenario))
     polygons = tuple(_polygons(scenario))
@@ -275,7 +275,7 @@ def _solid_discs(scenario: Scenario) -> Iterator[PlacedDisc]:
 
 
 def _check_room(checker: ScenarioErrors) -> None:
-    """What cannot fit by its size alone is refused here; the rest is found out while a world is laid out."""
+    """Raise SettingError if things cannot fit by their size alone; the rest is found when a world is laid out."""
     scenario = checker.scenario
     width, height = scenario.size
     taken = 0.0

@@ -1,4 +1,4 @@
-"""Squads in a scenario: their tree, what they sense and order, and whether the robots can be dealt to them."""
+"""Check squads in a scenario: their tree, statistics and orders, and whether there are enough robots for them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from understudy.sim.team.assignment import count_team_members, sort_squads_botto
 from understudy.sim.team.squads import make_squad, make_statistics
 
 Read = Mapping[str, Reading]
-"""What agents of a sort sense, by name."""
+"""The readings of a sort of agents, by name."""
 
 
 def check_squad_sorts(checker: ScenarioErrors) -> None:
-    """SettingError where squads make no sense or cannot be dealt."""
+    """Raise SettingError if squads contradict each other, or robots cannot be assigned to them."""
     scenario = checker.scenario
     for name in scenario.squads:
         _check_spelling(checker, name)
@@ -52,7 +52,7 @@ def check_squad_sorts(checker: ScenarioErrors) -> None:
 
 
 def _check_spelling(checker: ScenarioErrors, name: str) -> None:
-    """All names are words, and a sort of squad is told from a type of robots."""
+    """Raise SettingError if a name is not valid, or a squad has the name of a type of robots."""
     squad, key = checker.scenario.squads[name], f"squads.{name}"
     check_identifier(checker, "squads", name)
     if name in checker.scenario.types:
@@ -92,7 +92,7 @@ def _check_sizes(checker: ScenarioErrors, key: str, member: RoleSpec) -> None:
 
 
 def _check_statistics(checker: ScenarioErrors, squad: Squad, read: Mapping[str, Read]) -> None:
-    """Each has a name of its own, and its members sense what it is of."""
+    """Raise SettingError if statistics share a name, or members do not have the readings that they need."""
     roles = [role.name for role in squad.roles]
     taken = {feature.name: "a feature of all that are taught" for feature in OWN_FEATURES}
     for own, spelled in checker.scenario.squads[squad.name].statistics.items():
@@ -128,7 +128,7 @@ def _check_reading(
 def _check_sorts(
     checker: ScenarioErrors, squad: str, known: dict[str, tuple[Reading, str]], readings: tuple[Reading, ...]
 ) -> None:
-    """A name stands for one sort of reading wherever it is read."""
+    """Raise SettingError if a name stands for different kinds of readings."""
     for reading in readings:
         before, of = known.setdefault(reading.name, (reading, f"the squad {squad!r}"))
         if replace(before, doc="") != replace(reading, doc=""):
@@ -141,7 +141,7 @@ def _check_sorts(
 def _check_orders(
     checker: ScenarioErrors, squad: Squad, ordered: Mapping[str, frozenset[str]]
 ) -> frozenset[str]:
-    """What coordinators of the sort can order: what members can be told, and orders of their own."""
+    """Check the orders of a kind of squads; return all that its coordinators can order."""
     known = frozenset[str]().union(*(ordered[role.of] for role in squad.roles))
     for name, order in squad.orders.items():
         key = f"squads.{squad.name}.orders.{name}"
@@ -154,7 +154,7 @@ def _check_orders(
 
 
 def _check_duties(checker: ScenarioErrors, key: str, duties: tuple[Assignment, ...], squad: Squad) -> None:
-    """Duties are for roles and targets that are there, and somebody is left for each."""
+    """Raise SettingError for unknown roles or targets, or if earlier duties leave no members for a later one."""
     roles = [role.name for role in squad.roles]
     left = set(roles)
     for index, duty in enumerate(duties):

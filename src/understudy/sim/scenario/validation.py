@@ -1,7 +1,7 @@
-"""Whether a scenario can be: whatever is impossible or senseless in it is one error that names the key.
+"""Check scenarios: anything impossible or contradictory in one raises an error that names the key.
 
-`check_scenario` looks at types first, then numbers, names, places, boxes and signals, squads. A world that passes may
-still turn out too crowded while it is laid out, which depends on its seed.
+`check_scenario` checks types first, then numbers, names, places, boxes and signals, and squads. A scenario that
+passes can still be too crowded for some seeds, which is found when a world is laid out.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_value
 
 
 def check_scenario(scenario: Scenario) -> None:
-    """SettingError where a scenario is impossible or makes no sense."""
+    """Raise SettingError, naming the key, if a scenario is impossible or contradicts itself."""
     checker = ScenarioErrors(scenario)
     _check_types(checker)
     validate_numbers.check_numbers(checker)
@@ -32,7 +32,7 @@ def check_scenario(scenario: Scenario) -> None:
 
 
 def _check_types(checker: ScenarioErrors) -> None:
-    """A scenario built in Python may hold anything: it is held to what a file may hold."""
+    """Raise SettingError if a scenario made in Python contains a value of a type that a file could not contain."""
     try:
         plain = msgspec.to_builtins(checker.scenario)
     except (TypeError, ValueError, OverflowError) as error:

@@ -1,1 +1,1 @@
-"""Which readings the sensors of a scenario give."""
+"""The sensors of scenarios: their readings, and plans of the measurements that give them."""

@@ -1,4 +1,4 @@
-"""Rows of the sensor table: sonars, lidars and bumpers, which measure in directions around the robot."""
+"""Rows of the sensor table for sonars, lidars and bumpers, which measure in directions around the robot."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _list_sonar_readings(sensor: Sonar) -> tuple[Reading, ...]:
 
 
 def _combine_reflectors(sees: Sequence[str]) -> int:
-    """What reflects, as the bits of a STEP."""
+    """Return the kinds of things that a sensor detects as the bits of `sees` of a STEP."""
     bits = {"walls": dtypes.WALLS, "obstacles": dtypes.OBSTACLES, "robots": dtypes.ROBOTS}
     return sum({bits[each] for each in sees})
 
@@ -82,7 +82,7 @@ def _sweep_sonar(sensor: Sonar, kind: RobotType) -> RangeScan:
 
 
 def _list_sonar_topics(sensor: Sonar, kind: RobotType) -> tuple[SensorTopic, ...]:
-    """A message Range for each sector; REP 117: infinite where nothing is in range."""
+    """Return a topic of messages Range for each sector; ranges without an echo are infinite (REP 117)."""
     return tuple(
         SensorTopic(
             f"sonar/{name}", RANGE, {name: {"unit": "m"}}, partial(_make_range_fields, name, sensor.range)
@@ -99,7 +99,7 @@ def _make_range_fields(name: str, limit: float, values: Mapping[str, float]) -> 
 
 
 def _aim_beams(sensor: Lidar) -> tuple[float, float]:
-    """The direction of a lidar's first beam, and from one beam to the next, degrees; a single beam looks ahead."""
+    """Return the direction of a lidar's first beam and the angle between beams, degrees; a single beam points ahead."""
     if sensor.beams == 1:
         return 0.0, sensor.view_deg
     if sensor.view_deg >= 360.0:
@@ -108,7 +108,10 @@ def _aim_beams(sensor: Lidar) -> tuple[float, float]:
 
 
 def _select_beams(sensor: Lidar, low: float, high: float) -> tuple[int, int] | None:
-    """The first beam of a sector and how many there are; of a beam, the nearest. None where they are no one row."""
+    """Return the first beam of a sector and their number; None if they are not a row of neighboring beams.
+
+    A sector without width selects the nearest beam.
+    """
     start, spacing = _aim_beams(sensor)
     same, width = 1e-9, high - low
     after = [(start + beam * spacing - low) % 360.0 for beam in range(sensor.beams)]
@@ -202,7 +205,7 @@ def _sweep_lidar(sensor: Lidar, kind: RobotType) -> RangeScan:
 
 
 def _list_lidar_topics(sensor: Lidar, kind: RobotType) -> tuple[SensorTopic, ...]:
-    """One LaserScan from the robot's middle; a robot file takes the radius off again."""
+    """Return a topic LaserScan from the robot's center; its robot file subtracts the robot's radius."""
     start, spacing = _aim_beams(sensor)
     readings: dict[str, dict[str, Any]] = {}
     for beam in range(sensor.beams):

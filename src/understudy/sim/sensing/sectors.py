@@ -1,6 +1,6 @@
-"""Sectors of directions around a robot: prepared for measuring without trigonometry, and summed up over beams.
+"""Sectors of directions around a robot: prepared for measuring without trigonometry, and summaries of beams.
 
-What sums up beams is plain Python that kernels compile; it also reads the scans of real robots.
+The summaries are plain Python functions, which kernels compile and which the scans of real robots use, too.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 BEAM, NARROW, WIDE, FULL = 0, 1, 2, 3
-"""One direction; less than half a circle; half a circle or more; all of it."""
+"""The spans of sectors: one direction; less than half a circle; half a circle or more; a full circle."""
 
 SECTOR = np.dtype(
     [
@@ -26,13 +26,13 @@ SECTOR = np.dtype(
 )
 
 _SAME = 1e-9
-"""Directions (rad) nearer to each other than this are one, so that 360 degrees are a full circle."""
+"""The angle (rad) below which two directions count as equal, so that 360 degrees are a full circle."""
 
 
 def make_sector(from_rad: float, to_rad: float) -> np.void:
-    """The SECTOR counter-clockwise from one angle (rad, robot frame) to another; both edges are part of it.
+    """Make the SECTOR counter-clockwise from one angle (rad, robot frame) to another, both edges included.
 
-    A beam where both are one direction, unless `to_rad` is a full circle or more ahead of `from_rad`.
+    It is a beam if both are one direction, unless `to_rad` is a full circle or more ahead of `from_rad`.
     """
     turn = (to_rad - from_rad) % tau
     if to_rad - from_rad >= tau - _SAME:
@@ -50,7 +50,7 @@ def make_sector(from_rad: float, to_rad: float) -> np.void:
 def find_nearest_beam(far: Any, first: int, count: int, beams: int) -> int:
     """Find which of `count` beams from `first` on, modulo `beams`, has the shortest distance in `far`.
 
-    Returns -1 where all are NaN. Of equal distances the first counts.
+    Return -1 if all are NaN, and the first of equal distances.
     """
     best = -1
     for k in range(count):
@@ -63,12 +63,13 @@ def find_nearest_beam(far: Any, first: int, count: int, beams: int) -> int:
 def measure_widest_opening(
     far: Any, first: int, count: int, beams: int, spacing: float, rim: float, clear: float
 ) -> float:
-    """Measure the widest opening in a sector of beams, m: a row of neighbors that all reach at least `clear`.
+    """Return the width (m) of the widest opening in a sector: neighboring beams that all reach at least `clear`.
 
-    It is as wide as the returns on both sides of it are apart. Where the sector ends, or the beam beside it has no
-    answer, it ends on its own outermost beam, at `clear`. The beams are `count` from `first` on, modulo `beams`, and
-    `spacing` (rad) apart; `far` and `clear` (m) are from the rim, which is `rim` from the sensor. 0 where no beam
-    reaches that far. An opening of half a circle or more is as wide as both distances together.
+    The width is the distance between the returns on both sides of the opening. If the sector ends there, or the beam
+    beside it has no reading, the opening ends on its own outermost beam, at `clear`. The beams are `count` from
+    `first` on, modulo `beams`, and `spacing` (rad) apart; `far` and `clear` (m) are from the rim, which is `rim` (m)
+    from the sensor. The result is 0 if no beam reaches that far, and the sum of both distances for half a circle or
+    more.
     """
     # Between the last beam and the first there may be a gap, or they may be beside each other.
     ring = count == beams and abs(spacing * beams - tau) < spacing / 2.0

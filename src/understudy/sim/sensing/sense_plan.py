@@ -1,7 +1,7 @@
-"""Sense plans: what robots have to measure so that certain readings are there, as records for kernels.
+"""Sense plans: the measurements that robots need for certain readings, as records for kernels.
 
-A step is one measurement of one sensor; its parts are the readings it gives. Parts are numbered within their
-sensor whether they are asked for or not, since their numbers key random draws.
+A step is one measurement of one sensor; its parts are the readings that it gives. Parts are numbered within their
+sensor whether or not they are needed, because their numbers key random draws.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from understudy.sim.sensing.sensor_table import find_sensor_row
 from understudy.sim.state import Records, WorldParams
 
 STREAMS = 65536
-"""Streams of random draws for a sensor; the first are those of motion, the next those of placing."""
+"""The number of streams of random draws per sensor; those of motion and of placing come first."""
 NOWHERE = -1
-"""No column, no memory, no place, no color."""
+"""The value for no column, no memory, no place and no color."""
 DISTURBING = ("noise_a", "noise_b", "misses", "ghosts")
 
 
 class SensePlan(NamedTuple):
-    """The steps of all types of robots; `width` is the number of columns, those asked for first."""
+    """The steps of all types of robots; `width` is the number of columns, of which the requested readings are first."""
 
     steps: Records
     parts: Records
     sectors: Records
-    """SECTOR of each part; a sonar's or bumper's."""
+    """The SECTOR of each part; meaningful for sonars, lidars and bumpers."""
     of_type: NDArray[np.int64]
-    """First step of each type, and one after its last [T, 2]."""
+    """The first step of each type, and one after its last [T, 2]."""
     width: int
     most_parts: int
 
@@ -52,7 +52,7 @@ class _SensorSteps:
 
 @dataclass
 class _PlanRows:
-    """The records of a plan while it is made, each as its fields; a sector for each part."""
+    """The records of a plan during its construction, as their fields, and a sector for each part."""
 
     steps: list[dict[str, Any]] = field(default_factory=list)
     parts: list[dict[str, Any]] = field(default_factory=list)
@@ -68,7 +68,7 @@ def _make_records(rows: Sequence[Mapping[str, Any]], dtype: np.dtype[Any]) -> Re
 
 
 class SensePlanner:
-    """Makes sense plans of a scenario: for a run those readings that it uses, for a session all."""
+    """A maker of sense plans for a scenario: for the readings that a run uses, or for all in a session."""
 
     def __init__(self, scenario: Scenario, rules: WorldParams, names: ScenarioNames) -> None:
         self.scenario = scenario
@@ -83,30 +83,30 @@ class SensePlanner:
             )
         self._slots: dict[tuple[int, ReadingKey], int] = {}
         self.kept: tuple[ReadingKey, ...] = ()
-        """Readings that have to be measured in every tick, since something remembers them."""
+        """The readings that must be measured in every tick, because later readings depend on them."""
         self._remember()
 
     @property
     def slots(self) -> int:
-        """H, how many numbers each robot remembers."""
+        """H, the number of values that each robot's sensors remember."""
         return max((slot for slot in self._slots.values()), default=-1) + 2 if self._slots else 0
 
     @property
     def reach(self) -> float:
-        """How far the farthest range sensor or bumper feels, m, from the center of its robot."""
+        """The largest range of a range sensor or bumper, m, from the center of its robot."""
         types = self.scenario.types.values()
         reached = [find_sensor_row(sensor).reach(sensor) for kind in types for sensor in kind.sensors]
         return max((TOUCH, *reached)) + max(kind.radius for kind in types)
 
     def keys(self) -> tuple[ReadingKey, ...]:
-        """All readings that some robot has."""
+        """Return all readings that some robot has."""
         measures = (measure for measures in self._by_type for measure in measures)
         return tuple(
             dict.fromkeys(key for measure in measures for part in measure.parts for key in part.keys)
         )
 
     def plan(self, keys: Sequence[ReadingKey]) -> SensePlan:
-        """The plan whose first columns are these readings."""
+        """Make the plan whose first columns are these readings."""
         columns: dict[ReadingKey, list[int]] = {}
         for at, key in enumerate(keys):  # two features may be of one reading
             columns.setdefault(key, []).append(at)
@@ -140,7 +140,7 @@ class SensePlanner:
     def _add(
         self, kind: int, measure: _SensorSteps, columns: dict[ReadingKey, list[int]], rows: _PlanRows
     ) -> None:
-        """Add the steps of one sensor: one for all its parts where they are measured together."""
+        """Add the steps of one sensor: a single one if all its parts are measured together."""
         together = find_sensor_row(measure.sensor).in_one_step
         asked = any(key in columns for part in measure.parts for key in part.keys)
         opened = False
@@ -173,7 +173,7 @@ class SensePlanner:
         return 1 if sensor.rate_hz is None else max(1, round(1.0 / (sensor.rate_hz * self.scenario.tick_s)))
 
     def _remember(self) -> None:
-        """Give memory to what is remembered: the answers of slow sensors, and when something was last there."""
+        """Assign memory to the readings of slow sensors, and to the times when something was last present."""
         kept: dict[ReadingKey, None] = {}
         for kind, measures in enumerate(self._by_type):
             slot = 0

@@ -1,4 +1,4 @@
-"""What a row of the sensor table says of one kind of sensor, and what it is told of the scenario."""
+"""The types of the sensor table: a row that describes one kind of sensor, and the context that it is used in."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ S = TypeVar("S", bound=SensorBase)
 
 @dataclass(frozen=True)
 class SensorContext:
-    """The scenario that a sensor is part of, and the type of robots that carries it."""
+    """The scenario that contains a sensor, and the type of robots that carries it."""
 
     scenario: Scenario
     rules: WorldParams
@@ -32,7 +32,7 @@ class SensorContext:
         return self.scenario.types[self.type_name]
 
     def locate(self, target: TargetSpec) -> dict[str, Any]:
-        """The fields of a STEP that say what a kernel has to locate."""
+        """Return the fields of a STEP that describe which thing a kernel has to locate for a target."""
         classes, signals = self.names.classes, self.names.signals
         if target.nearest is not None:
             index = classes.index(target.nearest)
@@ -57,13 +57,13 @@ class SensorContext:
         return {"place": dtypes.TO_ROBOT, "index": relation}
 
     def count_ticks(self, seconds: float) -> int:
-        """A time as whole ticks, one at least."""
+        """Return a time in s as a whole number of ticks, at least one."""
         return max(1, round(seconds / self.scenario.tick_s))
 
 
 @dataclass(frozen=True)
 class SensorChannel:
-    """One measurement that can be asked of a sensor: the one or two readings it gives, and how a kernel makes them.
+    """One measurement of a sensor: its one or two readings, and the records with which a kernel makes it.
 
     `step` and `part` are fields of the records STEP and PART, `sector` is a SECTOR.
     """
@@ -73,14 +73,14 @@ class SensorChannel:
     part: Mapping[str, int] = field(default_factory=dict)
     sector: Any = None
     always: bool = False
-    """Whether it is measured even if nothing asks for its readings, because other channels of the sensor need it."""
+    """Whether it is measured even if none of its readings is needed, because other channels of the sensor need it."""
     timed: ReadingKey | None = None
-    """The reading of another sensor since which it measures the time, and which is measured before it."""
+    """The reading, of another sensor, since whose presence it measures the time; that is measured before it."""
 
 
 @dataclass(frozen=True)
 class RangeArc:
-    """An arc in which a range sensor measures the nearest distance: degrees, counter-clockwise from ahead."""
+    """An arc in which a range sensor measures the least distance: degrees, counter-clockwise from ahead."""
 
     reading: str
     from_deg: float
@@ -89,9 +89,9 @@ class RangeArc:
 
 @dataclass(frozen=True)
 class RangeScan:
-    """What a range sensor sweeps; for pictures, and for physics, which casts rays in the arcs.
+    """The arcs of a range sensor, for pictures and for physics, which casts rays in them.
 
-    Distances (m) are from the robot's rim; `range` where nothing is hit. `summarize` makes the sensor's readings
+    Distances (m) are from the robot's rim, and `range` if nothing is hit. `summarize` computes the sensor's readings
     from the distances in its arcs.
     """
 
@@ -106,8 +106,8 @@ class RangeScan:
 class SensorTopic:
     """A ROS 2 topic on which a simulated robot publishes readings of a sensor.
 
-    `readings` gives for each reading what its table in a robot file says beside the topic and its type;
-    `make_fields` makes the fields of a message, but for its header, from the values of these readings.
+    `readings` gives the settings of each reading in a robot file, without the topic and its type. `make_fields` makes
+    the fields of a message, without its header, from the values of these readings.
     """
 
     name: str
@@ -118,27 +118,27 @@ class SensorTopic:
 
 @dataclass(frozen=True, kw_only=True)
 class SensorRow(Generic[S]):
-    """Everything that sets one kind of sensor apart from the others."""
+    """The description of one kind of sensor: its settings, readings, measurements, limits and topics."""
 
     spec: type[S]
-    """Its settings in a scenario; `kind` there is the struct's tag."""
+    """The class of its settings in a scenario; its tag is `kind` in the file."""
     readings: Callable[[S], tuple[Reading, ...]]
     channels: Callable[[S, SensorContext], Iterator[SensorChannel]]
     limits: Mapping[str, Limit] = field(default_factory=dict)
     check: Callable[[S], Iterator[tuple[str, str, str]]] = lambda sensor: iter(())
-    """What is wrong with its settings beside numbers beyond their limits: key, problem and remedy."""
+    """A function that yields key, problem and remedy of each invalid setting, except numbers beyond limits."""
     in_one_step: bool = False
     """Whether a kernel measures all its channels at once."""
     kernels: Literal["camera", "ranging"] | None = None
-    """The optional part of the kernels that it needs, which worlds without such sensors are compiled without."""
+    """The optional part of the kernels that it needs, which is not compiled for worlds without such sensors."""
     reach: Callable[[S], float] = lambda sensor: 0.0
-    """How far beyond the rim it feels what stands or drives there, m."""
+    """A function that returns how far beyond the rim it detects things, m."""
     scan: Callable[[S, RobotType], RangeScan] | None = None
     topics: Callable[[S, RobotType], tuple[SensorTopic, ...]] = lambda sensor, kind: ()
 
 
 def find_target_color(scenario: Scenario, target: TargetSpec, type_name: str) -> str | None:
-    """The color by which a type's camera knows a target: its own, else that of what it stands for."""
+    """Return the color by which a type's camera detects a target: its own, else that of what it refers to."""
     types = scenario.types
     if target.color is not None or target.signal is not None:  # no robot changes its color when it calls
         return target.color
@@ -151,6 +151,6 @@ def find_target_color(scenario: Scenario, target: TargetSpec, type_name: str) ->
 
 
 def list_claimable_targets(scenario: Scenario) -> tuple[str, ...]:
-    """The targets that may be claimed or not: those that are objects, but for those that never are."""
+    """Return the targets that robots can claim: objects, except targets that exclude claimed ones."""
     targets = {name: each for name, each in scenario.targets.items() if each.unclaimed is None}
     return tuple(name for name, each in targets.items() if each.nearest or each.object)

@@ -1,7 +1,7 @@
 """The table of sensors: for each kind its readings, limits, measurement in kernels, drawing, and ROS 2 topics.
 
-A new kind of sensor is a struct in `scenario/schema.py`, a row here or in `range_sensors.py`, and its measurement in
-`kernels/sensing.py`.
+A new kind of sensor needs a struct in `scenario/schema.py`, a row here or in `range_sensors.py`, and its measurement
+in `kernels/sensing.py`.
 """
 
 from __future__ import annotations
@@ -181,7 +181,7 @@ def _list_random_channels(sensor: RandomSensor, context: SensorContext) -> Itera
 
 
 def _list_elapsed_channels(sensor: ElapsedSensor, context: SensorContext) -> Iterator[SensorChannel]:
-    """One for each target that the reading it is about is of; without a target, where that is of none."""
+    """Yield a channel for each target of the reading whose absence it measures; one if that has no targets."""
     others = [each for each in context.kind.sensors if not isinstance(each, ElapsedSensor)]
     channels = (part for each in others for part in find_sensor_row(each).channels(each, context))
     keys = [key for part in channels for key in part.keys]
@@ -256,17 +256,17 @@ SENSORS: tuple[SensorRow[Any], ...] = (
     ),
     SensorRow(spec=ElapsedSensor, readings=lambda _: (), channels=_list_elapsed_channels),
 )
-"""One row for each kind of sensor."""
+"""The rows of the table, one for each kind of sensor."""
 
 _BY_SPEC: Mapping[type, SensorRow[Any]] = {row.spec: row for row in SENSORS}
 
 
 def find_sensor_row(sensor: SensorBase) -> SensorRow[Any]:
-    """The row of the table for a sensor's kind."""
+    """Return the row of the table for a sensor's kind."""
     return _BY_SPEC[type(sensor)]
 
 
 def list_range_scans(kind: RobotType) -> list[RangeScan]:
-    """What the range sensors of a type of robots sweep, in their order."""
+    """Return the arcs of all range sensors of a type of robots, in order."""
     rows = ((find_sensor_row(sensor).scan, sensor) for sensor in kind.sensors)
     return [scan(sensor, kind) for scan, sensor in rows if scan is not None]
