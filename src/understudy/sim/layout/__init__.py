@@ -1,1 +1,1 @@
-"""Where objects and robots stand when a world begins."""
+"""Lay out new worlds: places of objects and robots, and the geometry that this needs."""

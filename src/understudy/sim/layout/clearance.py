@@ -1,4 +1,4 @@
-"""Check whether a disc at a place would overlap something solid, and the geometry that this needs."""
+"""Check whether a disc at a place would overlap something solid, with the geometry that this needs."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ Segment: TypeAlias = tuple[ArenaPoint, ArenaPoint]
 
 
 def orient_counter_clockwise(points: Sequence[ArenaPoint]) -> tuple[ArenaPoint, ...]:
-    """The corners of a polygon in counter-clockwise order."""
+    """Return the corners of a polygon in counter-clockwise order."""
     area = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in list_edges(points))
     return tuple(points) if area > 0 else tuple(reversed(points))
 
 
 def list_edges(points: Sequence[ArenaPoint]) -> tuple[Segment, ...]:
-    """The edges of a polygon."""
+    """Return the edges of a polygon, one from each corner to the next."""
     return tuple(zip(points, (*points[1:], *points[:1]), strict=True))
 
 
 def list_wall_segments(scenario: Scenario) -> Iterator[Segment]:
-    """The pieces of all inner walls."""
+    """Yield the segments of all inner walls."""
     for wall in scenario.walls:
         yield from list_edges(wall.points) if wall.closed else list_edges(wall.points)[:-1]
 
 
 def place_polygon(points: Sequence[ArenaPoint], place: Sequence[float]) -> tuple[ArenaPoint, ...]:
-    """The corners of a polygon at a place (x, y), or (x, y, how far it is turned in degrees)."""
+    """Return the corners of a polygon moved to a place (x, y), or (x, y, rotation in degrees)."""
     turned = radians(place[2]) if len(place) > 2 else 0.0
     return tuple(
         (place[0] + cos(turned) * x - sin(turned) * y, place[1] + sin(turned) * x + cos(turned) * y)
@@ -42,7 +42,7 @@ def place_polygon(points: Sequence[ArenaPoint], place: Sequence[float]) -> tuple
 
 
 def measure_point_to_segment(point: ArenaPoint, segment: Segment) -> float:
-    """The distance of a point from a segment."""
+    """Return the distance of a point from a segment."""
     (x, y), ((x0, y0), (x1, y1)) = point, segment
     dx, dy = x1 - x0, y1 - y0
     squared = dx * dx + dy * dy
@@ -51,7 +51,7 @@ def measure_point_to_segment(point: ArenaPoint, segment: Segment) -> float:
 
 
 def is_point_in_polygon(point: ArenaPoint, corners: Sequence[ArenaPoint]) -> bool:
-    """Whether a point lies inside a polygon."""
+    """Return whether a point lies inside a polygon."""
     x, y = point
     inside = False
     for (x0, y0), (x1, y1) in list_edges(corners):
@@ -61,21 +61,24 @@ def is_point_in_polygon(point: ArenaPoint, corners: Sequence[ArenaPoint]) -> boo
 
 
 def have_common_point(first: Segment, second: Segment) -> bool:
-    """Whether two segments have a point in common."""
+    """Return whether two segments have a point in common."""
     touching = any(measure_point_to_segment(end, second) == 0.0 for end in first)
     touching = touching or any(measure_point_to_segment(end, first) == 0.0 for end in second)
     return touching or (_sides(first, second) and _sides(second, first))
 
 
 def _sides(line: Segment, ends: Segment) -> bool:
-    """Whether two ends lie on either side of a line."""
+    """Return whether the two ends of a segment lie strictly on different sides of a line."""
     (x0, y0), (x1, y1) = line
     left, right = ((x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) for x, y in ends)
     return (left < 0 < right) or (right < 0 < left)
 
 
 def find_crossing_edges(points: Sequence[ArenaPoint]) -> tuple[int, int] | None:
-    """Two edges of a polygon that have more in common than the corner of neighbors, or an edge without length."""
+    """Return the indices of two edges of a polygon that cross or touch, or twice that of an edge of length 0.
+
+    None if there are none; neighboring edges may share their corner.
+    """
     edges = list_edges(points)
     for a, first in enumerate(edges):
         if first[0] == first[1]:
@@ -99,7 +102,7 @@ def find_crossing_edges(points: Sequence[ArenaPoint]) -> tuple[int, int] | None:
 
 
 CLOSE = 1e-9
-"""What rounding may do to a distance, m."""
+"""The largest rounding error of a distance, m."""
 
 
 def find_overlap(
@@ -116,10 +119,10 @@ def find_overlap(
     collides: bool = True,
     stays: bool = False,
 ) -> str | None:
-    """What a solid disc there would overlap, in words; None where it is free.
+    """Describe in words what a solid disc at (x, y) would overlap; None if the place is free.
 
-    It is a robot (its id in its world), the object in a slot, or something new. Robots that do not collide may
-    overlap each other; an obstacle that `stays` may overlap walls and other obstacles.
+    The disc is a robot (`robot` is its id in its world), the object in a `slot`, or something new. Robots that do not
+    collide may overlap each other; an obstacle (`stays`) may overlap walls and other obstacles.
     """
     x, y = float(x), float(y)  # comparisons of NumPy numbers cannot be counted with
     least = radius - CLOSE
@@ -146,7 +149,7 @@ def find_overlap(
 
 
 def _segment(segments: Records, x: float, y: float, radius: float) -> str | None:
-    """The wall or polygon that a disc overlaps, in words."""
+    """Describe in words the wall or polygon that a disc overlaps; None if there is none."""
     winding = 0
     for piece in segments:
         (x0, y0, x1, y1), wall = (float(piece[name]) for name in ("x0", "y0", "x1", "y1")), piece["wall"]
@@ -159,7 +162,7 @@ def _segment(segments: Records, x: float, y: float, radius: float) -> str | None
 
 
 def _hit(things: Records, there: Records, radii: Records, x: float, y: float, radius: float) -> int | None:
-    """The first of the discs that are there which a disc overlaps."""
+    """Return the index of the first of the `there` discs that a disc overlaps; None if there is none."""
     apart = np.hypot(things["x"] - x, things["y"] - y) - radii
     found = np.flatnonzero(there & (apart < radius))
     return int(found[0]) if len(found) else None

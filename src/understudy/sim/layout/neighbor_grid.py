@@ -1,4 +1,4 @@
-"""Grids over worlds: which robots, and which fixed things, are near a place. Scratch, never part of a state."""
+"""Make grids of the robots, and of the fixed things, near each place of a world; they are not part of its state."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from understudy.sim.state import WorldParams, WorldState
 Floats = NDArray[Any]
 
 FEW = 24
-"""Up to so many robots in a world, everyone is compared with everyone: a grid would cost more."""
+"""The number of robots in a world up to which all pairs are compared, because a grid would take longer."""
 
 MOST_CELLS = 1 << 24
 DRIFT, MOST_KEPT = 0.125, 8
-"""The share of a cell that robots may go before they are sorted again, and the most ticks it may take."""
+"""The share of a cell that robots may move before they are sorted again, and the largest number of ticks until then."""
 
 FEW_THINGS, MOST_NEAR_CELLS = 6, 1 << 20
 
 
 class RobotGrid(NamedTuple):
-    """The robots of one world sorted by cell.
+    """The robots of one world sorted by cells with sides of `cell` m.
 
-    Cells of `cell` m are divided into 2**shift x 2**shift small ones, which lie side by side in the order: with
-    few robots in a cell they are looked at together, in a crowd only the small ones that matter.
+    Each cell is divided into 2**shift x 2**shift small cells, adjacent in the order. With few robots in a cell a
+    search reads them all; in a crowd it reads only the small cells that are near enough.
     """
 
     cell: float
@@ -39,28 +39,28 @@ class RobotGrid(NamedTuple):
     most_step: float
     """The longest step of a robot in a tick, m."""
     start: NDArray[np.int32]
-    """Where each small cell begins among the spots [columns * lines * 4**shift + 1]."""
+    """The index of the first spot of each small cell [columns * lines * 4**shift + 1]."""
     spots: NDArray[Any]
-    """SPOT [N], ordered by small cell, then row."""
+    """SPOT [N], ordered by small cell, then by row."""
     spot_of: NDArray[np.int32]
-    """The spot of each robot [N]."""
+    """The index of the spot of each robot [N]."""
     keep: int
-    """Ticks for which robots stay sorted as they are: what looks for them looks a little farther."""
+    """The number of ticks between sorting; searches extend their range by the distance that robots move meanwhile."""
 
 
 class StaticNeighbors(NamedTuple):
-    """What stays and is solid near each cell, for every world: discs k as k, segments k as -1 - k."""
+    """The fixed solid things near each cell of every world: k for disc k, -1 - k for segment k."""
 
     cell: float
     columns: int
     lines: int
     start: NDArray[np.int64]
-    """Where the list of each cell of each world begins [B * columns * lines + 1]."""
+    """The index of the first item of each cell of each world [B * columns * lines + 1]."""
     items: NDArray[np.int32]
 
 
 def make_robot_grid(rules: WorldParams) -> RobotGrid:
-    """An empty grid for one world."""
+    """Make an empty grid of robots for one world."""
     types = rules.types
     most_radius = float(types["radius"].max())
     noisy = np.where(types["noise_drive"] > 0, 2.0, 1.0)
@@ -82,7 +82,7 @@ def make_robot_grid(rules: WorldParams) -> RobotGrid:
 
 
 def make_static_neighbors(state: WorldState, rules: WorldParams, *, reach: float) -> StaticNeighbors:
-    """The lists of what is within `reach` (m) of each cell, for every world."""
+    """Make lists of the fixed things within `reach` (m) of each cell, for every world."""
     worlds = len(state.seeds)
     things = state.discs.shape[1] + state.segments.shape[1]
     most = max(1, min(MOST_NEAR_CELLS // worlds, 4096))
@@ -120,7 +120,7 @@ def _off(values: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def _to_segment(x: Floats, y: Floats, x0: Floats, y0: Floats, x1: Floats, y1: Floats) -> Floats:
-    """Distances of places to segments; NaN for a segment that is none."""
+    """Return the distances of places from segments; NaN for segments with an end at NaN."""
     ex, ey = x1 - x0, y1 - y0
     length = np.maximum(ex * ex + ey * ey, 1e-300)
     along = np.clip(((x - x0) * ex + (y - y0) * ey) / length, 0.0, 1.0)

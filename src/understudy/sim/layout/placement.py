@@ -1,4 +1,4 @@
-"""Where everything is at first in each world: given places, and free ones drawn by the world's seed alone."""
+"""Lay out new worlds: given places, and free places drawn by each world's seed alone."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from understudy.sim.scenario.schema import (
 from understudy.sim.state import Records, WorldParams, WorldState
 
 CELLS_PER_THING = 0.5
-"""How fine the grid is in which free places are looked for."""
+"""The number of cells per thing in the grid that is used to find free places."""
 
 
 def lay_out_worlds(scenario: Scenario, rules: WorldParams, seeds: Seeds) -> WorldState:
-    """Worlds as their seeds lay them out; SettingError where something finds no free place."""
+    """Lay out one world per seed; raise SettingError if there is no free place for something."""
     plan = _PlacementPlan(scenario, collect_names(scenario), rules)
     state = plan.empty(seeds)
     worlds = len(seeds)
@@ -73,7 +73,7 @@ def _full(scenario: Scenario, key: str, thing: int, seed: int) -> SettingError:
 
 @dataclass
 class _PlacementPlan:
-    """What is to be placed, as arrays for the kernel: fixed places first, then what is drawn."""
+    """The things to place, as arrays for the kernel: those with given places first, then those with random places."""
 
     scenario: Scenario
     names: ScenarioNames
@@ -101,7 +101,7 @@ class _PlacementPlan:
         self.corners = np.array(self._corners, np.float64).reshape(-1, 2)
 
     def empty(self, seeds: Seeds) -> WorldState:
-        """Worlds with nothing in them yet."""
+        """Return the state of worlds with nothing in them."""
         worlds, rules = len(seeds), self.rules
         objects = np.zeros((worlds, len(rules.class_of)), OBJECT)
         objects["due"] = objects["captured"] = -1
@@ -120,7 +120,7 @@ class _PlacementPlan:
         )
 
     def cell(self) -> float:
-        """The side of a cell of the grid, m: about one thing in each."""
+        """Return the side of a cell of the grid, m, such that few things are in each."""
         width, height = self.rules.width, self.rules.height
         things = max(1, int(self.groups["most"].sum()))
         return max(sqrt(width * height / things / CELLS_PER_THING), max(width, height) / 10_000)
@@ -187,7 +187,7 @@ class _PlacementPlan:
 
 
 def order_placements(rows: Sequence[Any]) -> list[int]:
-    """The order of placing: given places, then in turn whatever is beside nothing that is still to be placed."""
+    """Return the order of placing: given places first, then each thing after the object that it is near."""
     left = sorted(range(len(rows)), key=lambda index: rows[index]["place"] < 0)
     order: list[int] = []
     objects = {int(rows[index]["first"]): index for index in left if rows[index]["sort"] == _space.OBJECT}

@@ -1,7 +1,7 @@
-"""Random draws keyed by what they are for, so that a world draws the same alone or among a thousand others.
+"""Random draws keyed by their purpose, so that a world draws the same alone or among a thousand others.
 
-A draw is a hash of (world seed, id within its world, tick, stream); nothing is drawn in sequence. The hash is
-SplitMix64's finalizer, applied once per part of the key.
+A draw is a hash of (world seed, id within its world, tick, stream), independent of other draws. The hash is the
+finalizer of SplitMix64 (Steele, Lea & Flood 2014), applied once per part of the key.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def _mix(words: Words) -> Words:
 
 
 def draw_uniform_column(seeds: Seeds, *, item: int, tick: int, stream: int) -> Column:
-    """One number in [0, 1) per seed [N], for this item of its world, at this tick, in this stream."""
+    """Return one number in [0, 1) per seed [N], for this item of its world, at this tick, in this stream."""
     words = seeds.astype(np.uint64)
     for part in (item, tick, stream):
         words = _mix(words + _WEYL) + np.uint64(part)
