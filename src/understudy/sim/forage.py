@@ -35,11 +35,44 @@ def make_setting_error(setting: str, problem: str, remedy: str) -> SettingError:
 
 @dataclass(frozen=True, slots=True)
 class ForageSettings:
-    """The sizes and counts of a foraging world: m, m/s, rad/s and s; food in whole units; pairs are (least, most).
+    """The sizes and counts of a foraging world; SettingError for values that are impossible together.
 
     With the default values a tick turns the robot by 0.12 rad and moves it by 5 cm. Both are well below the error with
     which people judge that a robot faces or has reached something, so behaviors need not alternate rapidly. Distances
     are long and loading is slow in comparison: turning takes the reference solution only an eighth of its time.
+
+    Parameters
+    ----------
+    width
+        Width of the arena, m.
+    height
+        Height of the arena, m.
+    sources
+        Least and most number of sources of food, drawn for each world.
+    amounts
+        Least and most units of food in a source, drawn for each source.
+    capacity
+        Most units of food that the robot can carry.
+    stored
+        Units of food that it carries at first.
+    starts_at_station
+        Whether it starts at the station, rather than at a random place.
+    food_beside_station
+        Whether the food is within reach of a place from which the station is in reach, too.
+    forward_speed
+        Greatest speed of the robot, m/s.
+    turning_speed
+        Greatest turning speed of the robot, rad/s.
+    load_s
+        Time to load one unit of food, s; a multiple of `tick_s`.
+    unload_s
+        Time to unload one unit of food, s; a multiple of `tick_s`.
+    reach
+        Distance, from center to center, within which the robot loads and unloads, m.
+    radius
+        Radius of the robot, of the station and of sources, m.
+    tick_s
+        Length of a tick, s.
     """
 
     width: float = 12.0
@@ -283,7 +316,15 @@ FORAGE_KIT = make_scenario_kit(load_scenario(NAME))
 
 
 class Forage(World):
-    """A body of N foraging robots, each alone in a world that its seed lays out."""
+    """A body of N foraging robots, each alone in a world that its seed lays out.
+
+    Parameters
+    ----------
+    seeds
+        One whole number from 0 to 2**63 - 1 per world.
+    settings
+        Sizes and counts of the worlds; the defaults if None.
+    """
 
     def __init__(self, seeds: Sequence[int] = (0,), settings: ForageSettings | None = None) -> None:
         self.settings = ForageSettings() if settings is None else settings
