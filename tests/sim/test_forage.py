@@ -22,7 +22,7 @@ from understudy.sim.forage import (
     make_practice_worlds,
     recover_forage_settings,
 )
-from understudy.sim.layout.rng import draw_uniform_column
+from understudy.sim.kernels.rng import draw_uniform_column
 from understudy.sim.scenario.files import load_scenario
 
 ON = np.ones(1)

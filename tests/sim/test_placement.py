@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from understudy.errors import SettingError
 from understudy.sim.kernels import clearance as space
 from understudy.sim.kernels import rng as draws
+from understudy.sim.kernels.rng import draw_uniform_column
 from understudy.sim.layout.clearance import (
     have_common_point,
     is_point_in_polygon,
@@ -26,7 +27,6 @@ from understudy.sim.layout.clearance import (
     place_polygon,
 )
 from understudy.sim.layout.placement import lay_out_worlds
-from understudy.sim.layout.rng import draw_uniform_column
 from understudy.sim.params import make_world_params
 from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
 from understudy.sim.scenario.schema import (

@@ -18,7 +18,7 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim import state
-from understudy.sim.layout.rng import draw_uniform_column
+from understudy.sim.kernels.rng import draw_uniform_column
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.view import WorldView
 from understudy.sim.world import World

@@ -10,14 +10,13 @@ from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import lru_cache
-from math import isfinite, nan, tau
 from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import FileError, SettingError, UnknownName, join_names
+from understudy.errors import FileError
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.library import Kit
@@ -29,7 +28,6 @@ from understudy.sim.kernel_context import (
     find_world_contents,
     make_thread_scratch,
 )
-from understudy.sim.kernels.dtypes import DISC
 from understudy.sim.kit import (
     COLUMNS,
     list_readings,
@@ -38,19 +36,19 @@ from understudy.sim.kit import (
     make_scenario_kit,
     make_targets,
 )
-from understudy.sim.layout.clearance import find_overlap
 from understudy.sim.layout.neighbor_grid import make_robot_grid, make_static_neighbors
 from understudy.sim.layout.placement import lay_out_worlds
 from understudy.sim.params import collect_names, make_world_params
-from understudy.sim.scenario.schema import MOUSE, Scenario
+from understudy.sim.scenario.schema import Scenario
 from understudy.sim.scenario.validation import check_scenario
 from understudy.sim.sensing.sense_plan import SensePlanner
 from understudy.sim.state import WorldState
 from understudy.sim.step import advance_worlds, apply_commands, sense_worlds
 from understudy.sim.view import WorldView, make_world_view
+from understudy.sim.world_edits import EditableWorld, is_whole
 
 
-class World:
+class World(EditableWorld):
     """The simulated robots of a scenario, in one world per seed, as a body that automata can run on.
 
     Robots of all worlds are numbered in one row: robot i of world w is agent w*N + i, with N robots in each world.
@@ -154,7 +152,7 @@ class World:
         if (
             len(seeds) != self.worlds
             or not len(seeds)
-            or not all(_is_whole(seed, 2**63 - 1) for seed in seeds)
+            or not all(is_whole(seed, 2**63 - 1) for seed in seeds)
         ):
             count = max(1, self.worlds)
             raise self._wrong("seeds", f"are {seeds}", f"give {count} from 0 to 2**63 - 1")
@@ -209,7 +207,18 @@ class World:
         apply_commands(self._context(()), self.worlds, self.check_commands(commands))
 
     def check_commands(self, commands: Commands) -> NDArray[np.float64]:
-        """Return commands as a table [B*N, 5] with columns `COLUMNS`, 0 if omitted; raise for invalid ones."""
+        """Convert commands to a table, without executing them.
+
+        Parameters
+        ----------
+        commands
+            A finite column [B*N] per channel; omitted channels are 0. UnknownName or DefinitionError otherwise.
+
+        Returns
+        -------
+        NDArray[np.float64]
+            The commands [B*N, 5], with the columns of `COLUMNS`.
+        """
         names = [channel.name for channel in self.channels]
         return make_command_table(commands, agents=self.agents, channels=names, where=self._where)
 
@@ -295,139 +304,6 @@ class World:
         """
         return make_world_view(self.state, self.rules, self.names, world)
 
-    def place(self, agent: int, x: float, y: float, heading: float) -> None:
-        """Move a robot to a free place, standing still; it lets go of a box that it holds, and keeps its food.
-
-        Parameters
-        ----------
-        agent
-            The row of the robot, from 0 to B*N - 1.
-        x
-            The place, m from the left wall. SettingError if it is outside the arena or overlaps something solid.
-        y
-            The place, m from the bottom wall.
-        heading
-            The direction to face, rad counter-clockwise from the x axis.
-        """
-        robot = self.state.robots[self._index("agent", agent, self.agents)]
-        kind, world = self.rules.types[robot["type"]], agent // self.robots
-        self._finite(f"place of robot {agent}", x, y, heading)
-        self._free(
-            f"place of robot {agent}", x, y, kind["radius"], world=world,
-            robot=int(robot["id"]), collides=bool(kind["collides"]),
-        )  # fmt: skip
-        if robot["holding"]:
-            self.state.objects["hands"][world, robot["holding"] - 1] -= 1
-        robot["x"], robot["y"], robot["heading"] = x, y, float(heading) % tau % tau
-        for name in ("speed", "spin", "loading", "unloading", "blocked", "holding"):
-            robot[name] = 0
-
-    def move_object(self, slot: int, x: float, y: float, *, world: int = 0) -> None:
-        """Move an object to the free place (x, y), in m; robots that hold it let go.
-
-        `slot` is one of `view().objects.slot`. SettingError if no object is there, or the place is not free.
-        """
-        thing = self._object(slot, world)
-        self._free_for(f"place of object {slot}", self.rules.class_of[slot], x, y, world=world, slot=slot)
-        self._let_go(slot, world)
-        thing["x"], thing["y"] = x, y
-
-    def add_object(self, name: str, x: float, y: float, *, amount: int = 0, world: int = 0) -> int:
-        """Add an object of a class at the free place (x, y), in m, and return its slot.
-
-        `amount` is its units of food, 0 for other objects. Other methods refer to it by its slot. SettingError if the
-        place is not free, the amount is not valid, or the world is full (`spare_objects` of the scenario limits this).
-        """
-        kind = self._class(name)
-        self._index("world", world, self.worlds)
-        self._free_for(f"place of {name!r}", self.names.classes.index(name), x, y, world=world)
-        most = 2**31 - 1 if kind["food"] else 0
-        if not _is_whole(amount, most):
-            remedy = "give a whole number from 0 up" if kind["food"] else "leave it out: it is not food"
-            raise self._wrong(f"amount of {name!r}", f"is {amount}", remedy)
-        things = self.state.objects[world, kind["first"] : kind["end"]]
-        free = np.flatnonzero((things["present"] == 0) & (things["due"] < 0))
-        if not len(free):
-            raise self._wrong(
-                f"objects {name!r}", f"are {len(things)} already", "remove one, or give more spare_objects"
-            )
-        slot = int(kind["first"]) + int(free[0])
-        gathered = self.state.objects["gathered"][world, slot]  # a box that was there once still counts
-        self.state.objects[world, slot] = np.zeros((), self.state.objects.dtype)
-        thing = self.state.objects[world, slot]
-        thing["x"], thing["y"], thing["present"], thing["gathered"] = x, y, 1, gathered
-        thing["amount"] = thing["at_first"] = amount
-        thing["due"] = thing["captured"] = -1
-        return slot
-
-    def remove_object(self, slot: int, *, world: int = 0) -> None:
-        """Remove the object in a slot for good; robots that hold it let go. SettingError if no object is there."""
-        thing = self._object(slot, world)
-        self._let_go(slot, world)
-        thing["present"], thing["due"], thing["amount"] = 0, -1, 0
-
-    def _let_go(self, slot: int, world: int) -> None:
-        """Make all robots of a world release an object."""
-        robots = self.state.robots[world * self.robots : (world + 1) * self.robots]
-        robots["holding"][robots["holding"] == slot + 1] = 0
-        self.state.objects["hands"][world, slot] = 0
-
-    def add_obstacle(self, x: float, y: float, radius: float, *, world: int = 0) -> None:
-        """Add a round obstacle (all in m) to a world; SettingError if it overlaps a robot or a solid object.
-
-        It may overlap walls and other obstacles.
-        """
-        self._index("world", world, self.worlds)
-        self._finite("place of an obstacle", x, y, radius)
-        if not radius > 0:
-            raise self._wrong("radius of an obstacle", f"is {radius}", "give a number above 0")
-        self._free("place of an obstacle", x, y, radius, world=world, stays=True)
-        discs = np.zeros((self.worlds, self.state.discs.shape[1] + 1), DISC)
-        discs[:, :-1] = self.state.discs
-        discs["color"][:, -1] = -1
-        discs[world, -1] = (x, y, radius, 2 * radius, -1)
-        self._begin(self.state._replace(discs=discs))
-
-    def move_obstacle(self, index: int, x: float, y: float, *, world: int = 0) -> None:
-        """Move a round obstacle to (x, y), in m; SettingError if it would overlap a robot or a solid object.
-
-        `index` is its position in `view().discs`.
-        """
-        disc = self._obstacle(index, world)
-        self._finite("place of an obstacle", x, y, 0.0)
-        self._free("place of an obstacle", x, y, float(disc["radius"]), world=world, stays=True)
-        disc["x"], disc["y"] = x, y
-        self._begin(self.state)
-
-    def remove_obstacle(self, index: int, *, world: int = 0) -> None:
-        """Remove the round obstacle at position `index` in `view().discs`; the positions after it decrease by 1."""
-        self._obstacle(index, world)["radius"] = 0
-        self._begin(self.state)
-
-    def place_pointer(self, x: float | None, y: float | None = None, *, world: int = 0) -> None:
-        """Set the position (x, y), in m, of the target `mouse`, which robots can follow; None for both removes it."""
-        self._index("world", world, self.worlds)
-        thing = self.state.objects[world, self._class(MOUSE)["first"]]
-        if x is None and y is None:
-            thing["present"] = 0
-            return
-        x, y = nan if x is None else x, nan if y is None else y  # one of the two alone is no place
-        self._finite("pointer", x, y, 0.0)
-        thing["x"], thing["y"], thing["present"] = x, y, 1
-
-    def freeze(self, agent: int) -> None:
-        """Make a robot fail: from now on all its readings are absent (NaN), and it does not move."""
-        self.state.robots["frozen"][self._index("agent", agent, self.agents)] = 1
-
-    # What is refused.
-
-    @property
-    def _where(self) -> str:
-        return f"world {self.scenario.name!r}"
-
-    def _wrong(self, setting: str, problem: str, remedy: str) -> SettingError:
-        return SettingError(where=self._where, setting=setting, problem=problem, remedy=remedy)
-
     def _listed(self, seeds: Sequence[int]) -> list[int]:
         try:
             return list(seeds)
@@ -435,65 +311,22 @@ class World:
             remedy = "give a list of whole numbers, one for each world: [5]"
             raise self._wrong("seeds", f"are {seeds!r:.60}", remedy) from None
 
-    def _class(self, name: str) -> Any:
-        if name not in self.names.classes:
-            raise UnknownName(what="class of objects", name=name, where=self._where, known=self.names.classes)
-        return self.rules.classes[self.names.classes.index(name)]
-
-    def _index(self, what: str, index: int, count: int) -> int:
-        if not _is_whole(index, count - 1):
-            raise self._wrong(what, f"is {index!r}", f"give one from 0 to {count - 1}")
-        return int(index)
-
-    def _object(self, slot: int, world: int) -> Any:
-        """Return the object in a slot; raise SettingError if no object is there."""
-        things = self.state.objects[self._index("world", world, self.worlds)]
-        if not things[self._index("slot", slot, len(things))]["present"]:
-            there = join_names(map(str, np.flatnonzero(things["present"])))
-            raise self._wrong(
-                "slot", f"is {slot}, but there is no object with this index", f"give one of {there}"
-            )
-        return things[slot]
-
-    def _obstacle(self, index: int, world: int) -> Any:
-        """Return the round obstacle at a position among those that exist; raise SettingError if there is none."""
-        discs = self.state.discs[self._index("world", world, self.worlds)]
-        there = np.flatnonzero(discs["radius"] > 0)
-        if not len(there):
-            raise self._wrong("obstacle", f"is {index}, but there is no such index", "add one first")
-        return discs[there[self._index("obstacle", index, len(there))]]
-
-    def _finite(self, what: str, x: float, y: float, third: float) -> None:
-        width, height = self.rules.width, self.rules.height
-        numbers = all(isinstance(each, int | float | np.floating | np.integer) for each in (x, y, third))
-        if not (numbers and 0 <= x <= width and 0 <= y <= height and isfinite(third)):
-            problem = f"is ({x}, {y}{f', {third}' if third else ''})"
-            where = f"x in [0, {width}] and y in [0, {height}]"
-            raise self._wrong(what, problem, f"give {where}, all finite")
-
-    def _free_for(self, what: str, index: int, x: float, y: float, *, world: int, slot: int = -1) -> None:
-        """Raise SettingError if an object of a class cannot be at (x, y), in m."""
-        self._finite(what, x, y, 0.0)
-        kind = self.rules.classes[index]
-        if kind["solid"]:
-            self._free(what, x, y, kind["radius"], world=world, slot=slot)
-
-    def _free(self, what: str, x: float, y: float, radius: float, *, world: int, **but: Any) -> None:
-        """Raise SettingError if a solid disc at (x, y), m, would overlap something else."""
-        found = find_overlap(self.state, self.rules, self.names, world, x, y, radius, **but)
-        if found is not None:
-            raise self._wrong(what, f"is ({x}, {y}), which overlaps {found}", "give a free place")
-
     def check_keys(self, keys: Sequence[ReadingKey]) -> tuple[ReadingKey, ...]:
-        """Return the keys as a tuple; raise UnknownName or SettingError if robots do not have these readings."""
+        """Check that the robots can measure readings.
+
+        Parameters
+        ----------
+        keys
+            The readings, each with its target if it needs one. UnknownName or SettingError if there is none.
+
+        Returns
+        -------
+        tuple[ReadingKey, ...]
+            The same keys.
+        """
         check_reading_keys(keys, readings=self.readings, targets=self.targets, where=self._where)
         return tuple(keys)
 
 
 _REMADE = ("rules", "_planner", "_plan", "_kernel_worlds", "_room", "_context")
 """Attributes that a copy of a world computes anew: caches, and arrays that kernels work with."""
-
-
-def _is_whole(value: object, most: int) -> bool:
-    """Return whether a value is a whole number from 0 to `most`."""
-    return isinstance(value, int | np.integer) and 0 <= int(value) <= most

@@ -18,8 +18,8 @@ from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program
+from understudy.sim.kernels.rng import draw_uniform_column
 from understudy.sim.kit import make_scenario_kit
-from understudy.sim.layout.rng import draw_uniform_column
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.walker import WALKING, Gait, Walker

@@ -1,9 +1,24 @@
-"""Keyed random draws in kernels, equal to those of `layout/rng.py` for the same key."""
+"""Random draws keyed by their purpose, so that a world draws the same alone or among a thousand others.
+
+A draw is a hash of (world seed, id within its world, tick, stream), independent of other draws. The hash is the
+finalizer of SplitMix64 (Steele, Lea & Flood 2014), applied once per part of the key. Kernels and columns draw the same
+for the same key.
+"""
 
 import math
-from typing import Any
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from understudy._jit_kernels import njit, uint64
+from understudy.model.kinds import Column
+
+Seeds: TypeAlias = NDArray[np.int64]
+Words: TypeAlias = NDArray[np.uint64]
+
+_WEYL = np.uint64(0x9E3779B97F4A7C15)
+_FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -30,3 +45,17 @@ def draw_normal(seed: Any, item: Any, tick: Any, stream: Any) -> Any:
     """Return a standard normal number (Box & Muller 1958) for such a key; it uses `stream` and `stream` + 1."""
     radius = math.sqrt(-2.0 * math.log(1.0 - draw_uniform(seed, item, tick, stream)))
     return radius * math.cos(2.0 * math.pi * draw_uniform(seed, item, tick, stream + 1))
+
+
+def _mix(words: Words) -> Words:
+    words = (words ^ (words >> np.uint64(30))) * _FIRST
+    words = (words ^ (words >> np.uint64(27))) * _SECOND
+    return words ^ (words >> np.uint64(31))
+
+
+def draw_uniform_column(seeds: Seeds, *, item: int, tick: int, stream: int) -> Column:
+    """Return one number in [0, 1) per seed [N], for this item of its world, at this tick, in this stream."""
+    words = seeds.astype(np.uint64)
+    for part in (item, tick, stream):
+        words = _mix(words + _WEYL) + np.uint64(part)
+    return (_mix(words + _WEYL) >> np.uint64(11)).astype(np.float64) * 2.0**-53

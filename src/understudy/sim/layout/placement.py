@@ -14,8 +14,8 @@ from understudy.sim.kernels import clearance as _space
 from understudy.sim.kernels import placement as _crowd
 from understudy.sim.kernels import placement as _kernels
 from understudy.sim.kernels.dtypes import DISC, OBJECT, ROBOT, SEGMENT
+from understudy.sim.kernels.rng import Seeds
 from understudy.sim.layout.clearance import list_wall_segments, orient_counter_clockwise
-from understudy.sim.layout.rng import Seeds
 from understudy.sim.params import (
     ScenarioNames,
     collect_names,
