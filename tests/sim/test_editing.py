@@ -170,13 +170,13 @@ def test_an_obstacle_is_moved_and_removed() -> None:
 NONSENSE: list[tuple[str, str, Callable[[World], Any]]] = [
     ("agent", "is 2; give one from 0 to 1", lambda body: body.place(2, 1.0, 1.0, 0.0)),
     ("agent", "is -1", lambda body: body.place(-1, 1.0, 1.0, 0.0)),
-    ("agent", "is 0.5", lambda body: body.place(0.5, 1.0, 1.0, 0.0)),
+    ("agent", "is 0.5", lambda body: body.place(0.5, 1.0, 1.0, 0.0)),  # type: ignore[arg-type]
     ("agent", "is 7", lambda body: body.freeze(7)),
     ("agent", "is -1", lambda body: body.freeze(-1)),
     ("place of robot 0", "nan", lambda body: body.place(0, nan, 1.0, 0.0)),
     ("place of robot 0", "inf", lambda body: body.place(0, 1.0, 1.0, np.inf)),
     ("place of robot 0", "10.5", lambda body: body.place(0, 10.5, 1.0, 0.0)),
-    ("place of robot 0", "here", lambda body: body.place(0, "here", 1.0, 0.0)),
+    ("place of robot 0", "here", lambda body: body.place(0, "here", 1.0, 0.0)),  # type: ignore[arg-type]
     ("place of robot 0", "the outer wall", lambda body: body.place(0, 9.9, 1.0, 0.0)),
     ("place of robot 0", "a wall", lambda body: body.place(0, 2.1, 1.0, 0.0)),
     ("place of robot 0", "an obstacle", lambda body: body.place(0, 7.4, 4.0, 0.0)),
@@ -203,7 +203,7 @@ NONSENSE: list[tuple[str, str, Callable[[World], Any]]] = [
     ("place of 'flag'", "nan", lambda body: body.add_object("flag", nan, 1.0)),
     ("place of 'pillar'", "robot 0", lambda body: body.add_object("pillar", 5.0, 4.0)),
     ("amount of 'food'", "is -1", lambda body: body.add_object("food", 1.0, 1.0, amount=-1)),
-    ("amount of 'food'", "is 1.5", lambda body: body.add_object("food", 1.0, 1.0, amount=1.5)),
+    ("amount of 'food'", "is 1.5", lambda body: body.add_object("food", 1.0, 1.0, amount=1.5)),  # type: ignore[arg-type]
     ("amount of 'flag'", "it is no food", lambda body: body.add_object("flag", 1.0, 1.0, amount=1)),
     ("place of an obstacle", "nan", lambda body: body.add_obstacle(nan, 1.0, 0.2)),
     ("place of an obstacle", "robot 0", lambda body: body.add_obstacle(5.0, 4.3, 0.2)),

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy._jit_kernels import njit, uint64
-from understudy.model.kinds import Column
 
 Seeds: TypeAlias = NDArray[np.int64]
 Words: TypeAlias = NDArray[np.uint64]
@@ -53,7 +52,7 @@ def _mix(words: Words) -> Words:
     return words ^ (words >> np.uint64(31))
 
 
-def draw_uniform_column(seeds: Seeds, *, item: int, tick: int, stream: int) -> Column:
+def draw_uniform_column(seeds: Seeds, *, item: int, tick: int, stream: int) -> NDArray[np.float64]:
     """Return one number in [0, 1) per seed [N], for this item of its world, at this tick, in this stream."""
     words = seeds.astype(np.uint64)
     for part in (item, tick, stream):
