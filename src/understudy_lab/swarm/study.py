@@ -75,8 +75,8 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         f"{np.median(examples_in(rows)):.0f} examples.",
         tables=(
             ResultTable(
-                f"Yield in ten minutes, teachings {first} to {last}, {WORLDS} unseen worlds each: median (worst–best). "
-                f"A container holds {LOADS['container']} loads, a crate one",
+                f"Yield per hour, in runs of ten minutes, teachings {first} to {last}, {WORLDS} unseen worlds each: "
+                f"median (worst–best). A container holds {LOADS['container']} loads, a crate one",
                 ("coordinators of", "#crates/h", "#containers/h", "#loads/h", "#loads / hand-written"),
                 [
                     *((SAID[way], *_told(rows, way), format_median(shares[way], 2)) for way in WAYS),
