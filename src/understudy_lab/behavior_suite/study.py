@@ -260,8 +260,8 @@ def describe_discarded_lessons(rows: Sequence[Row]) -> str:
 
 SHOWN: Mapping[str, tuple[str, float, Callable[[Row], float]]] = {
     "success": ("unseen worlds, %", 100 * SUCCESS, lambda row: 100 * row["success"]),
-    "speed": ("% of hand-coded", 100 * RATIO, lambda row: 100 * (row["ratio"] or 0.0)),
-    "examples of the whole hierarchy": ("made by presses", EXAMPLES, lambda row: row["examples"]),
+    "speed": ("% of hand-written", 100 * RATIO, lambda row: 100 * (row["ratio"] or 0.0)),
+    "examples of the whole hierarchy": ("from presses", EXAMPLES, lambda row: row["examples"]),
 }
 
 

@@ -149,7 +149,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     figure, (left, right) = panels(2)
     for axes, what, of, said in (
         (left, "success", "success", "worlds finished in time, %"),
-        (right, "speed", "relative_to_expert", "food per second, % of the yardstick's"),
+        (right, "speed", "relative_to_expert", "food per second, % of hand-written"),
     ):
         groups = {name: [100 * row[of] for row in rows if row["task"]["method"] == name] for name in METHODS}
         dots(axes, groups, said)

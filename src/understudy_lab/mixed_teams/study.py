@@ -118,7 +118,7 @@ def _goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
             float(np.median(better)) >= BETTER,
         ),
         StudyGoal(
-            "share of that kept after a third of the members was killed",
+            "share of the yield kept after a third of the members was killed",
             f"{KEPT:.0%}: 0.8 of the {SURVIVORS:.0%} who survive",
             f"{kept:.0%}",
             kept >= KEPT,

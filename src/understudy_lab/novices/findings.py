@@ -186,7 +186,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     reached.axvline(SUCCESS * 30 - 0.5, color="#6b7280", linewidth=1, linestyle=":")
     reached.set_xlabel("trials of 30 that reach the ball")
     reached.set_ylabel("novices")
-    reached.set_title("how well they taught")
+    reached.set_title("success of each novice")
     good = [row for row in novices if has_succeeded(row)]
     bins = np.arange(5.0, 61.0, 2.5).tolist()
     for position, color in zip(POSITIONS, COLORS, strict=False):
@@ -194,7 +194,7 @@ def draw(rows: Sequence[Row]) -> Figure:
         seconds.hist(found, bins, histtype="step", linewidth=1.6, color=color, label=position)
     seconds.set_xlabel("time to within 15 cm, s (60: or more)")
     seconds.set_ylabel("trials")
-    seconds.set_title("how fast their robots are")
+    seconds.set_title("time to the ball")
     seconds.legend(fontsize=7.5)
     sensitivity.draw(changes, rows)
     return figure

@@ -295,10 +295,10 @@ def draw(rows: Sequence[Row]) -> Figure:
         for name, arm in (("A", "alone"), ("B", "coordinated"))
     }
     dots(middle, residual, "robot-seconds a minute")
-    middle.set_title("attacking who is gone")
-    pieces = {"one piece": _rounds(whole, "whole"), "layers": _rounds(whole, "layers")}
+    middle.set_title("attacking absent intruders")
+    pieces = {"one\nautomaton": _rounds(whole, "whole"), "layers": _rounds(whole, "layers")}
     dots(right, pieces, "rounds an hour")
-    right.set_title("one robot by itself")
+    right.set_title("one robot, no coordinator")
     return figure
 
 

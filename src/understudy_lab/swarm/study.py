@@ -205,12 +205,12 @@ def draw(rows: Sequence[Row]) -> Figure:
     shares = {said: _of_by_hand(rows, way) for said, way in zip(short, WAYS, strict=True)}
     dots(left, shares, "loads / hand-coded")
     left.axhline(1.0, color="#6b7280", linewidth=0.8, linestyle=":")
-    left.set_title("with fewer and fewer coordinators")
+    left.set_title("with fewer levels of coordinators")
     left.set_ylim(bottom=0)
     other = {"a third\nkilled": [row["kept"] for row in rows], f"{LARGE}\nrobots": _large(rows)}
     dots(right, other, "of what 200 gather, each")
     right.axhline(1.0, color="#6b7280", linewidth=0.8, linestyle=":")
-    right.set_title("with fewer robots, and with more")
+    right.set_title("with fewer and more robots")
     right.set_ylim(bottom=0)
     return figure
 
