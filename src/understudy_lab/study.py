@@ -92,21 +92,21 @@ class Study:
 
 QUESTIONS: Mapping[str, str] = MappingProxyType(
     {
-        "forage": "Can a robot be taught to forage, and how well does it do it then?",
-        "repertoire": "Which behaviors can be taught from a few examples each, and how well are they done then?",
+        "forage": "Can a robot be taught to forage, and how well does it forage then?",
+        "repertoire": "Which behaviors can be taught with few examples each, and how well do robots perform them?",
         "servoing": "When does memory help a robot that follows what its camera sees?",
-        "novices": "Can people who have never done it teach a robot in five minutes?",
-        "coached": "Do people teach better, and with fewer examples, who follow the coach?",
+        "novices": "Can people without experience teach a robot in five minutes?",
+        "coached": "Do people who follow the coach teach better, and with fewer examples?",
         "hierarchy": "Does a robot learn with fewer examples when a task is taught in layers?",
-        "learners": "What do other learners make of the same few decisions?",
+        "learners": "What do other learners achieve with the same few decisions?",
         "ablation": "Which parts of the method matter, and how much?",
-        "patrol": "Can a team be taught the patrol of the paper, and what does its coordinator bring?",
-        "roles": "What is a team worth whose members differ, and what does its coordinator bring?",
-        "swarm": "Can two hundred robots and three levels of coordinators be taught, and ten thousand run the same?",
-        "unlearning": "Can bad examples be found by the corrections that they made necessary?",
-        "slips": "How many corrections does unlearning save those who hit wrong buttons and press late?",
-        "transfer": "Does what was taught in the 2-D world hold in physics, seen by rendered cameras?",
-        "small": "How small are the lessons that robots learn from?",
+        "patrol": "Can a team be taught the patrol of the paper, and what does its coordinator contribute?",
+        "roles": "What is a team of different robots worth, and what does its coordinator contribute?",
+        "swarm": "Can two hundred robots and three levels of coordinators be taught, and can ten thousand do the same?",
+        "unlearning": "Can bad examples be found from the corrections that they made necessary?",
+        "slips": "How many corrections does unlearning save people who press wrong buttons and press late?",
+        "transfer": "Do behaviors taught in the 2-D world work in simulated physics with rendered cameras?",
+        "small": "How small are the lessons from which robots learn?",
     }
 )
 """What each asks, in the order in which they are told."""

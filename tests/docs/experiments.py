@@ -18,20 +18,29 @@ PAGE = ROOT / "docs" / "experiments.md"
 PICTURES = ROOT / "docs" / "pictures" / "experiments"
 HEAD = """# The experiments
 
-What the paper claims of the method, and what people ask of it, as experiments that anyone can run again:
+Each experiment answers one question, about a claim of the paper or about something that users ask. Anyone can run them
+again:
 
 ```sh
 understudy experiment list
-understudy experiment forage --quick   # a small part, compared with what was published
-understudy experiment forage           # the whole; goes on where it was cut off
-make experiments                       # all of them, quick
+understudy experiment forage --quick   # a small part, compared with the published results
+understudy experiment forage           # all of it; continues a run that was interrupted
+make experiments                       # all experiments, quick versions
 ```
 
-All that is taught here is taught by scripted demonstrators through the session's public interface: they see what a
-person sees on the screen, react a quarter of a second late, and press. The unit is always the taught automaton, never
-the trial: numbers are medians over automata, with the smallest and the largest in brackets. No robot is judged where it
-was taught. How each is done is told in the README beside its code in `src/understudy_lab`. This page is
-written from the published results (`python -m tests.docs.experiments`).
+How to read the results:
+
+- All demonstrators are scripted. They teach through the public interface of a session. They see what a person sees on
+  the screen, press a quarter of a second late unless the experiment says otherwise, and use no other information.
+- A *teaching* is one training of a whole behavior from nothing, with one seed. Statistics are over teachings or taught
+  automata, not over single trials.
+- Unless a table says otherwise, numbers are medians, with the smallest and the largest value in brackets.
+- No robot is tested in a world in which it was taught. *Unseen worlds* are worlds that no lesson was taught in.
+- *Hand-written* controllers and automata are the references: programs that know how the task is done.
+- A goal that was not reached is marked *missed*.
+
+The README of each experiment describes how it was done; it lies beside the code, in `src/understudy_lab`. This page is
+generated from the published results (`python -m tests.docs.experiments`).
 """
 
 
@@ -41,11 +50,16 @@ def page() -> str:
     return "\n".join([HEAD, *(line for result in results for line in told(result))])
 
 
+def conclude_published(result: StudyResult) -> StudyFindings:
+    """What follows from the published rows, in today's words: those in the file are of the day of its run."""
+    return find_experiment(result.experiment).conclude(result.rows)
+
+
 def told(result: StudyResult) -> Iterator[str]:
     """One experiment, line by line."""
-    findings = result.findings
+    findings = conclude_published(result)
     yield f"## {result.experiment.capitalize()}\n"
-    yield from wrapped(f"**{result.question}** {findings.headline}")
+    yield from wrapped(f"**{QUESTIONS[result.experiment]}** {findings.headline}")
     yield f"![{result.experiment}](pictures/experiments/{result.experiment}.svg)\n"
     for table in findings.tables:
         yield from as_markdown(table)
@@ -56,7 +70,7 @@ def told(result: StudyResult) -> Iterator[str]:
     where = f"../src/understudy_lab/{FOLDERS.get(result.experiment, result.experiment)}"
     kept = find_published(result.experiment)
     assert kept is not None
-    yield f"[How it is done]({where}/README.md),\n[all rows]({where}/{kept.name})\n"
+    yield f"[How it was done]({where}/README.md),\n[all results]({where}/{kept.name})\n"
 
 
 def wrapped(text: str) -> Iterator[str]:
@@ -66,8 +80,8 @@ def wrapped(text: str) -> Iterator[str]:
 
 def goals(findings: StudyFindings) -> ResultTable:
     """What was to be reached, as a table."""
-    rows = [(each.what, each.wanted, each.measured, "" if each.held else "short") for each in findings.goals]
-    return ResultTable("What it was to reach", ("goal", "#wanted", "#measured", ""), rows)
+    rows = [(each.what, each.wanted, each.measured, "" if each.held else "missed") for each in findings.goals]
+    return ResultTable("Goals", ("goal", "#wanted", "#measured", ""), rows)
 
 
 def as_markdown(table: ResultTable) -> Iterator[str]:

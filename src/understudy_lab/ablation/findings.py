@@ -36,26 +36,26 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         headline=_headline(found),
         tables=(
             ResultTable(
-                f"{len(seeds)} teachings each (seeds {seeds[0]} to {seeds[-1]}), judged on {WORLDS} unseen worlds: "
-                "medians with smallest and largest",
+                f"{len(seeds)} teachings each (seeds {seeds[0]} to {seeds[-1]}), tested in {WORLDS} unseen worlds: "
+                "medians (smallest–largest)",
                 (
-                    "",
-                    "what is different",
-                    "#teachings that reach 95 %",
-                    "#food per second / yardstick's",
+                    "variant",
+                    "part varied",
+                    "#teachings with 95 % success",
+                    "#food per second / hand-written",
                     "#examples",
                     "#presses",
-                    "#teaching, s",
-                    "#GoTo arrives, as shown (mean)",
+                    "#teaching time, s",
+                    "#GoTo arrives before corrections (mean)",
                 ),
                 [_told(rows, name) for name in VARIANTS],
             ),
             ResultTable(
-                f"Where it makes a difference (medians, means of success; signed ranks over seeds, p < {SURE}: about "
+                f"Significant differences (medians; means of success; signed ranks over seeds, p < {SURE}: about "
                 f"one of {len(MEASURES) * (len(VARIANTS) - 1)} by chance)",
-                ("", "set against", "differs in"),
+                ("variant", "compared with", "differences"),
                 [
-                    (name, VARIANTS[name].against, ", ".join(found[name]["differs"]) or "nothing that shows")
+                    (name, VARIANTS[name].against, ", ".join(found[name]["differs"]) or "none")
                     for name in VARIANTS
                     if name != BASE
                 ],
@@ -133,33 +133,35 @@ def _headline(found: Any) -> str:
         return f"{variant['teachings_reaching_95']} of {variant['of']}"
 
     return (
-        f"Corrections make up for a lot. What cannot be left out are defaults ({reach(bare)} teachings reach 95 % "
-        f"without any, with {bare['presses']:.0f} presses instead of {found[SILENT]['presses']:.0f}; pressed by hand, "
-        f"{reach(by_hand)} do), the choice of features ({reach(features)} with all of them), and leaves that say what "
-        f"was shown ({reach(drawn)} where they draw by corrected votes). A demonstrator who is a second late brings it "
-        f"to {late['relative_to_expert']:.2f} of the yardstick's food per second ({reach(late)}), or "
-        f"{knows['relative_to_expert']:.2f} where the lesson knows ({reach(knows)}), instead of "
+        f"Corrections make up for most changes. Three parts of the method are necessary. Default examples: without any,"
+        f" {reach(bare)} teachings reach 95 % success, with {bare['presses']:.0f} presses instead of "
+        f"{found[SILENT]['presses']:.0f}; with defaults pressed by hand, {reach(by_hand)} do. The choice of features: "
+        f"with all features, {reach(features)}. Leaves that decide as shown: with leaves that draw by corrected votes, "
+        f"{reach(drawn)}. With a demonstrator who presses a second late, robots collect "
+        f"{late['relative_to_expert']:.2f} of the food per second of the hand-written controller ({reach(late)}), or "
+        f"{knows['relative_to_expert']:.2f} if the lesson knows the delay ({reach(knows)}), instead of "
         f"{found[BASE]['relative_to_expert']:.2f}."
     )
 
 
 NOTES = (
-    "A teaching goes on until the robot needs no more corrections, or its teacher gives up (after five minutes no "
-    "further try of an automaton is begun), so variants differ in what that takes, and in "
-    "how fast the robot then is. The last column is from the four cases shown in the lesson of GoTo, before any "
-    "correction: it is where boundaries show most, and it varies widely from teaching to teaching.",
-    "Where leaves draw, robots are judged on 5 worlds: they run tick by tick.",
-    "A tick is 0.1 s: nobody can press sooner after what they saw. Someone who presses at the very tick would correct "
-    "the robot before it has done anything.",
-    "All features with watched examples was left out: its trees are grown from thousands of examples with seven "
-    "angles and distances, and a teaching takes minutes.",
-    "Leaves that draw are the base's: only the runs in the end draw. Drawn by votes they do as well, since nearly all "
-    "leaves agree; Laplace's correction has a robot leave its state by chance every few ticks.",
-    "A robot that sees no flags loads as soon as food is within reach, half a meter away, while GoTo says that it is "
-    "there at about 0.4 m: that is why it is faster. In this world other readings tell what flags would; where nothing "
-    "but a flag tells, it cannot be left out.",
-    "Angles cut by plain thresholds do as well as arcs here: what matters are two cuts not far from ahead, and neither "
-    "way of counting has its seam where robots of this lesson have to decide finely.",
+    "A teaching continues until the robot needs no more corrections or the teacher gives up (after five minutes, no "
+    "new attempt with an automaton begins). So variants differ in the teaching effort and in the speed of the robot. "
+    "The last column is measured after the four cases shown in the lesson of GoTo, before any correction. There the "
+    "boundaries matter most, and results vary widely from teaching to teaching.",
+    "With leaves that draw, robots are tested in 5 worlds only, because such runs are computed tick by tick.",
+    "A tick lasts 0.1 s, so nobody can press sooner than that after seeing something. A person who pressed in the same "
+    "tick would correct the robot before it had done anything.",
+    "The variant *all features* with watched examples was left out: its trees are grown from thousands of examples "
+    "with seven angles and distances, and a teaching takes minutes.",
+    "Leaves that draw were taught like *as the demo teaches*; only the final runs draw. Drawing by votes does not "
+    "matter, because nearly all leaves are unanimous. With Laplace's correction, a robot leaves its state at random "
+    "every few ticks.",
+    "A robot that sees no flags loads as soon as food is within reach, at half a meter; GoTo reports *done* at about "
+    "0.4 m. That makes this robot faster. In this world, other readings tell the same as the flags. Where only a flag "
+    "tells it, flags are necessary.",
+    "Angles cut by plain thresholds do as well as arcs here. The important cuts are two close to straight ahead, and "
+    "neither representation jumps at an angle where these robots have to decide precisely.",
 )
 
 
@@ -180,8 +182,8 @@ def draw(rows: Sequence[Row]) -> Figure:
 
 DRAWN = (
     ("success", "worlds finished in time, %", 100.0),
-    ("relative_to_expert", "food per second, % of the yardstick's", 100.0),
-    ("presses", "presses to teach it", 1.0),
+    ("relative_to_expert", "food per second, % of hand-written", 100.0),
+    ("presses", "presses", 1.0),
 )
 
 

@@ -132,7 +132,7 @@ def _by_decisions(
     task: str, found: Mapping[str, Sequence[Mapping[str, Any]]], seeds: Sequence[int]
 ) -> ResultTable:
     return ResultTable(
-        f"{NAMES[task]}: success after so many decisions of the demonstrator, seeds {seeds[0]} to {seeds[-1]}, "
+        f"{NAMES[task]}: success by number of decisions of the demonstrator, seeds {seeds[0]} to {seeds[-1]}, "
         f"{WORLDS} unseen worlds each",
         ("learner", *(f"#{n}" for n in BUDGETS)),
         [
@@ -150,7 +150,7 @@ def _by_decisions(
 
 def _by_seconds(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]]) -> ResultTable:
     return ResultTable(
-        f"{NAMES[task]}: success after so much of the demonstrator's time",
+        f"{NAMES[task]}: success by demonstration time",
         ("learner", *(f"#{s} s" for s in TIMES_S)),
         [
             (
@@ -168,12 +168,12 @@ def _by_seconds(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]]) -> 
 def _behind(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[ResultTable, ...]:
     """Where Understudy loses: the highest mean success of any other learner, where it is higher."""
     limits = (
-        ("after so many decisions", "", BUDGETS, get_success_at_decisions),
-        ("after so much of the demonstrator's time", " s", TIMES_S, get_success_at_seconds),
+        ("by number of decisions", "", BUDGETS, get_success_at_decisions),
+        ("by demonstration time", " s", TIMES_S, get_success_at_seconds),
     )
     return tuple(
         ResultTable(
-            f"Where another learner has a higher mean success {said}: the best one, and Understudy's",
+            f"Cases in which another learner has a higher mean success, {said} (best other learner : Understudy)",
             ("task", *(f"#{limit}{unit}" for limit in of)),
             [
                 (
@@ -205,8 +205,8 @@ def _gained(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> t
             }
             rows.append((NAMES[task], name, *(_signed(apart[n]) for n in BUDGETS)))
     title = (
-        "Success with chosen features above that with all readings, after so many decisions, percentage points: "
-        "median over seeds, its 95 % interval"
+        "Gain in success from using only the chosen features instead of all readings, by number of decisions, "
+        "percentage points: median over seeds (95 % interval)"
     )
     return (ResultTable(title, ("task", "learner", *(f"#{n}" for n in BUDGETS)), rows),) if rows else ()
 
@@ -257,8 +257,8 @@ def write_headline(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]
     if not parts:
         return "Without PyTorch and scikit-learn there is nothing to compare with."
     return (
-        f"Success after {AT} decisions of the demonstrator, taught with Understudy against the best net that learned "
-        f"from as many: {', '.join(parts)} (medians)."
+        f"Median success after {AT} decisions of the demonstrator, Understudy against the best neural network: "
+        f"{', '.join(parts)}."
     )
 
 
@@ -293,14 +293,14 @@ def notes(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tup
     return (
         *(
             (
-                f"The lessons of {' and '.join(same)} together are about every reading there is: nothing is to be "
-                "chosen for flat learners there, and what Understudy's teacher chose is only which lesson each is for.",
+                f"The lessons of {' and '.join(same)} together use every reading. So there are no features to choose "
+                "for flat learners, and Understudy's teacher chose only which lesson uses which feature.",
             )
             if same
             else ()
         ),
         *(
-            (f"Ticks that the teacher of DAgger labeled for {AT} decisions, median: {labeled}.",)
+            (f"Ticks that the teacher of DAgger labeled in {AT} decisions (median): {labeled}.",)
             if labeled
             else ()
         ),

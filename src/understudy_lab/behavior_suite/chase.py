@@ -156,7 +156,7 @@ FEAT = BehaviorTask(
     name="chase",
     does="tracks and acquires a target that walks at half its speed",
     measured="within 0.6 m of it in 60 s, then within 1.5 m for 95 % of 30 s",
-    bounded="one that knew where it will go",
+    bounded="a robot that knows where the target will go",
     kit=make_scenario_kit(SCENARIO),
     topics=(TOPIC,),
     options={"chase": LearnerOptions(watched=True, reaction_s=0.2)},

@@ -241,7 +241,7 @@ def _trial(seeds: Sequence[int]) -> TaskTrial:
 FEAT = BehaviorTask(
     name="eight",
     does="traces a figure eight around two targets",
-    measured="two whole eights in 150 s",
+    measured="two complete figure eights in 150 s",
     bounded="straight lines from target to target",
     kit=make_scenario_kit(SCENARIO),
     topics=(circle(LEFT), circle(RIGHT), lap(LEFT), lap(RIGHT), EIGHT),

@@ -65,33 +65,33 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
     count = sum(of["of"] for of in behaviors.values())
     middle = np.median([row["examples"] for row in rows])
     return StudyFindings(
-        headline=f"Taught by pressing names, {len(held)} of {len(behaviors)} behaviors of the paper reach their goals "
-        f"in the median; {well} of {count} teachings succeed in 95 % of {WORLDS} unseen worlds each, {both} also at "
-        f"{RATIO} of the speed of a controller written by hand, from {middle:.0f} examples (median) for all "
-        "automata of a behavior.",
+        headline=f"{len(held)} of {len(behaviors)} behaviors of the paper reach their goals in the median. {well} of "
+        f"{count} teachings succeed in at least 95 % of {WORLDS} unseen worlds each; {both} of them also reach {RATIO} "
+        f"of the speed of a hand-written controller. All automata of a behavior together take {middle:.0f} examples "
+        "(median).",
         tables=(
             ResultTable(
-                "Teachings by behavior: median, its 95 % interval in brackets, smallest and largest",
+                "Results by behavior: median [95 % interval of the median] (smallest–largest)",
                 (
                     "behavior",
-                    "#at 95 % success",
+                    "#teachings with 95 % success",
                     f"#and at {RATIO} of the speed",
                     "#success",
-                    "#speed / hand-coded",
+                    "#speed / hand-written",
                     "#examples",
                     "#presses",
-                    "#teaching, s",
+                    "#teaching time, s",
                 ),
                 [make_taught_row(name, of, behaviors[name]) for name, of in groups.items()],
             ),
             ResultTable(
-                "What was asked, and the yardstick: a controller written by hand, beside what none can beat",
-                ("behavior", "done where", "bound", "#hand-coded success", "#its time / bound"),
+                "Success criteria and references: a hand-written controller, and a lower bound of the time",
+                ("behavior", "success", "lower bound", "#hand-written: success", "#its time / bound"),
                 [make_expert_row(name, of) for name, of in groups.items()],
             ),
             ResultTable(
-                "How small the lessons are (medians)",
-                ("lesson", "of", "#features", "#states", "#examples", "#nodes of all trees"),
+                "Size of the lessons (medians)",
+                ("lesson", "behavior", "#features", "#states", "#examples", "#nodes of all trees"),
                 [lesson for name, of in groups.items() for lesson in lessons(name, of)],
             ),
         ),
@@ -107,8 +107,9 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
 
 
 NOTE = (
-    "The bounds take no account of turning, or of looking for things that cannot be seen yet: they say how far from "
-    "perfect the hand-written controllers may be at most, which do one basic behavior at a time as the taught ones do."
+    "The lower bounds ignore turning and searching for things that are not visible yet. So they only limit how far the "
+    "hand-written controllers are from the optimum. These controllers run one basic behavior at a time, like the "
+    "taught automata."
 )
 
 
@@ -209,10 +210,10 @@ def goals_of(name: str, of: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
             success >= SUCCESS,
         ),
         StudyGoal(
-            f"{format_behavior_name(name)}: speed / hand-coded", f"{RATIO}", f"{ratio:.2f}", ratio >= RATIO
+            f"{format_behavior_name(name)}: speed / hand-written", f"{RATIO}", f"{ratio:.2f}", ratio >= RATIO
         ),
         StudyGoal(
-            f"{format_behavior_name(name)}: examples in all",
+            f"{format_behavior_name(name)}: examples of all automata",
             f"at most {EXAMPLES}",
             f"{examples:.0f}",
             examples <= EXAMPLES,
@@ -227,7 +228,7 @@ def list_failed_teachings(groups: Mapping[str, Sequence[Row]]) -> list[str]:
         for name, of in groups.items()
     }
     told_ = [f"{name} {len(short)} (worst {min(short):.0%})" for name, short in found.items() if short]
-    return [f"Teachings short of 95 %: {'; '.join(told_)}."] if told_ else []
+    return [f"Teachings below 95 % success: {'; '.join(told_)}."] if told_ else []
 
 
 def list_uncertain_goals(behaviors: Mapping[str, Mapping[str, Any]]) -> list[str]:
@@ -239,7 +240,7 @@ def list_uncertain_goals(behaviors: Mapping[str, Mapping[str, Any]]) -> list[str
         for what, goal in asked.items()
         if of[what]["low"] < goal < of[what]["high"]
     ]
-    return [f"The interval reaches across the goal: {'; '.join(found)}."] if found else []
+    return [f"The 95 % interval includes the goal: {'; '.join(found)}."] if found else []
 
 
 def describe_discarded_lessons(rows: Sequence[Row]) -> str:
@@ -251,15 +252,16 @@ def describe_discarded_lessons(rows: Sequence[Row]) -> str:
         for row in anew
     )
     return (
-        "Of a lesson that was thrown away and taught again, presses and seconds are counted, examples are not (a press "
-        f"makes two at most): so it went in {len(anew)} of {len(rows)} teachings{f' ({each})' if each else ''}."
+        "When a lesson fails and is discarded, it is taught again. Its presses and seconds count, its examples do not "
+        f"(a press makes at most two). This happened in {len(anew)} of {len(rows)} teachings"
+        f"{f' ({each})' if each else ''}."
     )
 
 
 SHOWN: Mapping[str, tuple[str, float, Callable[[Row], float]]] = {
     "success": ("unseen worlds, %", 100 * SUCCESS, lambda row: 100 * row["success"]),
-    "speed": ("% of hand-coded", 100 * RATIO, lambda row: 100 * (row["ratio"] or 0.0)),
-    "examples of the whole hierarchy": ("made by presses", EXAMPLES, lambda row: row["examples"]),
+    "speed": ("% of hand-written", 100 * RATIO, lambda row: 100 * (row["ratio"] or 0.0)),
+    "examples of the whole hierarchy": ("from presses", EXAMPLES, lambda row: row["examples"]),
 }
 
 

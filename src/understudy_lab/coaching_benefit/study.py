@@ -87,19 +87,19 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         headline=" ".join(_headline(name, found[name, ALONE], found[name, COACHED]) for name in EXERCISES),
         tables=(
             ResultTable(
-                "In the end, after five minutes: medians with least and most",
+                "Results after five minutes: medians (smallest–largest)",
                 (
                     "task",
                     "novices",
                     "#succeed",
-                    "#of each kind of trial",
+                    "#succeed in each kind of trial",
                     "#trials that succeed",
                     "#examples",
                 ),
                 [(name, way, *_end(each)) for (name, way), each in found.items()],
             ),
             ResultTable(
-                "Trials that succeed after so many examples, all novices",
+                "Share of successful trials by number of examples, all novices",
                 ("task", "novices", *(f"#{step}" for step in STEPS)),
                 [
                     (name, way, *(f"{mean:.0%}" for mean in means(each)))
@@ -113,7 +113,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         notes=(
             *(_sooner(name, found[name, ALONE], found[name, COACHED]) for name in EXERCISES),
             _followed(rows),
-            "Examples are press-made, those deleted later too: two a press.",
+            "Examples are those made by presses (two per press), including those deleted later.",
         ),
         numbers=numbers,
     )
@@ -122,8 +122,8 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
 def _headline(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> str:
     return (
         f"At {name}, {sum(map(succeeds, coached))} of {len(coached)} novices who follow the coach succeed, and "
-        f"{sum(map(succeeds, alone))} of {len(alone)} left to themselves; 90 % of trials succeed {_after(coached)}, "
-        f"and {_after(alone)}."
+        f"{sum(map(succeeds, alone))} of {len(alone)} novices without it. 90 % of trials succeed: with the "
+        f"coach, {_after(coached)}; without it, {_after(alone)}."
     )
 
 
@@ -163,7 +163,7 @@ def _sooner(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> str:
     best = max(means(alone))
     step = next((step for step, mean in zip(STEPS, means(coached), strict=True) if mean >= best), None)
     after = "never" if step is None else f"after {step} examples"
-    return f"What novices alone come to at most at {name}, {best:.0%} of trials, those coached reach {after}."
+    return f"At {name}, novices alone never exceed {best:.0%} of trials; coached novices reach that {after}."
 
 
 def _followed(rows: Sequence[Row]) -> str:
@@ -172,7 +172,10 @@ def _followed(rows: Sequence[Row]) -> str:
         for kind, count in row["followed"].items():
             counts[kind] = counts.get(kind, 0) + count
     said = ", ".join(f"{kind} {count}" for kind, count in sorted(counts.items(), key=lambda each: -each[1]))
-    return f"What was followed, over all coached novices: {said}."
+    return (
+        "How often coached novices followed advice, by kind (asked: answered a question; corrected: corrected the "
+        f"robot on their own): {said}."
+    )
 
 
 def draw(rows: Sequence[Row]) -> Figure:

@@ -96,7 +96,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         tables=(
             *(_table(rows, task, ways) for task, ways in TASKS.items()),
             ResultTable(
-                "How many times as much the one needs as the other (medians, 95 % band; signed ranks over seeds)",
+                "Ratio of what the first needs to what the second needs (medians, 95 % interval; signed ranks by seed)",
                 ("", "#examples", "#teaching time"),
                 [
                     (name, *(_told(found[what]) for what in ("examples", "seconds")))
@@ -116,23 +116,24 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
 
 
 NOTES = (
-    f"Every look is at {WORLDS} worlds of its own. When the teacher is content, looks go on until four in a row went "
-    "well; where one does not, the teacher goes on, too. A robot that succeeds in 85 % of worlds passes four looks one "
-    "time in a hundred, one that succeeds in 95 % four times in five. A long teaching has more looks, so more chances.",
-    "A teaching that never came to 90 % counts with the examples (or seconds) that it had in the end, which is less "
-    "than it needs: ratios against such teachings are too large, if anything.",
-    "One automaton is taught by someone who knows how it has to be done: a state of its own for each thing to do on "
-    "the way to food and on the way home, and no reading that is not needed. Told nothing, there is one state for each "
-    "basic behavior, and all readings.",
-    "Presses come late, by a quarter of a second. The teacher of one layer knows that, and presses ahead when turning. "
-    "The teacher of layers does not, but GoTo's lesson allows for 0.2 s; where they pressed ahead, too, it made little "
-    "difference (What else was tried).",
-    "Why less than hoped: four lessons of two to four states cost about forty examples even when nothing is said "
-    "twice, since a switch is two examples, a directive and its default. A third of what one layer needs would be "
-    "fewer than that.",
-    "Approaching and stopping differ in one press a trip. In two automata the ways to the ball are shown, and then the "
-    "same again with the stop; a teacher of one automaton shows both at once. Whatever makes the one leaner makes the "
-    "other leaner, too (What else was tried, in the experiment's README).",
+    f"Every test uses {WORLDS} worlds of its own. When the teacher is satisfied, tests continue until four in a row "
+    "succeed; if one fails, teaching continues, too. A robot that succeeds in 85 % of worlds passes four tests in a "
+    "row one time in a hundred; a robot that succeeds in 95 % passes them four times in five. A long teaching has more "
+    "tests, and so more chances to pass.",
+    "A teaching that never reached 90 % counts with the examples (or seconds) that it had at the end, which is less "
+    "than it would need. If anything, ratios to such teachings are too large.",
+    "*One layer* is taught by a person who knows how the task has to be done. It has a state for each step on the way "
+    "to food and on the way home, and no unnecessary feature. *Told nothing* means one state for each basic behavior, "
+    "and all features.",
+    "Presses come a quarter of a second late. The teacher of one layer knows this, and presses early when turning. The "
+    "teacher of layers does not, but the lesson of GoTo compensates for 0.2 s. When that teacher pressed early, too, "
+    "it made little difference (see *What else was tried* in the experiment's README).",
+    "Why the goal for foraging was missed: four lessons of two to four states take about forty examples even without "
+    "repetition, because a switch makes two examples, a directive and its default. A third of what one layer needs is "
+    "less than that.",
+    "In approaching and stopping, the two ways differ by one press per trip. With two automata, the ways to the ball "
+    "are shown first, and then again with the stop; the teacher of one automaton shows both at once. Whatever saves "
+    "examples in one way saves them in the other, too (see *What else was tried* in the experiment's README).",
 )
 
 
@@ -140,11 +141,12 @@ def _headline(rows: Sequence[Row], compared: Mapping[str, Any]) -> str:
     stop, whole = compared["two automata / one automaton"], compared["three layers / one layer"]
     untold = compared["three layers / one layer, told nothing"]
     return (
-        f"Foraging in three layers needs ×{whole['examples']['ratio']:.2f} of the examples that it needs in one: "
-        f"{_reached(rows, 'three layers')} such teachings come to 90 % success in four looks in a row, against "
-        f"{_reached(rows, 'one layer')} in one layer. Where nobody says which states one layer needs, it is "
-        f"×{untold['examples']['ratio']:.2f}. Approaching and stopping needs "
-        f"×{stop['examples']['ratio']:.2f} of the examples in two automata: layers bring nothing to a task this small."
+        f"Foraging in three layers needs ×{whole['examples']['ratio']:.2f} of the examples that one layer needs: "
+        f"{_reached(rows, 'three layers')} teachings in three layers reach 90 % success in four tests in a row, and "
+        f"{_reached(rows, 'one layer')} in one layer. Compared with one layer whose states were not chosen for the "
+        f"task, three layers need ×{untold['examples']['ratio']:.2f}. Approaching and stopping needs "
+        f"×{stop['examples']['ratio']:.2f} as many examples in two automata as in one: layers do not help in a task "
+        "this small."
     )
 
 
@@ -159,25 +161,25 @@ def _count(rows: Sequence[Row], which: Callable[[Row], bool]) -> str:
 def _table(rows: Sequence[Row], task: str, ways: Sequence[str]) -> ResultTable:
     seeds = sorted({row["task"]["seed"] for row in rows})
     return ResultTable(
-        f"{task}: {len(seeds)} teachings each (seeds {seeds[0]} to {seeds[-1]}), {WORLDS} unseen worlds at every look",
+        f"{task}: {len(seeds)} teachings each (seeds {seeds[0]} to {seeds[-1]}), {WORLDS} unseen worlds in every test",
         ("", *(f"#{way}" for way in ways)),
         [(what, *(tell(select_rows(rows, way)) for way in ways)) for what, tell in TOLD.items()],
     )
 
 
 TOLD: Mapping[str, Callable[[Sequence[Row]], str]] = {
-    "teachings that come to 90 % in four looks in a row": lambda rows: _count(rows, has_reached_goal),
-    f"of them with 90 % in the end, too, in {JUDGED} other worlds": lambda rows: _count(
+    "teachings that reach 90 % in four tests in a row": lambda rows: _count(rows, has_reached_goal),
+    f"of these, also 90 % at the end, in {JUDGED} other worlds": lambda rows: _count(
         list(filter(has_reached_goal, rows)), has_kept_success
     ),
-    "examples needed for that": lambda rows: format_median(
+    "examples needed to reach it": lambda rows: format_median(
         [count_needed(row, EXAMPLES) for row in rows if has_reached_goal(row)]
     ),
-    "teaching needed for that, s": lambda rows: format_median(
+    "teaching time needed to reach it, s": lambda rows: format_median(
         [count_needed(row, SECONDS) for row in rows if has_reached_goal(row)]
     ),
-    "examples in the end": lambda rows: format_median([row["examples"] for row in rows]),
-    f"success in the end, in {JUDGED} other worlds": lambda rows: format_median(
+    "examples at the end": lambda rows: format_median([row["examples"] for row in rows]),
+    f"success at the end, in {JUDGED} other worlds": lambda rows: format_median(
         [row["success"] for row in rows], percent=True
     ),
 }

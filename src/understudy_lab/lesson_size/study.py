@@ -94,7 +94,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         headline=_headline(every, team),
         tables=(
             ResultTable(
-                "Lessons: medians with smallest and largest",
+                "Size of the lessons: medians (smallest–largest)",
                 ("", "#lessons", *(f"#{what}" for what in COUNTED)),
                 [
                     *((name, *_told(of)) for name, of in taught.items()),
@@ -103,22 +103,22 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 ],
             ),
             ResultTable(
-                "By automaton",
-                ("taught in", "way", "automaton", *(f"#{what}" for what in COUNTED)),
+                "Size of the lessons of each automaton",
+                ("experiment", "variant", "automaton", *(f"#{what}" for what in COUNTED)),
                 [(*kind, *_told(of)[1:]) for kind, of in kinds(rows).items()],
             ),
         ),
         notes=(
-            "Examples are press-made: two a press. Nodes are those of the tree of one state, of the states that "
-            "learned anything; a tree of one node is a state that is always left for the same one. Every automaton of "
-            f"every way counts once a seed, and one that two ways have in common once. {again or 'None'} of the "
-            f"{len(every)} lessons {'was' if again in (0, 1) else 'were'} thrown away and begun anew; that would count "
-            "as teaching. " + _largest(kinds(rows)),
-            "Not taught again, and not counted twice: what `learners` and the base of `ablation` are taught with are "
-            "the lessons of `forage`, `servoing` and `repertoire`. What `ablation` spoils is left out.",
-            "The RoboCup team's lessons are kept elsewhere and given with --data; what is published of them is counts. "
-            "Their trees are learned here from their examples; their own learner had "
-            + ("as many nodes in the median." if team is None else _original(team)),
+            "Examples are those made by presses, two per press. Nodes are those of one state's tree, for states that "
+            "learned anything; a tree of one node belongs to a state that always leads to the same next state. Every "
+            "automaton of every variant counts once per seed; one that two variants share counts once. "
+            f"{again or 'None'} of the {len(every)} lessons {'was' if again in (0, 1) else 'were'} discarded and "
+            "started again; that would count as teaching. " + _largest(kinds(rows)),
+            "Not counted twice: the lessons of `learners` and of the reference variant of `ablation` are those of "
+            "`forage`, `servoing` and `repertoire`. The other variants of `ablation` are left out.",
+            "The lessons of the RoboCup team are stored elsewhere and read with --data; only counts of them are "
+            "published. Their trees are learned here from their examples; the team's own learner made trees of "
+            + ("the same median number of nodes." if team is None else _original(team)),
         ),
         numbers={"taught": {name: counts(of) for name, of in taught.items()}, "all": counts(every)},
     )
@@ -165,8 +165,8 @@ def _largest(found: Mapping[tuple[str, str, str], Lessons]) -> str:
     others = [n for kind, of in found.items() if kind != largest for n in COUNTED["examples"](of)]
     return (
         f"Not every lesson is small: {largest[2]} in {largest[0]}, {largest[1]}, takes {middle[largest]:.0f} examples "
-        f"in the median. Of the others none takes more than {max(others, default=0):.0f}, and nine in ten take "
-        f"{np.percentile(others or [0], 90):.0f} at most."
+        f"in the median. None of the others takes more than {max(others, default=0):.0f}, and nine in ten take at most "
+        f"{np.percentile(others or [0], 90):.0f}."
     )
 
 
@@ -184,7 +184,7 @@ def _told_team(team: Row) -> tuple[str, ...]:
 
 def _original(team: Row) -> str:
     each = team["spread"]["original nodes"]
-    return f"{each['median']:.0f} ({each['min']:.0f}–{each['max']:.0f})."
+    return f"{each['median']:.0f} ({each['min']:.0f}–{each['max']:.0f}) nodes."
 
 
 def _headline(every: Lessons, team: Row | None) -> str:
@@ -192,14 +192,14 @@ def _headline(every: Lessons, team: Row | None) -> str:
     beside = (
         ""
         if team is None
-        else f" The {team['lessons']} lessons of a RoboCup team had {team['spread']['examples']['median']:.0f} "
-        f"examples and {team['spread']['features']['median']:.0f} features in the median, trees of "
-        f"{team['spread']['nodes']['median']:.0f}."
+        else f" The {team['lessons']} lessons of a RoboCup team have medians of "
+        f"{team['spread']['examples']['median']:.0f} examples, {team['spread']['features']['median']:.0f} features, "
+        f"and trees of {team['spread']['nodes']['median']:.0f} nodes."
     )
     return (
-        f"A lesson is small: {found['features']:.0f} features, {found['examples']:.0f} examples, trees of "
-        f"{found['nodes']:.0f} nodes, {found['teaching, s']:.0f} seconds in the median of {len(every)}; nine in ten "
-        f"have {np.percentile(COUNTED['examples'](every), 90):.0f} examples at most.{beside}"
+        f"The medians over {len(every)} lessons are {found['features']:.0f} features, {found['examples']:.0f} examples,"
+        f" trees of {found['nodes']:.0f} nodes, and {found['teaching, s']:.0f} seconds of teaching. Nine in ten "
+        f"lessons have at most {np.percentile(COUNTED['examples'](every), 90):.0f} examples.{beside}"
     )
 
 

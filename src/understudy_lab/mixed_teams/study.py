@@ -51,12 +51,11 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
     first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
     better, alone = _against_single(rows), _against_alone(rows)
     return StudyFindings(
-        headline="A mixed team of four scouts and eight carriers, each type with what it was taught itself, brings "
-        f"home {np.median(better):.1f} times as much under its coordinator as the best team of twelve robots of one "
-        f"type, in worlds that they have never seen ({format_median(_rates(rows, LED))} units an hour in the "
-        "median), after "
-        f"{np.median(examples_in(rows)):.0f} examples for all automata together. Without the coordinator the same "
-        f"robots bring {1 / np.median(alone):.2f} times what they bring with it.",
+        headline="A mixed team of four scouts and eight carriers, each type taught its own behaviors, brings home "
+        f"{np.median(better):.1f} times as much under its coordinator as the best team of twelve robots of one type, "
+        f"in unseen worlds (median: {format_median(_rates(rows, LED))} units an hour). All automata together take "
+        f"{np.median(examples_in(rows)):.0f} examples. Without the coordinator, the same robots bring home "
+        f"{1 / np.median(alone):.2f} times as much as with it.",
         tables=(
             ResultTable(
                 f"Salvage, teachings {first} to {last}, {WORLDS} unseen worlds of 20 minutes each: median (worst–best)",
@@ -64,8 +63,8 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 [(said, format_median(_rates(rows, name))) for name, said in NAMES.items()],
             ),
             ResultTable(
-                "A third of the members killed at random moments; after that",
-                ("team of twelve", "#units an hour", "#of what it brings unharmed"),
+                "Yield after a third of the members was killed at random moments",
+                ("team of twelve", "#units an hour", "#share of the yield without failures"),
                 [
                     (
                         NAMES[name],
@@ -76,8 +75,8 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 ],
             ),
             ResultTable(
-                "What each automaton took: median (least–most)",
-                ("who", "automaton", "#examples", "#seconds", "#states", "#features"),
+                "Teaching effort per automaton: median (smallest–largest)",
+                ("type", "automaton", "#examples", "#seconds", "#states", "#features"),
                 lessons_in(rows),
             ),
         ),
@@ -113,13 +112,13 @@ def _goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
     kept = float(np.median(_of(rows, "kept", LED)))
     return (
         StudyGoal(
-            "what it brings home, against the best team of one type",
+            "units brought home, relative to the best team of one type",
             f"×{BETTER}",
             f"×{np.median(better):.2f}, worst ×{min(better):.2f}",
             float(np.median(better)) >= BETTER,
         ),
         StudyGoal(
-            "what is kept of it when a third of the members is killed",
+            "share of the yield kept after a third of the members was killed",
             f"{KEPT:.0%}: 0.8 of the {SURVIVORS:.0%} who survive",
             f"{kept:.0%}",
             kept >= KEPT,
@@ -131,12 +130,12 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
     alone, after = float(np.median(_against_alone(rows))), _of(rows, "after_failures", LED)
     failing = float(np.median(np.divide(after, np.maximum(1.0, _of(rows, "after_failures", MIXED)))))
     return (
-        f"What makes the difference is the mix: under the coordinator the team brings ×{alone:.2f} of what the same "
-        f"robots bring each by itself, and ×{failing:.2f} after a third was killed. Whoever follows a scout that is "
-        "still exploring is near when it finds something, so that there is little to be told.",
-        "A carrier cannot tell a dead scout at an empty wreck from one on guard: that is what killing costs beside the "
-        "members themselves.",
-        f"Its scouts can carry nothing: a team of scouts brings {max(_rates(rows, 'all scouts')):.0f} units.",
+        f"The mix makes the difference: under the coordinator, the team brings home ×{alone:.2f} of what the same "
+        f"robots bring home on their own, and ×{failing:.2f} after a third was killed. A carrier that follows an "
+        "exploring scout is close by when the scout finds something, so the coordinator can add little.",
+        "A carrier cannot distinguish a dead scout at an empty wreck from a scout on guard. This is what failures cost "
+        "beyond the loss of the members themselves.",
+        f"Scouts cannot carry anything: a team of scouts brings home {max(_rates(rows, 'all scouts')):.0f} units.",
     )
 
 

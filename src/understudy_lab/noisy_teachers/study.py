@@ -95,8 +95,8 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         headline=" ".join(_headline(found, "goto", chance) for chance in CHANCES[:2]),
         tables=(
             ResultTable(
-                f"Trials that succeed after so many corrections; and until {IN_A_ROW} tries in a row needed none, "
-                "medians with least and most",
+                "Share of successful trials by number of corrections; corrections until a robot is as good as without "
+                f"faults; and totals until {IN_A_ROW} tries in a row needed no correction, medians (smallest–largest)",
                 (
                     "task",
                     "slips",
@@ -105,7 +105,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                     "#as good after",
                     "#corrections",
                     "#questions",
-                    "#held",
+                    "#quarantined",
                 ),
                 [
                     row
@@ -147,9 +147,9 @@ def _headline(found: Found, name: str, chance: float) -> str:
     clean = found[name, CLEAN, chance]
     asked, plain = (count_corrections_needed(found[name, way, chance], clean) for way in (ASKED, PLAIN))
     return (
-        f"Teachers of {name} who slip in {chance:.0%} of presses and press late come within {100 * SHORT:.0f} points "
-        f"of a teacher without faults {_said(asked)} where they are asked about odd presses, and {_said(plain)} "
-        "where not."
+        f"Teachers of {name} who press late, and press a wrong button in {chance:.0%} of presses, come within "
+        f"{100 * SHORT:.0f} points of a teacher without faults {_said(asked)} if they are asked about odd presses, and "
+        f"{_said(plain)} if not."
     )
 
 
@@ -167,10 +167,10 @@ def _goal(found: Found, chance: float, way: str) -> StudyGoal:
 def _notes(found: Found) -> tuple[str, ...]:
     ends = [means(found["servoing", way, chance])[0] for way in (PLAIN, ASKED) for chance in CHANCES]
     return (
-        "Servoing needs next to no corrections: before the first, robots succeed in "
-        f"{100 * min(ends):.0f} to {100 * max(ends):.0f} % of trials, whatever the faults.",
-        "A lesson that unlearns by itself saves few corrections here, if any: where presses of a sort are few, it "
-        "holds back good ones, too. It is for those whom nobody can ask.",
+        "Servoing needs hardly any corrections: before the first correction, robots succeed in "
+        f"{100 * min(ends):.0f} to {100 * max(ends):.0f} % of trials, with any of these faults.",
+        "Unlearning without questions saves few corrections here, if any: where presses of one kind are rare, it "
+        "quarantines good ones, too. It is meant for demonstrators who cannot be asked.",
     )
 
 

@@ -67,16 +67,16 @@ NUMBERS: Mapping[str, tuple[Callable[[Row], float], int]] = {
     "mean reaction, s": (lambda row: row["traits"]["reaction_s"], 2),
     "chance of a slip": (lambda row: row["traits"]["slips"], 3),
     "share of time not looking": (lambda row: row["traits"]["lapses"], 2),
-    "misjudged, either way": (lambda row: abs(row["traits"]["misjudged"]), 2),
-    "off the middle, either way, px": (lambda row: abs(row["traits"]["off_middle_px"]), 0),
-    "putting the robot elsewhere, s": (lambda row: row["traits"]["carry_s"], 0),
+    "error in judging the distance, either way": (lambda row: abs(row["traits"]["misjudged"]), 2),
+    "error in judging the middle, either way, px": (lambda row: abs(row["traits"]["off_middle_px"]), 0),
+    "time to move the robot elsewhere, s": (lambda row: row["traits"]["carry_s"], 0),
     "patience, s": (lambda row: row["traits"]["patience_s"], 0),
     "situations that occur to them, of 3": (lambda row: len(row["traits"]["situations"]), 0),
     "presses": (lambda row: row["presses"], 0),
-    "presses that slipped": (lambda row: row["slipped"], 0),
-    "times they put the robot somewhere": (lambda row: sum(row["shown"].values()), 0),
-    "times they put it where the ball is lost": (lambda row: row["shown"].get("ball lost", 0), 0),
-    "turns pressed back while nothing is seen": (lambda row: sum(row["turned_back"].values()), 0),
+    "wrong presses (slips)": (lambda row: row["slipped"], 0),
+    "times they placed the robot": (lambda row: sum(row["shown"].values()), 0),
+    "times they placed it where no ball is visible": (lambda row: row["shown"].get("ball lost", 0), 0),
+    "turns pressed back while no ball is visible": (lambda row: sum(row["turned_back"].values()), 0),
 }
 """What is compared by medians, with so many digits."""
 
@@ -90,7 +90,7 @@ SHARES: Mapping[str, Callable[[Row], bool]] = {
     "misunderstood forwardL and forwardR": lambda row: row["traits"]["mistake"] != UNDERSTOOD,
     "turn at the edge of the frame too": lambda row: bool(row["traits"]["edge_px"]),
     "showed a lost ball": lambda row: "ball lost" in row["traits"]["situations"],
-    "pressed back both ways while nothing is seen": has_turned_back_both_ways,
+    "pressed back both ways while no ball is visible": has_turned_back_both_ways,
 }
 """What is compared by how many it is true of."""
 
@@ -133,7 +133,8 @@ def table(novices: Sequence[Row]) -> ResultTable:
         return [cell for good, bad, p, stays in of for cell in (good, bad, f"{p:.2g}{' *' if stays else ''}")]
 
     return ResultTable(
-        f"What separates those who fail (* remains after Holm's correction for all {len(found)} comparisons at 5 %)",
+        "Differences between novices who succeed and who fail (half: in half of all trials; each: in half of the trials"
+        f" from each position; *: significant at 5 % after Holm's correction for all {len(found)} comparisons)",
         ("", *(f"#{what}" for reading in ("half", "each") for what in (f"{reading}: succeed", "fail", "p"))),
         [(what, *cells(what)) for what in (*NUMBERS, *SHARES)],
     )
@@ -149,7 +150,8 @@ def note(novices: Sequence[Row]) -> str:
     failing = [row for row in novices if not has_succeeded(row)]
     back = sum(map(has_turned_back_both_ways, failing))
     return (
-        "What separates by more than chance those who do not succeed from each position: "
-        f"{remain['each'] or 'nothing'}. What separates the {len(failing)} who fail in half of all trials: "
-        f"{remain['half'] or 'nothing for sure, for they are few'}; {back} of them pressed back both ways."
+        "Significant differences between novices who succeed from each position and the others: "
+        f"{remain['each'] or 'none'}. Significant differences between the {len(failing)} who fail in half of all "
+        f"trials and the others: {remain['half'] or 'none, because there are too few of them'}; {back} of them pressed "
+        "back both ways."
     )

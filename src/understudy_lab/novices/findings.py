@@ -41,23 +41,23 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
     medians = _medians([row for row in novices if has_succeeded(row)])
     return StudyFindings(
         headline=f"{half['succeed']} of {half['of']} simulated novices (95 % interval {100 * half['low']:.0f} to "
-        f"{100 * half['high']:.0f} %) teach a robot in five minutes to reach the ball in half of its trials at least, "
-        f"by themselves and without a test or a correction (the paper: 4 of 5 people); their median robot takes "
-        f"{np.median(medians):.0f} s. But only {each['succeed']} of {each['of']} manage it from each of the three "
-        "positions: the others' robots do not find a ball that they do not see at first.",
+        f"{100 * half['high']:.0f} %) succeed: within five minutes, and without a test or a correction, they teach a "
+        "robot that reaches the ball in at least half of its trials (in the paper: 4 of 5 people). The median time of "
+        f"these robots is {np.median(medians):.0f} s. But only {each['succeed']} of {each['of']} novices succeed from "
+        "each of the three positions. The other robots do not find a ball that is not visible at the start.",
         tables=(
             ResultTable(
-                f"From each position, {len(novices)} novices",
+                f"Results by start position, {len(novices)} novices",
                 (
                     "",
                     "#novices who succeed from there",
                     "#trials that reach the ball",
-                    "#seconds, median of each robot",
+                    "#time to the ball, s (median of each robot)",
                 ),
                 [_position(novices, position) for position in POSITIONS],
             ),
             ResultTable(
-                "Who succeeds",
+                "Novices who succeed, by group",
                 ("", "#in half of all trials", "#from each position"),
                 [
                     (who, *(format_share(found) for found in summarize_both_readings(of).values()))
@@ -65,11 +65,12 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 ],
             ),
             ResultTable(
-                "What robots do for as long as they see no ball",
+                "Behavior of the robots while they see no ball (pressed back both ways: while no ball was visible, the "
+                "novice changed a left turn into a right turn at least once, and a right turn into a left turn)",
                 (
                     "",
                     "#novices",
-                    "#had shown a lost ball",
+                    "#showed a lost ball",
                     "#pressed back both ways",
                     f"#succeed: {HIDDEN}",
                 ),
@@ -155,20 +156,25 @@ def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
     back = [row for row in novices if failure_causes.has_turned_back_both_ways(row)]
     alike = all(len(times(row, HIDDEN)) in (0, TRIALS) for row in novices)
     return (
-        f"Success was defined before any novice was run: the ball is reached in {SUCCESS:.0%} of thirty trials, within "
-        f"120 s each. {always} of {len(novices)} robots get there in every trial, and {never} in none, as the paper's "
-        "fifth.",
-        f"Why {len(hidden)} robots do not find a ball that they do not see at first: while nothing is seen every "
-        "example is the same, and one press outvotes all that was recorded by itself. Where a robot had turned past "
-        "the ball its novice pressed the other turn; where that happened once each way, the robot swings left and right"
-        f" for as long as it sees nothing. {len(swinging)} of the {len(hidden)} do that, {len(_showed_lost(swinging))} "
-        f"of them of novices who had shown a lost ball; {len(resting)} rest where they are, "
-        f"{len(_showed_lost(resting)) or 'none'} of them of such novices. Of {len(back)} robots that were turned back "
-        f"both ways {sum(reaches(row, HIDDEN) for row in back) or 'none'} can find it."
-        + (" Each robot finds it in all ten trials or in none: one test would have told." if alike else ""),
+        "The success criterion was fixed before any novice was run: the robot reaches the ball in "
+        f"{SUCCESS:.0%} of thirty trials, within 120 s each. {always} of {len(novices)} robots reach it in every trial,"
+        f" and {never} in none, as the fifth robot of the paper did.",
+        f"Why {len(hidden)} robots do not find a ball that is not visible at the start: while nothing is visible, all "
+        "examples have the same readings, and a single press outweighs everything that was recorded automatically. "
+        "When a robot had turned past the ball, its novice pressed the opposite turn. If that happened once in each "
+        "direction, the robot swings left and right as long as it sees nothing. "
+        f"{len(swinging)} of the {len(hidden)} robots do so; the novices of {len(_showed_lost(swinging))} of these had "
+        f"shown a lost ball. {len(resting)} robots stand still; the novices of {len(_showed_lost(resting)) or 'none'} "
+        f"of these had shown one. Of {len(back)} robots that were turned back both ways, "
+        f"{sum(reaches(row, HIDDEN) for row in back) or 'none'} can find the ball."
+        + (
+            " Each robot finds it in all ten trials or in none, so a single test would have revealed this."
+            if alike
+            else ""
+        ),
         failure_causes.note(novices),
-        "The model is no person: it lacks people who do not understand at all what they are to do, and those who ask. "
-        "Its parameters were fixed, with their sources, before the first run and not touched since.",
+        "The model has limits: it includes neither people who do not understand the task at all, nor people who ask. "
+        "Its parameters were fixed, with their sources, before the first run, and have not been changed since.",
     )
 
 
@@ -180,7 +186,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     reached.axvline(SUCCESS * 30 - 0.5, color="#6b7280", linewidth=1, linestyle=":")
     reached.set_xlabel("trials of 30 that reach the ball")
     reached.set_ylabel("novices")
-    reached.set_title("how well they taught")
+    reached.set_title("success of each novice")
     good = [row for row in novices if has_succeeded(row)]
     bins = np.arange(5.0, 61.0, 2.5).tolist()
     for position, color in zip(POSITIONS, COLORS, strict=False):
@@ -188,7 +194,7 @@ def draw(rows: Sequence[Row]) -> Figure:
         seconds.hist(found, bins, histtype="step", linewidth=1.6, color=color, label=position)
     seconds.set_xlabel("time to within 15 cm, s (60: or more)")
     seconds.set_ylabel("trials")
-    seconds.set_title("how fast their robots are")
+    seconds.set_title("time to the ball")
     seconds.legend(fontsize=7.5)
     sensitivity.draw(changes, rows)
     return figure

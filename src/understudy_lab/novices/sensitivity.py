@@ -29,22 +29,22 @@ SAID: Mapping[str, str] = {
     "reaction_s": "mean reaction",
     "slips": "chance of a slip",
     "lapses": "share of time not looking",
-    "misjudged": "misjudging how near it is",
+    "misjudged": "error in judging the distance",
     "left_out": "situations that do not occur to them",
-    "off_middle_px": "off the middle of the frame",
+    "off_middle_px": "error in judging the middle of the frame",
     "misunderstood": "chance of a misunderstanding",
     "at_edge": "share who turn at the edge of the frame",
-    "edge_px": "what is near the edge to them",
-    "carry_s": "time to put the robot elsewhere",
+    "edge_px": "width of the edge of the frame",
+    "carry_s": "time to move the robot elsewhere",
     "patience_s": "patience",
     "spread": "spread of reactions",
     "least_s": "fastest reaction",
-    "stop_s": "time to hold a press back",
+    "stop_s": "time to cancel a press",
     "lapse_s": "length of a lapse",
-    "emerged_px": "how far inside a ball has come into the frame",
-    "other_px": "how far off the middle it is on the other side",
-    "distance_m": "how far from the ball they put the robot",
-    "given_s": "the five minutes",
+    "emerged_px": "margin for a ball in the frame",
+    "other_px": "margin for a ball beyond the middle",
+    "distance_m": "distance from the ball at placement",
+    "given_s": "teaching time",
 }
 """The parameters in words."""
 
@@ -97,9 +97,9 @@ def table(rows: Sequence[Row]) -> ResultTable:
         return format_share(summarize_both_readings(select_changed(rows, name, factor))[reading]) + star
 
     return ResultTable(
-        f"The first {same['half']['of']} novices with one parameter changed (as they are: "
-        f"{same['half']['succeed']} succeed, {same['everywhere']['succeed']} from each position; * differs from that "
-        "after Holm's correction for all of them at 5 %)",
+        f"Success of the first {same['half']['of']} novices with one parameter changed (unchanged: "
+        f"{same['half']['succeed']} succeed, {same['everywhere']['succeed']} from each position; *: differs from that "
+        "significantly at 5 % after Holm's correction for all changes)",
         ("", *(f"#{what}, ×{factor}" for what in ("half", "each") for factor in FACTORS)),
         [
             (SAID[name], *(cell(name, reading, factor) for reading in READINGS for factor in FACTORS))
@@ -130,12 +130,12 @@ def note(rows: Sequence[Row]) -> str:
         if any((name, factor, reading) in stay for reading in READINGS)
     ]
     return (
-        f"Whatever one parameter is changed, of the first {SENSITIVITY} novices {ranges['half']} succeed, and "
-        f"{ranges['everywhere']} from each position. By more than chance that changes with: "
-        f"{', '.join(remain) or 'none of them'}.{_minutes(rows)} No parameters are what the question fixes (the robot "
-        "and its camera, 15 cm, the thirty trials), the bearings that make a situation what it is, and even draws: "
-        "which mistake, which other button a slip hits, to which side they turn first. Farther from the ball than "
-        "2.85 m there is no field."
+        f"Whichever parameter is changed, {ranges['half']} of the first {SENSITIVITY} novices succeed, and "
+        f"{ranges['everywhere']} from each position. Changes with a significant effect: "
+        f"{', '.join(remain) or 'none'}.{_minutes(rows)} Not varied: what the question fixes (the robot and its "
+        "camera, 15 cm, the thirty trials), the bearings that define the situations, and draws with equal chances "
+        "(which mistake, which other button a slip hits, to which side they turn first). Distances above 2.85 m were "
+        "not possible, because the field ends there."
     )
 
 
@@ -148,8 +148,8 @@ def _minutes(rows: Sequence[Row]) -> str:
     counts = [sum(map(succeeds_everywhere, of)) for of in (less, select_unchanged(rows)[: len(less)], more)]
     return (
         f" More time does not help: {counts[0]}, {counts[1]} and {counts[2]} succeed from each position after 2.5, 5 "
-        f"and 7.5 minutes (p = {p:.2g} between the ends, not corrected for being picked out); it is more occasions to "
-        "press a turn back."
+        f"and 7.5 minutes (p = {p:.2g} between first and last, not corrected for this selection). With more time there "
+        "are more occasions to press a turn back."
     )
 
 

@@ -95,7 +95,7 @@ NUMBERS: Mapping[str, str] = {
     "from capture to all told to hunt again, s": "cycle_s",
     "captures an hour": "captures_per_hour",
     "robots attacking when an intruder is caught, of 16": "attackers",
-    "gathered though nothing was captured": "false_captures",
+    "gatherings without a capture": "false_captures",
 }
 SHARES = ("complete", "false_captures")
 

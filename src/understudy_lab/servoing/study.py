@@ -118,14 +118,15 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         headline=_headline(found, lost, edges, rows),
         tables=(
             ResultTable(
-                f"Seconds to within 15 cm, {len(seeds)} automata taught per method (seeds {seeds[0]} to {seeds[-1]})",
+                f"Seconds to within 15 cm of the ball, {len(seeds)} automata taught per method (seeds {seeds[0]} to "
+                f"{seeds[-1]})",
                 ("", *(f"#{method}" for method in METHODS)),
                 [
                     *(
                         (what, *(format_median(medians(rows, method, what), 1) for method in METHODS))
                         for what in SUMMED
                     ),
-                    ("failures", *(_failures(rows, method) for method in METHODS)),
+                    ("failed trials", *(_failures(rows, method) for method in METHODS)),
                     *(
                         (what, *(_told(rows, method, key) for method in METHODS))
                         for what, key in COSTS.items()
@@ -133,8 +134,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 ],
             ),
             ResultTable(
-                "How many times as long they take as the four states on the same trials: median over seeds, with its "
-                "95 % interval",
+                "Time relative to the four states on the same trials: median over seeds, with its 95 % interval",
                 ("", *(f"#{method}" for method in METHODS[1:])),
                 [(what, *(_compared(each[what]) for each in (lost, edges, hand))) for what in SUMMED],
             ),
@@ -151,7 +151,12 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
     )
 
 
-COSTS = {"press-made examples": "examples", "presses": "presses", "teaching, s": "seconds", "nodes": "nodes"}
+COSTS = {
+    "examples from presses": "examples",
+    "presses": "presses",
+    "teaching time, s": "seconds",
+    "tree nodes": "nodes",
+}
 
 
 def _told(rows: Sequence[Row], method: str, key: str) -> str:
@@ -177,11 +182,12 @@ def _p(p: float) -> str:
 def _headline(found: Any, lost: Any, edges: Any, rows: Sequence[Row]) -> str:
     count, of = count_failures(rows, FOUR)
     return (
-        f"Memory takes a robot to the ball ×{lost[FACED]['ratio']:.2f} as fast as a policy does "
-        f"({found[FOUR][FACED]:.0f} s against {found[LOST][FACED]:.0f} s) where the ball leaves the frame on the side "
-        f"that the policy does not turn to, and ×{lost[AWAY]['ratio']:.2f} as fast after a push that way; from a start "
-        f"without the ball it makes no difference (×{lost['ball not visible']['ratio']:.2f}), nor beside a policy that "
-        f"turns before the ball is lost (×{edges[FACED]['ratio']:.2f}), unless that one is pushed "
+        "A robot with four states remembers on which side it lost the ball. A stateless policy takes "
+        f"×{lost[FACED]['ratio']:.2f} as long to reach the ball ({found[LOST][FACED]:.0f} s instead of "
+        f"{found[FOUR][FACED]:.0f} s) if the ball leaves the frame on the side to which the policy does not turn, and "
+        f"×{lost[AWAY]['ratio']:.2f} as long after a push that way. Memory makes no difference if the robot starts "
+        f"without seeing the ball (×{lost['ball not visible']['ratio']:.2f}), or compared with a policy that turns "
+        f"before the ball is lost (×{edges[FACED]['ratio']:.2f}), unless that robot is pushed "
         f"(×{edges[AWAY]['ratio']:.2f}). {count} of {of} trials with four states fail."
     )
 
@@ -189,18 +195,18 @@ def _headline(found: Any, lost: Any, edges: Any, rows: Sequence[Row]) -> str:
 def _notes(rows: Sequence[Row], lost: Any, edges: Any) -> tuple[str, ...]:
     either, away = (compare_methods(rows, what, to=HAND)["ratio"] for what in (EITHER, AWAY))
     return (
-        f"Pushed to either side, one push in two goes where the policy turns anyway (×{lost[TOWARD]['ratio']:.2f}), "
-        "and the median of both lies between two clusters: even the robot written by hand is only "
-        f"×{either:.2f} as fast as the policy then, and ×{away:.2f} where the push goes the other way, so that "
-        f"×{FASTER} is out of any robot's reach in the one and nearly all that can be had in the other. Larger and "
-        "smaller pushes, earlier and later ones, watched examples and a reaction time were tried on other seeds: "
-        "×1.1 to ×1.3 and ×1.2 to ×1.6.",
-        "State helps where the robot saw on which side the ball went, and a policy would turn the other way. It does "
-        "not help from a start without the ball, where nobody has seen anything; nor, while nothing pushes the robot, "
-        "beside a teacher who keeps the ball in the frame: that one is even a little faster "
+        "In the trials *pushed to either side*, half of the pushes go where the policy turns anyway "
+        f"(×{lost[TOWARD]['ratio']:.2f}), and the median over both sides lies between two clusters of times. Even the "
+        f"hand-written robot is only ×{either:.2f} as fast as the policy there, and ×{away:.2f} as fast if the push "
+        f"goes the other way. So no robot can reach ×{FASTER} in the first case, and ×{FASTER} is nearly the best "
+        "possible in the second. Larger and smaller pushes, earlier and later ones, watched examples and a reaction "
+        "time were tried on other seeds. They gave ×1.1 to ×1.3 in the first case, and ×1.2 to ×1.6 in the second.",
+        "States help if the robot saw on which side the ball left the frame, and a policy would turn the other way. "
+        "They do not help if the robot starts without having seen the ball. Nor do they help, while nothing pushes the "
+        "robot, against a policy whose teacher keeps the ball in the frame. That policy is even slightly faster "
         f"(×{edges['ball left']['ratio']:.2f} and ×{edges['ball right']['ratio']:.2f} of the time of the four states).",
-        "The first lesson plan never showed forwardL and forwardR change over, and such robots turned the wrong way "
-        "after a push to one side: what a state is for has to be shown.",
+        "An earlier lesson plan never showed a switch between forwardL and forwardR. Robots taught with it turned the "
+        "wrong way after a push to one side. The purpose of a state has to be demonstrated.",
     )
 
 

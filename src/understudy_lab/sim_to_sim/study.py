@@ -42,9 +42,9 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         headline=_headline(found),
         tables=(
             ResultTable(
-                f"Trials that succeed, over all of {len(seeds)} teachings each (seeds {seeds[0]} to {seeds[-1]})",
-                ("behavior", *(f"#{world}" for world in WORLDS.values()), "#physics / 2-D", "#its median, 2-D",
-                 "#physics", "#examples"),
+                f"Successful trials, over {len(seeds)} teachings of each behavior (seeds {seeds[0]} to {seeds[-1]})",
+                ("behavior", *(f"#{world}" for world in WORLDS.values()), "#physics / 2-D", "#median, 2-D",
+                 "#median, physics", "#examples"),
                 [_told(name, each) for name, each in found.items()],
             ),
         ),
@@ -55,9 +55,10 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
 
 
 NOTES = (
-    "Medians are seconds to the place, for Disperse how far that robot of a world got from its start that got least "
-    "far, m, and for CollectivePatrol seconds from a capture until all are off again.",
-    "In the 2-D world the robot of visual servoing walks, slips and sways; in physics it rolls, and is faster.",
+    "Medians: for GoTo and visual servoing, seconds until arrival; for Disperse, the distance in meters from its start "
+    "of the robot that got least far in a world; for CollectivePatrol, seconds from a capture until all robots have "
+    "left again.",
+    "In the 2-D world, the robot of visual servoing walks, slips and sways; in physics it rolls, and is faster.",
 )
 
 
@@ -97,8 +98,8 @@ def _headline(found: Mapping[str, Any]) -> str:
         for name, of in found.items()
     ]
     return (
-        "Taught in the 2-D world and run in simulated physics with rendered cameras, no example added, so many trials "
-        f"succeed: {', '.join(parts)}."
+        "Share of successful trials in simulated physics with rendered cameras, after teaching in the 2-D world and "
+        f"without any added example: {', '.join(parts)}."
     )
 
 

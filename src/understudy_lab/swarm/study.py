@@ -67,24 +67,24 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
     shares = {way: _of_by_hand(rows, way) for way in WAYS}
     large = _large(rows)
     return StudyFindings(
-        headline=f"Two hundred robots and three levels of coordinators, all taught by pressing names, gather "
-        f"{np.median(shares[THREE]):.2f} times what automata written by hand gather, in worlds that they have never "
-        f"seen; the same robots without coordinators {np.median(shares[ALONE]):.2f} times, and "
-        f"{np.median(shares[ANSWERING]):.2f} times if they answer each other's calls. Ten thousand that run the same "
-        f"libraries gather {np.median(large):.2f} times as much each. All of it takes "
+        headline="Two hundred taught robots under three levels of taught coordinators gather "
+        f"{np.median(shares[THREE]):.2f} times as much as hand-written automata, in unseen worlds. The same robots "
+        f"gather {np.median(shares[ALONE]):.2f} times as much without coordinators, and "
+        f"{np.median(shares[ANSWERING]):.2f} times as much if they answer each other's calls. Ten thousand robots with "
+        f"the same libraries gather {np.median(large):.2f} times as much per robot. All lessons together take "
         f"{np.median(examples_in(rows)):.0f} examples.",
         tables=(
             ResultTable(
-                f"Ten minutes, teachings {first} to {last}, {WORLDS} unseen worlds each: median (worst–best). A "
-                f"container holds {LOADS['container']} loads, a crate one",
-                ("coordinators of", "#crates/h", "#containers/h", "#loads/h", "#of by hand"),
+                f"Yield per hour, in runs of ten minutes, teachings {first} to {last}, {WORLDS} unseen worlds each: "
+                f"median (worst–best). A container holds {LOADS['container']} loads, a crate one",
+                ("coordinators of", "#crates/h", "#containers/h", "#loads/h", "#loads / hand-written"),
                 [
                     *((SAID[way], *_told(rows, way), format_median(shares[way], 2)) for way in WAYS),
-                    ("all three, by hand", *_told(rows, None), "1"),
+                    ("all three, hand-written", *_told(rows, None), "1"),
                 ],
             ),
             ResultTable(
-                "Of what all three levels gather, taught, if a container counted as so many crates",
+                "Yield relative to all three taught levels, if a container counts as that number of crates",
                 ("coordinators of", *(f"#{weight}" for weight in WEIGHTS)),
                 [
                     (SAID[way], *(format_median(_weighted(rows, way, weight), 2) for weight in WEIGHTS))
@@ -92,8 +92,8 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 ],
             ),
             ResultTable(
-                "What each automaton took: median (least–most)",
-                ("who", "automaton", "#examples", "#seconds", "#states", "#features"),
+                "Teaching effort per automaton: median (smallest–largest)",
+                ("agent", "automaton", "#examples", "#seconds", "#states", "#features"),
                 lessons_in(rows),
             ),
         ),
@@ -151,14 +151,14 @@ def _goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
     without = {way: _of_taught(rows, way) for way in (ALONE, ANSWERING)}
     return (
         StudyGoal(
-            "what the taught hierarchy gathers, against one written by hand",
+            "yield of the taught hierarchy, relative to a hand-written one",
             f"{AS_GOOD}",
             format_median(share, 2),
             float(np.median(share)) >= AS_GOOD,
         ),
         *(
             StudyGoal(
-                f"without coordinators ({way}), against the taught hierarchy",
+                f"yield without coordinators ({way}), relative to the taught hierarchy",
                 f"at most {WITHOUT}",
                 format_median(found, 2),
                 float(np.median(found)) <= WITHOUT,
@@ -166,7 +166,7 @@ def _goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
             for way, found in without.items()
         ),
         StudyGoal(
-            "what is kept of it when a third of the robots is killed",
+            "share of the yield kept after a third of the robots was killed",
             f"{KEPT:.0%}: 0.8 of the {SURVIVORS:.0%} who survive",
             format_median(kept, percent=True),
             float(np.median(kept)) >= KEPT,
@@ -182,18 +182,19 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
     ]
     alone = [(share, row["task"]["seed"]) for share, row in zip(_of_by_hand(rows, ALONE), rows, strict=True)]
     return (
-        f"What each level brings: with coordinators of squads alone {squads:.2f} of what all three levels gather, with "
-        f"those of platoons too {platoons:.2f}. The coordinator of all costs what is between: it lets everybody spread "
-        "out first, and all it is good for here is that one order moves two hundred robots.",
-        f"That a container holds {LOADS['container']} crates is how this world is made, and decides whether platoons "
-        "pay: counted as the four squads that it takes, or as one box, coordinators of squads alone gather more, since "
-        "mustering sixteen robots costs the crates that they leave. Whatever it counts of these, robots without "
-        f"coordinators gather at most {least:.2f} of what the better of the two does (median).",
-        f"The worst teachings: crates at {min(crates)[0]:.2f} of by hand under three levels (seed {min(crates)[1]}), "
-        f"and robots alone at {min(alone)[0]:.2f} (seed {min(alone)[1]}): there a lesson never came right.",
+        f"Contribution of each level: with coordinators of squads only, robots gather {squads:.2f} of what all three "
+        f"levels gather; with coordinators of platoons, too, {platoons:.2f}. The top coordinator costs the difference, "
+        "because it first lets everyone spread out. Its only benefit here is that one order moves two hundred robots.",
+        f"That a container holds {LOADS['container']} crates is a property of this world, and it decides whether "
+        "platoons pay. If a container counts as one crate, or as four (it takes four squads), coordinators of squads "
+        "alone gather more, because gathering sixteen robots costs the crates that they leave. With any of these "
+        f"weights, robots without coordinators gather at most {least:.2f} of the better of these two (median).",
+        f"Worst teachings: under three levels, {min(crates)[0]:.2f} of the crates of the hand-written automata (seed "
+        f"{min(crates)[1]}); robots alone, {min(alone)[0]:.2f} of their loads (seed {min(alone)[1]}). In these "
+        "teachings, a lesson never succeeded.",
         f"Each of {LARGE} robots, in 400 platoons, gathers {format_median(_large(rows), 2)} times as much in five "
-        "minutes as "
-        "each of the two hundred that were taught for. They pass through each other, as the two hundred do.",
+        "minutes as each of the two hundred robots for which the lessons were made. In both worlds, robots pass "
+        "through each other.",
     )
 
 
@@ -204,12 +205,12 @@ def draw(rows: Sequence[Row]) -> Figure:
     shares = {said: _of_by_hand(rows, way) for said, way in zip(short, WAYS, strict=True)}
     dots(left, shares, "loads / hand-coded")
     left.axhline(1.0, color="#6b7280", linewidth=0.8, linestyle=":")
-    left.set_title("with fewer and fewer coordinators")
+    left.set_title("with fewer levels of coordinators")
     left.set_ylim(bottom=0)
     other = {"a third\nkilled": [row["kept"] for row in rows], f"{LARGE}\nrobots": _large(rows)}
     dots(right, other, "of what 200 gather, each")
     right.axhline(1.0, color="#6b7280", linewidth=0.8, linestyle=":")
-    right.set_title("with fewer robots, and with more")
+    right.set_title("with fewer and more robots")
     right.set_ylim(bottom=0)
     return figure
 

@@ -94,13 +94,21 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         "of the good ones in quarantine.",
         tables=(
             ResultTable(
-                f"By learner and by data set, means of {len(rows)} repeats (seeds {first} to {last})",
-                ("", "#better", "#gain, points", "#worst", "#bad found", "#good lost"),
+                f"Results by learner, data set, lesson and noise: means of {len(rows)} repeats (seeds {first} "
+                f"to {last})",
+                (
+                    "",
+                    "#settings improved",
+                    "#mean gain, points",
+                    "#worst",
+                    "#bad examples found",
+                    "#good ones quarantined",
+                ),
                 [(said, *_told(each)) for said, each in _groups(found)],
             ),
             ResultTable(
-                f"Decided right after {CORRECTIONS} corrections at most: alone → with unlearning",
-                ("lesson", "wrong", *(f"#{learner}" for learner in LEARNERS)),
+                f"Right decisions after at most {CORRECTIONS} corrections, %: without → with unlearning",
+                ("lesson", "wrong labels", *(f"#{learner}" for learner in LEARNERS)),
                 list(_settings(found)),
             ),
         ),
@@ -176,8 +184,8 @@ def _notes(found: Mapping[Condition, ConditionResult]) -> tuple[str, ...]:
         for setting in few
     )
     return (
-        f"Corrected {unlearned:.1f} times in the mean with unlearning, {alone:.1f} times without: whoever errs less "
-        "is corrected less.",
+        f"Corrected {unlearned:.1f} times in the mean with unlearning, {alone:.1f} times without: a learner that "
+        "errs less is corrected less.",
         f"Not better: {not_better}." if 0 < len(few) <= NAMED else f"Not better in {len(few)} settings.",
     )
 
