@@ -214,7 +214,7 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
         {"type": ("", "type of the robots"), "stored": ("units", "food that each carries at the start")},
     ),
     TargetSpec: (
-        "`[targets]`: one of `nearest`, `object`, `team`, `robot`, `color`, `signal`; `signal` also with `team` or `robot`",
+        "`[targets]`: `nearest`, `object`, `team`, `robot`, `color` or `signal`; `team` and `robot` also with `signal`",
         {
             "nearest": (
                 "",
