@@ -50,16 +50,11 @@ def page() -> str:
     return "\n".join([HEAD, *(line for result in results for line in told(result))])
 
 
-def conclude_published(result: StudyResult) -> StudyFindings:
-    """What follows from the published rows, in today's words: those in the file are of the day of its run."""
-    return find_experiment(result.experiment).conclude(result.rows)
-
-
 def told(result: StudyResult) -> Iterator[str]:
     """One experiment, line by line."""
-    findings = conclude_published(result)
+    findings = result.findings
     yield f"## {result.experiment.capitalize()}\n"
-    yield from wrapped(f"**{QUESTIONS[result.experiment]}** {findings.headline}")
+    yield from wrapped(f"**{result.question}** {findings.headline}")
     yield f"![{result.experiment}](pictures/experiments/{result.experiment}.svg)\n"
     for table in findings.tables:
         yield from as_markdown(table)

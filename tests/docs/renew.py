@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.docs.experiments import as_markdown, conclude_published, wrapped
+from tests.docs.experiments import as_markdown, wrapped
 from tests.docs.pages import ROOT
 
 from understudy_lab.results import load_published
@@ -63,7 +63,7 @@ def tables() -> str:
     """The tables of what was published."""
     known = load_published("forage")
     assert known is not None
-    findings = conclude_published(known)
+    findings = known.findings
     lines = [line for table in findings.tables for line in as_markdown(table)]
     notes = [line for note in findings.notes for line in wrapped(note)]
     return "\n" + "\n".join([*lines, *notes, ""])
