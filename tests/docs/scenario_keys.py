@@ -106,7 +106,8 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
         {
             "count": (
                 "",
-                "number of things placed at random; not for robots: or `least, most`; 1 if `at` is left out, too",
+                "number of things placed at random, or `least, most` (not for robots); "
+                "1 if neither `count` nor `at` is given",
             ),
             "at": ("m", "fixed places instead: for each thing [x, y], or [x, y, rotation in degrees]"),
             "within": ("", "region in which the centers of things placed at random lie"),
@@ -220,7 +221,7 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
                 "",
                 "the nearest object of this class; of sources of food, the nearest with food left",
             ),
-            "object": ("", "an object of this class"),
+            "object": ("", "a particular object of this class; see `index`"),
             "index": ("", "number of that object in its class, from 0"),
             "team": ("", "the nearest other robot of this team"),
             "robot": ("", "the nearest other robot that is a `teammate`, an `opponent` or `any`"),
@@ -274,7 +275,10 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
                 "",
                 "`any`, `all`, `none`, `count` or `fraction`; `mean`, `minimum`, `maximum` or `spread`; `centroid`",
             ),
-            "reading": ("", "reading of the members: whether it is yes, or present at all; or its value"),
+            "reading": (
+                "",
+                "members' reading; `any`, `all`, `none`, `count` and `fraction` test whether it is yes or present",
+            ),
             "flag": ("", "flag of the members: whether it is raised"),
             "role": ("", "counts only members in this role"),
             "least": ("the reading's", "counts readings of at least this value"),
@@ -392,8 +396,8 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
         {"sectors": ("°", "name of a reading = [from, to]")},
     ),
     StallSensor: (
-        '`kind = "stuck"` reads `stuck`: whether the robot drives without moving (yes or no)',
-        {"after_s": ("s", "how long this must last")},
+        '`kind = "stuck"` reads `stuck`: whether the robot moves less than a tenth as far as it tries to (yes or no)',
+        {"after_s": ("s", "how long this must have lasted")},
     ),
     CargoSensor: (
         '`kind = "cargo"` reads `food_here`, `food_stored` (units), `food_left` and `station_here` (yes or no)',
