@@ -204,7 +204,7 @@ NONSENSE: list[tuple[str, str, Callable[[World], Any]]] = [
     ("place of 'pillar'", "robot 0", lambda body: body.add_object("pillar", 5.0, 4.0)),
     ("amount of 'food'", "is -1", lambda body: body.add_object("food", 1.0, 1.0, amount=-1)),
     ("amount of 'food'", "is 1.5", lambda body: body.add_object("food", 1.0, 1.0, amount=1.5)),  # type: ignore[arg-type]
-    ("amount of 'flag'", "it is no food", lambda body: body.add_object("flag", 1.0, 1.0, amount=1)),
+    ("amount of 'flag'", "it is not food", lambda body: body.add_object("flag", 1.0, 1.0, amount=1)),
     ("place of an obstacle", "nan", lambda body: body.add_obstacle(nan, 1.0, 0.2)),
     ("place of an obstacle", "robot 0", lambda body: body.add_obstacle(5.0, 4.3, 0.2)),
     ("place of an obstacle", "inf", lambda body: body.add_obstacle(1.0, 1.0, np.inf)),

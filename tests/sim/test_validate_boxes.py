@@ -66,7 +66,7 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
         "a region that is a box",
     ),
     ((*BEHAVIORS, "tow", "signal"), 1, "types.puller.behaviors.tow.signal", 'signal = "help"'),
-    ((*BEHAVIORS, "tow", "signal"), " ", "types.puller.behaviors.tow.signal", "no name"),
+    ((*BEHAVIORS, "tow", "signal"), " ", "types.puller.behaviors.tow.signal", "not a valid name"),
     ((*BEHAVIORS, "tow", "drive"), "fast", "types.puller.behaviors.tow.drive", "give a number from -1 to 1"),
     ((*BEHAVIORS, "tow", "signl"), 1, "types.puller.behaviors.tow.signl", "did you mean 'signal'"),
     ((*CLAIMED, "signal"), "clam", "types.puller.sensors[2].signal", "did you mean 'claim'"),

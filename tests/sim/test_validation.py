@@ -132,8 +132,8 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
     # names
     (("objects", 1, "name"), "home", "objects[1].name", "objects[0]"),
     (("objects", 1, "name"), "mouse", "objects[1].name", "pointer"),
-    (("objects", 1, "name"), " ", "objects[1].name", "no name"),
-    (("objects", 1, "color"), "a\nb", "objects[1].color", "no name"),
+    (("objects", 1, "name"), " ", "objects[1].name", "not a valid name"),
+    (("objects", 1, "color"), "a\nb", "objects[1].color", "not a valid name"),
     (("types",), {}, "types", "at least one"),
     (("types", "rover", "sensors", 0, "sectors"), {}, "types.rover.sensors[0].sectors", "at least one"),
     (
@@ -146,7 +146,7 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
         ("types", "rover", "sensors", 0, "sectors", "a b "),
         [0, 0],
         "types.rover.sensors[0].sectors",
-        "no name",
+        "not a valid name",
     ),
     (("types", "rover", "sensors", 0, "sectors", "blob_x"), [0, 0], "types.rover.sensors[1]", "sensors[0]"),
     (("types", "rover", "sensors", 0, "sectors", "done"), [0, 0], "types.rover.sensors[0]", "second feature"),
@@ -197,7 +197,7 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
     (("robots", 0, "type"), "rovr", "robots[0].type", "did you mean 'rover'"),
     (("robots", 0, "count"), [1, 2], "robots[0].count", "one whole number"),
     (("robots", 0, "count"), 0, "robots[0].count", "from 1 up"),
-    (("robots", 0, "count"), 2000, "robots[0].count", "no free space"),
+    (("robots", 0, "count"), 2000, "robots[0].count", "not enough free space"),
     (("robots", 0, "stored"), 5, "robots[0].stored", "at most 4"),
     (("robots", 0, "within"), "right", "robots[0].within", "no such region"),
     (("robots", 0, "near"), "hom", "robots[0].near", "did you mean 'home'"),
@@ -315,7 +315,7 @@ MADE: list[tuple[Mapping[str, Any], str, str]] = [  # changes of a plain scenari
             }
         },
         "types.digger.sensors[0]",
-        "another sort",
+        "a different reading",
     ),
     (
         {"objects": (replace(HOME, count=(0, 1)), ObjectClass(name="food", near="home"))},
@@ -355,7 +355,7 @@ MADE: list[tuple[Mapping[str, Any], str, str]] = [  # changes of a plain scenari
         "no room in the region 'corner'",
     ),
     ({"targets": {"enemy": TargetSpec(color="green")}}, "targets.enemy.color", "a color nobody has"),
-    ({"name": ""}, "name", "no name"),
+    ({"name": ""}, "name", "not a valid name"),
 ]
 
 

@@ -48,7 +48,7 @@ FILES = {
     "soccer": ROVER.replace("arena", "soccer").replace("103", "104"),
 }
 MISTAKES = [  # arguments, what the error says
-    (["run", "--robot", "torn.toml"], "torn.toml: is no TOML"),
+    (["run", "--robot", "torn.toml"], "torn.toml: is not TOML"),
     (["run", "--robot", "missing.toml"], "missing.toml: there is no such file"),
     (["run", "--robot", "."], "cannot be read"),
     (["run", "--robot", "nowhere.toml"], "rover: world is missing: it defines the features and behaviors"),

@@ -112,11 +112,11 @@ def write_color(path: Path | str, name: str, color: Color) -> None:
 
 
 def parse_toml(content: str, path: Path | str) -> dict[str, Any]:
-    """Parse the text of a robot file; raise FileError if it is no TOML."""
+    """Parse the text of a robot file; raise FileError if it is not TOML."""
     try:
         return tomllib.loads(content)
     except (ValueError, RecursionError) as error:
-        problem = f"is no TOML: {error}"
+        problem = f"is not TOML: {error}"
         raise FileError(path=path, place="", problem=problem, remedy="correct it there") from None
 
 

@@ -300,5 +300,5 @@ def _check_room(checker: ScenarioErrors) -> None:
         count, half = _fewest(placing), 0.5 * placing.apart
         taken += count * pi * (radius + half) ** 2
         if taken > DENSEST * (width + 2 * half) * (height + 2 * half):
-            problem = f"asks for {count}, but there is not enough free space for them"
+            problem = f"asks for {count}, which do not fit: there is not enough free space"
             checker.fail(f"{key}.count", problem, "give fewer, smaller radii, less `apart`, or a larger size")
