@@ -98,7 +98,12 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
     (("squads", "scout"), {"members": {"x": {"of": "pair"}}}, "squads.scout", "name of a type"),
     (pair("members", "a\nb"), {"of": "scout"}, "squads.pair.members", "not a valid name"),
     (pair("statistics", ""), {"how": "count"}, "squads.pair.statistics", "not a valid name"),
-    (pair("statistics", "n"), {"how": "any", "flag": ""}, "squads.pair.statistics.n.flag", "not a valid name"),
+    (
+        pair("statistics", "n"),
+        {"how": "any", "flag": ""},
+        "squads.pair.statistics.n.flag",
+        "not a valid name",
+    ),
     (camp("orders", "?"), [], "squads.camp.orders", "not a valid name"),
     (camp(*WORK, 2, "run"), "", "squads.camp.orders.work[2].run", "not a valid name"),
     (camp(*WORK, 0, "with"), {"": "home"}, "squads.camp.orders.work[0].with", "not a valid name"),
@@ -162,7 +167,12 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
     ),
     (camp(*SEEN), {"how": "mean"}, "squads.camp.statistics.seen", "is the mean of nothing; name a reading"),
     (camp(*SEEN, "flag"), "done", "squads.camp.statistics.seen", "is of a reading and of a flag"),
-    (camp(*SEEN), {"how": "count", "least": 2}, "squads.camp.statistics.seen", "compares something that is not a reading"),
+    (
+        camp(*SEEN),
+        {"how": "count", "least": 2},
+        "squads.camp.statistics.seen",
+        "compares something that is not a reading",
+    ),
     (
         camp(*SEEN),
         {"how": "any", "reading": "sees", "since": True, "for_s": 1},
