@@ -1,4 +1,4 @@
-"""The command line: the composition root, which joins sessions, libraries, worlds and pictures."""
+"""Command line of Understudy: parses arguments, and connects sessions, libraries, worlds and pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""So that `python -m understudy.ui.cli` is the command line too."""
+"""Run the command line with `python -m understudy.ui.cli`."""
 
 from understudy.ui.cli import run_command_line
 

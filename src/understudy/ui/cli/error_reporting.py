@@ -1,4 +1,4 @@
-"""How commands fail: one paragraph on stderr, an exit code that means something, no traceback unasked."""
+"""Error reporting of all commands: one paragraph on stderr, an exit code, a traceback only with `--debug`."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from understudy.errors import FileError, UnderstudyError
 from understudy.ui.cli import INTERRUPTED
 
 FAULT = 70
-"""Exit code of a fault in Understudy itself; 2 is for what the user gave, 1 for a result that is bad news."""
+"""Exit code for a fault in Understudy itself; 2 means wrong input, 1 an unfavorable result."""
 
 
 class ErrorReportingGroup(TyperGroup):
-    """Commands whose errors are reported the same way everywhere."""
+    """Command group that catches the errors of all its commands and reports them in one form."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command."""
+        """Run the command, and turn errors into a message and an exit code."""
         try:
             return super().invoke(ctx)
         except UnderstudyError as error:
@@ -53,13 +53,13 @@ class ErrorReportingGroup(TyperGroup):
 
 
 def _print_no_more() -> None:
-    """Let nothing more reach a standard output that takes nothing more, not even when the process ends."""
+    """Redirect standard output to the null device, so that no later write can fail on a closed pipe."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _refused(error: OSError) -> FileError:
-    """What the operating system refused to do with a file, or with standard output where it names none."""
+    """Convert an error of the operating system to a `FileError`; without a file name, standard output failed."""
     if error.filename is None:
         _print_no_more()
     return FileError(
@@ -75,12 +75,12 @@ def _named(error: Exception) -> str:
 
 
 def _of_typer(error: Exception) -> bool:
-    """Whether it is an error of usage, which typer shows itself."""
+    """Return whether an error is one of command-line usage, which typer reports itself."""
     return type(error).__module__.startswith(("typer", "click"))
 
 
 def report_error(error: UnderstudyError) -> int:
-    """Say what was wrong, on stderr and with --json on stdout too; the exit code."""
+    """Print the error on stderr, and with `--json` as an object on stdout; return its exit code."""
     typer.echo(f"Error: {error}", err=True)
     if "--json" in sys.argv:
         from understudy.ui.cli.output import print_json

@@ -40,10 +40,11 @@ if TYPE_CHECKING:
 def open_all_libraries(
     folder: Path, scenario: Scenario | None, kit: Kit | None, learn: Learn | None
 ) -> dict[str, LoadedLibrary]:
-    """Open the libraries in a folder file by file: its own by '', those of squads and types of robots by 'SORT/'.
+    """Open the libraries in a folder file by file, and return them by prefix.
 
-    With a scenario they are the folders that `understudy run` looks into, each with the kit of its sort of agents;
-    without one all folders in which there is an automaton, and features are as the documents say.
+    The library of the folder itself has the prefix '', those of squads and robot types have 'SORT/'. With a scenario,
+    the folders are those that `understudy run` reads, each with the kit of its sort of agents. Without one, they are
+    all folders that contain an automaton, and features are defined by the documents.
     """
     found: dict[str, LoadedLibrary] = {}
 
@@ -68,7 +69,7 @@ def open_all_libraries(
 
 
 def list_sort_folders(folder: Path) -> list[Path]:
-    """The folders in a library's folder that hold automata, in order of name: those of squads and types of robots."""
+    """Return the subfolders of a library that contain automata (of squads and robot types), ordered by name."""
 
     def holds_automata(place: Path) -> bool:
         return place.is_dir() and bool(open_each_automaton(place, None, lambda _: {}).opened)
@@ -77,9 +78,9 @@ def list_sort_folders(folder: Path) -> list[Path]:
 
 
 def find_listed(listings: Mapping[str, LoadedLibrary], name: str) -> tuple[str, str]:
-    """The library, by its prefix, and the name in it of an automaton or broken file named NAME or SORT/NAME.
+    """Find an automaton or broken file named NAME or SORT/NAME; return its library's prefix and its own name.
 
-    UnknownName where there is none, SettingError where several sorts of agents have one.
+    Raises UnknownName if there is none, and SettingError if several sorts of agents have one of this name.
     """
     known = [
         (prefix, each)
@@ -100,7 +101,10 @@ def find_listed(listings: Mapping[str, LoadedLibrary], name: str) -> tuple[str, 
 def find_problems(
     folder: Path, listings: Mapping[str, LoadedLibrary], scenario: Scenario
 ) -> dict[str, UnderstudyError]:
-    """Why automata cannot be opened or could not run in a scenario, by [SORT/]NAME; `listings` are those in it."""
+    """Return, by [SORT/]NAME, why automata cannot be opened or cannot run in a scenario.
+
+    `listings` are the libraries of the folder as opened for this scenario.
+    """
     found: dict[str, UnderstudyError] = {}
     for prefix, listing in listings.items():
         found |= {f"{prefix}{file.removesuffix('.json')}": why for file, why in listing.problems.items()}
@@ -118,7 +122,10 @@ def find_problems(
 
 
 def find_misfits(folder: Path, scenario: Scenario) -> dict[str, UnderstudyError]:
-    """Why automata of a folder, by [SORT/]NAME, are not of a scenario; by the folder's where it fits as a whole not."""
+    """Return, by [SORT/]NAME, why automata in a folder cannot be used in a scenario.
+
+    If the folder as a whole does not fit, the only key is the folder's name.
+    """
     from understudy.sim.kit import make_scenario_kit
 
     try:  # names need no transition functions
@@ -129,9 +136,9 @@ def find_misfits(folder: Path, scenario: Scenario) -> dict[str, UnderstudyError]
 
 
 def find_fitting_world(folder: Path) -> str:
-    """The first built-in scenario whose agents know all that the automata of a folder name.
+    """Return the first built-in scenario whose kit has every name that the automata of a folder use.
 
-    Where a file is broken in any scenario its error is raised; else SettingError says which scenarios were tried.
+    Raises the error of a file that is broken in any scenario; otherwise SettingError with the scenarios tried.
     """
     from understudy.sim.catalog import find_scenario
     from understudy.sim.scenario.files import list_builtin_scenarios
@@ -161,7 +168,7 @@ def find_fitting_world(folder: Path) -> str:
 
 
 def find_broken_documents(folder: Path) -> dict[str, UnderstudyError]:
-    """What is wrong in any scenario, with any kit, by [SORT/]NAME."""
+    """Return, by [SORT/]NAME, the errors of documents that cannot be opened with any kit."""
     return {
         f"{prefix}{file.removesuffix('.json')}": error
         for prefix, listing in open_all_libraries(folder, None, None, lambda _: {}).items()
@@ -170,7 +177,7 @@ def find_broken_documents(folder: Path) -> dict[str, UnderstudyError]:
 
 
 def _find_unresolved_name(library: Library, name: str) -> UnderstudyError | None:
-    """Why an automaton could not run: a name that stands for nothing, parameters bound to nothing."""
+    """Return why an automaton could not run (unknown name, unbound parameter), or None if it could."""
     from understudy.runtime.program import link
 
     targets = list(library.kit.targets)
@@ -186,7 +193,7 @@ def _find_unresolved_name(library: Library, name: str) -> UnderstudyError | None
 
 
 def list_conditions_by_switch(taught: TrainedAutomaton) -> dict[tuple[str, str], list[str]]:
-    """By state and next state, in words, when: for a picture."""
+    """Return the conditions in words for each pair of state and next state, as labels of a diagram."""
     automaton, names = taught.automaton, taught.automaton.state_names
     return {
         (state, names[outcome]): list(texts)
@@ -201,27 +208,27 @@ def list_conditions_by_switch(taught: TrainedAutomaton) -> dict[tuple[str, str],
 
 @dataclass(frozen=True, kw_only=True)
 class AutomatonSummary:
-    """One automaton in a line; most of it counted."""
+    """Summary of one automaton, mostly counts: one row of `understudy list`."""
 
     name: str
     parameters: Sequence[str]
     states: int
     features: int
     examples: int
-    """Those of presses."""
+    """Number of examples from presses."""
     watched: int
-    """Examples of silence."""
+    """Number of examples from silence."""
     uses: Sequence[str]
     used_by: Sequence[str]
     versions: int
     saved: datetime
     rebuilt: str | None
-    """Why its transition functions were built anew."""
+    """Reason why the transition functions were learned again on loading; None if they were not."""
 
 
 @dataclass(frozen=True, slots=True)
 class FeatureRow:
-    """A feature that an automaton looks at; `own` where it is of the automaton itself."""
+    """One feature of an automaton; `own` is True for counters and timers of the automaton itself."""
 
     name: str
     kind: str
@@ -231,7 +238,7 @@ class FeatureRow:
 
 @dataclass(frozen=True, kw_only=True)
 class ExampleRow:
-    """One example; categorical values as labels, absent ones None."""
+    """One example; categorical values are labels, absent values None."""
 
     number: int
     state: str
@@ -245,7 +252,7 @@ class ExampleRow:
 
 @dataclass(frozen=True, kw_only=True)
 class AutomatonDescription:
-    """Everything about one automaton: what its summary has, not counted but listed, and more."""
+    """Full description of one automaton: everything that its summary counts, listed."""
 
     name: str
     parameters: Sequence[str]
@@ -264,7 +271,7 @@ class AutomatonDescription:
 
 
 def summarize_automaton(folder: Path, library: Library, opened: LoadedDocument) -> AutomatonSummary:
-    """Count what there is of one automaton."""
+    """Return the summary of one automaton of the library in `folder`."""
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     examples = () if lesson is None else lesson.examples
     watched = sum(not each.is_from_press for each in examples)
@@ -289,13 +296,13 @@ def _find_saved_time(folder: Path, automaton: Automaton) -> datetime:
 
 
 def list_used_automata(automaton: Automaton, library: Library) -> list[str]:
-    """The automata that its states run."""
+    """Return the names of the library's automata that the states of this one run."""
     runs = dict.fromkeys(state.behavior or "" for state in automaton.states)
     return [name for name in runs if name in library.taught]
 
 
 def describe_automaton(folder: Path, library: Library, opened: LoadedDocument) -> AutomatonDescription:
-    """Tell everything about one automaton."""
+    """Return the full description of one automaton of the library in `folder`."""
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     examples = () if lesson is None else lesson.examples
     return AutomatonDescription(
@@ -320,7 +327,7 @@ def describe_automaton(folder: Path, library: Library, opened: LoadedDocument) -
 
 
 def make_example_row(example: Example, automaton: Automaton) -> ExampleRow:
-    """Say one example in words."""
+    """Convert one example to plain data, with categorical values as labels."""
     values = zip(automaton.features, example.values, strict=True)
     return ExampleRow(
         number=example.number,
@@ -335,11 +342,11 @@ def make_example_row(example: Example, automaton: Automaton) -> ExampleRow:
 
 
 ALONE = "robot"
-"""What the sort of a robot without a scenario is called."""
+"""Name used for the sort of a robot that has no scenario."""
 
 
 def load_current_libraries(where: Scenario | None, behavior: str | None, folder: Path, kit: Kit) -> Libraries:
-    """What everybody of a scenario knows now, or a robot without one."""
+    """Load the current library of every sort of agents in a scenario, or of a single robot without one."""
     from understudy.ui.cli.options import open_behavior_library, open_team_libraries
 
     if where is None:
@@ -354,8 +361,10 @@ def load_recorded_libraries(
     kit: Kit,
     automata: Mapping[str, Mapping[str, str]],
 ) -> tuple[Libraries, dict[str, int]]:
-    """What everybody knew when the run was made, by the fingerprints of its automata, and the number of the former
-    version of each automaton that is another by now; CannotRepeat where one is gone.
+    """Load the libraries of all sorts as they were when a run was made.
+
+    `automata` holds the fingerprints of the run, by sort and name. Also returns the version number of each automaton
+    that has changed since. Raises RunNotReproducible if no stored version has the fingerprint.
     """
     from understudy.sim.team.libraries import find_type_folders
 
@@ -373,7 +382,7 @@ def load_recorded_libraries(
 
 
 def _as_it_was(library: Library, place: Path, name: str, mark: str) -> tuple[Library, int | None]:
-    """The library with an automaton as its mark says, and which former version that is; None where it still is so."""
+    """Return the library with the automaton of this fingerprint, and its version number (None: current)."""
     from understudy.analysis.explain_run import RunNotReproducible
     from understudy.errors import UnderstudyError
     from understudy.storage.document import fingerprint_automaton

@@ -1,4 +1,4 @@
-"""The commands put together: a file each, all of which import what they use only when called."""
+"""Assembly of all commands; each module imports its dependencies only when its command is called."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Begin with [bold]understudy demo[/]. Every command has --help, and --json for programs to read.",
+    epilog="Start with [bold]understudy demo[/]. Every command has --help, and --json for output to programs.",
 )
 
 
@@ -47,11 +47,9 @@ def _version(asked: bool) -> None:
 @app.callback()
 def understudy(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and end.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
-    debug: Annotated[
-        bool, typer.Option("--debug", help="On an error, show where in the program it arose.")
-    ] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
 ) -> None:
     """Train robots, and teams of robots, by being shown."""
 

@@ -1,4 +1,4 @@
-"""What several commands are told: which library, which kit, which world; and how those are found."""
+"""Options and arguments that several commands share, and functions that resolve them."""
 
 from __future__ import annotations
 
@@ -25,20 +25,18 @@ if TYPE_CHECKING:
     from understudy.storage.document import Learn
     from understudy.storage.library_folder import LoadedLibrary
 
-LibraryOption: TypeAlias = Annotated[
-    Path, typer.Option("--library", "-l", help="The folder the automata are in.")
-]
+LibraryOption: TypeAlias = Annotated[Path, typer.Option("--library", "-l", help="Folder of the library.")]
 ScenarioName: TypeAlias = Annotated[
     str | None,
     typer.Argument(
         metavar="[SCENARIO]",
-        help="A built-in scenario (understudy worlds lists them), or a file of one; forage if left out.",
+        help="A built-in scenario (see understudy worlds) or a scenario file; forage if left out.",
         show_default=False,
     ),
 ]
 WorldOption: TypeAlias = Annotated[
     str,
-    typer.Option("--world", "-w", metavar="SCENARIO", help="The scenario, and the kit that goes with it."),
+    typer.Option("--world", "-w", metavar="SCENARIO", help="Scenario that defines the kit."),
 ]
 SomeWorld: TypeAlias = Annotated[
     str | None,
@@ -46,7 +44,7 @@ SomeWorld: TypeAlias = Annotated[
         "--world",
         "-w",
         metavar="SCENARIO",
-        help="Look features up in this scenario's kit, not in the documents.",
+        help="Take features from this scenario's kit instead of the documents.",
     ),
 ]
 FoundWorld: TypeAlias = Annotated[
@@ -55,17 +53,17 @@ FoundWorld: TypeAlias = Annotated[
         "--world",
         "-w",
         metavar="SCENARIO",
-        help="What it was taught in; found out among the built-in scenarios if left out.",
+        help="Scenario it was taught in; the first built-in one that fits if left out.",
         show_default=False,
     ),
 ]
 SameWorld: TypeAlias = Annotated[
-    str | None, typer.Option("--world", "-w", metavar="SCENARIO", help="The scenario, as an option.")
+    str | None, typer.Option("--world", "-w", metavar="SCENARIO", help="Scenario, as an option.")
 ]
 KitName: TypeAlias = Annotated[
     str | None,
     typer.Option(
-        "--kit", metavar="MODULE:NAME", help="Features, behaviors and targets of your own, from Python."
+        "--kit", metavar="MODULE:NAME", help="Python object with your own features, behaviors and targets."
     ),
 ]
 BehaviorName: TypeAlias = Annotated[
@@ -73,18 +71,18 @@ BehaviorName: TypeAlias = Annotated[
     typer.Option(
         "--behavior",
         metavar="NAME",
-        help="A behavior; if left out, the automaton of the library that no other uses.",
+        help="Behavior; if left out, the automaton that no other in the library uses.",
         show_default=False,
     ),
 ]
 AutomatonNames: TypeAlias = Annotated[
-    list[str] | None, typer.Argument(metavar="[NAME]...", help="Which automata; all if none is named.")
+    list[str] | None, typer.Argument(metavar="[NAME]...", help="Names of automata; all if left out.")
 ]
-Json: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")]
+Json: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Bind: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
-        "--bind", "-b", metavar="PARAMETER=TARGET", help="What a parameter of the behavior stands for."
+        "--bind", "-b", metavar="PARAMETER=TARGET", help="Bind a parameter of the behavior to a target."
     ),
 ]
 
@@ -94,14 +92,17 @@ MAIN = "forage"
 
 
 def open_scenario(name: str) -> Scenario:
-    """The built-in scenario of this name, or that of a file."""
+    """Return the built-in scenario of this name, or load the scenario from a file."""
     from understudy.sim.catalog import find_scenario as find
 
     return find(name)
 
 
 def choose_scenario_name(argument: str | None, option: str | None) -> str:
-    """The scenario that was named, as an argument or as an option."""
+    """Return the scenario given as argument or as option, or the default if neither was given.
+
+    Raises SettingError if both were given and differ.
+    """
     if argument is not None and option is not None and argument != option:
         raise SettingError(
             where="--world",
@@ -113,7 +114,7 @@ def choose_scenario_name(argument: str | None, option: str | None) -> str:
 
 
 def find_kit(named: str | None, world: str) -> Kit:
-    """The kit named as MODULE:NAME, otherwise the scenario's."""
+    """Return the kit named as MODULE:NAME, or the kit of the scenario `world` if `named` is None."""
     from understudy.model.library import Kit
 
     if named is None:
@@ -136,7 +137,7 @@ def find_kit(named: str | None, world: str) -> Kit:
 
 
 def find_optional_kit(named: str | None, world: str | None) -> Kit | None:
-    """The kit where one is named or a world is, otherwise None: features are as the documents say."""
+    """Return the kit if a kit or a world is named; otherwise None, and the documents define the features."""
     return None if named is None and world is None else find_kit(named, world or WORLD)
 
 
@@ -146,7 +147,7 @@ def _no_kit(named: str, problem: str) -> SettingError:
 
 
 def open_library_with_notes(library: Path, kit: Kit) -> LoadedLibrary:
-    """A library; transition functions that were built anew are reported on stderr."""
+    """Open a library, and report on stderr which transition functions were learned again."""
     from understudy.storage.library_folder import open_library
 
     found = open_library(library, kit, import_learner())
@@ -157,7 +158,10 @@ def open_library_with_notes(library: Path, kit: Kit) -> LoadedLibrary:
 
 
 def open_behavior_library(behavior: str | None, folder: Path, kit: Kit) -> Taught:
-    """The library a behavior is in; a basic one, which the kit has, needs no folder."""
+    """Open the library in a folder; without the folder, return an empty one with the kit's basic behaviors.
+
+    Raises UnknownName if there is no folder and `behavior` is not a basic one.
+    """
     from understudy.errors import UnknownName
     from understudy.model.library import Library
 
@@ -172,7 +176,10 @@ def open_behavior_library(behavior: str | None, folder: Path, kit: Kit) -> Taugh
 def open_team_libraries(
     scenario: Scenario, behavior: str | None, folder: Path, kit: Kit
 ) -> Mapping[str, Taught]:
-    """What everybody knows: squads, and types of robots that differ, have folders of their names in that of all."""
+    """Open the libraries of all sorts of agents in a scenario.
+
+    Squads, and robot types that differ, have subfolders of their names in `folder`.
+    """
     from understudy.model.library import Library
     from understudy.sim.team.libraries import collect_libraries, load_type_libraries
 
@@ -186,9 +193,9 @@ def open_team_libraries(
 
 
 def choose_behavior(library: Taught, named: str | None, folder: Path) -> str:
-    """The behavior that was named; if none was, the automaton at the top of the library, which no other uses.
+    """Return the behavior that was named, or else the only automaton that no other automaton uses.
 
-    Of several at the top it is `forage`, if that is among them; otherwise SettingError, saying which there are.
+    If there are several such automata, `forage` is chosen if it is among them. Otherwise SettingError lists them.
     """
     if named is not None:
         return named
@@ -210,7 +217,7 @@ def choose_behavior(library: Taught, named: str | None, folder: Path) -> str:
 
 @dataclass(frozen=True, slots=True)
 class RunAssignment:
-    """Which behavior is to run: of which `sort` of agents, what every sort knows, and what each runs (`roots`)."""
+    """Behavior to run, the sort of agents it belongs to, all libraries, and what each sort runs (`roots`)."""
 
     libraries: Libraries
     sort: str
@@ -220,7 +227,7 @@ class RunAssignment:
 
     @property
     def flags(self) -> set[str]:
-        """The states of the behavior in which it ends."""
+        """Names of the behavior's states that raise a flag and so end it."""
         from understudy.model.automaton import Automaton
 
         root = self.libraries[self.sort].behavior(self.behavior)
@@ -231,9 +238,10 @@ class RunAssignment:
 def assign_run(
     scenario: Scenario, behavior: str | None, folder: Path, kit: Kit, bind: list[str] | None
 ) -> RunAssignment:
-    """Find the behavior that options name, and who runs it; mistakes are reported before anything is compiled or moves.
+    """Find the behavior that the options name and the agents that run it.
 
-    Raises what `open_team_libraries`, `choose_behavior` and linking raise.
+    Mistakes are reported here, before anything is compiled or moves. Raises the errors of `open_team_libraries`,
+    `choose_behavior` and `link`.
     """
     from understudy.runtime.program import link
     from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
@@ -249,7 +257,7 @@ def assign_run(
 
 
 def import_learner() -> Learn:
-    """What builds transition functions from a lesson; imported only when it is needed."""
+    """Return the function that learns transition functions from a lesson, imported on its first call."""
 
     def learn(lesson: Lesson) -> Mapping[str, Transition]:
         from understudy.learning.fit import learn
@@ -260,7 +268,7 @@ def import_learner() -> Learn:
 
 
 def parse_bindings(bound: list[str] | None) -> dict[str, str]:
-    """What --bind options say."""
+    """Parse the PARAMETER=TARGET pairs of the `--bind` options."""
     pairs = {}
     for text in bound or []:
         parameter, equals, target = text.partition("=")
@@ -276,14 +284,14 @@ def parse_bindings(bound: list[str] | None) -> dict[str, str]:
 
 
 def parse_names(text: str | None) -> list[str] | None:
-    """What commas separate, but for those in parentheses; None where nothing was said."""
+    """Split a text at commas outside parentheses; None stays None."""
     if text is None:
         return None
     return [part.strip() for part in re.split(r",(?![^(]*\))", text) if part.strip()]
 
 
 def parse_targets(text: str | None) -> dict[str, str]:
-    """What --targets says."""
+    """Parse the comma-separated PARAMETER=TARGET pairs of `--targets`."""
     found = {}
     for pair in parse_names(text) or []:
         parameter, equals, target = (part.strip() for part in pair.partition("="))

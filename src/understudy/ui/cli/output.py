@@ -1,4 +1,4 @@
-"""What commands print: one JSON object with --json, tables and text for people otherwise."""
+"""Output of commands: one JSON object with `--json`, otherwise tables and text."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ if TYPE_CHECKING:
 
 
 def print_json(result: Any) -> None:
-    """Print one result for programs, on stdout: plain data, or a type's fields in order; what is absent is null.
+    """Print one result as a JSON object on stdout; absent values are null.
 
-    TypeError where it is no object: programs find what they know by its key, and others can be added beside it.
+    `result` is plain data or an instance whose fields are printed in order. Raises TypeError unless it encodes to an
+    object: objects can gain keys later without breaking programs that read them.
     """
     text = msgspec.json.format(msgspec.json.encode(result, enc_hook=_plain), indent=2) + b"\n"
     if not text.startswith(b"{"):
@@ -34,7 +35,7 @@ def print_json(result: Any) -> None:
 
 
 def _plain(value: object) -> object:
-    """What msgspec does not know: mappings of our own, and paths."""
+    """Convert mappings and paths, which msgspec cannot encode, to plain data."""
     if isinstance(value, Mapping):
         return dict(value)
     if isinstance(value, Path):
@@ -43,7 +44,7 @@ def _plain(value: object) -> object:
 
 
 def make_console(*, err: bool = False) -> Console:
-    """Where text for people goes."""
+    """Return the rich console for text on stdout, or on stderr with `err`."""
     from rich.console import Console
 
     class Piped(Console):
@@ -54,7 +55,7 @@ def make_console(*, err: bool = False) -> Console:
 
 
 def make_table(*columns: str, title: str | None = None) -> Table:
-    """A light table; a column whose name begins with # holds numbers, one that begins with ~ text that may wrap."""
+    """Make a table without borders; the prefix # marks columns of numbers, ~ columns of text that may wrap."""
     from rich import box
     from rich.table import Table
 
@@ -68,12 +69,12 @@ def make_table(*columns: str, title: str | None = None) -> Table:
 
 
 def format_count(number: int, one: str, many: str | None = None) -> str:
-    """'1 example', '3 examples'."""
+    """Return the number with its noun in the singular or plural: '1 example', '3 examples'."""
     return f"{number} {one if number == 1 else many or one + 's'}"
 
 
 def format_saved_time(saved: datetime | None) -> str:
-    """A moment in the reader's own time."""
+    """Format a time in the local time zone to the minute; '' for None."""
     return "" if saved is None else f"{saved.astimezone():%Y-%m-%d %H:%M}"
 
 
@@ -82,7 +83,7 @@ SLOW_S = 2.0
 
 @contextmanager
 def show_progress(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """A function to call with how many are done of how many; it shows a bar until the block ends."""
+    """Show a progress bar while the block runs; yield a function to call with (done, total)."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     out = make_console(err=True)
@@ -93,7 +94,7 @@ def show_progress(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
 
 
 def compile_once(*, learner: bool = False, world: Scenario | None = None, quiet: bool = False) -> None:
-    """Have compiled what a command is going to need, and say so where that takes its time."""
+    """Compile the kernels that a command needs, and say so on stderr if it takes longer than 2 s."""
 
     out = make_console(err=True)
     out.quiet = quiet

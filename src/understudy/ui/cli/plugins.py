@@ -1,4 +1,4 @@
-"""The commands of the command line: those built in, and those that other packages add by entry points."""
+"""Registry of commands: built-in ones, and those that other packages add by entry points."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from typing import Any
 import typer
 
 PLUGINS = "understudy.commands"
-"""Entry points of this group are `CommandEntry`s."""
+"""Name of the entry point group; each entry point is a `CommandEntry`."""
 
 TEACHING, RUNNING, LIBRARY, MEASURING = "Teach", "Run", "Look into a library", "Measure"
 PANELS = (TEACHING, RUNNING, LIBRARY, MEASURING)
-"""The headings of `understudy --help`, in their order."""
+"""Headings of `understudy --help`, in order."""
 
 
 @dataclass(frozen=True)
 class CommandEntry:
-    """A command, or a group of commands, and the heading under which the help lists it."""
+    """Command or group of commands, with the heading under which the help lists it."""
 
     name: str
     run: Callable[..., Any] | typer.Typer
@@ -35,7 +35,7 @@ class CommandEntry:
 
 
 def load_plugins() -> list[CommandEntry]:
-    """Load the commands of installed packages; one that cannot be loaded costs a line on stderr, not the others."""
+    """Load the commands of installed packages; report one that fails on stderr, and skip it."""
     found = []
     for entry in entry_points(group=PLUGINS):
         try:

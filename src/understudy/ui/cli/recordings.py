@@ -1,4 +1,4 @@
-"""Recordings in commands: making one of a simulated run, as of real robots, and finding what one was made with."""
+"""Recordings in commands: record a simulated run, and find the scenario and kit of a recording."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ SUFFIX = ".mcap"
 def record_team_ticks(
     path: Path | None, team: Team, *, ran: Callable[[], RunInfo]
 ) -> Iterator[Callable[[], None]]:
-    """What makes a team's ticks, recorded if the path is one of a recording; `ran` says what runs."""
+    """Yield the function that advances the team by one tick, recording it if `path` is a recording.
+
+    `ran` returns the description of the run for the recording's header.
+    """
     if path is None or not is_recording(path):
         yield team.tick
         return
@@ -52,7 +55,7 @@ def record_team_ticks(
 def make_run_info(
     team: Team, assigned: RunAssignment, library: Path, *, scenario: str | None, seed: int, kit: str | None
 ) -> RunInfo:
-    """What runs on a team, for the header of a recording or a trace."""
+    """Describe a team's run for the header of a recording or a trace."""
     from understudy.analysis.run_header import fingerprint_libraries
     from understudy.robots.recording.header import RunInfo
 
@@ -69,12 +72,12 @@ def make_run_info(
 
 
 def is_recording(path: Path) -> bool:
-    """Whether a file is named as recordings are."""
+    """Return whether the file name ends as that of a recording."""
     return path.suffix.lower() == SUFFIX
 
 
 def read_recorded_scenario(recording: Recording) -> Scenario | None:
-    """The scenario that it ran in, as it was then."""
+    """Return the scenario stored in a recording, or the one it names; None if it has neither."""
     from understudy.robots.recording.header import SCENARIO
     from understudy.sim.scenario.files import parse_scenario
     from understudy.ui.cli.options import open_scenario
@@ -86,7 +89,7 @@ def read_recorded_scenario(recording: Recording) -> Scenario | None:
 
 
 def choose_recording_kit(recording: Recording, named: str | None, where: Scenario | None) -> Kit:
-    """The kit that was named, else the one that it ran with."""
+    """Return the kit named, else the kit that the recording names, else that of its scenario."""
     from understudy.errors import FileError
     from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import WORLD, find_kit

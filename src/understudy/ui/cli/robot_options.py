@@ -1,4 +1,4 @@
-"""Real robots on the command line: --robot, --team, --record; connected, and recorded unless that is not wanted."""
+"""Options for real robots (`--robot`, `--team`, `--record`), and their connection and recording."""
 
 from __future__ import annotations
 
@@ -21,23 +21,26 @@ if TYPE_CHECKING:
 
 RobotFileOption: TypeAlias = Annotated[
     Path | None,
-    typer.Option("--robot", metavar="FILE", help="On a real robot, by its file.", show_default=False),
+    typer.Option("--robot", metavar="FILE", help="File of a real robot to use.", show_default=False),
 ]
 TeamFileOption: TypeAlias = Annotated[
     Path | None,
-    typer.Option("--team", metavar="FILE", help="On real robots, by their team's file.", show_default=False),
+    typer.Option("--team", metavar="FILE", help="File of a team of real robots to use.", show_default=False),
 ]
 NoRecording: TypeAlias = Annotated[
-    bool, typer.Option("--no-record", help="Do not record what real robots sense and do.")
+    bool, typer.Option("--no-record", help="Do not record the messages of real robots.")
 ]
 SIGNALED = 128
-"""What exit codes of programs begin at that a signal ended."""
+"""Offset of the exit code of a program that was ended by a signal."""
 FOLDER = "recordings"
-"""Where recordings are kept, beside the robot's file."""
+"""Name of the folder for recordings, beside the robot's file."""
 
 
 def find_robots_file(robot: Path | None, team: Path | None, *, world: str | None) -> Path | None:
-    """The file of real robots that was named; None where none was, and SettingError where two things were."""
+    """Return the file of the robot or team that was named, or None.
+
+    Raises SettingError if both are named, or one of them and a world.
+    """
     if robot is None and team is None:
         return None
     option = "--robot" if team is None else "--team"
@@ -55,10 +58,10 @@ def find_robots_file(robot: Path | None, team: Path | None, *, world: str | None
 def connect_twin(
     robot: Path | None, team: Path | None, *, record: Path | None, recorded: bool
 ) -> Iterator[DigitalTwin]:
-    """The robots of a file, connected, in their world; stopped and left at the end.
+    """Connect to the robots of a file and yield their digital twin; stop and disconnect them at the end.
 
-    Where `recorded`, every message goes into a recording, `record` or one made beside the file; it says what is
-    decided once `DigitalTwin.record` was called, and is not kept where that never was.
+    If `recorded`, every message is written to `record`, or to a new file beside the robot's file. Decisions are
+    included from the call of `DigitalTwin.record` on; without that call, the recording is deleted.
     """
     _see_record(record, recorded=recorded)
     with interrupt_on_termination():
@@ -96,9 +99,9 @@ def _twin_of(
 
 @contextmanager
 def interrupt_on_termination() -> Iterator[None]:
-    """Who is told to end, or whose terminal is gone, leaves as on Ctrl-C: robots are stopped, and recordings whole.
+    """Handle SIGTERM and SIGHUP like Ctrl-C, so that robots are stopped and recordings closed.
 
-    Ctrl-C itself counts even where a shell keeps it away; a hang-up that somebody wants ignored is.
+    SIGINT is handled even if the shell disabled it, as for background jobs; an ignored SIGHUP stays ignored.
     """
     if current_thread() is not main_thread():  # signals are none of its business
         yield
@@ -121,7 +124,7 @@ def _leave(number: int, _: object) -> None:
 
 
 def _see_record(record: Path | None, *, recorded: bool) -> None:
-    """Refuse a recording that is none, or is not wanted."""
+    """Refuse a recording that does not end in .mcap, or that is combined with `--no-record`."""
     if record is None:
         return
     if not recorded:
@@ -139,7 +142,7 @@ def _see_record(record: Path | None, *, recorded: bool) -> None:
 
 
 def _place(path: Path) -> Path:
-    """Where a recording that begins now is kept."""
+    """Return an unused path for a new recording, and make its folder."""
     from understudy.storage.atomic_write import convert_os_errors
 
     folder = path.parent / FOLDER

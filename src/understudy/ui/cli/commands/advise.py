@@ -1,4 +1,4 @@
-"""`understudy advise`: what a lesson lacks, and what to show next."""
+"""Command `understudy advise`: suggest what to show next in a lesson."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ MOST = 8
 
 
 def advise(
-    name: Annotated[str, typer.Argument(help="The automaton.")],
+    name: Annotated[str, typer.Argument(help="Name of the automaton.")],
     library: LibraryOption = LIBRARY,
     world: SomeWorld = None,
     kit: KitName = None,
     bind: Bind = None,
-    most: Annotated[int, typer.Option("--most", min=1, help="So many pieces of advice at most.")] = MOST,
+    most: Annotated[int, typer.Option("--most", min=1, help="Maximum number of suggestions.")] = MOST,
     as_json: Json = False,
 ) -> None:
-    """Say what a lesson lacks and what to show next, most useful first.
+    """Suggest what to show next in a lesson, most useful first.
 
-    With --world, features that the lesson left out are tried on contradictions, and situations are those of a robot
-    put here and there in that world; otherwise they are imagined from the examples.
+    With --world, situations are taken from that world, and features that the lesson left out are tried on
+    contradictions. Without it, situations are made up from the examples.
 
     [dim]understudy advise goto --library demo/library --world forage[/]
     """
@@ -67,7 +67,7 @@ def _refused(where: str, setting: str, problem: str, remedy: str) -> Exception:
 
 
 def _situations(lesson: Lesson, world: str, bind: list[str] | None) -> Any:
-    """What a robot senses here and there in the scenario; own features as in the examples."""
+    """Sample readings of a robot at many places in the scenario; own features are as in the examples."""
     from understudy.coaching.pose_sampling import sample_posed_situations
     from understudy.sim.world import World
     from understudy.training.lesson_design import check_parameter_targets
@@ -82,7 +82,7 @@ def _situations(lesson: Lesson, world: str, bind: list[str] | None) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class AdviceRow:
-    """One piece of advice, with the region of feature values that it is about by feature."""
+    """One suggestion as `--json` prints it; `region` holds the ranges of feature values concerned."""
 
     kind: AdviceKind
     sentence: str
@@ -104,7 +104,7 @@ def _make_row(each: Advice, lesson: Lesson) -> AdviceRow:
 
 
 def _region(each: Advice, lesson: Lesson) -> dict[str, Any]:
-    """By feature, the parts of its values and whether absence belongs; features that may be anything are left out."""
+    """Return, by feature, the value ranges and whether absence belongs; unrestricted features are left out."""
     from math import isinf
 
     from understudy.model.tree_regions import make_full_value_set

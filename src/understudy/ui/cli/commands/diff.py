@@ -1,4 +1,4 @@
-"""`understudy diff`: what changed between two versions of an automaton, in words."""
+"""Command `understudy diff`: show the differences between two versions of an automaton."""
 
 from __future__ import annotations
 
@@ -22,20 +22,28 @@ SHOWN = 20
 
 
 def show_diff(
-    name: Annotated[str, typer.Argument(help="The automaton.")],
+    name: Annotated[str, typer.Argument(help="Name of the automaton.")],
     before: Annotated[
-        str | None, typer.Option("--from", metavar="VERSION|FILE", help="By default the last former version.")
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="VERSION|FILE",
+            help="Version to compare from; the last former version if left out.",
+        ),
     ] = None,
     after: Annotated[
-        str | None, typer.Option("--to", metavar="VERSION|FILE", help="By default the current version.")
+        str | None,
+        typer.Option(
+            "--to", metavar="VERSION|FILE", help="Version to compare to; the current version if left out."
+        ),
     ] = None,
     library: LibraryOption = LIBRARY,
     world: SomeWorld = None,
     kit: KitName = None,
-    everything: Annotated[bool, typer.Option("--all", help="All examples that changed.")] = False,
+    everything: Annotated[bool, typer.Option("--all", help="List all examples that changed.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Say what changed between two versions of an automaton, and which examples are behind it.
+    """Show what changed between two versions of an automaton, and which examples caused it.
 
     [dim]understudy diff goto --from 1 --to 3 --library demo/library[/]
     """
@@ -66,13 +74,13 @@ def show_diff(
 
 
 class DiffResult(Struct, frozen=True, kw_only=True, rename={"before": "from", "after": "to"}):
-    """What changed between two versions of an automaton, which are given as numbers or files."""
+    """Differences between two versions of an automaton; versions are numbers or file names."""
 
     name: str
     before: str
     after: str
     changes: Mapping[str, Sequence[str]]
-    """By topic, in words."""
+    """Descriptions of changes, by topic."""
     moved: Sequence[ConditionChange]
 
 

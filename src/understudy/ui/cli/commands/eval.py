@@ -1,4 +1,4 @@
-"""`understudy eval`: how often a behavior succeeds, and how fast beside the yardstick."""
+"""Command `understudy eval`: measure the success rate and the speed of a behavior."""
 
 from __future__ import annotations
 
@@ -37,18 +37,19 @@ def evaluate_behavior(
     library: LibraryOption = LIBRARY,
     world: SameWorld = None,
     seeds: Annotated[
-        str, typer.Option("--seeds", metavar="A:B", help="One world per seed from A up to, not including, B.")
+        str,
+        typer.Option("--seeds", metavar="A:B", help="Seeds of the worlds, from A up to but not including B."),
     ] = "0:100",
     bind: Bind = None,
     kit: KitName = None,
-    each: Annotated[bool, typer.Option("--each", help="A row for every world.")] = False,
+    each: Annotated[bool, typer.Option("--each", help="Print one row per world.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Judge a behavior on many worlds of a scenario; all its robots run it.
+    """Evaluate a behavior in many worlds of a scenario; all its robots run it.
 
-    Success: a behavior that can raise the flag done does so within the scenario's limit; any other reaches the
-    scenario's goal by then. For foraging alone: within three times the time of a forager written by hand, the
-    yardstick, on the same worlds.
+    A world is a success if the behavior raises its flag done within the scenario's time limit. A behavior without
+    that flag has to reach the scenario's goal by then. In foraging by a single robot, the limit is three times the
+    time that a hand-written forager (the yardstick) takes in the same world.
 
     [dim]understudy eval --library demo/library --behavior forage --seeds 1000:1100[/]
 
@@ -84,7 +85,7 @@ def evaluate_behavior(
 
 
 def parse_seeds(text: str) -> range:
-    """The seeds that A:B or a single number stands for."""
+    """Return the seeds named by A:B (B excluded) or by a single number."""
     from understudy.errors import SettingError
 
     first, colon, last = text.partition(":")
@@ -102,7 +103,7 @@ def parse_seeds(text: str) -> range:
 
 @dataclass(frozen=True, slots=True)
 class WorldRow:
-    """How one world ended, and the yardstick in it, where it applies."""
+    """Result in one world, with that of the yardstick where there is one; times in s."""
 
     seed: int
     success: bool
@@ -115,7 +116,7 @@ class WorldRow:
 
 @dataclass(frozen=True, slots=True)
 class EvaluationResult:
-    """What an evaluation came to, as --json prints it; None and NaN for what does not apply."""
+    """Results of an evaluation as `--json` prints them; None or NaN where a value does not apply."""
 
     behavior: str
     world: str
@@ -134,7 +135,7 @@ class EvaluationResult:
 def summarize_evaluation(
     judged: Evaluation, results: Sequence[WorldRow] | UnsetType, *, seconds: float
 ) -> EvaluationResult:
-    """What an evaluation came to."""
+    """Summarize an evaluation over all worlds; `seconds` is its computing time (s)."""
     import numpy as np
 
     taught, expert = judged.taught, judged.expert
@@ -156,7 +157,7 @@ def summarize_evaluation(
 
 
 def make_world_rows(judged: Evaluation) -> list[WorldRow]:
-    """One world each."""
+    """Return the results, one row per world."""
     taught, expert = judged.taught, judged.expert
     columns = [taught.finished, taught.seconds, taught.delivered, taught.gathered]
     if expert is not None:
@@ -168,7 +169,7 @@ def make_world_rows(judged: Evaluation) -> list[WorldRow]:
 def format_run_command(
     world: str, behavior: str, library: Path, *, bind: Sequence[str] = (), kit: str | None = None
 ) -> str:
-    """Write the command, but for the seed, that runs a behavior as it was evaluated."""
+    """Return the shell command that runs a behavior as it was evaluated, without the seed."""
     words = ["understudy", "run", *([] if world == WORLD else [world]), "--behavior", behavior]
     words += [] if library == LIBRARY else ["--library", str(library)]
     words += [] if kit is None else ["--kit", kit]

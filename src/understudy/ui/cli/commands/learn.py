@@ -1,4 +1,4 @@
-"""`understudy learn`: one automaton's transition functions from a table, or from a recording and presses."""
+"""Command `understudy learn`: learn an automaton from a table, or from a recording and presses."""
 
 from __future__ import annotations
 
@@ -23,58 +23,78 @@ if TYPE_CHECKING:
 OF_RECORDINGS = (
     "presses", "states", "features", "flags", "parameters", "targets", "reaction", "agent", "session", "kit",
 )  # fmt: skip
-"""Options that say how a recording becomes a lesson."""
+"""Options that only apply to recordings."""
 
 
 def learn_lesson(
     context: typer.Context,
     lesson: Annotated[
-        Path | None, typer.Argument(metavar="[LESSON.csv]", help="The examples.", show_default=False)
+        Path | None, typer.Argument(metavar="[LESSON.csv]", help="Table of examples.", show_default=False)
     ] = None,
     predict: Annotated[
         Path | None,
-        typer.Option("--predict", metavar="ROWS.csv", help="Say the next state of each of these rows."),
+        typer.Option(
+            "--predict", metavar="ROWS.csv", help="Predict the next state for each row of this table."
+        ),
     ] = None,
     library: Annotated[
-        Path | None, typer.Option("--library", "-l", help="Save the automaton to this folder, with --name.")
+        Path | None, typer.Option("--library", "-l", help="Save the automaton to this folder; needs --name.")
     ] = None,
-    name: Annotated[str | None, typer.Option("--name", "-n", help="What to call the automaton.")] = None,
+    name: Annotated[str | None, typer.Option("--name", "-n", help="Name of the automaton.")] = None,
     recording: Annotated[
         Path | None,
-        typer.Option("--recording", metavar="FILE.mcap", help="Take examples from a recording, instead."),
+        typer.Option(
+            "--recording", metavar="FILE.mcap", help="Take examples from a recording instead of a table."
+        ),
     ] = None,
     presses: Annotated[
         Path | None,
         typer.Option(
             "--presses",
             metavar="FILE.csv",
-            help="Presses over it: time_s,state; else those recorded with it.",
+            help="Presses as a table time_s,state; those in the recording if left out.",
         ),
     ] = None,
     states: Annotated[
-        str | None, typer.Option("--states", metavar="A,B(C)", help="Its states; else those pressed.")
+        str | None,
+        typer.Option(
+            "--states", metavar="A,B(C)", help="States of the automaton; those pressed if left out."
+        ),
     ] = None,
     features: Annotated[
-        str | None, typer.Option("--features", metavar="A,B(C)", help="What it decides on.")
+        str | None, typer.Option("--features", metavar="A,B(C)", help="Features that decisions depend on.")
     ] = None,
     flags: Annotated[
-        str | None, typer.Option("--flags", metavar="A,B", help="Flags it can raise; else done and failed.")
+        str | None,
+        typer.Option(
+            "--flags", metavar="A,B", help="Flags it can raise; done and failed, if pressed, if left out."
+        ),
     ] = None,
     parameters: Annotated[
-        str | None, typer.Option("--parameters", metavar="A,B", help="What is left open.")
+        str | None,
+        typer.Option("--parameters", metavar="A,B", help="Parameters, to be bound to targets later."),
     ] = None,
     targets: Annotated[
-        str | None, typer.Option("--targets", metavar="A=TARGET", help="What that stood for.")
+        str | None,
+        typer.Option("--targets", metavar="A=TARGET", help="Targets of the parameters during the recording."),
     ] = None,
     reaction: Annotated[
         float | None,
-        typer.Option("--reaction", min=0.0, max=1.0, metavar="SECONDS", help="How late the presses come."),
+        typer.Option(
+            "--reaction",
+            min=0.0,
+            max=1.0,
+            metavar="SECONDS",
+            help="Reaction time by which presses are shifted earlier.",
+        ),
     ] = None,
-    agent: Annotated[int, typer.Option("--agent", "-a", min=0, help="Which robot of the recording.")] = 0,
+    agent: Annotated[
+        int, typer.Option("--agent", "-a", min=0, help="Index of the robot in the recording, from 0.")
+    ] = 0,
     session: Annotated[
         int | None,
         typer.Option(
-            "--session", min=1, help="Which session of the recording, from 1; the last unless given."
+            "--session", min=1, help="Number of the session in the recording, from 1; the last if left out."
         ),
     ] = None,
     kit: KitName = None,
@@ -82,13 +102,13 @@ def learn_lesson(
 ) -> None:
     """Learn an automaton's transition functions from a table of examples, or from a recording and presses.
 
-    Columns are state, next, kind (directive, default, confirmation or watched), and one for each feature,
-    whose header carries its kind: distance:continuous, bearing:toroidal(6.283185307179586),
+    Columns are state, next, kind (directive, default, confirmation or watched), and one for each feature. The header
+    of a feature includes its kind: distance:continuous, bearing:toroidal(6.283185307179586),
     ready:categorical(no|yes). An empty cell is an absent reading.
 
     [dim]understudy learn lesson.csv --predict rows.csv --json[/]
 
-    Presses over a recording mean what they mean in a session: each gives a directive and a default.
+    Presses over a recording have the same effect as in a session: each gives a directive and a default.
 
     [dim]understudy learn --recording drive.mcap --presses presses.csv --features 'distance_to(station)'[/]
     """
@@ -141,7 +161,7 @@ def learn_lesson(
 
 
 def _only_table(context: typer.Context) -> None:
-    """Refuse what a table says by itself."""
+    """Refuse options that apply only to recordings when a table is given."""
     from understudy.errors import SettingError
 
     for option in OF_RECORDINGS:
@@ -152,7 +172,7 @@ def _only_table(context: typer.Context) -> None:
 
 
 def _saved(folder: Path, taught: TrainedAutomaton) -> Path:
-    """Where it was saved; refused where the automata of the folder would then contain themselves."""
+    """Save the automaton and return its path; refuse if automata of the folder would then contain themselves."""
     from understudy.model.library import Kit, Library
     from understudy.storage.library_folder import open_each_automaton, save_automaton
 
@@ -194,11 +214,11 @@ def _show(
 
 
 FLAGS = ("done", "failed")
-"""States that are flags where they were pressed and nobody said which are."""
+"""Names of pressed states that become flags when `--flags` is not given."""
 
 
 class LearnOptions(NamedTuple):
-    """What was asked for; None where nothing was said."""
+    """Options of `understudy learn` for a recording; None for those that were not given."""
 
     name: str | None
     library: Path | None
@@ -215,7 +235,7 @@ class LearnOptions(NamedTuple):
 
 
 def learn_from_recording(path: Path, asked: LearnOptions) -> Lesson:
-    """The lesson, with what an automaton of the library was taught before where it goes on with that."""
+    """Make a lesson from a recording and presses; extend the lesson of an existing automaton."""
     from understudy.errors import SettingError
     from understudy.model.library import Library
     from understudy.robots.recording.reader import read_recording
@@ -246,7 +266,7 @@ def learn_from_recording(path: Path, asked: LearnOptions) -> Lesson:
 
 
 def _begun(library: Library, asked: LearnOptions, presses: Sequence[RecordedPress]) -> Lesson:
-    """The lesson that the presses are added to: that of an automaton of the library, or an empty one."""
+    """Return the lesson that the presses are added to: that of an automaton of the library, or an empty one."""
     from dataclasses import replace
 
     from understudy.errors import SettingError

@@ -1,4 +1,4 @@
-"""`understudy list` and `understudy rebuild`: a library as a whole."""
+"""Commands `understudy list` and `understudy rebuild`, which process all automata of a library."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from understudy.ui.cli.options import (
 def list_automata(
     library: LibraryOption = LIBRARY, world: SomeWorld = None, kit: KitName = None, as_json: Json = False
 ) -> None:
-    """List the automata of a library, those of squads and types of robots as SORT/NAME.
+    """List the automata of a library; those of squads and robot types are named SORT/NAME.
 
     [dim]understudy list --library demo/library[/]
     """
@@ -80,9 +80,10 @@ def rebuild(
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Learn automata again whose stored trees no longer fit their examples, and save them.
+    """Relearn and save automata whose stored trees no longer match their examples.
 
-    Needed after editing a document by hand, or with a new version of the learner; the former version is kept.
+    This is needed after a document was edited by hand, or with a new version of the learner. The former version is
+    kept.
     """
     from rich.markup import escape
 

@@ -1,4 +1,4 @@
-"""`understudy robots`: real robots, looked at before they move, and stopped."""
+"""Commands `understudy robots`: check real robots before they move, stop them, and list their stops."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ if TYPE_CHECKING:
     from understudy.robots.diagnostics import ConnectionReport
 
 
-RobotOf = Annotated[Path, typer.Argument(metavar="FILE", help="The robot's file.", show_default=False)]
+RobotOf = Annotated[Path, typer.Argument(metavar="FILE", help="File of the robot.", show_default=False)]
 
 
 def stop_robots(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="The file of a robot, or of a team.", show_default=False)
+        Path, typer.Argument(metavar="FILE", help="File of a robot or a team.", show_default=False)
     ],
     as_json: Json = False,
 ) -> None:
-    """Stop a robot, or a team, whoever drives it: stop is sent for two seconds, and a program of ours that drives it is
-    disarmed.
+    """Stop a robot or a team, whatever program is driving it.
 
-    Ends with exit code 1 where nothing was heard of a robot.
+    The stop command is sent for two seconds, and an Understudy program that drives the robot is disarmed. The exit
+    code is 1 if no message came from a robot.
 
     [dim]understudy robots stop rover.toml[/]
     """
@@ -62,7 +62,7 @@ def stop_robots(
 
 @dataclass(frozen=True, slots=True)
 class RobotStopResult:
-    """That stop was sent to a robot, as --json prints it; `heard` is whether anything came from the robot."""
+    """Record that a stop was sent to a robot; `heard` is True if any message came from the robot."""
 
     name: str
     domain: int
@@ -72,10 +72,10 @@ class RobotStopResult:
 
 def show_stops(
     file: RobotOf,
-    last: Annotated[int, typer.Option(help="Show so many, the newest.", min=1)] = 20,
+    last: Annotated[int, typer.Option(help="Number of stops to show, newest last.", min=1)] = 20,
     as_json: Json = False,
 ) -> None:
-    """Show when a robot stopped by itself or was stopped, and why.
+    """Show when and why a robot stopped itself or was stopped.
 
     [dim]understudy robots stops rover.toml[/]
     """
@@ -100,14 +100,16 @@ def show_stops(
 
 
 NOTHING = 1e-6
-"""What is smaller is shown as 0: the noise of a computer's numbers."""
+"""Magnitude below which values are shown as 0, to hide rounding errors."""
 
-app = typer.Typer(no_args_is_help=True, help="Look at real robots and at what their cameras see; stop them.")
+app = typer.Typer(
+    no_args_is_help=True, help="Check and stop real robots, calibrate their cameras, and simulate them."
+)
 
 
 @app.callback()
 def introduce_robots() -> None:
-    """Look at real robots and at what their cameras see; stop them."""
+    """Check and stop real robots, calibrate their cameras, and simulate them."""
 
 
 app.command("color")(robots_color.calibrate_color)
@@ -117,14 +119,14 @@ app.command("simulate")(robots_simulate.simulate_robots)
 @app.command("check")
 def check_robots(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="The file of a robot, or of a team.", show_default=False)
+        Path, typer.Argument(metavar="FILE", help="File of a robot or a team.", show_default=False)
     ],
-    seconds: Annotated[float, typer.Option(help="Listen so long.", min=0.1, max=600.0)] = 3.0,
+    seconds: Annotated[float, typer.Option(help="Time to listen, in seconds.", min=0.1, max=600.0)] = 3.0,
     as_json: Json = False,
 ) -> None:
-    """Connect to robots and show what arrives, at what rate and age, and what is missing. Nothing moves.
+    """Connect to robots and show which readings arrive, their rate and age, and what is missing.
 
-    Ends with exit code 1 where something is wrong.
+    No robot moves. The exit code is 1 if there is a problem.
 
     [dim]understudy robots check rover.toml[/]
     """
@@ -178,7 +180,7 @@ def _show(found: ConnectionReport) -> None:
 
 
 def _values(values: Mapping[str, float], unit: str) -> str:
-    """The one value, or each that is there with its name, those of a camera by what it sees: ball x 80, size 120 px."""
+    """Format one value with its unit, or the present values grouped by target: ball x 80, size 120 px."""
     if len(values) == 1:
         return _measured(next(iter(values.values())), unit)
     seen: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""`understudy robots color`: a color from images of a thing, into a robot's file."""
+"""Command `understudy robots color`: calibrate a camera color from images and write it to a robot's file."""
 
 from __future__ import annotations
 
@@ -14,18 +14,22 @@ if TYPE_CHECKING:
 
 
 def calibrate_color(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Images of the thing, PNG or JPEG.")],
-    name: Annotated[str, typer.Option("--name", "-n", help="The target that is known by it, such as ball.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder with images of the object, PNG or JPEG.")
+    ],
+    name: Annotated[
+        str, typer.Option("--name", "-n", help="Name of the target that has this color, such as ball.")
+    ],
     robot: Annotated[
-        Path | None, typer.Option("--robot", metavar="FILE", help="Write it into this robot's file.")
+        Path | None, typer.Option("--robot", metavar="FILE", help="Write the color into this robot's file.")
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Find the color of a thing from images, for a robot's camera to know it by.
+    """Find the color by which a robot's camera detects an object, from images of it.
 
-    The thing fills the middle of each image; or beside ball1.png is a mask, ball1.mask.png, white where the thing
-    is. With masks the color is kept as narrow as what else is in the images needs. Take them with the robot's own
-    camera, in all the light there will be.
+    The object has to fill the middle of each image. Alternatively, ball1.png can have a mask beside it,
+    ball1.mask.png, which is white where the object is. With masks, the color range is made narrow enough to exclude
+    the rest of the images. Take the images with the robot's own camera, in every lighting that will occur.
 
     [dim]understudy robots color images/ball --name ball --robot rover.toml[/]
     """

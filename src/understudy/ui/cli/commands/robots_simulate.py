@@ -1,4 +1,4 @@
-"""`understudy robots simulate`: robots of a scenario in physics, as ROS 2 robots, for who has no hardware."""
+"""Command `understudy robots simulate`: simulate robots with physics as ROS 2 robots, without hardware."""
 
 from __future__ import annotations
 
@@ -29,37 +29,43 @@ if TYPE_CHECKING:
 
 RATE_HZ = 20.0
 GRACE_S = 1.0
-"""For so long robots in processes of their own may take to leave, before they are told to."""
+"""Time (s) that robots in processes of their own have to end before they get SIGTERM."""
 LEAVING_S = 10.0
-"""For so long they may take then, before they are killed."""
+"""Time (s) after SIGTERM before they are killed."""
 
 
 def simulate_robots(
-    world: Annotated[str, typer.Argument(metavar="WORLD", help="A built-in world, or a scenario's file.")],
-    seed: Annotated[int, typer.Option(help="Where everything is at first.", min=0, max=2**63 - 1)] = 0,
-    domain: Annotated[int, typer.Option(help="ROS_DOMAIN_ID.", min=0, max=232)] = 0,
+    world: Annotated[str, typer.Argument(metavar="WORLD", help="A built-in scenario, or a scenario file.")],
+    seed: Annotated[int, typer.Option(help="Seed of the initial positions.", min=0, max=2**63 - 1)] = 0,
+    domain: Annotated[int, typer.Option(help="ROS 2 domain (ROS_DOMAIN_ID).", min=0, max=232)] = 0,
     rate: Annotated[
-        float, typer.Option(metavar="HZ", help="Messages per second.", min=5.0, max=100.0)
+        float,
+        typer.Option(metavar="HZ", help="Simulation ticks, and so messages, per second.", min=5.0, max=100.0),
     ] = RATE_HZ,
     router: Annotated[
-        str | None, typer.Option(metavar="ENDPOINT", help="Over Zenoh, by this router, instead of DDS.")
+        str | None, typer.Option(metavar="ENDPOINT", help="Use Zenoh through this router instead of DDS.")
     ] = None,
     write_files: Annotated[
-        Path | None, typer.Option("--write-files", metavar="DIR", help="Write the robots' files there first.")
+        Path | None,
+        typer.Option("--write-files", metavar="DIR", help="Write the robots' files to this folder first."),
     ] = None,
-    apart: Annotated[bool, typer.Option("--apart", help="Each robot in a process of its own.")] = False,
+    apart: Annotated[bool, typer.Option("--apart", help="Run each robot in its own process.")] = False,
     only: Annotated[
         str | None,
-        typer.Option("--only", metavar="NAME", help="One of them alone, or the referee.", hidden=True),
+        typer.Option("--only", metavar="NAME", help="Run only this robot, or only the referee.", hidden=True),
     ] = None,
-    parent: Annotated[int, typer.Option("--parent", metavar="PID", help="Who began it.", hidden=True)] = 0,
-    seconds: Annotated[float, typer.Option(help="End after so long; on Ctrl-C unless given.", min=0.1)] = inf,
+    parent: Annotated[
+        int, typer.Option("--parent", metavar="PID", help="Process that started this one.", hidden=True)
+    ] = 0,
+    seconds: Annotated[
+        float, typer.Option(help="End after this many seconds; run until Ctrl-C if left out.", min=0.1)
+    ] = inf,
     as_json: Json = False,
 ) -> None:
-    """Simulate the robots of a world in physics (MuJoCo), each as a ROS 2 robot in a namespace of its own.
+    """Simulate the robots of a world with physics (MuJoCo), each as a ROS 2 robot in its own namespace.
 
-    They publish Range, LaserScan, Odometry, Image and places of targets, and obey Twist; without a command for 0.15 s
-    they stop.
+    They publish Range, LaserScan, Odometry, Image and positions of targets, and obey Twist. They stop after 0.15 s
+    without a command.
 
     [dim]understudy robots simulate soccer --write-files .[/]
     """
@@ -123,7 +129,7 @@ def _write(
     rate_hz: float,
     router: str | None,
 ) -> None:
-    """Write the files of all robots, and of the team; what is there and says something else is left, and told of."""
+    """Write the files of all robots and of the team; keep and report existing files with other contents."""
     from understudy.robots.robot_file import parse_robot
     from understudy.sim_mujoco.robot_files import format_robot_file, format_team_file, list_robot_names
     from understudy.storage.atomic_write import convert_os_errors, write_atomically
@@ -154,9 +160,9 @@ def _write(
 
 @contextmanager
 def _leaving_orderly() -> Iterator[Event]:
-    """All leave on SIGTERM as on Ctrl-C, which some shells keep away from what runs behind them.
+    """Handle SIGTERM like Ctrl-C while the block runs, and yield an event that is set by either.
 
-    The event is set, too: an interrupt is lost that comes while something is called back that cannot raise.
+    The event is needed because an interrupt is lost if it arrives in a callback that cannot raise.
     """
     left = Event()
 
@@ -184,7 +190,7 @@ def _simulate(
     seconds: float,
     stopped: Callable[[], bool],
 ) -> int:
-    """Until the time is over or somebody ends it; how many ticks came late."""
+    """Simulate until the time is over or `stopped` returns True; return the number of late ticks."""
     try:
         return _what(scenario, seed, transport, only).run(seconds=seconds, stopped=stopped)
     except KeyboardInterrupt:
@@ -196,7 +202,7 @@ def _simulate(
 def _what(
     scenario: Scenario, seed: int, transport: Transport, only: str | None
 ) -> Simulation | RobotProcess | ObjectServer:
-    """All robots; or one of them, or the referee, whose fellows are in processes of their own."""
+    """Make the simulation of all robots, or of one robot or the referee if the others run in other processes."""
     from understudy.errors import UnknownName
     from understudy.sim_mujoco.body import MujocoBody
     from understudy.sim_mujoco.processes import REFEREE, ObjectServer, RobotProcess
@@ -216,7 +222,7 @@ def _what(
 
 
 def _apart(names: list[str], left: Event, *, seconds: float) -> None:
-    """This same command once more for each of them, in processes of their own; all end with this one."""
+    """Run this command again for each name, each in its own process; end all of them with this one."""
     began = time.monotonic()
     arguments = [each for each in sys.argv[1:] if each != "--apart"]
     command = [sys.executable, "-m", "understudy.ui.cli", *arguments, "--parent", str(os.getpid()), "--only"]

@@ -1,4 +1,4 @@
-"""`understudy run`: watch robots do what they were taught, or draw what they did."""
+"""Command `understudy run`: run a behavior in a simulation, on real robots, or over a recording."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from understudy.ui.cli.robot_options import find_robots_file as real
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunOptions:
-    """The options that mean something in every mode of `understudy run`; those of a mode are fields of its class."""
+    """Options that apply to every mode of `understudy run`; subclasses add those of one mode."""
 
     behavior: str | None
     bind: list[str] | None
@@ -34,7 +34,7 @@ class RunOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimulatedRunOptions(RunOptions):
-    """The options of a run in a simulated world."""
+    """Options of a run in a simulated world."""
 
     scenario: str | None
     world: str | None
@@ -48,7 +48,7 @@ class SimulatedRunOptions(RunOptions):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotRunOptions(RunOptions):
-    """The options of a run on real robots."""
+    """Options of a run on real robots."""
 
     REFUSAL: ClassVar[str] = "is not used with real robots"
     robot: Path | None
@@ -61,7 +61,7 @@ class RobotRunOptions(RunOptions):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplayOptions(RunOptions):
-    """The options of deciding again over a recording; None for what is as it was recorded."""
+    """Options of `--replay`, which decides again over a recording; None means as recorded."""
 
     REFUSAL: ClassVar[str] = "is not used with --replay"
     replay: Path
@@ -69,12 +69,12 @@ class ReplayOptions(RunOptions):
 
 
 def _names(*modes: type[RunOptions]) -> dict[str, None]:
-    """The options of modes, each once."""
+    """Return the option names of several modes, each once."""
     return dict.fromkeys(each.name for mode in modes for each in fields(mode))
 
 
 OPTIONS = tuple(_names(SimulatedRunOptions, RobotRunOptions, ReplayOptions))
-"""All options. Of several that mean nothing in a mode, the first here is refused."""
+"""Names of all options; of several that do not apply in a mode, the first here is refused."""
 
 
 def run_behavior(
@@ -83,16 +83,18 @@ def run_behavior(
     behavior: BehaviorName = None,
     library: LibraryOption = LIBRARY,
     world: SameWorld = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the world.")] = 0,
     record: Annotated[
         Path | None,
         typer.Option(
-            "--record", "-r", metavar="OUT.gif|png|mcap", help="Draw it, or record it, instead of showing it."
+            "--record", "-r", metavar="OUT.gif|png|mcap", help="Draw or record the run instead of showing it."
         ),
     ] = None,
     trace: Annotated[
         Path | None,
-        typer.Option("--trace", metavar="OUT.jsonl|OUT.parquet", help="Keep where robots were, doing what."),
+        typer.Option(
+            "--trace", metavar="OUT.jsonl|OUT.parquet", help="Save the positions and states of the robots."
+        ),
     ] = None,
     seconds: Annotated[
         float | None,
@@ -100,12 +102,12 @@ def run_behavior(
             "--seconds",
             min=0.1,
             max=86_400,
-            help="End after so much simulated time, not at the scenario's limit.",
+            help="End after this time (simulated seconds) instead of the scenario's limit.",
             show_default=False,
         ),
     ] = None,
     speed: Annotated[
-        float, typer.Option("--speed", min=0.1, max=1000, help="Times as fast as in life.")
+        float, typer.Option("--speed", min=0.1, max=1000, help="Playback speed, as a multiple of real time.")
     ] = 8.0,
     replay: Annotated[
         Path | None,
@@ -123,9 +125,9 @@ def run_behavior(
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Run a behavior in a scenario's world, on all robots that know it: watch it in the terminal, or draw a GIF or PNG.
+    """Run a behavior in a scenario's world, on all robots that have it, and show, draw or record the run.
 
-    Behaviors are those of the library, and the basic ones of the scenario's robots.
+    Behaviors are the automata of the library, and the basic behaviors of the scenario's robots.
 
     [dim]understudy run --library demo/library --behavior forage --seed 7[/]
 
@@ -137,8 +139,8 @@ def run_behavior(
 
     [dim]understudy run --robot rover.toml --behavior servo[/]
 
-    What a squad was taught (in a folder of the squad's name) is run by its coordinators. Where types of robots differ,
-    each has a folder of its name, too; SORT/BEHAVIOR says whose behavior is meant.
+    The automata of a squad are in a subfolder of the squad's name, and its coordinators run them. If robot types
+    differ, each has a subfolder of its name, too. SORT/BEHAVIOR selects the behavior of one squad or type.
     """
     if replay is not None:
         from understudy.ui.cli.commands.run_replay import run_replay
@@ -194,13 +196,13 @@ def run_behavior(
 
 
 def _given(context: typer.Context, option: str) -> bool:
-    """Whether somebody gave an option, be it what it is otherwise."""
+    """Return whether an option was given on the command line."""
     source = context.get_parameter_source(option)
     return source is not None and source.name == "COMMANDLINE"
 
 
 def _refuse_meaningless(context: typer.Context, mode: type[RobotRunOptions | ReplayOptions]) -> None:
-    """Refuse the first option that was given and means nothing in a mode."""
+    """Refuse the first option that was given but does not apply in this mode."""
     from understudy.errors import SettingError
 
     meant = _names(mode)

@@ -1,4 +1,4 @@
-"""`understudy run --replay`: decide again over a recording, and show where decisions differ."""
+"""Mode `understudy run --replay`: decide again over a recording, and show where decisions differ."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MOST_SHOWN = 12
 
 @dataclass(frozen=True, slots=True)
 class DifferenceData:
-    """Ticks in a row in which a robot is in other states than recorded, as --json prints them."""
+    """Consecutive ticks in which a robot's states differ from those recorded, as `--json` prints them."""
 
     robot: int
     time_s: float
@@ -41,7 +41,7 @@ class DifferenceData:
 
     @classmethod
     def from_difference(cls, each: DecisionDiff) -> DifferenceData:
-        """The data of a difference."""
+        """Convert a difference to plain data, with times rounded."""
         from understudy.analysis.explanation_text import DIGITS, DecisionData
 
         from_s, until_s = round(each.from_s, DIGITS), round(each.until_s, DIGITS)
@@ -51,7 +51,7 @@ class DifferenceData:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplayResult:
-    """What deciding again came to, as --json prints it."""
+    """Result of deciding again over a recording, as `--json` prints it."""
 
     recording: str
     whole: bool
@@ -68,7 +68,7 @@ class ReplayResult:
 
 
 def run_replay(options: ReplayOptions) -> None:
-    """Decide again over a recording, and show where decisions differ. Exit code 1 where any does."""
+    """Decide again over a recording, and show where decisions differ; exit with code 1 if any does."""
     from understudy.robots.recording.reader import read_recording
     from understudy.ui.cli.output import make_console, print_json
 
@@ -84,7 +84,7 @@ def run_replay(options: ReplayOptions) -> None:
 
 
 def _check_taught(recording: Recording, options: ReplayOptions) -> None:
-    """Refuse a recording of a person who taught, unless it is said which automaton to ask."""
+    """Refuse a recording of a teaching session unless the options name an automaton and its library."""
     from understudy.errors import SettingError
 
     if recording.head.ran.behavior is None and (options.behavior is None or options.library is None):
@@ -140,7 +140,10 @@ def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[Replay
 def _known(
     ran: RunInfo, where: Scenario | None, behavior: str | None, library: Path | None, kit: Kit
 ) -> tuple[Libraries, dict[str, int]]:
-    """What everybody knows: of a library that was named, as it is; else as it was, where there are versions of it."""
+    """Load the libraries of all sorts: as they were when recorded, or as they are if a library is named.
+
+    Current libraries are also used if no stored version matches the recording, or another behavior is named.
+    """
     from understudy.analysis.explain_run import RunNotReproducible
     from understudy.ui.cli.library_data import load_current_libraries, load_recorded_libraries
 
@@ -152,7 +155,7 @@ def _known(
 
 
 def _changed(ran: RunInfo, known: Libraries) -> list[str]:
-    """Automata that are not what they were when it was recorded."""
+    """Return the names of automata that have changed since the recording."""
     from understudy.storage.document import fingerprint_automaton
 
     found = []

@@ -1,4 +1,4 @@
-"""`understudy run --robot`: a behavior on real robots, armed by a person, stopped by any key."""
+"""Mode `understudy run --robot`: run a behavior on real robots; a person arms them, any key stops them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ BY = "the terminal"
 
 @dataclass(frozen=True, slots=True)
 class RobotRunResult:
-    """How a run on real robots ended, as --json prints it."""
+    """Result of a run on real robots, as `--json` prints it."""
 
     behavior: str
     robots: list[str]
@@ -91,7 +91,7 @@ def _run(twin: DigitalTwin, options: RobotRunOptions) -> RobotRunResult:
 
 
 def _see_person(fleet: Fleet) -> None:
-    """Real robots are armed by a person, who is at a terminal."""
+    """Refuse to run without a terminal, or on robots that need a held key: a person has to arm and stop them."""
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise SettingError(
             where="understudy run --robot",
@@ -109,8 +109,9 @@ def _see_person(fleet: Fleet) -> None:
 
 
 def _looked_over(live: LiveRun) -> None:
-    """Say what is wrong with the robots, having decided for a while without moving any; what comes of it is up to the
-    person. What takes longer the first time has been done by then.
+    """Decide for 2 s without moving any robot, then print the problems of each robot.
+
+    The person decides whether to continue. What takes longer the first time is done by then.
     """
     import typer
 
@@ -141,7 +142,7 @@ def _armed_by_a_person(fleet: Fleet, behavior: str) -> None:
 
 
 def _go(live: LiveRun, assigned: RunAssignment, seconds: float | None) -> str:
-    """Tick until something ends it, which is said."""
+    """Tick until the run ends, and return why it ended."""
     from rich.live import Live as Screen
 
     from understudy.ui.cli.output import make_console
@@ -184,7 +185,7 @@ def _told(twin: DigitalTwin, live: LiveRun, rests: str) -> Any:
 
 @contextmanager
 def _keys() -> Iterator[Any]:
-    """Whether a key was pressed, without waiting for Enter where the system can."""
+    """Yield a function that returns whether a key was pressed, without Enter where the system supports it."""
     import select
 
     old = None
@@ -205,9 +206,9 @@ Clock: TypeAlias = Callable[[], float]
 
 
 class LiveRun:
-    """A team on the robots of a twin, in real time. A late tick is not made up for.
+    """Team on the robots of a digital twin, in real time; late ticks are not made up for.
 
-    `libraries` has what each sort of agents knows, `roots` what those in no squad run, as for a team in a world.
+    `libraries` holds the library of each sort of agents, `roots` the behavior that each sort outside squads runs.
     """
 
     def __init__(
@@ -235,7 +236,7 @@ class LiveRun:
         self.ticks = self.late = 0
 
     def tick(self) -> None:
-        """Wait until the next tick is due, and take it."""
+        """Wait until the next tick is due, and run it."""
         now = self._clock()
         if now < self._due:
             self._sleep(self._due - now)
@@ -247,7 +248,7 @@ class LiveRun:
         self._due += self.twin.tick_s
 
     def restart(self) -> None:
-        """Let everybody begin anew, such as when robots were armed."""
+        """Restart all automata and the tick counts, for example after robots were armed."""
         self.team.clear()
         self._due = self._clock()
         self.ticks = self.late = 0

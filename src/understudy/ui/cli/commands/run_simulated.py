@@ -1,4 +1,4 @@
-"""`understudy run` in a simulated world: watched in the terminal, drawn, recorded or traced."""
+"""Mode `understudy run` in a simulated world: show it in the terminal, draw, record or trace it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ IDLES = "idles"
 
 
 def run_simulated(options: SimulatedRunOptions) -> None:
-    """Run a behavior in a simulated world: shown in the terminal as it goes, or drawn, recorded, traced."""
+    """Run a behavior in a simulated world; show it in the terminal, or draw, record or trace it."""
     from understudy.ui.cli.output import make_console, print_json
     from understudy.ui.cli.recordings import is_recording, record_team_ticks
 
@@ -71,7 +71,7 @@ def _check_record(record: Path | None) -> None:
 
 @dataclass(frozen=True, slots=True)
 class SimulatedRunResult:
-    """How a simulated run ended, as --json prints it; None for what does not apply."""
+    """Result of a simulated run as `--json` prints it; None where a value does not apply."""
 
     behavior: str
     world: str
@@ -89,7 +89,7 @@ class SimulatedRunResult:
 
 
 class RunSession:
-    """One world in which all agents of some sorts run a behavior: the robots, or coordinators who order them about."""
+    """Run of one behavior in a simulated world, by the robots or by the coordinators of a squad."""
 
     def __init__(self, options: SimulatedRunOptions, named: str, team: Team, assigned: RunAssignment) -> None:
         from understudy.sim.world import World
@@ -109,7 +109,7 @@ class RunSession:
 
     @classmethod
     def from_options(cls, options: SimulatedRunOptions) -> RunSession:
-        """What the options ask for, about to begin."""
+        """Make the run that the options describe, before its first tick."""
         from understudy.sim.team.libraries import make_team
         from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
         from understudy.ui.cli.output import compile_once
@@ -122,7 +122,7 @@ class RunSession:
         return cls(options, named, team, assigned)
 
     def make_run_info(self) -> RunInfo:
-        """What it takes to run it again, for the header of its trace or recording."""
+        """Describe the run for the header of its trace or recording, so that it can be repeated."""
         from understudy.sim.scenario.files import list_builtin_scenarios
         from understudy.ui.cli.recordings import make_run_info
 
@@ -133,7 +133,7 @@ class RunSession:
         )
 
     def open_trace(self, path: Path | None) -> AbstractContextManager[TraceWriter | None]:
-        """Write its trace, where one is wanted."""
+        """Open the writer of its trace, or a null context if `path` is None."""
         from understudy.analysis.run_header import trace_entry
         from understudy.analysis.run_trace import write_trace
 
@@ -147,12 +147,12 @@ class RunSession:
 
     @property
     def paths(self) -> list[tuple[str, ...]]:
-        """What each robot is doing, outermost first; a basic behavior is all there is of itself, and others idle."""
+        """Active states of each robot, outermost first; without an automaton, the basic behavior or 'idles'."""
         return [path or (rests,) for path, rests in zip(self.team.paths, self._rests, strict=True)]
 
     @property
     def frame(self) -> RunFrame:
-        """This moment, for drawing."""
+        """Current state of the world and the robots, for drawing."""
         from understudy.sim.view import RunFrame
 
         return RunFrame(self.body.view(), [path[0] for path in self.paths])
@@ -164,19 +164,19 @@ class RunSession:
 
     @property
     def is_over(self) -> bool:
-        """Whether all is done: the goal is reached, the time is over, or every robot rests with its flag up."""
+        """Whether the goal is reached, the time is over, or all robots of the behavior have raised a flag."""
         if self.finished or self.body.time_s >= self._limit_s - 1e-9:
             return True
         return bool(self._flags) and bool(self.team.find_raised(self._sort, self._flags).all())
 
     def tick(self, trace: TraceWriter | None) -> None:
-        """One tick."""
+        """Advance by one tick, and add it to the trace if there is one."""
         self.tick_team()
         if trace is not None:
             trace.add(self.body.view(), self.paths)
 
     def result(self) -> SimulatedRunResult:
-        """How it ended."""
+        """Return the result of the run so far."""
         body, paths, record = self.body, self.paths, self._options.record
         goal = body.scenario.goal
         return SimulatedRunResult(
@@ -197,12 +197,12 @@ class RunSession:
 
 
 def _goal(goal: Goal) -> str | None:
-    """What is to be reached, in a word."""
+    """Return the kind of goal in a word: delivered, gathered, or the name of the target."""
     return "delivered" if goal.delivered else "gathered" if goal.gathered else goal.target
 
 
 def _ending(result: SimulatedRunResult) -> str:
-    """How it ended, in a sentence."""
+    """Describe how the run ended in a sentence."""
     from rich.markup import escape
 
     if result.success:
@@ -232,7 +232,7 @@ def _record(running: RunSession, trace: TraceWriter | None) -> list[RunFrame]:
 
 
 def _watch(running: RunSession, speed: float, trace: TraceWriter | None) -> list[RunFrame]:
-    """Show the run in the terminal as it goes; Ctrl-C stops it."""
+    """Show the run in the terminal while it runs; Ctrl-C ends it."""
     from rich.live import Live
 
     from understudy.ui.cli.output import make_console
@@ -272,7 +272,7 @@ def _draw(frames: list[RunFrame], path: Path, *, title: str, speed: float) -> No
 def render_run_screen(
     view: WorldView, paths: Sequence[Sequence[str]], *, wide: int, tall: int
 ) -> RenderableType:
-    """The world, what its robot is doing on every level (of several: how many do what), and what there is."""
+    """Render the world, the active states of its robot (of several: counts per state), and its readings."""
     from rich import box
     from rich.console import Group
     from rich.panel import Panel

@@ -1,4 +1,4 @@
-"""`understudy show`: everything about one automaton."""
+"""Command `understudy show`: show everything about one automaton."""
 
 from __future__ import annotations
 
@@ -23,15 +23,17 @@ SHOWN = 20
 
 def show_automaton(
     name: Annotated[
-        str, typer.Argument(help="The automaton; SORT/NAME is that of a squad or type of robots.")
+        str, typer.Argument(help="Name of the automaton; SORT/NAME for one of a squad or robot type.")
     ],
     library: LibraryOption = LIBRARY,
     world: SomeWorld = None,
     kit: KitName = None,
-    everything: Annotated[bool, typer.Option("--all", help="All examples, watched ones too.")] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="List all examples, including watched ones.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
-    """Show an automaton: its states, features, the conditions it learned, its examples.
+    """Show an automaton: its states, its features, the conditions it learned, and its examples.
 
     [dim]understudy show goto --library demo/library[/]
     """
@@ -153,7 +155,7 @@ def _examples(facts: AutomatonDescription, out: Console, *, everything: bool) ->
 
 
 def _reasons(rows: list[ExampleRow], out: Console) -> None:
-    """Why examples are in quarantine, a line for each reason."""
+    """Print why examples are in quarantine, one line per reason."""
     from rich.markup import escape
     from rich.padding import Padding
 
@@ -166,7 +168,7 @@ def _reasons(rows: list[ExampleRow], out: Console) -> None:
 
 
 def _value(value: float | str | None, unit: str) -> str:
-    """A value as the conditions say it: angles in degrees."""
+    """Format a value as conditions do: angles in degrees, other numbers with three digits."""
     if value is None:
         return "[dim]absent[/]"
     if isinstance(value, str):

@@ -1,4 +1,4 @@
-"""`understudy simplify`: what an automaton would be with fewer questions, shown before anything is changed."""
+"""Command `understudy simplify`: preview an automaton with fewer questions in its trees, or save it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST_DECISIONS = 12
 
 
 def simplify(
-    name: Annotated[str, typer.Argument(help="The automaton.")],
+    name: Annotated[str, typer.Argument(help="Name of the automaton.")],
     library: LibraryOption = LIBRARY,
     pruning: Annotated[
         float | None,
@@ -31,18 +31,23 @@ def simplify(
             "--pruning",
             "-p",
             min=0,
-            help="A question stays if each of its leaves sets more examples right; 0 takes it back.",
+            help="Keep a question only if each of its leaves corrects more than this many examples; 0 undoes pruning.",
             show_default=False,
         ),
     ] = None,
-    keep: Annotated[bool, typer.Option("--keep", help="Save it so, as an option of the lesson.")] = False,
+    keep: Annotated[
+        bool,
+        typer.Option(
+            "--keep", help="Save the simplified automaton, with the pruning as an option of its lesson."
+        ),
+    ] = False,
     world: SomeWorld = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Show an automaton with fewer questions: its conditions before and after, and the decisions that would change.
+    """Show an automaton with fewer questions: its conditions before and after, and the decisions that change.
 
-    Nothing is changed without --keep. What is kept can be taken back with --pruning 0 --keep.
+    Nothing is saved without --keep. To undo a saved simplification, use --pruning 0 --keep.
 
     [dim]understudy simplify goto --library demo/library[/]
     """
@@ -68,16 +73,16 @@ def simplify(
 
 @dataclass(frozen=True, kw_only=True)
 class SimplifyResult:
-    """What an automaton would be with fewer questions, and whether it was saved so."""
+    """Automaton before and after pruning, and whether the pruned one was saved."""
 
     name: str
     pruning: float
     suggested: PruningSuggestion | None
     leaves: BeforeAfter[int]
     conditions: Mapping[str, BeforeAfter[list[str]]]
-    """By state, where they would change."""
+    """Conditions before and after, by state; only states whose conditions would change."""
     decisions: Sequence[ChangedDecision]
-    """Examples that would be decided otherwise."""
+    """Examples that would be decided differently."""
     examples: int
     changes_before_presses: Sequence[ChangedMoments]
     moments_before_presses: int
@@ -143,7 +148,7 @@ def _show(result: SimplifyResult, *, chosen: bool) -> None:
 
 
 def _decisions(result: SimplifyResult) -> list[str]:
-    """What would be decided otherwise, a line each."""
+    """Describe the decisions that would change, one line each."""
     if not result.conditions:
         return []
     rows = result.decisions

@@ -1,4 +1,4 @@
-"""`understudy studio`: train a robot in the browser."""
+"""Command `understudy studio`: train a robot in the browser."""
 
 from __future__ import annotations
 
@@ -18,24 +18,23 @@ def start_studio(
     kit: KitName = None,
     host: Annotated[
         str,
-        typer.Option("--host", help="The address to listen on; any but this machine's own needs a token."),
+        typer.Option("--host", help="Address to listen on; any but this machine's own needs a token."),
     ] = "127.0.0.1",
-    port: Annotated[
-        int, typer.Option("--port", min=0, max=65535, help="The port, or the next that is free.")
-    ] = 8437,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port, or the next free one.")] = 8437,
     token: Annotated[
-        str | None, typer.Option("--token", help="What pages must know to connect; made up if left out.")
+        str | None, typer.Option("--token", help="Token that pages need to connect; random if left out.")
     ] = None,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the world.")] = 0,
     robot: RobotFileOption = None,
     team: TeamFileOption = None,
     no_record: NoRecording = False,
     as_json: Json = False,
 ) -> None:
-    """Train a robot in the browser: it shows the world, and you press what the robot is to do.
+    """Train a robot in the browser: the page shows the world, and you press what the robot should do.
 
-    Works without internet. What is shown is on disk before it is acknowledged: start it again, and go on.
+    It works without internet. Every example is saved before it is acknowledged; after an interruption, start the
+    studio again and continue.
 
     [dim]understudy studio forage[/]
 
@@ -77,7 +76,7 @@ def start_studio(
 
 
 def _open(link: str) -> None:
-    """Open the browser where there is one; the socket listens already, so that the page waits until it is served."""
+    """Open the page in the browser, in a thread; the socket already listens, so the page waits to be served."""
     import webbrowser
     from contextlib import suppress
     from threading import Thread

@@ -1,4 +1,4 @@
-"""`understudy teach`: teach a robot with the keyboard, in the terminal."""
+"""Command `understudy teach`: teach a robot with the keyboard, in the terminal."""
 
 from __future__ import annotations
 
@@ -23,38 +23,48 @@ if TYPE_CHECKING:
 
 def teach(
     name: Annotated[
-        str, typer.Argument(help="The automaton: a new one, or one of the library to go on with.")
+        str, typer.Argument(help="Name of the automaton; new, or in the library to continue its lesson.")
     ],
     world: SameWorld = None,
     library: LibraryOption = LIBRARY,
     states: Annotated[
         str | None,
         typer.Option(
-            "--states", metavar="A,B(C)", help="What it can do: basic behaviors and taught automata."
+            "--states", metavar="A,B(C)", help="States: basic behaviors and automata of the library."
         ),
     ] = None,
     features: Annotated[
-        str | None, typer.Option("--features", metavar="A,B(C)", help="What it decides on.")
+        str | None, typer.Option("--features", metavar="A,B(C)", help="Features that decisions depend on.")
     ] = None,
     parameters: Annotated[
-        str | None, typer.Option("--parameters", metavar="A,B", help="What is left open, to be bound later.")
+        str | None,
+        typer.Option("--parameters", metavar="A,B", help="Parameters, to be bound to targets later."),
     ] = None,
     targets: Annotated[
         str | None,
-        typer.Option("--targets", metavar="A=TARGET", help="What the parameters stand for while teaching."),
+        typer.Option("--targets", metavar="A=TARGET", help="Targets of the parameters during teaching."),
     ] = None,
     flags: Annotated[
         str | None, typer.Option("--flags", metavar="A,B", help="Flags it can raise, such as done.")
     ] = None,
     watched: Annotated[
         bool | None,
-        typer.Option("--watched/--plain", help="Whether silence is consent; as before, or plain."),
+        typer.Option(
+            "--watched/--plain",
+            help="Learn from silence or not; as in the existing lesson, or not, if left out.",
+        ),
     ] = None,
     reaction: Annotated[
         float | None,
-        typer.Option("--reaction", min=0.0, max=1.0, metavar="SECONDS", help="How late your presses come."),
+        typer.Option(
+            "--reaction",
+            min=0.0,
+            max=1.0,
+            metavar="SECONDS",
+            help="Reaction time by which presses are shifted earlier.",
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Which world.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the world.")] = 0,
     robot: RobotFileOption = None,
     no_record: NoRecording = False,
     kit: KitName = None,
@@ -62,10 +72,11 @@ def teach(
 ) -> None:
     """Teach a robot with the keyboard: drive it by pressing behaviors, and it learns when to switch.
 
-    What is not chosen here is asked for. Works over SSH; after a lost connection, the same command goes on.
+    The program asks for everything that is not chosen here. It works over SSH; after a lost connection, the same
+    command continues the session.
 
-    [dim]understudy teach goto --parameters A --states forward,rotate_left,rotate_right --flags done
-    --features 'distance_to(A),angle_to(A)' --targets A=station[/]
+    [dim]understudy teach goto --parameters A --states forward,rotate_left,rotate_right --flags done --features
+    'distance_to(A),angle_to(A)' --targets A=station[/]
 
     [dim]understudy teach servo --robot rover.toml[/]
     """
@@ -96,7 +107,7 @@ def teach(
 
 
 def _see_hold(twin: DigitalTwin) -> None:
-    """Refuse robots that need a key that is held: a terminal cannot tell."""
+    """Refuse robots that need a held key, because a terminal cannot detect when a key is released."""
     from understudy.errors import SettingError
 
     if twin.fleet.needs_hold_to_run:
@@ -110,14 +121,14 @@ def _see_hold(twin: DigitalTwin) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class TeachResult:
-    """What came of a session at the terminal."""
+    """Result of a teaching session in the terminal."""
 
     name: str
     library: Path
     examples: int
     saved: bool
     journal: Path | None
-    """None where nothing was begun."""
+    """Path of the session's journal; None if no session began."""
 
 
 def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> None:
@@ -160,7 +171,7 @@ def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> No
 
 
 def _library(folder: Path, kit: str | None, where: Scenario) -> Opened:
-    """The library, or an empty one where the folder is still to be made."""
+    """Open the library, or return an empty one if its folder does not exist yet."""
     from understudy.model.library import Library
     from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import find_kit, open_library_with_notes
@@ -170,7 +181,7 @@ def _library(folder: Path, kit: str | None, where: Scenario) -> Opened:
 
 
 def _see_terminal() -> None:
-    """Refuse to begin where nobody could press a key."""
+    """Refuse to start if input or output is not a terminal."""
     from understudy.errors import SettingError
 
     if not (sys.stdin.isatty() and sys.stderr.isatty()):

@@ -1,4 +1,4 @@
-"""`understudy test`: whether a library still does what it was shown, and what changed since former versions."""
+"""Command `understudy test`: test a library on its own lessons, and compare it with former versions."""
 
 from __future__ import annotations
 
@@ -26,21 +26,22 @@ def run_library_tests(
         Path | None,
         typer.Argument(
             metavar="[LIBRARY]",
-            help="The folder the automata are in; library if left out.",
+            help="Folder of the library; library if left out.",
             show_default=False,
         ),
     ] = None,
     same: Annotated[
-        Path | None, typer.Option("--library", "-l", help="The folder, as an option.", show_default=False)
+        Path | None,
+        typer.Option("--library", "-l", help="Folder of the library, as an option.", show_default=False),
     ] = None,
     world: FoundWorld = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Test a library on its own lessons: every recorded moment, and every outcome that a lesson promises.
+    """Test a library on its own lessons: every recorded moment and every expected outcome.
 
-    Each automaton is compared with its last former version. Exit code 1 where something that worked no longer does,
-    or an outcome does not come.
+    Each automaton is compared with its last former version. The exit code is 1 if something that worked no longer
+    does, or if an expected outcome does not occur.
 
     [dim]understudy test demo/library[/]
     """
@@ -82,7 +83,7 @@ def run_library_tests(
 
 @dataclass(frozen=True, slots=True)
 class OutcomeRow:
-    """An outcome that a lesson promises, when it came, and why it could not be tried."""
+    """Expected outcome of a lesson, the time until it occurred (s), and why it could not be tested."""
 
     outcome: str
     took_s: float | None
@@ -91,7 +92,7 @@ class OutcomeRow:
 
 @dataclass(frozen=True, slots=True)
 class FailedOutcomeRow:
-    """An outcome that did not come, and the automata with whose former versions it does."""
+    """Expected outcome that did not occur, and the automata whose former versions would reach it."""
 
     outcome: str
     problem: str | None
@@ -100,20 +101,20 @@ class FailedOutcomeRow:
 
 @dataclass(frozen=True, kw_only=True)
 class AutomatonTestRow:
-    """What came of testing one automaton on its lesson."""
+    """Test results of one automaton on its lesson."""
 
     name: str
     works: bool
     examples: int
     moments_before: int
     former: int | None
-    """The number of the former version."""
+    """Number of the former version; None if there is none."""
     changed: bool
     affected: Sequence[str]
     no_longer: Sequence[str]
     different: Sequence[ReplayedPress]
     otherwise: Sequence[int]
-    """Numbers of examples that are decided otherwise than shown."""
+    """Numbers of the examples that are decided differently than shown."""
     changes_before: Sequence[DecisionChange]
     outcomes: Sequence[OutcomeRow]
     failed: Sequence[FailedOutcomeRow]
@@ -121,7 +122,7 @@ class AutomatonTestRow:
 
 @dataclass(frozen=True, slots=True)
 class LibraryTestResult:
-    """What came of testing a library."""
+    """Test results of a library."""
 
     library: Path
     world: str
@@ -132,7 +133,7 @@ class LibraryTestResult:
 def _places(
     where: Scenario, folder: Path, kit: Kit, known: Mapping[str, Library]
 ) -> Iterator[tuple[Path, Library]]:
-    """The folders that hold automata, each once, with the library in it."""
+    """Yield each folder that contains automata once, with its library."""
     from understudy.sim.team.libraries import find_type_folders
 
     folders = {name: place for name, (place, _) in find_type_folders(where, folder, kit).items()}
@@ -145,7 +146,7 @@ def _places(
 
 
 def _former(place: Path, library: Library) -> dict[str, tuple[int, TrainedAutomaton]]:
-    """The last former version of each automaton that has one which can be opened, with its number."""
+    """Return the last former version of each automaton that has a readable one, with its number."""
     from understudy.errors import UnderstudyError
     from understudy.storage.library_folder import list_versions, read_document
     from understudy.ui.cli.options import import_learner

@@ -1,4 +1,4 @@
-"""`understudy validate`: is everything in a library as it should be?"""
+"""Command `understudy validate`: check every document, name and lesson of a library."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def validate(
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Check a library: opens every file, resolves every name, and looks at every lesson.
+    """Check a library: open every file, resolve every name, and examine every lesson.
 
-    Problems make it end with exit code 2; notes are worth a look and do not.
+    The exit code is 2 if there are problems. Notes do not change it.
 
     [dim]understudy validate --library demo/library[/]
     """
@@ -87,7 +87,7 @@ def _show(
 
 
 def suggest_other_scenario(folder: Path, problems: Collection[str]) -> str | None:
-    """What to do about a library with problems if it is of another scenario; None where no kit could help."""
+    """Suggest a scenario or kit in which a library with problems would be valid; None if none could help."""
     from understudy.sim.scenario.files import list_builtin_scenarios
     from understudy.ui.cli.library_data import find_broken_documents, find_misfits
     from understudy.ui.cli.options import open_scenario
@@ -101,7 +101,7 @@ def suggest_other_scenario(folder: Path, problems: Collection[str]) -> str | Non
 
 
 def find_warnings(listing: LoadedLibrary, name: str) -> list[str]:
-    """What is worth a look: stale trees, contradictions, idle features, states never entered."""
+    """Return notes on an automaton: stale trees, contradictions, unused features, states never entered."""
     from understudy.errors import join_names
     from understudy.model.tree import Tree
 

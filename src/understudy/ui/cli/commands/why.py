@@ -1,4 +1,4 @@
-"""`understudy why`: why a robot of a recorded run did what it did at some moment."""
+"""Command `understudy why`: explain what a robot of a recorded run did at some moment."""
 
 from __future__ import annotations
 
@@ -16,30 +16,35 @@ if TYPE_CHECKING:
     from understudy.analysis.explanation_text import WhyData
 
 NEAR_S = 1e-6
-"""Times this near are one."""
+"""Tolerance (s) within which two times are equal."""
 
 
 def show_explanation(
-    run: Annotated[Path, typer.Argument(help="What `understudy run` wrote: a trace, or a recording.")],
-    time_s: Annotated[float, typer.Option("--time", "-t", min=0, help="The moment, s.")],
-    robot: Annotated[int, typer.Option("--agent", "-a", min=0, help="Which robot, from 0.")] = 0,
+    run: Annotated[Path, typer.Argument(help="Trace or recording written by `understudy run`.")],
+    time_s: Annotated[float, typer.Option("--time", "-t", min=0, help="Time of the moment, in seconds.")],
+    robot: Annotated[int, typer.Option("--agent", "-a", min=0, help="Index of the robot, from 0.")] = 0,
     library: Annotated[
         Path | None,
         typer.Option(
-            "--library", "-l", help="Where the automata are now, if not where they were.", show_default=False
+            "--library",
+            "-l",
+            help="Folder of the library, if it was moved since the run.",
+            show_default=False,
         ),
     ] = None,
     world: Annotated[
         str | None,
-        typer.Option("--world", "-w", metavar="SCENARIO", help="The scenario, if its file is elsewhere now."),
+        typer.Option(
+            "--world", "-w", metavar="SCENARIO", help="Scenario, if its file was moved since the run."
+        ),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Say why a robot of a recorded run did what it did: what each level decided, what held, and who showed that.
+    """Explain what a robot did at one moment: the decision of each level, its reason, and the examples.
 
-    The run is made again until then. Where its library has changed since, former versions take their place; where
-    none is what was run, that is said, with exit code 1. Of a recording (.mcap), whatever robot it is of, the readings
-    are decided on again.
+    For a trace, the run is simulated again up to that moment. For a recording (.mcap), of simulated or real robots,
+    decisions are made again from the recorded readings. If the library has changed since, stored former versions are
+    used. If none of them matches the run, the command says so and exits with code 1.
 
     [dim]understudy run --library demo/library --seed 7 --trace run.jsonl[/]
 
@@ -61,7 +66,7 @@ def show_explanation(
 def _of_trace(
     run: Path, time_s: float, robot: int, library: Path | None, world: str | None, *, quiet: bool
 ) -> tuple[RunExplanation, WhyData]:
-    """Of a simulated run, which is made again."""
+    """Explain a moment of a traced run, by simulating it again."""
     from understudy.analysis.explain_run import RunNotReproducible
     from understudy.analysis.explain_run import explain_run as reasons
     from understudy.analysis.explanation_text import WhyData
@@ -89,7 +94,7 @@ def _of_trace(
 def _of_recording(
     run: Path, time_s: float, robot: int, library: Path | None
 ) -> tuple[RunExplanation, WhyData]:
-    """Of a recording, whose readings are decided on again."""
+    """Explain a moment of a recording, by deciding again from its readings."""
     from understudy.analysis.explanation_text import WhyData
     from understudy.analysis.replay_diff import explain_recorded_tick
     from understudy.analysis.rerun import Rerun
@@ -160,7 +165,7 @@ def _show_agent(each: AgentExplanation, out: Console, *, several: bool) -> None:
 
 
 def print_decision(reason: DecisionReason, out: Console) -> None:
-    """Print a decision and what was behind it for people."""
+    """Print a decision, the readings behind it, and the examples it comes from."""
     from rich.markup import escape
     from rich.padding import Padding
 
@@ -177,7 +182,7 @@ def print_decision(reason: DecisionReason, out: Console) -> None:
 
 
 def round_values(time_s: float) -> str:
-    """A time, s, rounded as --json has it."""
+    """Format a time (s), rounded as in `--json`."""
     from understudy.analysis.explanation_text import DIGITS
 
     return f"{round(time_s, DIGITS):g}"

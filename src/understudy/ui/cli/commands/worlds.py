@@ -1,4 +1,4 @@
-"""`understudy worlds`: the built-in scenarios, and their files to copy and change."""
+"""Command `understudy worlds`: list the built-in scenarios, or print the file of one."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 def list_worlds(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="[SCENARIO]", help="Print the file of this one.", show_default=False),
+        typer.Argument(metavar="[SCENARIO]", help="Print the file of this scenario.", show_default=False),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """List the built-in scenarios; or print the file of one, to copy and change.
+    """List the built-in scenarios, or print the file of one to copy and change.
 
     [dim]understudy worlds patrol > mine.toml[/]
     """
@@ -49,13 +49,13 @@ def list_worlds(
 
 @dataclass(frozen=True, kw_only=True)
 class WorldSummary:
-    """What a scenario is about, and what its robots can be taught with."""
+    """Summary of a scenario: its purpose, and the features, behaviors and targets of its robots."""
 
     name: str
     robots: int
     about: str
     goal: bool
-    """Whether it has one."""
+    """Whether the scenario has a goal."""
     limit_s: float
     features: tuple[str, ...]
     behaviors: tuple[str, ...]
