@@ -498,10 +498,11 @@ export interface Run {
 }
 
 /**
- * An example behind a change: what `happened` to it, and `how` it is behind the change.
+ * An example that caused a change: what `happened` to it, and `how` it is connected with the change.
  *
- * It is "new", "gone", "edited", "in quarantine", "let out", "read anew" where the lesson's features or reaction time
- * changed, or "shown anew" where another press has its number now, as in a lesson begun anew.
+ * `happened` is "new", "gone", "edited", "in quarantine", "let out", "read anew" if the lesson's features or
+ * reaction time changed, or "shown anew" if its number now belongs to another press, as in a lesson that was started
+ * again.
  */
 export interface ExampleAttribution {
   number: number;
@@ -538,7 +539,7 @@ export interface PromiseTested {
 }
 
 /**
- * The pruning with the fewest wrong decisions, and the simplest of several.
+ * The suggested pruning: the one with the fewest wrong decisions, the strongest of equals.
  *
  * `wrong` and `wrong_pruned` are how many of the `left_out` press-made examples are decided wrongly by trees
  * learned without them: without pruning and with it.

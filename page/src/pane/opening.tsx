@@ -52,7 +52,8 @@ export function useOpening(studio: Studio, name: string, left?: CutOff): Opening
     "cut off": (
       <div class="asks" role="alert">
         <p>
-          A lesson of {name} was interrupted before it was saved, with {counted(left?.examples ?? 0, "example")}.
+          A lesson of {name} was interrupted before it was saved, with{" "}
+          {counted(left?.examples ?? 0, "example")}.
         </p>
         <button type="button" class="small" onClick={() => void send()}>
           Go on with it
