@@ -5,6 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile(
+    "untimed", deadline=None
+)  # the first call may load kernels; the suite asserts no times
+settings.load_profile("untimed")
 
 ROOT = Path(__file__).parent
 LONG = ("lab", "sim_mujoco")

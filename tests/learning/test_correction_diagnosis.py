@@ -174,7 +174,7 @@ def test_one_in_quarantine_is_neither_suspect_nor_witness() -> None:
     assert diagnose_correction(replace(given_, examples=out), correction).suspects == ()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(tables(), st.randoms(use_true_random=False))
 def test_no_correction_is_ever_suspected_and_order_makes_no_difference(table: Any, random: Any) -> None:
     rows, kinds = table

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
 from tests.model.lessons import goto
@@ -19,7 +19,6 @@ from understudy.model.kinds import Kind
 from understudy.model.tree import STAY
 
 
-@settings(deadline=None)
 @given(tables(watched=True), tables())
 def test_as_each_goes_down_by_itself(
     drawn: tuple[list[Row], list[Kind]], others: tuple[list[Row], list[Kind]]

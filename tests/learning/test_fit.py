@@ -185,7 +185,7 @@ def test_explanations_count_watched_examples_of_the_leaf() -> None:
 
 
 @given(taught(), st.booleans())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_lesson_knows_whether_it_teaches(original: TrainedAutomaton, defaults: bool) -> None:
     assert original.lesson is not None
     options = LearnerOptions(learner=TreeOptions(defaults=defaults))

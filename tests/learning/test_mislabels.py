@@ -77,7 +77,7 @@ def test_stateless_lessons_are_looked_at_as_one() -> None:
     assert [suspect.example.number for suspect in find_mislabels(lesson(shown, stateless=True))] == [8]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(tables(), st.booleans(), st.randoms(use_true_random=False))
 def test_suspects_are_presses_each_once_in_any_order(table: Any, stateless: bool, random: Any) -> None:
     rows, kinds = table

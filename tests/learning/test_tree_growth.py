@@ -16,7 +16,7 @@ from understudy.learning.tree_growth import MOST_WEIGHT, grow_tree
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import TestKind, Tree
 
-MANY = settings(max_examples=400, deadline=None)
+MANY = settings(max_examples=400)
 
 
 @MANY

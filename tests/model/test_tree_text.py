@@ -142,7 +142,7 @@ def test_numbers_are_as_short_as_they_can_be(
     assert [words.number(unit(cut)) for cut in cuts] == said
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     # No tree cuts between values that differ by rounding alone.
     st.lists(st.floats(0.01, 6.28), min_size=2, max_size=12, unique_by=lambda value: round(value, 7)),
@@ -187,7 +187,7 @@ def test_the_path_of_one_decision() -> None:
     assert describe_path(tree, steps, FEATURES) == ("distance_to(A) is absent",)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(tables(), st.data())
 def test_what_is_said_is_what_is_decided(table: tuple[list[Row], list[Kind]], data: st.DataObject) -> None:
     """Each vector is in a box of exactly the outcome decided for it, or in none where nothing was shown."""

@@ -143,7 +143,7 @@ def test_no_blob_in_noise() -> None:
     radius=st.integers(4, 25),
     shade=st.floats(0.0, 0.5),
 )
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 def test_shifted(across: int, down: int, radius: int, shade: float) -> None:
     before, after = (
         ball(rendered((80 + dx, 60 + dy, radius, ORANGE), shade=shade)) for dx, dy in ((0, 0), (across, down))
@@ -158,7 +158,7 @@ def test_shifted(across: int, down: int, radius: int, shade: float) -> None:
     radius=st.floats(6.0, 25.0),
     times=st.sampled_from((0.5, 2.0)),
 )
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 def test_finer_image_same_blob(x: float, y: float, radius: float, times: float) -> None:
     blob = ball(rendered((x, y, radius, ORANGE), times=times))
     assert blob is not None
@@ -168,7 +168,7 @@ def test_finer_image_same_blob(x: float, y: float, radius: float, times: float) 
 
 
 @given(seed=st.integers(0, 1000), noise=st.floats(0.0, 10.0))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 def test_mirrored(seed: int, noise: float) -> None:
     image = rendered((50, 60, 12, ORANGE), shade=0.4, noise=noise, seed=seed)
     seen, mirrored = ball(image), ball(np.ascontiguousarray(image[:, ::-1]))

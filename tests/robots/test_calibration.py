@@ -59,7 +59,7 @@ def test_clicks_find_each_color_in_another_light() -> None:
 
 
 @given(st.tuples(*[st.integers(0, 255)] * 3), st.integers(0, 20), st.integers(0, 99))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_what_was_clicked_is_in_its_color(pixel: tuple[int, int, int], noise: int, seed: int) -> None:
     spread = np.random.default_rng(seed).integers(-noise, noise + 1, (7, 7, 3))
     image = np.clip(np.array(pixel) + spread, 0, 255).astype(np.uint8)

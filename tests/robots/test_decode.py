@@ -167,7 +167,7 @@ def test_wrong_compressed(content: object, said: str) -> None:
     st.sampled_from((".jpg", ".png")),
     st.lists(st.tuples(st.integers(0, 2000), st.integers(0, 255)), max_size=12),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @example(".jpg", [])
 def test_damaged_is_an_image_or_an_error(ending: str, changes: list[tuple[int, int]]) -> None:
     content = bytearray(compressed(ending))
@@ -188,7 +188,7 @@ def test_damaged_is_an_image_or_an_error(ending: str, changes: list[tuple[int, i
     st.integers(-3, 30),
     st.binary(max_size=120),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_any_fields_are_an_image_or_an_error(
     encoding: str, width: int, height: int, step: int, data: bytes
 ) -> None:

@@ -34,7 +34,7 @@ def drawn(random: Random, *, agents: int, automata: int, depth: int) -> tuple[Pl
     return played(random, agents=agents, ticks=30), programs
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(CASES, st.integers(1, 5), st.integers(1, 4), st.integers(0, 4))
 def test_the_engine_equals_the_interpreter(random: Random, agents: int, automata: int, depth: int) -> None:
     body, programs = drawn(random, agents=agents, automata=automata, depth=depth)
@@ -63,7 +63,7 @@ def packed(engine: Engine) -> list[bytes]:
     return [array.tobytes() for array in (root, state, entered, memory, engine.running)]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(CASES, st.integers(1, 30), st.integers(2, 5))
 def test_threads_change_nothing(random: Random, agents: int, threads: int) -> None:
     body, programs = drawn(random, agents=agents, automata=4, depth=3)
@@ -75,7 +75,7 @@ def test_threads_change_nothing(random: Random, agents: int, threads: int) -> No
     assert packed(serial) == packed(split)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(CASES)
 def test_a_snapshot_goes_on_as_before(random: Random) -> None:
     body, programs = drawn(random, agents=4, automata=4, depth=3)

@@ -151,7 +151,7 @@ PERCEPTS = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(data=st.data(), first=st.integers(0, 40))
 def test_the_interpreter_equals_the_reference(data: st.DataObject, first: int) -> None:
     made = data.draw(automata())

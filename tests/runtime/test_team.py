@@ -275,7 +275,7 @@ def _over(statistics: tuple[Statistic, ...], level: int) -> tuple[Statistic, ...
     return statistics if level == 0 else tuple(each for each in statistics if each.reading is None)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(CASES, st.integers(1, 5), st.integers(1, 3))
 def test_engines_equal_interpreters_in_teams(random: Random, robots: int, worlds: int) -> None:
     body = played(random, agents=robots * worlds, ticks=20)
@@ -298,7 +298,7 @@ def test_engines_equal_interpreters_in_teams(random: Random, robots: int, worlds
     assert paths(teams[0]) == paths(teams[1])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(CASES, st.integers(1, 4))
 def test_side_by_side_is_as_alone(random: Random, robots: int) -> None:
     """Two worlds with the same percepts go as one of them alone."""
@@ -341,7 +341,7 @@ class Led(Played):
 
 
 @pytest.mark.long
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(CASES, st.integers(1, 6), st.integers(1, 3))
 def test_kernels_lead_as_coordinators_do(random: Random, robots: int, worlds: int) -> None:
     body = played(random, agents=robots * worlds, ticks=20)

@@ -265,7 +265,7 @@ def bounds(number: int, member: RoleSpec) -> tuple[bool, bool]:
     return number >= member.least, member.most is None or number <= member.most
 
 
-@settings(deadline=None, max_examples=400)
+@settings(max_examples=400)
 @given(trees())
 def test_everybody_is_in_one_squad_and_every_role_within_its_bounds_or_it_is_one_error(
     made: Scenario,
@@ -311,7 +311,6 @@ def test_everybody_is_in_one_squad_and_every_role_within_its_bounds_or_it_is_one
         assert spelled.count in (msgspec.UNSET, len(found[name]))
 
 
-@settings(deadline=None)
 @given(st.integers(1, 20), st.integers(1, 5), st.lists(members(("a",)), min_size=1, max_size=3))
 def test_only_what_cannot_be_met_is_refused(robots: int, count: int, roles: list[RoleSpec]) -> None:
     made = scenario({"s": squad(count, **{"xyz"[at]: role for at, role in enumerate(roles)})}, ("a", robots))

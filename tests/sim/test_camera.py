@@ -269,7 +269,7 @@ def is_clear(segment: Segment, things: list[Thing]) -> bool:
     st.sampled_from([1.0, 200.0]),
     st.sampled_from([inf, 4.37]),
 )
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_blob_as_by_raster(
     scene: tuple[list[Thing], list[Segment]], view_deg: float, nearest: bool, least_px: float, limit_m: float
 ) -> None:

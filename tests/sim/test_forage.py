@@ -341,7 +341,7 @@ commands = st.lists(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 2**63 - 1), script=commands, beside=st.booleans())
 def test_food_is_conserved_and_the_robot_stays_inside(
     seed: int, script: list[dict[str, float]], beside: bool
@@ -359,7 +359,7 @@ def test_food_is_conserved_and_the_robot_stays_inside(
         assert 0 <= view.heading < tau
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 10_000), heading=st.floats(0, tau))
 def test_sensing_equals_a_plain_reference(seed: int, heading: float) -> None:
     world = Forage([seed, seed + 1], replace(ForageSettings(), sources=(0, 3)))

@@ -176,7 +176,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     )
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(scenarios(), st.integers(0, 2**63 - 1))
 def test_nothing_overlaps(scenario: Scenario, seed: int) -> None:
     try:

@@ -56,7 +56,7 @@ def test_written_and_read_again_it_is_the_same(name: str) -> None:
     assert text.startswith('understudy = "scenario"\nversion = 1\n')
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(scenarios(), st.text(st.characters(exclude_categories=["Cs"]), max_size=20))
 def test_any_scenario_is_the_same_again(scenario: Scenario, about: str) -> None:
     scenario = replace(scenario, about=about)
@@ -86,7 +86,7 @@ OPENED = {
 }
 
 
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(st.fixed_dictionaries({}, optional={**OPENED, "size": PLAIN, "a b": PLAIN}))
 def test_any_plain_values_are_the_same_again(document: dict[str, Any]) -> None:
     assert tomllib.loads(format_toml(document)) == document
@@ -261,20 +261,20 @@ def broken_values(draw: st.DrawFn) -> str:
     return format_toml(document)
 
 
-@settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow])
 @given(broken_bytes())
 def test_no_bytes_end_in_anything_but_one_error(content: bytes) -> None:
     read(content)
 
 
-@settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow])
 @given(broken_values())
 def test_no_values_end_in_anything_but_one_error(content: str) -> None:
     read(content)
 
 
 @pytest.mark.soak
-@settings(deadline=None, max_examples=20_000, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=20_000, suppress_health_check=[HealthCheck.too_slow])
 @given(broken_bytes() | broken_values())
 def test_no_file_ends_in_anything_but_one_error(content: str | bytes) -> None:
     read(content)

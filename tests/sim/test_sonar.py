@@ -199,7 +199,7 @@ def rays_to_bounds(pose: Disc, angles: Floats) -> float:
 
 
 @given(coordinates, coordinates, st.floats(0.1, 2.0), sectors, bests)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_disc_as_by_rays(x: float, y: float, radius: float, degrees: Degrees, best: float) -> None:
     """The nearest ray is within a step of the nearest point, and d² step² / r farther at most (from cos and sqrt)."""
     found = to_disc((x, y, radius), degrees, best)
@@ -214,7 +214,7 @@ def crosses_squarely(segment: Segment, angle: float) -> bool:
 
 
 @given(st.tuples(coordinates, coordinates, coordinates, coordinates), sectors, bests)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_segment_as_by_rays(segment: Segment, degrees: Degrees, best: float) -> None:
     """Rays towards the ends, too; in between the distance grows by d step² at most."""
     x0, y0, x1, y1 = segment
@@ -233,7 +233,7 @@ def test_segment_as_by_rays(segment: Segment, degrees: Degrees, best: float) -> 
 
 
 @given(st.floats(0.1, 9.9), st.floats(0.1, 5.9), angles, sectors, bests)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_bounds_as_by_rays(x: float, y: float, heading: float, degrees: Degrees, best: float) -> None:
     found = to_bounds((x, y, heading), degrees, best)
     expected = min(best, rays_to_bounds((x, y, heading), rays(degrees)))

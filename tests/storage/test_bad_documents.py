@@ -222,7 +222,7 @@ def test_cut_anywhere(length: int) -> None:
 
 
 @given(st.integers(0, len(DATA) - 1), st.binary(min_size=0, max_size=3))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_any_damage_is_an_error_or_still_a_document(at: int, put: bytes) -> None:
     """Never anything else than an error of ours, whatever bytes are damaged."""
     with suppress(FileError):

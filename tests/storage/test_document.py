@@ -32,7 +32,7 @@ def exact(value: Any) -> str:
 
 
 @given(taught())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_round_trip(original: TrainedAutomaton) -> None:
     data = encode_document(original)
     opened = decode_document(data, kit_of(original.automaton), path="x.json")
@@ -49,7 +49,7 @@ def test_round_trip(original: TrainedAutomaton) -> None:
 
 
 @given(taught())
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_a_document_can_be_looked_at_without_a_kit(original: TrainedAutomaton) -> None:
     opened = decode_document(encode_document(original), None, path="x.json").taught.automaton
     assert [str(bound) for bound in opened.features] == [str(bound) for bound in original.automaton.features]

@@ -17,7 +17,7 @@ from understudy.model.lesson import LearnerOptions
 from understudy.training.session import Session
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**32), count=st.integers(1, 60))
 def test_every_prefix(seed: int, count: int) -> None:
     random = Random(seed)
@@ -104,7 +104,7 @@ def known(taught: Session) -> Any:
     return repr((told(taught), view, raised))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.lists(st.sampled_from(ACTIONS), min_size=1, max_size=25))
 def test_a_session_that_is_killed_is_as_one_that_is_not(steps: list[Step]) -> None:
     """From a flag on that what was learned has raised."""
