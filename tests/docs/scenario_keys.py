@@ -51,7 +51,7 @@ from understudy.sim.scenario.squad_schema import (
     StrictStruct,
 )
 
-PAGE = ROOT / "docs" / "scenarios.md"
+PAGE = ROOT / "docs" / "reference" / "scenario-files.md"
 KEYS = (
     "<!-- keys: python -m tests.docs.scenario_keys puts here what the code says -->\n",
     "<!-- end of keys -->",

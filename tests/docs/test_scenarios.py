@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 
 import numpy as np
-from tests.docs.pages import blocks
+from tests.docs.pages import ROOT, blocks
 from tests.docs.renew import between
 from tests.docs.scenario_keys import KEYS, PAGE, PARTS, own_fields, table
 
@@ -16,11 +16,12 @@ from understudy.sim.scenario.files import parse_scenario, read_scenario_text
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.team.assignment import assign_team_members
 
+EXAMPLES = ROOT / "docs" / "scenarios.md"
 RENEW = "the keys changed; bring the page up to date with: python -m tests.docs.scenario_keys"
 
 
 def test_the_example_is_a_scenario() -> None:
-    example, *_ = (block for block in blocks(PAGE) if block.language == "toml")
+    example, *_ = (block for block in blocks(EXAMPLES) if block.language == "toml")
     scenario = parse_scenario(example.text)
     assert scenario.name == tomllib.loads(example.text)["name"]
     make_scenario_kit(scenario)
@@ -29,7 +30,7 @@ def test_the_example_is_a_scenario() -> None:
 
 def test_the_squads_shown_are_those_of_the_patrol_and_can_be() -> None:
     """First those that ship, then others for the same robots."""
-    _, shipped, others, _ = (block.text for block in blocks(PAGE) if block.language == "toml")
+    _, shipped, others, _ = (block.text for block in blocks(EXAMPLES) if block.language == "toml")
     whole = read_scenario_text("patrol")
     assert shipped in whole
     assign_team_members(parse_scenario(whole.replace("count = 4", "count = 13").replace(shipped, others)))
@@ -37,7 +38,7 @@ def test_the_squads_shown_are_those_of_the_patrol_and_can_be() -> None:
 
 def test_the_boxes_shown_are_those_that_ship() -> None:
     """Line by line, but for what the targets are in words; their headings too."""
-    *_, shown = (block.text for block in blocks(PAGE) if block.language == "toml")
+    *_, shown = (block.text for block in blocks(EXAMPLES) if block.language == "toml")
     whole = read_scenario_text("boxes").splitlines()
     for line in filter(None, shown.splitlines()):
         assert any(each.startswith(line.removesuffix(" }")) for each in whole), line
