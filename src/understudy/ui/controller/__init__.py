@@ -1,1 +1,1 @@
-"""The trainer: teaching a robot as a person does it, in real time, for whatever shows it and takes the keys."""
+"""The trainer: a session in real time, with everything that a user interface shows and controls."""

@@ -85,9 +85,9 @@ class RobotArming:
             self._twin.fleet.hold_key(HELD_S if holding else 0.0)
 
     def idle(self) -> bool:
-        """Command rest where no tick came for its length, and disarm where nobody was heard for SILENT_S.
+        """Command rest if no tick came for its length; disarm after SILENT_S without a sign of the person.
 
-        Returns whether there is something new to draw.
+        Return whether there is something new to draw.
         """
         if self._twin is None:
             return False

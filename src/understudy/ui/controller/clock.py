@@ -22,7 +22,7 @@ LONGEST_STALL_S = 0.25
 
 
 def check_speed(speed: float, where: str, *, live: bool = False) -> float:
-    """A speed that there is; SettingError where it is another. Time that is `live` passes as in life."""
+    """Return a speed that is available; SettingError for others. A `live` clock has only real time."""
     if live and speed != 1.0:
         problem = f"is {speed:g}, but real robots run in real time"
         raise SettingError(where=where, setting="speed", problem=problem, remedy="leave it at 1")
@@ -34,7 +34,7 @@ def check_speed(speed: float, where: str, *, live: bool = False) -> float:
 
 
 class RealTimeClock:
-    """The world's clockwork; it stands still at first. Where it is `live`, late ticks are not made up for."""
+    """The clock of a world, paused at first. A `live` clock does not make up for late ticks."""
 
     def __init__(self, wall: WallClock, *, tick_s: float, live: bool = False) -> None:
         self.speed, self.live = 1.0, live
@@ -45,27 +45,27 @@ class RealTimeClock:
 
     @property
     def time_s(self) -> float:
-        """The demonstrator's time, s: real time, without the pauses."""
+        """The demonstrator's time, s: real time without the pauses."""
         self._advance()
         return self._time_s
 
     def resume(self) -> None:
-        """Let time pass."""
+        """Resume the clock."""
         self._advance()
         self._going = True
 
     def stop(self) -> None:
-        """Let time stand still."""
+        """Pause the clock."""
         self._advance()
         self._going = False
         self._owed_s = 0.0
 
     def step(self) -> None:
-        """One tick is taken while time stands still."""
+        """Note that one tick was taken while paused."""
         self._time_s += self._tick_s
 
     def ticks(self) -> Iterator[None]:
-        """Once for each tick to take now; as fast as it goes, as many as fit into a beat, and one at least."""
+        """Yield once for each tick that is due; at full speed, as many as fit into a beat, but at least one."""
         if not isinf(self.speed):
             yield from (None for _ in range(self.count_due_ticks()))
             return
@@ -76,7 +76,7 @@ class RealTimeClock:
                 return
 
     def count_due_ticks(self) -> int:
-        """Ticks to take now, where the speed is a number."""
+        """Count the ticks that are due at a given speed."""
         self._advance()
         ticks = int(self._owed_s / self._tick_s + 1e-6)
         most = 1 if self.live else max(1, ceil(LONGEST_STALL_S * self.speed / self._tick_s))
@@ -84,12 +84,12 @@ class RealTimeClock:
         return min(ticks, most)
 
     def faster(self) -> None:
-        """The next higher speed, if there is one."""
+        """Change to the next higher speed, if there is one."""
         faster = SPEEDS[min(SPEEDS.index(self.speed) + 1, len(SPEEDS) - 1)]
         self.speed = check_speed(faster, "the trainer", live=self.live)
 
     def slower(self) -> None:
-        """The next lower speed, if there is one."""
+        """Change to the next lower speed, if there is one."""
         slower = SPEEDS[max(SPEEDS.index(self.speed) - 1, 0)]
         self.speed = check_speed(slower, "the trainer", live=self.live)
 
@@ -106,7 +106,7 @@ class RealTimeClock:
 
 
 class IdleWorld:
-    """A world in real time, without a trainer."""
+    """A world in real time without a trainer."""
 
     def __init__(self, world: Ground, wall: WallClock) -> None:
         self._world, self.pace = (
@@ -116,7 +116,7 @@ class IdleWorld:
         self.paused = True
 
     def pause(self, paused: bool) -> None:
-        """Let time stand still, or go on."""
+        """Pause or resume the world."""
         self.paused = paused
         (self.pace.stop if paused else self.pace.resume)()
 
@@ -127,6 +127,6 @@ class IdleWorld:
             yield
 
     def step(self) -> None:
-        """One tick, then time stands still."""
+        """Take one tick, then pause."""
         self.pause(True)
         self._world.act({})

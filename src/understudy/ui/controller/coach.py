@@ -1,4 +1,4 @@
-"""The coach of a trainer: what to show next, set up on a key, and the robot that asks where it is unsure."""
+"""The coach of a trainer: suggestions, situations that are set up on request, and questions about uncertain decisions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ AS_GOOD_S = 0.1
 
 
 class AdviceReport(NamedTuple):
-    """What the coach says of a lesson: advice, most useful first, and how late presses seem to come."""
+    """The coach's report on a lesson: advice, most useful first, and an estimate of how late presses come."""
 
     lesson: Lesson
     advice: tuple[Advice, ...]
@@ -45,7 +45,7 @@ class AdviceReport(NamedTuple):
 
     @property
     def new_reaction_estimate(self) -> ReactionEstimate | None:
-        """How late presses seem to come, where the lesson does not take that for granted already."""
+        """The estimate of how late presses come, unless the lesson is set to it already."""
         late, now = self.late, self.lesson.options.reaction_s
         fits = late is None or late.least_s <= now <= late.most_s or abs(late.reaction_s - now) < AS_GOOD_S
         return None if fits else late
@@ -63,7 +63,7 @@ def _advised(
 
 
 class CoachController:
-    """Advice on one session's lesson, made again only when the lesson changed; `asking` is off at first."""
+    """Advice on one session's lesson, computed again only when the lesson changed; `asking` is off at first."""
 
     def __init__(self, session: Session, why: DecisionExplainer) -> None:
         self.asking = UncertaintyQueries(session, QueryPolicy.NEVER)
@@ -79,10 +79,10 @@ class CoachController:
     def compute_report(
         self, beside: Executor | None = None, *, patience_s: float | None = None
     ) -> AdviceReport | None:
-        """What there is to say of the lesson as it stands.
+        """Compute the report on the current lesson.
 
-        A large lesson takes a while. Given where to make it `beside` the world, it is waited for `patience_s` at most,
-        and None until it is made.
+        This takes a while for a large lesson. With an executor, `beside`, it waits for at most `patience_s`, and
+        returns None until the report is ready.
         """
         lesson, transitions = self._explainer.learn_lesson()
         if self.last_report is not None and self.last_report.lesson is lesson:
@@ -111,12 +111,12 @@ class CoachController:
         return self.last_report
 
     def advice(self) -> tuple[Advice, ...]:
-        """What the lesson lacks as it stands, most useful first."""
+        """List what the current lesson lacks, most useful first."""
         said = self.compute_report()
         return () if said is None else said.advice
 
     def next_place(self) -> Advice:
-        """The next advice that is about a place, in turn; SessionError where there is none."""
+        """Return the next advice that has a situation, in turn; SessionError if there is none."""
         places = [each for each in self.advice() if each.region is not None]
         if not places:
             said = [each.sentence for each in self.advice()] or ["the lesson is consistent"]
@@ -125,7 +125,7 @@ class CoachController:
         return places[(self._next - 1) % len(places)]
 
     def confirm_press(self, number: int) -> None:
-        """A press that looks like a slip was meant: it is asked about again only once more speaks against it."""
+        """Note that a press that looks like a slip was intended; it is asked about again only if the doubt grows."""
         said = () if self.last_report is None else self.last_report.advice
         doubts = {each.examples[0]: each.doubt for each in said if each.kind is AdviceKind.SLIP}
         if number not in doubts:
@@ -136,14 +136,14 @@ class CoachController:
     # Asking
 
     def cycle_query_policy(self) -> str:
-        """Go on to the next way of asking; what it is now."""
+        """Change to the next way of asking, and return its name."""
         asking = self.asking
         asking.when = TURN[(TURN.index(asking.when) + 1) % len(TURN)]
         return WHEN_SAID[asking.when]
 
     @property
     def question(self) -> Question | None:
-        """The question that waits for an answer: until somebody pressed, or time goes on."""
+        """The question that waits for an answer: until a press comes, or the run continues."""
         question, session = self._question, self._session
         if question is None or not session.paused or session.mode is not Mode.TESTING:
             return None
@@ -163,7 +163,7 @@ OTHER_WORLDS = 4
 
 
 def set_up_advised_situation(trainer: Trainer, wanted: Advice | None = None) -> SetupResult:
-    """Set up the situation that advice is about (None: the next that is about one); nothing is recorded."""
+    """Set up the situation of advice (None: of the next one that has a situation); nothing is recorded."""
     chosen = trainer.coach.next_place() if wanted is None else wanted
     if trainer.driving:
         trainer.drive()
@@ -178,7 +178,7 @@ def set_up_advised_situation(trainer: Trainer, wanted: Advice | None = None) -> 
 
 @keep_status
 def pause_for_question(trainer: Trainer, question: Question) -> StatusMessage:
-    """Let time stand still at a question; going on is an answer, too."""
+    """Pause at a question; resuming is an answer, too."""
     if not trainer.paused:
         trainer.pause()
     trainer.coach.question = question
@@ -187,9 +187,9 @@ def pause_for_question(trainer: Trainer, question: Question) -> StatusMessage:
 
 @keep_status
 def answer_question(trainer: Trainer, state: str | None) -> StatusMessage:
-    """Answer the question that waits: the press (None: confirm) is recorded, and it decides by itself again.
+    """Answer the waiting question: record the press (None: confirm), and continue testing.
 
-    It goes on where it is, not afresh: what was learned of the answer counts from the next tick on.
+    The automaton continues where it is. The answer takes effect from the next tick on.
     """
     session = trainer.session
     if state is None:
@@ -212,7 +212,7 @@ def answer_question(trainer: Trainer, state: str | None) -> StatusMessage:
 
 @keep_status
 def change_reaction_time(trainer: Trainer, reaction_s: float) -> StatusMessage:
-    """Choose how late presses come, s; examples are computed again from the record."""
+    """Change the assumed reaction time, s; examples are computed again from the record."""
     trainer.session.change_design(options=replace(trainer.session.lesson.options, reaction_s=reaction_s))
     trainer.refresh_view()
     return StatusMessage(f"Reaction time is {reaction_s:g} s from now on; undo reverts this")
@@ -220,7 +220,7 @@ def change_reaction_time(trainer: Trainer, reaction_s: float) -> StatusMessage:
 
 @keep_status
 def correct_slip(trainer: Trainer, number: int, next: str) -> StatusMessage:
-    """Say what a press was meant for."""
+    """Correct a press to the state that was intended."""
     trainer.session.correct_slip(number, next)
     trainer.refresh_view()
     return StatusMessage(f"Example {number} goes to {next} now; undo reverts this")
@@ -228,13 +228,13 @@ def correct_slip(trainer: Trainer, number: int, next: str) -> StatusMessage:
 
 @keep_status
 def confirm_doubted_press(trainer: Trainer, number: int) -> StatusMessage:
-    """Say that a press that looks like a slip was meant."""
+    """Confirm a press that looks like a slip."""
     trainer.coach.confirm_press(number)
     return StatusMessage(f"Example {number} is kept as it is")
 
 
 @keep_status
 def change_query_policy(trainer: Trainer, when: QueryPolicy) -> StatusMessage:
-    """Choose what it does in testing where it is unsure."""
+    """Change what happens in testing at uncertain decisions."""
     trainer.coach.asking.when = when
     return StatusMessage(WHEN_SAID[when])

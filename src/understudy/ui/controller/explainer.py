@@ -1,4 +1,4 @@
-"""Why the robot does what it does, in words: the decision now, and the last switch it made by itself."""
+"""Explanations in words: the present decision, and the last switch that the automaton made by itself."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MOST_SWITCHES = 1_000
 
 @dataclass(frozen=True, slots=True)
 class SwitchEvent:
-    """A switch that what was learned made by itself, on whatever level: `call` is how its automaton ran."""
+    """A switch that a learned automaton made, on any level; `call` is the automaton with its targets."""
 
     automaton: str
     call: str
@@ -40,12 +40,12 @@ class SwitchEvent:
 
     @property
     def time_s(self) -> float:
-        """When, s of the world's time."""
+        """The time of the switch on the world's clock, s."""
         return self.query.time_s
 
 
 class DecisionExplainer:
-    """Explains one session; what the lesson says is learned again only when the lesson changed."""
+    """Explains the decisions of one session; the lesson is learned again only when it changed."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -56,7 +56,7 @@ class DecisionExplainer:
         self._followed: Interpreter | None = None
 
     def observe_next_tick(self) -> None:
-        """Remember the switches of the tick to come, on all levels."""
+        """Record the switches of the next tick, on all levels."""
         trainee = self._session.trainee
         if self._followed is not trainee:  # the lesson changed, or what it stands for
             self._followed = trainee
@@ -75,24 +75,24 @@ class DecisionExplainer:
 
     @property
     def last_switch(self) -> SwitchEvent | None:
-        """The last switch of the automaton under training."""
+        """The last switch of the automaton in training."""
         name = self._session.automaton.name
         return next((each for each in reversed(self._switches) if each.automaton == name), None)
 
     def clear(self) -> None:
-        """What happened before says nothing about now."""
+        """Forget all switches."""
         self._switches.clear()
 
     def list_switches_before(self, time_s: float) -> list[SwitchEvent]:
-        """The switches of this run before a time of the world, to be remembered once the run went back there."""
+        """List the switches of this run before a time of the world, for `restore_switches` after a rewind."""
         return [each for each in self._switches if each.time_s < time_s]
 
     def restore_switches(self, switches: Sequence[SwitchEvent]) -> None:
-        """These are the switches of this run so far."""
+        """Set the switches of this run so far."""
         self._switches = deque(switches, MOST_SWITCHES)
 
     def learn_lesson(self) -> tuple[Lesson, Mapping[str, Transition]]:
-        """The lesson as it stands, and what was learned from it; both the same objects until it changes."""
+        """Return the current lesson and what is learned from it; both are the same objects until the lesson changes."""
         session = self._session
         key = (session.examples, session.automaton)
         if not self._for or any(new is not old for new, old in zip(key, self._for, strict=True)):
@@ -101,18 +101,18 @@ class DecisionExplainer:
         return self._lesson, self._transitions
 
     def explain_decision(self, state: str, values: Sequence[float]) -> Explanation:
-        """What the lesson as it stands decides in a state for a feature vector."""
+        """Explain what the current lesson decides in a state for a feature vector."""
         self.learn_lesson()
         return explain(self._lesson, state, values, self._transitions.get(state))
 
     def describe_rules(self) -> list[tuple[str, str]]:
-        """What was learned so far: (state, when it is left), a pair per condition."""
+        """Describe the learned rules: pairs of a state and a condition on which it is left."""
         taught = self._taught(self.learn_lesson()[0].automaton.name)
         found = describe_transitions(taught.automaton, taught.lesson)
         return [(state, format_condition(line)) for state, lines in found.items() for line in lines]
 
     def explain_levels(self) -> tuple[LevelExplanation, ...]:
-        """What every level, from the automaton under training down, would decide now by what was learned, and why."""
+        """Explain the present decision of every level, from the automaton in training down."""
         session = self._session
         asked = session.trainee.list_queries(session.percept, session.body, session.agent)
         return tuple(self._level(machine, tuple(values)) for machine, values in asked)
@@ -126,7 +126,7 @@ class DecisionExplainer:
         return LevelExplanation(call, machine.state_name, machine.entered, decision, None, machine.flag)
 
     def explain_last_switch(self) -> tuple[SwitchEvent, DecisionReason] | None:
-        """The last switch of any level, of several in a tick that of the highest; and why, by what is known now."""
+        """Explain the last switch of any level; of several in one tick, that of the highest level."""
         if not self._switches:
             return None
         latest = self._switches[-1].time_s
@@ -142,7 +142,7 @@ class DecisionExplainer:
         return self._session.library.taught[name]
 
     def format_lines(self, view: SessionView) -> list[str]:
-        """The explanation in sentences."""
+        """Format the explanation as sentences."""
         values = tuple(view.features.values())
         now = self.explain_decision(view.state, values) if view.flag is None else None
         if view.mode is Mode.TRAINING:

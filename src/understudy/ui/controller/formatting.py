@@ -1,4 +1,4 @@
-"""How the trainer speaks of values and examples: units, angles in degrees with a sign, one line each."""
+"""Formatting of values and examples for display: units, angles in degrees with a sign, one line each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SPARKS = "▁▂▃▄▅▆▇█"
 
 
 def parse_displayed_value(bound: BoundFeature, text: str) -> float:
-    """A value as it is said, with its unit or without: the other way round."""
+    """Parse a value as it is displayed, with or without its unit."""
     said = text.strip().replace("−", "-")
     if said in ("", ABSENT):
         return nan
@@ -41,12 +41,12 @@ def parse_displayed_value(bound: BoundFeature, text: str) -> float:
 
 
 def format_example(example: Example) -> str:
-    """What an example says: "forward → done", or "forward stays"."""
+    """Format an example: "forward → done", or "forward stays"."""
     return f"{example.state} stays" if example.state == example.next else f"{example.state} → {example.next}"
 
 
 def format_recorded_press(examples: Sequence[Example], features: Sequence[BoundFeature]) -> str:
-    """What one press showed: "forward → rotate_left, angle_to(A) = 31°, with its default"."""
+    """Format the examples of one press: "forward → rotate_left, angle_to(A) = 31°, with its default"."""
     first = examples[0]
     parts = [f"{first.state} confirmed" if first.kind is ExampleKind.CONFIRMATION else format_example(first)]
     if features:
@@ -57,7 +57,7 @@ def format_recorded_press(examples: Sequence[Example], features: Sequence[BoundF
 
 
 def format_switch(name: str, before: SessionView, after: SessionView, *, driving: bool) -> str:
-    """What a switch came to that no press showed; "" where nothing is to be said of it."""
+    """Describe a switch without an example, such as a raised flag; "" if there is nothing to say."""
     if before.state == after.state:
         return ""
     if before.waiting is not None:
@@ -68,20 +68,20 @@ def format_switch(name: str, before: SessionView, after: SessionView, *, driving
 
 
 def format_speed(times: float) -> str:
-    """How fast the world goes: 4 times as fast as in life."""
+    """Format a speed: "4 × real time"."""
     if times == inf:
         return "As fast as possible"
     return "Real time" if times == 1 else f"{times:g} × real time"
 
 
 def format_minutes(seconds: float) -> str:
-    """Minutes and seconds: 0:48.3."""
+    """Format minutes and seconds: "0:48.3"."""
     tenths = round(seconds * 10)
     return f"{tenths // 600}:{tenths // 10 % 60:02d}.{tenths % 10}"
 
 
 def format_sparkline(bound: BoundFeature, numbers: Sequence[float], width: int) -> str:
-    """The last values as little bars; angles from −180° to 180°, others between their least and most."""
+    """Draw the last values as small bars: angles from −180° to 180°, others between their extremes."""
     shown = list(numbers)[-width:]
     if is_angle(bound):
         shown = [float("nan") if isnan(number) else float(around_zero(degrees(number))) for number in shown]
@@ -98,13 +98,13 @@ def _bar(number: float, low: float, high: float) -> str:
 
 
 def format_targets(view: SessionView) -> str:
-    """What the parameters stand for: "(A = station)", or nothing."""
+    """Format the targets of the parameters: "(A = station)", or nothing."""
     inside = ", ".join(f"{parameter} = {target}" for parameter, target in view.targets.items())
     return f"({inside})" if inside else ""
 
 
 def format_saved_message(path: Path, worse: tuple[str, ...]) -> str:
-    """That it is saved, and what no longer works."""
+    """Say that the automaton is saved, and which outcomes are no longer reached."""
     if not worse:
         return f"Saved in {path}"
     more = (

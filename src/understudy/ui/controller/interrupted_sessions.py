@@ -1,4 +1,4 @@
-"""The journals of a library's sessions: where they lie, which was cut off, what becomes of them.
+"""The journals of a library's sessions: their files, and which sessions were interrupted.
 
 library/.journals/goto-2026-11-21-10.15.00.journal      a session that runs, or was killed
 library/.journals/goto-2026-11-21-09.50.12.ended        one that ended: the last few are kept
@@ -31,7 +31,7 @@ KEPT = 5
 
 @dataclass(frozen=True, slots=True)
 class InterruptedSession:
-    """A session that was cut off before what it showed was saved."""
+    """A session that was interrupted with unsaved examples."""
 
     path: Path
     began: datetime
@@ -41,7 +41,7 @@ class InterruptedSession:
 
 
 def make_journal_path(library: Path, name: str, *, now: datetime) -> Path:
-    """Where the journal of a session that begins now goes."""
+    """Make the path of the journal of a session that begins now."""
     folder = library / FOLDER
     with convert_os_errors(folder, "making the folder of journals"):
         folder.mkdir(parents=True, exist_ok=True)
@@ -53,7 +53,7 @@ def make_journal_path(library: Path, name: str, *, now: datetime) -> Path:
 def find_interrupted_session(
     library: Path, name: str, world: str, opened: Library
 ) -> InterruptedSession | None:
-    """The newest session of an automaton in this world that was killed with something shown and not saved."""
+    """Find the newest interrupted session of an automaton in this world that has unsaved examples."""
     for path in reversed(_of(library, name, RUNNING)):
         lock = JournalLock.try_acquire(path)
         if lock is None:
@@ -77,7 +77,7 @@ def find_interrupted_session(
 
 
 def list_interrupted_sessions(library: Path, world: str, opened: Library) -> dict[str, InterruptedSession]:
-    """By name, the newest session of each automaton in this world that was killed with something not saved."""
+    """List, by name, the newest interrupted session of each automaton in this world that has unsaved changes."""
     folder = library / FOLDER
     if not folder.is_dir():
         return {}
@@ -88,7 +88,7 @@ def list_interrupted_sessions(library: Path, world: str, opened: Library) -> dic
 
 
 def finish_journal(path: Path, library: Path, name: str) -> Path:
-    """A session ended as it should, or is not wanted any more: mark its journal, and drop the oldest such."""
+    """Mark the journal of a session as ended, and delete the oldest ended ones."""
     ended = path.with_suffix(ENDED)
     with convert_os_errors(path, "marking the journal as ended"):
         path.rename(ended)
@@ -98,13 +98,13 @@ def finish_journal(path: Path, library: Path, name: str) -> Path:
 
 
 def reopen_journal(ended: Path) -> None:
-    """A session that was marked as ended is cut off again."""
+    """Mark an ended session as interrupted again."""
     with convert_os_errors(ended, "marking the journal as cut off"):
         ended.rename(ended.with_suffix(RUNNING))
 
 
 def is_same_lesson(first: Lesson, second: Lesson) -> bool:
-    """Whether two lessons hold the same examples, choices and options, wherever their records lie."""
+    """Return whether two lessons have the same examples, design and options, apart from their records."""
     chosen = [(each.automaton, each.options, each.outcomes) for each in (first, second)]
     return chosen[0] == chosen[1] and (
         [_kept(first, index) for index in range(len(first.examples))]

@@ -1,4 +1,4 @@
-"""Which key directs to which state: arrows for the obvious ones, digits, then letters no command uses."""
+"""The keys of states: arrows where the direction is obvious, digits, then letters that no command uses."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ ARROWS: Mapping[str, str] = {"up": "↑", "down": "↓", "left": "←", "right":
 
 @dataclass(frozen=True, slots=True)
 class KeyBindings:
-    """Keys by what they lead to; `arrows` are a second key for some. `leads` is the way back."""
+    """The keys of names; `arrows` are second keys for some. `leads` is the inverse."""
 
     plain: Mapping[str, str]
     arrows: Mapping[str, Arrow]
 
     @property
     def leads(self) -> dict[str, str]:
-        """From a key to what it leads to."""
+        """The name that each key selects."""
         return {key: name for keys in (self.plain, self.arrows) for name, key in keys.items()}
 
     def label(self, name: str) -> str:
-        """The keys of a name, two characters: "↑1", " 4"."""
+        """Return the keys of a name as two characters: "↑1", " 4"."""
         return ARROWS.get(self.arrows.get(name, ""), " ") + self.plain.get(name, " ")
 
 
 def bind_state_keys(library: Library, states: Sequence[State]) -> KeyBindings:
-    """Keys for the states of an automaton; 0 is its start state."""
+    """Assign keys to the states of an automaton; 0 is its start state."""
     start, *others = states
     plain = {start.name: "0", **_counted([state.name for state in others])}
     behaviors = {state.name: _basic(library, state.behavior) for state in others}
@@ -45,7 +45,7 @@ def bind_state_keys(library: Library, states: Sequence[State]) -> KeyBindings:
 
 
 def bind_drive_keys(behaviors: Sequence[Behavior]) -> KeyBindings:
-    """Keys for basic behaviors that the robot is driven with."""
+    """Assign keys to the basic behaviors with which the robot is driven."""
     return KeyBindings(
         _counted([behavior.name for behavior in behaviors]),
         _arrows({behavior.name: behavior for behavior in behaviors}),
@@ -65,7 +65,7 @@ def _basic(library: Library, name: str | None) -> Behavior | None:
 
 
 def _arrows(behaviors: Mapping[str, Behavior | None]) -> dict[str, Arrow]:
-    """An arrow for the first name that drives or turns that way, and does nothing else."""
+    """Assign an arrow to the first name that drives or turns in its direction and does nothing else."""
     found: dict[str, Arrow] = {}
     for name, behavior in behaviors.items():
         arrow = _arrow(behavior)

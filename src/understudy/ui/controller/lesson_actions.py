@@ -21,7 +21,7 @@ BY_HAND = "Put into quarantine by hand."
 
 @keep_status
 def quarantine_examples(trainer: Trainer, numbers: Sequence[int]) -> StatusMessage:
-    """Let examples teach nothing for now: for what speaks against them, or because somebody wants it."""
+    """Put examples into quarantine, with the evidence against them, or as a person's choice."""
     judgement = trainer.session.correction_diagnosis
     reasons = {} if judgement is None else judgement.reasons
     trainer.session.quarantine({number: reasons.get(number, BY_HAND) for number in numbers})
@@ -31,14 +31,14 @@ def quarantine_examples(trainer: Trainer, numbers: Sequence[int]) -> StatusMessa
 
 @keep_status
 def release_examples(trainer: Trainer, numbers: Sequence[int]) -> StatusMessage:
-    """Let examples teach again."""
+    """Take examples out of quarantine."""
     trainer.session.quarantine(dict.fromkeys(numbers, ""))
     trainer.refresh_view()
     return StatusMessage(f"{_examples(numbers)} out of quarantine; undo reverts this")
 
 
 def _examples(numbers: Sequence[int]) -> str:
-    """Examples by number, with the verb: "Example 3 is", "Examples 3 and 5 are"."""
+    """Name examples with a verb: "Example 3 is", "Examples 3 and 5 are"."""
     return (
         f"Example {numbers[0]} is" if len(numbers) == 1 else f"Examples {join_names(map(str, numbers))} are"
     )
@@ -46,7 +46,7 @@ def _examples(numbers: Sequence[int]) -> str:
 
 @keep_status
 def add_expectation_here(trainer: Trainer, flag: str, within_s: float) -> StatusMessage:
-    """Let the lesson promise that from here on, started afresh, the automaton raises a flag in time."""
+    """Add an expected outcome: restarted at this moment, the automaton raises a flag in time."""
     outcome = expectations.add_expectation(trainer.session, flag=flag, within_s=within_s)
     trainer.refresh_view()
     return StatusMessage(f"Expected from here: {outcome}; undo reverts this")
@@ -54,7 +54,7 @@ def add_expectation_here(trainer: Trainer, flag: str, within_s: float) -> Status
 
 @keep_status
 def remove_expectation(trainer: Trainer, number: int) -> StatusMessage:
-    """Let the lesson no longer promise its outcome of this number, from 0."""
+    """Remove the expected outcome with this number, from 0."""
     outcome = find_expectation(trainer, number)
     kept = trainer.session.lesson.outcomes
     trainer.session.change_design(outcomes=(*kept[:number], *kept[number + 1 :]))
@@ -63,7 +63,7 @@ def remove_expectation(trainer: Trainer, number: int) -> StatusMessage:
 
 
 def find_expectation(trainer: Trainer, number: int) -> Expectation:
-    """The outcome of this number; SessionError where there is none."""
+    """Find the expected outcome with this number; SessionError if there is none."""
     kept = trainer.session.lesson.outcomes
     if not 0 <= number < len(kept):
         raise SessionError(f"{trainer.name} has no outcome {number + 1}: it has {len(kept)}")
@@ -71,13 +71,13 @@ def find_expectation(trainer: Trainer, number: int) -> Expectation:
 
 
 def preview_pruning(trainer: Trainer, pruning: float | None = None) -> SimplifyPreview:
-    """What pruning the lesson as it stands would come to; nothing is changed."""
+    """Preview the effect of pruning the current lesson; nothing is changed."""
     return preview_simplification(trainer.session.make_trained_automaton(), pruning)
 
 
 @keep_status
 def change_pruning(trainer: Trainer, pruning: float) -> StatusMessage:
-    """Learn the lesson with a pruning from now on; 0 takes it back."""
+    """Learn the lesson with a pruning from now on; 0 turns pruning off."""
     lesson = get_simplifiable_lesson(trainer.session.make_trained_automaton())
     trainer.session.change_design(options=replace_pruning(lesson, pruning).options)
     trainer.refresh_view()

@@ -1,4 +1,4 @@
-"""Opening a session for the trainer: a new one, or one that was cut off, each with its journal."""
+"""Opening a session for the trainer: a new one or an interrupted one, each with its journal."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from understudy.ui.controller.training_plan import SessionStart, TrainingPlan
 
 
 class OpenSession:
-    """A trainer, and the journal behind it, which nobody else can write until this is closed."""
+    """A trainer with its journal, which no other session can write until this one is closed."""
 
     def __init__(self, trainer: Trainer, journal: Path) -> None:
         self.trainer, self.journal = trainer, journal
         self._closed = False
 
     def close(self) -> None:
-        """Put everything on disk and let go of the journal; once is enough."""
+        """Write everything to disk and release the journal; later calls do nothing."""
         if not self._closed:
             self._closed = True
             self.trainer.session.close()
@@ -42,7 +42,7 @@ def begin_session(
     agent: int = 0,
     now: datetime | None = None,
 ) -> OpenSession:
-    """A new session, with a journal that begins now; in a world of its own, or in one that is there as it is."""
+    """Begin a session with a new journal, in a world of its own or in an existing one as it is."""
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = _ground(body)
     pace = RealTimeClock(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
@@ -66,7 +66,7 @@ def begin_session(
 def resume_session(
     plan: TrainingPlan, journal: Path, wall: WallClock, *, body: Ground | CoordinatorBody | None = None
 ) -> OpenSession:
-    """A session that was cut off goes on, paused; a world that is there becomes as it was then."""
+    """Resume an interrupted session, paused; an existing world becomes as it was then."""
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = _ground(body)
     pace = RealTimeClock(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
@@ -79,7 +79,7 @@ def resume_session(
 
 
 def _ground(body: Ground | CoordinatorBody) -> Ground:
-    """What is looked at: for squads that of their robots."""
+    """Return the body to display: for squads, that of their robots."""
     ground = body.ground if isinstance(body, CoordinatorBody) else body
     if not isinstance(ground, World | DigitalTwin):
         raise SessionError("a desk needs a world, or robots of one")
@@ -87,7 +87,7 @@ def _ground(body: Ground | CoordinatorBody) -> Ground:
 
 
 def _follow(session: Session, ground: Ground) -> None:
-    """Let real robots tell and record what is decided."""
+    """Let real robots publish and record the decisions."""
     if not isinstance(ground, DigitalTwin):
         return
     body, ran = session.body, RunInfo(library="", binding=dict(session.view().targets))

@@ -1,4 +1,4 @@
-"""What the trainer says."""
+"""The status line of a user interface."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ Tone: TypeAlias = Literal["", "recorded", "correction", "error"]
 
 @dataclass(frozen=True, slots=True)
 class StatusMessage:
-    """The last thing the trainer said."""
+    """A sentence for the status line."""
 
     text: str
     tone: Tone = ""
 
 
 class Speaker(Protocol):
-    """Has what was said last."""
+    """An object that holds the current status."""
 
     status: StatusMessage
 
@@ -31,7 +31,7 @@ P = ParamSpec("P")
 def keep_status(
     action: Callable[Concatenate[S, P], StatusMessage],
 ) -> Callable[Concatenate[S, P], StatusMessage]:
-    """Let the sentence that an action returns be what its first argument said last."""
+    """Make an action store the message that it returns as the status of its first argument."""
 
     @wraps(action)
     def act(speaker: S, /, *args: P.args, **named: P.kwargs) -> StatusMessage:

@@ -1,6 +1,6 @@
-"""The trainer: a session, with all that a person does at it and is told about it, without a terminal.
+"""The trainer: a session with all actions and displays of a user interface, independent of any screen.
 
-Every action says in one sentence what came of it (`status`); UnderstudyError where it cannot be taken.
+Every action returns its result in one sentence (`status`), or raises an UnderstudyError if it is not possible.
 """
 
 from __future__ import annotations
@@ -36,25 +36,25 @@ READINGS = 60
 
 
 class RecentHistory:
-    """The last moments of a run, forgotten where the world begins anew."""
+    """The last moments of a run, cleared when a world begins."""
 
     def __init__(self) -> None:
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
         self._readings: dict[str, deque[float]] = {}
 
     def append(self, x: float, y: float, view: SessionView) -> None:
-        """A tick passed."""
+        """Add a tick."""
         if not self.trail or (self.trail[-1][0] - x) ** 2 + (self.trail[-1][1] - y) ** 2 > 0.01:
             self.trail.append((x, y))
         for label, number in view.features.items():
             self._readings.setdefault(label, deque(maxlen=READINGS)).append(number)
 
     def readings(self, label: str) -> Sequence[float]:
-        """The last values of a feature, oldest first."""
+        """Return the last values of a feature, oldest first."""
         return tuple(self._readings.get(label, ()))
 
     def clear(self) -> None:
-        """Another world."""
+        """Clear the history."""
         self.trail.clear()
         self._readings.clear()
 
@@ -97,32 +97,32 @@ class Trainer:
 
     @property
     def name(self) -> str:
-        """The automaton under training."""
+        """The name of the automaton in training."""
         return self.session.automaton.name
 
     @property
     def features(self) -> Sequence[BoundFeature]:
-        """The features chosen for the lesson."""
+        """The features of the lesson."""
         return self.session.automaton.features
 
     @property
     def paused(self) -> bool:
-        """Whether the person let time stand still."""
+        """Whether the person paused the run."""
         return self.session.paused
 
     @property
     def view(self) -> WorldView:
-        """The world, for drawing."""
+        """Return the world, for drawing."""
         return self.body.view(self.session.agent // self.body.robots)
 
     @property
     def robot(self) -> int:
-        """Which robot of its world is taught."""
+        """The index of the robot that is trained, in its world."""
         return self.session.agent % self.body.robots
 
     @property
     def has_unsaved_changes(self) -> bool:
-        """Whether the lesson is not as the library has it."""
+        """Whether the lesson differs from the one in the library."""
         session, saved = self.session, self._saved
         key = (session.examples, session.automaton, saved)
         if self._compared is None or any(
@@ -134,13 +134,13 @@ class Trainer:
 
     @property
     def can_watch(self) -> bool:
-        """Whether the lesson takes silence for consent."""
+        """Whether the lesson learns from silence."""
         return self._options.watched
 
     # Time
 
     def run_due_ticks(self) -> bool:
-        """Take the ticks that are due; whether there were any."""
+        """Take the ticks that are due, and return whether there were any."""
         return sum(1 for _ in self.ticks()) > 0
 
     def ticks(self) -> Iterator[None]:
@@ -152,7 +152,7 @@ class Trainer:
                 return
 
     def tick(self) -> None:
-        """One tick, and what it showed."""
+        """Take one tick, and set the status to its result."""
         if (question := self.coach.asking.find_question()) is not None:
             pause_for_question(self, question)
             return
@@ -172,13 +172,13 @@ class Trainer:
 
     @keep_status
     def pause(self) -> StatusMessage:
-        """Let time stand still, or go on."""
+        """Pause or resume."""
         self.session.paused = not self.session.paused
         self._set_pace()
         return StatusMessage("Paused: . takes one step, space resumes" if self.paused else "Going on")
 
     def step(self) -> None:
-        """One tick, then pause."""
+        """Take one tick, then pause."""
         if not self.session.paused:
             self.pause()
         if self.driving and self.steering is None:
@@ -187,13 +187,13 @@ class Trainer:
         self.tick()
 
     def suspend(self, held: bool) -> None:
-        """Time stands still while the person reads something else."""
+        """Suspend the run while the person reads something else, or end the suspension."""
         self.suspended = held
         self._set_pace()
 
     @keep_status
     def set_speed(self, speed: float) -> StatusMessage:
-        """The world goes at one of the speeds there are."""
+        """Set one of the available speeds."""
         self.pace.speed = check_speed(speed, "the trainer", live=self.pace.live)
         return StatusMessage(formatting.format_speed(speed))
 
@@ -203,13 +203,13 @@ class Trainer:
 
     @keep_status
     def faster(self) -> StatusMessage:
-        """The world goes faster."""
+        """Change to the next higher speed."""
         self.pace.faster()
         return StatusMessage(formatting.format_speed(self.pace.speed))
 
     @keep_status
     def slower(self) -> StatusMessage:
-        """The world goes slower."""
+        """Change to the next lower speed."""
         self.pace.slower()
         return StatusMessage(formatting.format_speed(self.pace.speed))
 
@@ -226,7 +226,7 @@ class Trainer:
 
     @keep_status
     def confirm(self) -> StatusMessage:
-        """Keep doing this."""
+        """Confirm the current state."""
         if self.driving:
             raise SessionError("nothing is recorded while driving: press d to stop driving first")
         correction = self.session_view.mode is Mode.TESTING
@@ -246,7 +246,7 @@ class Trainer:
 
     @keep_status
     def toggle_mode(self) -> StatusMessage:
-        """From training to testing, or back."""
+        """Switch from training to testing, or back."""
         self._end_driving()
         self.corrected = False
         if self.session.mode is Mode.TRAINING:
@@ -266,7 +266,7 @@ class Trainer:
 
     @keep_status
     def restart(self) -> StatusMessage:
-        """Start the automaton afresh where the robot is."""
+        """Restart the automaton where the robot is."""
         self.session.restart()
         self.note(self.robot, step="restart")
         self._look()
@@ -274,14 +274,14 @@ class Trainer:
 
     @keep_status
     def reset_world(self) -> StatusMessage:
-        """The same world from its beginning."""
+        """Restart the same world."""
         if self.seed is None:
             raise SessionError("the seed of a resumed world is not known: n begins a new world")
         return self._world(self.seed, f"World {self.seed} from its beginning")
 
     @keep_status
     def new_world(self) -> StatusMessage:
-        """The world of the next seed."""
+        """Begin the world of the next seed."""
         return self._world(0 if self.seed is None else self.seed + 1, f"World {self.seed_after}")
 
     @property
@@ -291,7 +291,7 @@ class Trainer:
 
     @keep_status
     def load_world(self, seed: int) -> StatusMessage:
-        """The world of a seed from its beginning."""
+        """Begin the world of a seed."""
         return self._world(seed, f"World {seed}, restarted")
 
     def _world(self, seed: int, what: str) -> StatusMessage:
@@ -305,7 +305,7 @@ class Trainer:
 
     @keep_status
     def toggle_watching(self) -> StatusMessage:
-        """I am not watching, or I am again."""
+        """Turn learning from silence off or on."""
         if not self.can_watch:
             raise SessionError("this lesson records presses only: turn on learning from silence with c first")
         self.session.is_watching = not self.session.is_watching
@@ -315,7 +315,7 @@ class Trainer:
 
     @keep_status
     def cycle_targets(self) -> StatusMessage:
-        """Let the parameters stand for the next targets."""
+        """Bind the parameters to the next targets."""
         parameters, known = self.session.automaton.parameters, tuple(self.body.targets)
         if not parameters:
             raise SessionError(f"{self.name} has no parameters")
@@ -326,7 +326,7 @@ class Trainer:
 
     @keep_status
     def bind_targets(self, targets: Mapping[str, str]) -> StatusMessage:
-        """Let parameters stand for these targets."""
+        """Bind parameters to these targets."""
         self.session.bind_targets(**targets)
         self.memory.clear()
         self._look()
@@ -345,7 +345,7 @@ class Trainer:
 
     @keep_status
     def drive(self) -> StatusMessage:
-        """Begin to drive the robot into position, or end it; nothing is recorded."""
+        """Begin or end driving the robot into position; nothing is recorded."""
         if self.driving:
             self._end_driving()
             return StatusMessage(f"Driving ended; {self.name} continues in {self.session_view.state}")
@@ -374,12 +374,12 @@ class Trainer:
 
     @keep_status
     def undo(self) -> StatusMessage:
-        """Take back the last step that changed the lesson."""
+        """Undo a waiting press, or the last change of the lesson."""
         return self._changed(f"Undone: {self.session.undo()}")
 
     @keep_status
     def redo(self) -> StatusMessage:
-        """Do the last undone step again."""
+        """Redo the change that was undone last."""
         return self._changed(f"Redone: {self.session.redo()}")
 
     @keep_status
@@ -390,27 +390,27 @@ class Trainer:
 
     @keep_status
     def edit(self, number: int, **what: Unpack[ExampleChange]) -> StatusMessage:
-        """Let an example say another state, next state or values."""
+        """Change the state, next state or values of an example."""
         self.session.edit(number, **what)
         return self._changed(f"Example {number} edited; undo reverts this")
 
     @keep_status
     def change_design(self, choices: LessonChoices) -> StatusMessage:
-        """Choose what the lesson is about anew; examples stay where they can."""
+        """Change the design of the lesson; examples are kept if possible."""
         self.session.change_design(**choices.to_design_change(self._options))
         self.memory.clear()
         return self._changed("Design changed; the examples are kept, and undo reverts this")
 
     @keep_status
     def save(self) -> StatusMessage:
-        """Save the automaton into the library, keeping the former version; says what worked and no longer does."""
+        """Save the automaton to the library, keep its former version, and report outcomes that are no longer reached."""
         taught = self.session.make_trained_automaton()
         worse = find_regressions_since_saved(self.folder, self.session.library, taught)
         path = self.save_unchecked(taught)
         return StatusMessage(formatting.format_saved_message(path, worse), "error" if worse else "recorded")
 
     def save_unchecked(self, taught: TrainedAutomaton) -> Path:
-        """Save the automaton into the library, keeping the former version, without another look at what it does."""
+        """Save the automaton to the library and keep its former version, without checking its outcomes."""
         path = save_automaton(self.folder, taught)
         self._saved = taught.lesson
         return path
@@ -420,7 +420,7 @@ class Trainer:
         return StatusMessage(said)
 
     def refresh_view(self) -> None:
-        """See the lesson as it is now, after something changed it."""
+        """Update the view after a change of the lesson."""
         self._look()
         self._redraw_keys()
         self._options = self.session.lesson.options

@@ -1,4 +1,4 @@
-"""What is to be taught, where and in which world: everything that is settled before the first tick."""
+"""The plan of a lesson: what is taught, in which library and world, settled before the first tick."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from understudy.training.lesson_design import new_lesson, parse_feature
 
 @dataclass(frozen=True)
 class LessonChoices:
-    """What a person chose for a lesson; None where nothing was said."""
+    """A person's choices for a lesson; None where nothing was chosen."""
 
     states: Sequence[str | State] | None = None
     features: Sequence[str | BoundFeature] | None = None
@@ -33,7 +33,7 @@ class LessonChoices:
     unlearning: bool | None = None
 
     def options(self, former: LearnerOptions) -> LearnerOptions:
-        """A lesson's options with what was chosen."""
+        """Return a lesson's options with these choices."""
         return replace(
             former,
             watched=former.watched if self.watched is None else self.watched,
@@ -42,7 +42,7 @@ class LessonChoices:
         )
 
     def to_design_change(self, former: LearnerOptions) -> DesignChange:
-        """What is chosen anew for a lesson with these options."""
+        """Return the change of design that these choices mean for a lesson with these options."""
         choice = DesignChange(
             states=self.states or (),
             features=self.features or (),
@@ -56,7 +56,7 @@ class LessonChoices:
 
 @dataclass(frozen=True)
 class TrainingPlan:
-    """One lesson in one world: the automaton's name, its library, what was chosen."""
+    """One lesson in one world: the automaton's name, its library, and the choices."""
 
     name: str
     folder: Path
@@ -73,14 +73,14 @@ class TrainingPlan:
 
 @dataclass(frozen=True)
 class SessionStart:
-    """What a session starts with."""
+    """The data that a session starts with."""
 
     lesson: Lesson
     targets: Mapping[str, str]
 
 
 def make_session_start(plan: TrainingPlan) -> SessionStart | None:
-    """What the session starts with, or None where something is still to choose; what is wrong is raised."""
+    """Return the data to start the session with, or None if choices are missing; errors are raised."""
     make_file_stem(plan.name)
     for other in plan.library.taught:
         if other != plan.name and normalize_name(other) == normalize_name(plan.name):
@@ -100,7 +100,7 @@ def make_session_start(plan: TrainingPlan) -> SessionStart | None:
 
 
 def make_planned_lesson(plan: TrainingPlan, choices: LessonChoices) -> Lesson:
-    """An empty lesson of what was chosen."""
+    """Make an empty lesson from the choices."""
     lesson = new_lesson(
         plan.library,
         plan.name,
@@ -147,7 +147,7 @@ def _again(plan: TrainingPlan) -> SessionStart:
 
 
 def choose_targets(plan: TrainingPlan, lesson: Lesson, choices: LessonChoices) -> dict[str, str]:
-    """What the parameters stand for: as chosen, else as last taught, else the first target."""
+    """Choose the target of each parameter: as given, else as taught last, else the first target."""
     known = list(plan.library.kit.targets)
     parameters = lesson.automaton.parameters
     for parameter, target in choices.targets.items():
