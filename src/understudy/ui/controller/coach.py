@@ -1,4 +1,4 @@
-"""The coach of a trainer: suggestions, situations that are set up on request, and questions about uncertain decisions."""
+"""The coach of a trainer: suggestions, situations that are set up on request, and questions about decisions."""
 
 from __future__ import annotations
 

@@ -403,7 +403,7 @@ class Trainer:
 
     @keep_status
     def save(self) -> StatusMessage:
-        """Save the automaton to the library, keep its former version, and report outcomes that are no longer reached."""
+        """Save the automaton to the library, keep its former version, and report outcomes that are lost."""
         taught = self.session.make_trained_automaton()
         worse = find_regressions_since_saved(self.folder, self.session.library, taught)
         path = self.save_unchecked(taught)

@@ -1,4 +1,4 @@
-"""The trainer as a terminal application: it opens what is to be taught, and ends the session as it should."""
+"""The trainer as a terminal application, from opening a session to ending it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SIGNALED = 128
 
 @dataclass(frozen=True, slots=True)
 class SessionEnd:
-    """How a session ended: pressed examples in the lesson, and whether the library has it so."""
+    """The end of a session: the number of examples from presses, and whether the library has them."""
 
     examples: int
     saved: bool
@@ -45,7 +45,7 @@ class SessionEnd:
 
 
 class TrainerApp(App[SessionEnd | UnderstudyError]):
-    """Teaches the automaton of a plan; it returns how that ended, None where nothing was begun."""
+    """Teaches the automaton of a plan, and returns how the session ended; None if none was begun."""
 
     ENABLE_COMMAND_PALETTE = False
     ESCAPE_TO_MINIMIZE: ClassVar[bool] = False
@@ -68,7 +68,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         self.theme = "ansi-dark"  # the terminal's own colors, so that it looks right on light and dark ones
 
     def on_mount(self) -> None:
-        """Offer what was cut off, or begin."""
+        """Offer an interrupted session, or begin."""
         for name in ("SIGTERM", "SIGHUP"):
             with suppress(AttributeError, NotImplementedError, RuntimeError, ValueError):
                 get_running_loop().add_signal_handler(getattr(signal, name), self._cut_off, name)
@@ -84,7 +84,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         self.push_screen(QuestionDialog(question, ways), self._answered)
 
     def _cut_off(self, name: str) -> None:
-        """The system ends the program: the journal is complete, and the session is offered next time."""
+        """End on a signal of the system: the journal is complete, and the session is offered next time."""
         if self.open_session is not None:
             self.open_session.close()
         self.exit(None, return_code=SIGNALED + getattr(signal, name))
@@ -126,7 +126,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         self.push_screen(TeachingScreen(self.open_session.trainer), self._ended)
 
     def _ended(self, _: str | None) -> None:
-        """The person left: the journal is complete, and not needed to go on."""
+        """End because the person left: the journal is complete, and is not needed to continue."""
         if self.open_session is None:
             return
         self.open_session.close()

@@ -1,4 +1,4 @@
-"""A canvas of characters: fine dots (2 x 4 in a character, as braille) with text on top."""
+"""A canvas of characters: dots, 2 x 4 per character as braille, with text on top."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DENSE = (2, 6)
 
 
 class BrailleCanvas:
-    """So many columns and lines of characters that show a rectangle `width` x `height`, in m, y upward."""
+    """A canvas of columns and lines that shows a rectangle `width` x `height`, in m, y upward."""
 
     def __init__(self, columns: int, lines: int, *, width: float, height: float) -> None:
         self.columns, self.lines = columns, lines
@@ -32,7 +32,7 @@ class BrailleCanvas:
         self._text: dict[tuple[int, int], tuple[str, str]] = {}
 
     def dot(self, x: float, y: float, style: str = "") -> None:
-        """A dot; nothing where it lies outside."""
+        """Draw a dot, unless it lies outside."""
         column = int(x / self._width * self.columns * 2)
         line = int((self._height - y) / self._height * self.lines * 4)
         if 0 <= column < self.columns * 2 and 0 <= line < self.lines * 4 and x >= 0 and y <= self._height:
@@ -41,21 +41,21 @@ class BrailleCanvas:
             self._dots[place] = bits | DOTS[column % 2][line % 4], style
 
     def dots(self, points: Iterable[tuple[float, float]], style: str = "") -> None:
-        """A dot at each point."""
+        """Draw a dot at each point."""
         for x, y in points:
             self.dot(x, y, style)
 
     def line(
         self, start: tuple[float, float], end: tuple[float, float], style: str = "", *, every: float
     ) -> None:
-        """A line of dots `every` so many m."""
+        """Draw a line of dots, one `every` so many m."""
         length = hypot(end[0] - start[0], end[1] - start[1])
         for step in range(int(length / every) + 1):
             part = step * every / length if length else 0.0
             self.dot(start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1]), style)
 
     def circle(self, x: float, y: float, radius: float, style: str = "") -> None:
-        """A circle of dots, as many as can be told apart."""
+        """Draw a circle of dots."""
         count = max(12, int(tau * radius / self._width * self.columns * 2))
         self.dots(
             (
@@ -66,7 +66,7 @@ class BrailleCanvas:
         )
 
     def fill(self, inside: Callable[[Floats, Floats], Bools], style: str = "") -> None:
-        """A dot wherever a test of places holds."""
+        """Draw a dot wherever a test of places holds."""
         x = (np.arange(self.columns * 2) + 0.5) * self._width / (self.columns * 2)
         y = self._height - (np.arange(self.lines * 4) + 0.5) * self._height / (self.lines * 4)
         grid_x, grid_y = np.meshgrid(x, y)
@@ -74,11 +74,11 @@ class BrailleCanvas:
         self.dots(zip(grid_x[chosen].tolist(), grid_y[chosen].tolist(), strict=True), style)
 
     def disc(self, x: float, y: float, radius: float, style: str = "") -> None:
-        """A circle, filled."""
+        """Draw a filled circle."""
         self.fill(lambda px, py: np.hypot(px - x, py - y) <= radius, style)
 
     def polygon(self, corners: Floats, style: str = "") -> None:
-        """A polygon [P, 2], filled."""
+        """Draw a filled polygon [P, 2]."""
 
         def inside(x: Floats, y: Floats) -> Bools:
             odd = np.zeros(x.shape, np.bool_)
@@ -90,7 +90,7 @@ class BrailleCanvas:
         self.fill(inside, style)
 
     def scatter(self, x: Floats, y: Floats, styles: Sequence[str]) -> None:
-        """A dot for each of many points [N]; styles from thin to dense, a character each."""
+        """Draw a dot for each of many points [N], with a style per density, from thin to dense."""
         column = np.clip(x / self._width * self.columns * 2, 0, self.columns * 2 - 1).astype(np.int64)
         line = np.clip((self._height - y) / self._height * self.lines * 4, 0, self.lines * 4 - 1).astype(
             np.int64
@@ -103,14 +103,14 @@ class BrailleCanvas:
             self._dots[cell // self.columns, cell % self.columns] = int(bits[cell]), styles[how]
 
     def text(self, x: float, y: float, text: str, style: str = "") -> None:
-        """Text whose first character is at a point; it stays inside."""
+        """Write text whose first character is at a point, and keep it inside."""
         column = max(0, min(int(x / self._width * self.columns), self.columns - len(text)))
         line = max(0, min(int((self._height - y) / self._height * self.lines), self.lines - 1))
         for offset, character in enumerate(text):
             self._text[line, column + offset] = character, style
 
     def render(self) -> Text:
-        """Everything drawn so far."""
+        """Return everything drawn so far."""
         drawn = Text(no_wrap=True, end="")
         for line in range(self.lines):
             cells = (self._cell(line, column) for column in range(self.columns))

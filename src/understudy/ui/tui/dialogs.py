@@ -1,4 +1,4 @@
-"""Small questions on top of the screen, and the page of help."""
+"""Questions on top of the screen, and the help page."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NAMES = {"escape": "esc"}
 
 
 class QuestionDialog(ModalScreen[str]):
-    """A question with a key for each answer; it ends with the key."""
+    """A question with a key for each answer; it returns the key."""
 
     CSS = """
     QuestionDialog { align: center middle; background: transparent; }
@@ -29,7 +29,7 @@ class QuestionDialog(ModalScreen[str]):
         self._question, self._ways = question, ways
 
     def compose(self) -> ComposeResult:
-        """The question and its answers."""
+        """Lay out the question and its answers."""
         text = Text(f"{self._question}\n")
         for key, way in self._ways.items():
             text.append(f"\n{NAMES.get(key, key):>6}", "bold")
@@ -37,7 +37,7 @@ class QuestionDialog(ModalScreen[str]):
         yield Static(text)
 
     def on_key(self, event: events.Key) -> None:
-        """One of the answers."""
+        """Close with an answer."""
         if event.key in self._ways:
             event.stop()
             self.dismiss(event.key)
@@ -99,7 +99,7 @@ def _help() -> Text:
 
 
 class HelpScreen(ModalScreen[None]):
-    """All keys, and how teaching goes."""
+    """The help page, with all keys and how teaching works."""
 
     CSS = """
     HelpScreen > VerticalScroll { border: round ansi_default; padding: 0 2; }
@@ -110,10 +110,10 @@ class HelpScreen(ModalScreen[None]):
     ]
 
     def compose(self) -> ComposeResult:
-        """The page."""
+        """Lay out the page."""
         with VerticalScroll():
             yield Static(_help())
 
     def action_close(self) -> None:
-        """Back to the robot."""
+        """Return to the robot."""
         self.dismiss(None)

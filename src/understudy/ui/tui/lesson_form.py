@@ -1,4 +1,4 @@
-"""Choosing what a lesson is about: states, features, parameters and what they stand for, flags, options."""
+"""The form for a lesson's design: states, features, parameters with targets, flags, options."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from understudy.ui.controller.training_plan import (
 
 
 class MultiSelect(OptionList):
-    """Some of a list of texts, in its order."""
+    """A list of texts of which several can be selected."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("space", "select", show=False)]
 
@@ -41,18 +41,18 @@ class MultiSelect(OptionList):
 
     @property
     def selection(self) -> list[str]:
-        """What was chosen."""
+        """The selected texts, in the order of the list."""
         return [text for text in self._texts if text in self._chosen]
 
     def show_choices(self, texts: Iterable[str], *, chosen: Sequence[str]) -> None:
-        """Offer these, with some chosen."""
+        """Show these texts, with some selected."""
         self._texts, self._chosen = list(texts), set(chosen)
         self.clear_options()
         self.add_options([Option(self._prompt(text)) for text in self._texts])
         self.highlighted = 0 if self._texts else None  # so that space chooses at once
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Choose it, or not any more."""
+        """Select or deselect an option."""
         event.stop()
         text = self._texts[event.option_index]
         self._chosen ^= {text}
@@ -74,7 +74,7 @@ CONSENT = "learn from silence: ticks I watch without pressing count"
 
 
 class LessonForm(Screen[LessonChoices | None]):
-    """The page of choices; it ends with them, or with None where the person gave up."""
+    """The form; it returns the choices, or None if it was cancelled."""
 
     CSS = """
     LessonForm { layout: vertical; padding: 0 1; }
@@ -101,7 +101,7 @@ class LessonForm(Screen[LessonChoices | None]):
 
     @classmethod
     def for_new_lesson(cls, plan: TrainingPlan) -> Self:
-        """For an automaton that the library does not have yet."""
+        """Make the form for an automaton that the library does not have yet."""
 
         def check(choices: LessonChoices) -> None:
             choose_targets(plan, make_planned_lesson(plan, choices), choices)
@@ -110,7 +110,7 @@ class LessonForm(Screen[LessonChoices | None]):
 
     @classmethod
     def for_lesson(cls, library: Library, lesson: Lesson) -> Self:
-        """For a lesson that goes on."""
+        """Make the form for a lesson that continues."""
         automaton = lesson.automaton
         now = LessonChoices(
             states=[state for state in automaton.states[1:] if state.flag is None],
@@ -133,7 +133,7 @@ class LessonForm(Screen[LessonChoices | None]):
         return cls(library, automaton.name, now, check, again=True)
 
     def compose(self) -> ComposeResult:
-        """Two lists, and a line for each of the rest."""
+        """Lay out two lists, and a line for each of the other choices."""
         now = self._now
         yield Static(
             Text.assemble((f"{self._name}  ", "bold"), (AGAIN if self._again else NEW, "dim")), id="hint"
@@ -172,7 +172,7 @@ class LessonForm(Screen[LessonChoices | None]):
         return _listed(self.query_one("#parameters", Input).value)
 
     def _fill(self, states: Sequence[str], features: Sequence[str]) -> None:
-        """Offer everything there is, with these chosen."""
+        """Fill the lists with all options, with these selected."""
         library, names = self._library, [*self._parameters(), *self._library.kit.targets]
         behaviors = [*library.kit.behaviors, *(name for name in library.taught if name != self._name)]
         calls = (call for name in behaviors for call in _calls(name, library.parameters(name), names))
@@ -189,7 +189,7 @@ class LessonForm(Screen[LessonChoices | None]):
         self.query_one(which, MultiSelect).show_choices(every, chosen=chosen)
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Other parameters: other ways to bind what is offered."""
+        """Update the lists when the parameters change."""
         if event.input.id == "parameters":
             states, features = (
                 self.query_one(f"#{name}", MultiSelect).selection for name in ("states", "features")
@@ -197,7 +197,7 @@ class LessonForm(Screen[LessonChoices | None]):
             self._fill(states, features)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Enter goes on to the next line."""
+        """Move on to the next line."""
         self.focus_next()
 
     def _choices(self) -> LessonChoices:
@@ -224,7 +224,7 @@ class LessonForm(Screen[LessonChoices | None]):
         )
 
     def action_take(self) -> None:
-        """Begin with what was chosen, if it makes sense."""
+        """Return the choices, if they are valid."""
         try:
             choices = self._choices()
             if not choices.states or not choices.features:
@@ -241,7 +241,7 @@ class LessonForm(Screen[LessonChoices | None]):
         self.query_one("#told", Static).update(Text(f"! {text}", "bold red"))
 
     def action_give_up(self) -> None:
-        """Leave all as it is."""
+        """Cancel."""
         self.dismiss(None)
 
 
@@ -252,13 +252,13 @@ def _row(label: str, name: str, value: str, placeholder: str) -> ComposeResult:
 
 
 def _calls(name: str, parameters: Sequence[str], known: Sequence[str]) -> list[str]:
-    """A name with its parameters bound in every way: distance_to(A), distance_to(station)."""
+    """List a name with its parameters bound in every way: distance_to(A), distance_to(station)."""
     ways = product(known, repeat=len(parameters))
     return [format_bound_name(name, dict(zip(parameters, way, strict=True))) for way in ways]
 
 
 def _call(state: str | State, library: Library) -> str:
-    """How a state is written in the list: goto(station), or home=goto(station)."""
+    """Format a state as in the list: goto(station), or home=goto(station)."""
     if isinstance(state, str):
         return state
     call = START.name if state.behavior is None else library.format_call(state.behavior, state.binding)
@@ -266,7 +266,7 @@ def _call(state: str | State, library: Library) -> str:
 
 
 def _named(calls: Sequence[str], kept: dict[str, State], library: Library) -> list[str | State]:
-    """States by what they run; of one that runs in several, each has what it is bound to in its name."""
+    """Make states from their behaviors; of a behavior that occurs more than once, each name contains its targets."""
     written = {_call(state, library): state for state in kept.values()}
     plain = [call.partition("(")[0] for call in calls if "=" not in call]
     named: list[str | State] = []
@@ -282,7 +282,7 @@ def _named(calls: Sequence[str], kept: dict[str, State], library: Library) -> li
 
 
 def _suggested(plan: TrainingPlan) -> LessonChoices:
-    """What was said, and where nothing was: a parameter, what it stands for, and a flag, as most lessons have."""
+    """Return the choices, with defaults as most lessons have: a parameter, its target, and a flag."""
     said, kit_targets = plan.choices, plan.library.kit.targets
     parameters = ["A"] if said.parameters is None else said.parameters
     stand = {parameter: next(iter(kit_targets)) for parameter in parameters if kit_targets}
@@ -295,7 +295,7 @@ def _suggested(plan: TrainingPlan) -> LessonChoices:
 
 
 def _arguments(call: str) -> list[str]:
-    """What a call binds its parameters to: station of goto(station)."""
+    """Return the targets of a call: station of goto(station)."""
     return _listed(call.partition("(")[2].rstrip(") "))
 
 

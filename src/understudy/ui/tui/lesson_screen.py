@@ -1,4 +1,4 @@
-"""The lesson as a page: what was learned so far, and every example, to look at and to delete."""
+"""The lesson page: the learned conditions, and every example, with deletion and undo."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from understudy.ui.tui.panels import DIM, TITLE, TONES
 
 
 class LessonScreen(Screen[None]):
-    """All examples of a lesson, the newest first, under what was learned from them."""
+    """All examples of a lesson, the newest first, below the learned conditions."""
 
     CSS = """
     LessonScreen #rules { height: auto; max-height: 40%; margin: 0 1; }
@@ -39,7 +39,7 @@ class LessonScreen(Screen[None]):
         self.trainer = trainer
 
     def compose(self) -> ComposeResult:
-        """The rules, the table, and the keys."""
+        """Lay out the conditions, the table, and the keys."""
         with VerticalScroll(id="rules"):
             yield Static()
         yield DataTable(cursor_type="row", zebra_stripes=False)
@@ -97,11 +97,11 @@ class LessonScreen(Screen[None]):
             self._do(lambda: self.trainer.delete(int(number or 0)))
 
     def action_undo(self) -> None:
-        """Take back the last step."""
+        """Undo the last change."""
         self._do(self.trainer.undo)
 
     def action_redo(self) -> None:
-        """Do it again."""
+        """Redo the last undone change."""
         self._do(self.trainer.redo)
 
     def _do(self, action: object) -> None:
@@ -113,5 +113,5 @@ class LessonScreen(Screen[None]):
             self._fill(str(error))
 
     def action_close(self) -> None:
-        """Back to the robot."""
+        """Return to the robot."""
         self.dismiss(None)

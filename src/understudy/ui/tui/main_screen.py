@@ -1,4 +1,4 @@
-"""The teaching screen: the world, the states with their keys, readings, examples, and what was just said."""
+"""The teaching screen: the world, the states with their keys, readings, examples, and the status."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ ACTIONS = {
 
 
 class TeachingScreen(Screen[str]):
-    """The screen a robot is taught on. It ends with "quit"."""
+    """The screen for teaching a robot. It returns "quit"."""
 
     CSS = """
     TeachingScreen { layout: vertical; }
@@ -82,7 +82,7 @@ class TeachingScreen(Screen[str]):
         self._drawn: dict[str, Text] = {}
 
     def compose(self) -> ComposeResult:
-        """The parts, top to bottom."""
+        """Lay out the parts, top to bottom."""
         yield Static(id="header")
         with Horizontal(id="middle"):
             yield Static(id="world")
@@ -93,17 +93,17 @@ class TeachingScreen(Screen[str]):
         yield Static(id="keys")
 
     def on_mount(self) -> None:
-        """The world begins to move."""
+        """Start the world."""
         self.trainer.suspend(False)
         self.set_interval(BEAT_S, self.run_due_ticks)
         self.call_after_refresh(self.draw)
 
     def on_screen_suspend(self) -> None:
-        """Another screen lies on top: time stands still."""
+        """Suspend the world while another screen lies on top."""
         self.trainer.suspend(True)
 
     def on_screen_resume(self) -> None:
-        """Time goes on."""
+        """Resume the world."""
         self.trainer.suspend(False)
         self.draw()
 
@@ -112,7 +112,7 @@ class TeachingScreen(Screen[str]):
         self.call_after_refresh(self.draw)
 
     def run_due_ticks(self) -> None:
-        """Take the ticks that are due, and show what came of them."""
+        """Take the ticks that are due, and show the result."""
         moved = False
 
         def go() -> None:
@@ -131,7 +131,7 @@ class TeachingScreen(Screen[str]):
             self.draw()
 
     def _guarded(self, action: Callable[[], object]) -> bool:
-        """Do something; an error becomes the sentence on the screen."""
+        """Run an action, and show an error as the status."""
         try:
             action()
         except UnderstudyError as error:
@@ -143,7 +143,7 @@ class TeachingScreen(Screen[str]):
     # Keys
 
     def on_key(self, event: events.Key) -> None:
-        """The keys of states, or of basic behaviors while driving."""
+        """Handle the keys of states, or of basic behaviors while driving."""
         keys = self.trainer.drive_keys if self.trainer.driving else self.trainer.keys
         name = keys.leads.get(event.character or "") or keys.leads.get(event.key)
         if name is not None:
@@ -153,22 +153,22 @@ class TeachingScreen(Screen[str]):
             self.draw()
 
     def action_trainer(self, what: str) -> None:
-        """Something the trainer does."""
+        """Run an action of the trainer."""
         self._guarded(getattr(self.trainer, what))
         self.draw()
 
     def action_why(self) -> None:
-        """Explain, in place of the examples."""
+        """Show or hide the explanation in place of the examples."""
         self.explaining = not self.explaining
         self.draw()
 
     def action_ask(self) -> None:
-        """Ask where it is unsure, and wait, or go on and mark; or do not ask."""
+        """Change what happens at uncertain decisions: pause and ask, mark, or neither."""
         self.trainer.status = StatusMessage(self.trainer.coach.cycle_query_policy())
         self.draw()
 
     def action_arm(self) -> None:
-        """Let real robots move from now on."""
+        """Arm real robots, so that they can move."""
 
         def arm() -> None:
             self.robots.arm()
@@ -186,20 +186,20 @@ class TeachingScreen(Screen[str]):
             self.draw()
 
     def action_coach(self) -> None:
-        """Set up the next situation that the coach wants to be shown."""
+        """Set up the next situation that the coach suggests."""
         self._guarded(lambda: set_up_advised_situation(self.trainer))
         self.draw()
 
     def action_help(self) -> None:
-        """All keys, and how teaching goes."""
+        """Show the help page."""
         self.app.push_screen(HelpScreen())
 
     def action_lesson(self) -> None:
-        """All examples, and what was learned from them."""
+        """Show all examples and the learned conditions."""
         self.app.push_screen(LessonScreen(self.trainer))
 
     def action_choose(self) -> None:
-        """Choose states, features and options anew."""
+        """Change states, features and options."""
         session = self.trainer.session
         self.app.push_screen(LessonForm.for_lesson(session.library, session.lesson), self._chosen)
 
@@ -209,7 +209,7 @@ class TeachingScreen(Screen[str]):
             self.draw()
 
     def action_leave(self) -> None:
-        """End the session; ask first where something is not saved."""
+        """End the session; ask first if there are unsaved changes."""
         if not self.trainer.has_unsaved_changes:
             self.dismiss("quit")
             return
@@ -224,7 +224,7 @@ class TeachingScreen(Screen[str]):
     # Drawing
 
     def draw(self) -> None:
-        """Show everything as it is now; what did not change is left alone."""
+        """Draw the present state; parts that did not change are left alone."""
         if not self.is_mounted or not self.query_one("#middle").size.height:
             return
         trainer, width = self.trainer, self.size.width
@@ -250,7 +250,7 @@ class TeachingScreen(Screen[str]):
         self._draw_side(width - columns - 4, lines)
 
     def _standing(self) -> str:
-        """What real robots are up to, and the key that changes it."""
+        """Return whether real robots are armed, and the key that changes it."""
         robot = self.robots.list_statuses()[self.trainer.robot]
         if not robot.armed:
             return f"{robot.name}: not armed (y)"
@@ -279,7 +279,7 @@ class TeachingScreen(Screen[str]):
 
 
 def _aims(trainer: Trainer) -> list[tuple[float, float]]:
-    """Where the targets are that parameters stand for now."""
+    """Return the places of the targets of the parameters."""
     session, body = trainer.session, trainer.body
     if session.body is not body:
         return []  # a squad is in no one place

@@ -1,4 +1,4 @@
-"""The parts of the teaching screen as text: they say everything in words and marks, colors only repeat it."""
+"""The parts of the teaching screen as text. Words and marks carry all information; colors only repeat it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SPARE = "cwU"
 
 
 def render_header(trainer: Trainer, width: int) -> Text:
-    """What is taught, who decides, and how the session stands."""
+    """Render the automaton, the mode, and the state of the session."""
     view = trainer.session_view
     left = Text.assemble((f" {trainer.name}", "bold"), formatting.format_targets(view), " ")
     if trainer.driving:
@@ -56,7 +56,7 @@ def render_header(trainer: Trainer, width: int) -> Text:
 
 
 def render_states(trainer: Trainer, width: int) -> Text:
-    """The states with their keys, the active one lit; while driving, the basic behaviors."""
+    """Render the states with their keys, the active one highlighted; while driving, the basic behaviors."""
     if trainer.driving:
         return _drivers(trainer, width)
     view = trainer.session_view
@@ -95,7 +95,7 @@ def _drivers(trainer: Trainer, width: int) -> Text:
 
 
 def render_readings(trainer: Trainer, width: int) -> Text:
-    """The features now, with their units and how they went."""
+    """Render the present features with their units and recent values."""
     lines = [_title("Readings", "", width)]
     labels = [str(bound) for bound in trainer.features]
     wide = max((len(label) for label in labels), default=0)
@@ -111,7 +111,7 @@ def render_readings(trainer: Trainer, width: int) -> Text:
 
 
 def render_examples(trainer: Trainer, width: int, height: int) -> Text:
-    """The last examples, newest first, a line for each press."""
+    """Render the last examples, newest first, a line for each press."""
     shown = [example for example in trainer.session.examples if example.is_from_press]
     watched = len(trainer.session.examples) - len(shown)
     note = f"{len(shown)} shown" + (f", {watched} watched" if watched else "")
@@ -146,7 +146,7 @@ def render_examples(trainer: Trainer, width: int, height: int) -> Text:
 
 
 def _mark(press: Sequence[Example]) -> tuple[str, str]:
-    """A correction, a switch with its default, or a confirmation; and how the mark looks."""
+    """Return the mark of a correction, a switch with its default, or a confirmation, with its style."""
     first = press[0]
     if first.correction:
         return "◆", TONES["correction"]
@@ -154,7 +154,7 @@ def _mark(press: Sequence[Example]) -> tuple[str, str]:
 
 
 def _presses(shown: Sequence[Example]) -> list[list[Example]]:
-    """Examples by press: a default goes with the directive before it."""
+    """Group examples by press: a default belongs to the directive before it."""
     presses: list[list[Example]] = []
     for example in shown:
         if example.kind is ExampleKind.DEFAULT and presses and presses[-1][-1].number == example.number - 1:
@@ -165,20 +165,20 @@ def _presses(shown: Sequence[Example]) -> list[list[Example]]:
 
 
 def render_explanation(trainer: Trainer, width: int) -> Text:
-    """Why it does what it does, in place of the examples."""
+    """Render the explanation of the present decision."""
     lines = [_title("Why?", "? shows the examples again", width)]
     lines += [Text(line) for line in trainer.explainer.format_lines(trainer.session_view)]
     return Text("\n").join(lines)
 
 
 def render_status(trainer: Trainer) -> Text:
-    """What was just recorded, or went wrong."""
+    """Render the status."""
     tone = trainer.status.tone
     return Text(f" {MARKS[tone]} {trainer.status.text}", TONES[tone])
 
 
 def render_commands(trainer: Trainer, width: int) -> Text:
-    """The keys of the commands, in two lines where that is possible."""
+    """Render the keys of the commands, in two lines if that is possible."""
     useless = {"p" if not trainer.session.automaton.parameters else "", "" if trainer.can_watch else "w"}
     named = {"t": "train"} if trainer.session_view.mode is Mode.TESTING else {}
     shown = [(key, named.get(key, what)) for key, what in COMMANDS if key not in useless]

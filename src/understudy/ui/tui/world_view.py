@@ -1,4 +1,4 @@
-"""A world as a picture in characters: robots, objects, what is in reach, obstacles, and a robot's trail."""
+"""A world as a picture in characters: robots, objects, reach, obstacles, and a robot's trail."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MOST_ARROWS = 40
 
 
 def fit_arena(view: WorldView, columns: int, lines: int) -> tuple[int, int]:
-    """The most columns and lines that show the arena undistorted: a character is twice as high as wide."""
+    """Return the most columns and lines that show the arena undistorted: a character is twice as high as wide."""
     lines = max(1, min(lines, int(columns * view.height / view.width / 2)))
     return max(1, min(columns, round(lines * 2 * view.width / view.height))), lines
 
@@ -51,7 +51,7 @@ def render_world(
     lines: int,
     robot: int | None = None,
 ) -> Text:
-    """The world. `robot` is the one that is followed: its trail, and dotted lines to the places it aims at."""
+    """Render the world. `robot` is the one that is followed, with its trail and dotted lines to its targets."""
     canvas = BrailleCanvas(columns, lines, width=view.width, height=view.height)
     _obstacles(canvas, view)
     few = 0 < len(view.robots) <= MOST_ARROWS
@@ -75,7 +75,7 @@ def render_world(
 
 
 def describe_followed_robot(view: WorldView, columns: int, robot: int = 0) -> str:
-    """What there is to know beside the picture: of one robot what it carries, with a bar where there is room."""
+    """Describe the cargo of one robot beside the picture, with a bar if there is room."""
     robots = view.robots
     feeds = bool(robots.capacity.any())
     if len(robots) != 1:
@@ -110,7 +110,7 @@ def _obstacles(canvas: BrailleCanvas, view: WorldView) -> None:
 
 
 def _noses(canvas: BrailleCanvas, view: WorldView, robot: int | None) -> None:
-    """A line ahead of each robot, if they are few; of more, only ahead of the one that is followed."""
+    """Draw a line ahead of each robot, or if there are many, only of the one that is followed."""
     chosen = range(len(view.robots)) if len(view.robots) <= FEW else [] if robot is None else [robot]
     for at in chosen:
         (x, y), heading = _place(view, at), float(view.robots.heading[at])
@@ -120,7 +120,7 @@ def _noses(canvas: BrailleCanvas, view: WorldView, robot: int | None) -> None:
 
 
 def _arrows(canvas: BrailleCanvas, view: WorldView, robot: int | None) -> None:
-    """Every robot, the one that is followed on top."""
+    """Draw every robot, the one that is followed on top."""
     for at in sorted(range(len(view.robots)), key=lambda at: at == robot):
         style = ROBOT if at == robot else _robot_style(view, at)
         x, y = _place(view, at)
@@ -133,7 +133,7 @@ def _robot_style(view: WorldView, robot: int) -> str:
 
 
 def _sign(view: WorldView, thing: ObjectMark) -> tuple[str, str]:
-    """The characters that stand for an object, and their style."""
+    """Return the characters of an object, and their style."""
     if thing.units is not None:
         return (str(thing.units), _style(thing.color)) if thing.units else ("×", GONE)
     if thing.square:
@@ -150,7 +150,7 @@ def _place(view: WorldView, robot: int) -> MapPoint:
 
 
 def _beside_robots(view: WorldView, thing: ObjectMark, near: float) -> MapPoint:
-    """Where to write what is at a place, so that a robot there does not cover it."""
+    """Return where to write text about a place so that a robot there does not cover it."""
     if len(view.robots) > MOST_ARROWS or not near:
         return thing.x, thing.y
     if (

@@ -1,1 +1,1 @@
-"""The studio: training a robot in the browser, live - the server behind the page."""
+"""The studio: live training of a robot in the browser, from the server's side."""

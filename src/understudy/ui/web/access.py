@@ -1,4 +1,4 @@
-"""Who may connect to the studio, and on which address it listens."""
+"""Access to the studio: the address it listens on, and which connections it accepts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EVERYWHERE = ("0.0.0.0", "::")
 
 @dataclass(frozen=True)
 class ListenAddress:
-    """Where the studio listens; `token` is what it asks for, None on this machine's own address."""
+    """The address that the studio listens on; `token` is required from callers, None on this computer's own address."""
 
     listener: socket.socket
     host: str
@@ -31,20 +31,20 @@ class ListenAddress:
 
     @property
     def port(self) -> int:
-        """The port, which may be another than was asked for."""
+        """The port, which may differ from the requested one."""
         port: int = self.listener.getsockname()[1]
         return port
 
     @property
     def link(self) -> str:
-        """What to open in a browser."""
+        """The link to open in a browser."""
         host = socket.gethostname() if self.host in EVERYWHERE else self.host
         host = f"[{host}]" if ":" in host else host
         return f"http://{host}:{self.port}/" + (f"?token={self.token}" if self.token else "")
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach an address."""
+    """Return whether only this computer can reach an address."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -52,7 +52,7 @@ def is_loopback(host: str) -> bool:
 
 
 def listen(host: str, port: int, token: str | None) -> ListenAddress:
-    """Take the port, or the next free one; other machines need a token."""
+    """Listen on the port, or the next free one; other computers need a token."""
     if not token:
         token = None if is_loopback(host) else token_urlsafe(18)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET

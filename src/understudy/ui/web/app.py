@@ -42,7 +42,7 @@ def make_app(
     hosts: Collection[str] | None = LOOPBACK,
     static: Path = STATIC,
 ) -> Starlette:
-    """The application of a studio. `hosts` are the names it may be called by (None: any), `token` what it asks for."""
+    """Make the application. `hosts` are its accepted host names (None: any), `token` is the required token."""
 
     async def page(_: Request) -> Response:
         index = static / "index.html"

@@ -1,4 +1,4 @@
-"""Viewers: the pages that look on, and the one among them that directs."""
+"""The connected pages, and the one among them that is in control."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ MOST_KEYS = 1_000
 
 
 class Client:
-    """One page, and what waits to be sent to it: answers in order, and the newest of everything else.
+    """One page, with the data to be sent to it: replies in order, and the newest of everything else.
 
-    A page that reads slowly misses frames in between; nobody waits for it.
+    A page that reads slowly misses frames, and does not delay others.
     """
 
     def __init__(self, key: str, wall: WallClock) -> None:
@@ -40,7 +40,7 @@ class Client:
         self._frame: bytes | None = None
 
     def allow_message(self) -> bool:
-        """Count a message; whether the page keeps to the rate."""
+        """Count a message, and return whether the page keeps to the rate."""
         now = self._wall()
         passed, self.spoke_s = now - self.spoke_s, now
         self._allowance = min(float(PER_SECOND), self._allowance + passed * PER_SECOND) - 1
@@ -53,7 +53,7 @@ class Client:
         return False
 
     def send_reply(self, text: bytes) -> None:
-        """An answer, which must arrive."""
+        """Queue a reply, which must arrive."""
         self._texts.append(text)
         if len(self._texts) > MOST_WAITING:
             self._texts.clear()
@@ -63,18 +63,18 @@ class Client:
     def show(
         self, *, scene: bytes | None = None, news: bytes | None = None, frame: bytes | None = None
     ) -> None:
-        """Something new to see, in place of what it has not taken yet."""
+        """Queue new data to display, in place of data that was not sent yet."""
         self._scene, self._news = scene or self._scene, news or self._news
         self._frame = frame or self._frame
         self.waits.set()
 
     def close(self) -> None:
-        """Let it go."""
+        """Close the connection."""
         self.closing = True
         self.waits.set()
 
     def next(self) -> tuple[bytes, bool] | None:
-        """What is to be sent next, and whether as binary; None where nothing waits."""
+        """Return what is to be sent next, and whether as binary; None if there is nothing."""
         if self._texts:
             return self._texts.popleft(), False
         if self._scene is not None:

@@ -29,7 +29,7 @@ class PressSaysData(Data, frozen=True, kw_only=True):
 
 
 class AdviceData(Data, frozen=True, kw_only=True):
-    """One thing the coach says of a lesson."""
+    """One suggestion of the coach."""
 
     kind: str
     sentence: str
@@ -43,7 +43,7 @@ class AdviceData(Data, frozen=True, kw_only=True):
 
 
 class LateData(Data, frozen=True, kw_only=True):
-    """How late presses seem to come."""
+    """An estimate of how late presses come."""
 
     reaction_s: float
     sentence: str
@@ -58,14 +58,14 @@ class AdviceReply(Data, frozen=True, kw_only=True):
 
 
 class SituationReply(Data, frozen=True, kw_only=True):
-    """What came of setting up a situation, and the number of the run that begins there."""
+    """The result of setting up a situation, and the number of the run that begins there."""
 
     sentence: str
     run: int
 
 
 def handle_advise(host: SessionHost, _: m.RequestAdvice) -> AdviceReply:
-    """Say what the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
+    """Send suggestions, most useful first, and the estimate of lateness, or that this takes longer."""
     trainer = host.active_trainer
     said = trainer.coach.compute_report(host.executor, patience_s=PATIENCE_S)
     if said is None:
@@ -103,7 +103,7 @@ def _late(said: AdviceReport) -> LateData | None:
 
 
 def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> SituationReply:
-    """Put the robot where the advice of a sentence is about, and let time stand still there."""
+    """Set up the situation of a suggestion, and pause there."""
     trainer = host.active_trainer
     said = trainer.coach.last_report
     given = () if said is None or said.lesson.automaton is not trainer.session.automaton else said.advice
@@ -118,7 +118,7 @@ def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> Sit
 
 
 def handle_set_query_policy(host: SessionHost, message: m.SetQueryPolicy) -> None:
-    """Choose what it does in testing where it is unsure."""
+    """Change what happens in testing at uncertain decisions."""
     coach.change_query_policy(host.active_trainer, QueryPolicy(message.when))
 
 

@@ -40,13 +40,13 @@ def find_handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:
 
 
 def list_reply_types(*modules: ModuleType) -> list[type[Data]]:
-    """List what the handlers of modules return as the fields of an answer."""
+    """List the types that handlers of modules return as replies."""
     returned = [each for _, (*_, result) in _annotated(modules) for each in get_args(result) or [result]]
     return [each for each in returned if isinstance(each, type) and issubclass(each, Data)]
 
 
 def _annotated(modules: Iterable[ModuleType]) -> Iterator[tuple[Callable[..., Any], list[Any]]]:
-    """The handlers that modules define, each with the types of its first parameter, its message and its result."""
+    """Yield the handlers of modules, each with the types of its parameters and of its result."""
     for module in modules:
         for name, function in vars(module).items():
             if inspect.isfunction(function) and function.__module__ == module.__name__ and name[0] != "_":
@@ -56,9 +56,9 @@ def _annotated(modules: Iterable[ModuleType]) -> Iterator[tuple[Callable[..., An
 
 
 def make_trainer_handler(action: Callable[..., object]) -> Handler:
-    """Handle a message by an action on the trainer that takes the message's fields, in their order, after the trainer.
+    """Make a handler from an action on the trainer that takes the message's fields in order.
 
-    Something has to be in training, and pages are shown how it looks afterwards.
+    There must be a session. Pages are updated afterwards.
     """
 
     def handle(host: SessionHost, message: Message) -> None:

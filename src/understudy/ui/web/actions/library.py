@@ -42,8 +42,9 @@ class NotSavedReply(Data, frozen=True, kw_only=True):
 
 
 def save_current_automaton(host: SessionHost, message: SaveAutomaton) -> NotSavedReply | StatusMessage:
-    """Save what is trained; under another name, a copy of it. Where something that worked no longer does, that is
-    answered instead, unless it is to be saved `anyway`.
+    """Save the automaton in training; under another name, save a copy.
+
+    If outcomes are lost, the reply lists them instead, unless the message says to save `anyway`.
     """
     trainer, name = host.active_trainer, message.name
     if name is None or name == trainer.name:
@@ -90,7 +91,7 @@ def restore_behavior(host: SessionHost, message: RestoreBehavior) -> StatusMessa
 
 
 def discard_session(host: SessionHost, message: DiscardSession) -> StatusMessage:
-    """Throw away a lesson that was cut off; its journal stays among those that ended."""
+    """Discard an interrupted lesson; its journal is kept among the ended ones."""
     name = message.name
     host.refresh_interrupted()
     if name not in host.cut_off:
@@ -104,7 +105,7 @@ def discard_session(host: SessionHost, message: DiscardSession) -> StatusMessage
 
 
 def recall_session(host: SessionHost, message: RecallSession) -> StatusMessage:
-    """Offer a lesson again that was thrown away since the studio was started."""
+    """Offer a discarded lesson again, if it was discarded since the studio started."""
     name = message.name
     if name not in host.discarded:
         where, known = "the discarded lessons", list(host.discarded)
@@ -129,7 +130,7 @@ class VersionsReply(Data, frozen=True, kw_only=True):
 
 
 class ChangeData(Data, frozen=True, kw_only=True):
-    """What changed in one respect."""
+    """The changes in one respect."""
 
     topic: str
     lines: list[str]
@@ -137,7 +138,7 @@ class ChangeData(Data, frozen=True, kw_only=True):
 
 
 class MovedData(Data, frozen=True, kw_only=True):
-    """When it goes from one state to another: what is gone of that, what is new, and because of which examples."""
+    """The changes of a transition between two states: conditions that are gone or new, and the examples responsible."""
 
     from_: str = field(name="from")
     to: str
@@ -148,7 +149,7 @@ class MovedData(Data, frozen=True, kw_only=True):
 
 
 class ChangesReply(Data, frozen=True, kw_only=True):
-    """What changed between two versions."""
+    """The changes between two versions."""
 
     changes: list[ChangeData]
     moved: list[MovedData]

@@ -51,7 +51,7 @@ def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, dis
 
 
 def open_automaton(host: SessionHost, name: str, *, discard: bool) -> None:
-    """Train an automaton of the library on, or go on with a session that was cut off."""
+    """Continue training an automaton of the library, or resume an interrupted session."""
     _refuse_unsaved(host, discard=discard)
     host.refresh_library()
     host.refresh_interrupted()
@@ -88,14 +88,14 @@ def _go_on_with_cut_off(host: SessionHost, name: str, left: interrupted_sessions
 
 
 def select_squad_sort(host: SessionHost, sort: str | None, agent: int, *, discard: bool) -> None:
-    """Train coordinators of a sort of squads, or robots (None); what is not saved has to be, or to be discarded."""
+    """Select a sort of squads for training, or robots (None); unsaved changes must be saved or discarded first."""
     _refuse_beyond(host, sort, agent)
     _refuse_unsaved(host, discard=discard)
     host.select_agents(sort, agent)
 
 
 def has_other_library(host: SessionHost, agent: int) -> bool:
-    """Whether this robot has another library than the one that is trained: it is of a type that differs."""
+    """Return whether this robot has another library than the one in use, because its type differs."""
     there = host.sort is None and agent < host.groups.agents(None)
     return there and not host.groups.have_same_library(host.agent, agent)
 
@@ -108,7 +108,7 @@ def _refuse_beyond(host: SessionHost, sort: str | None, agent: int) -> None:
 
 
 def select_agent(host: SessionHost, agent: int) -> None:
-    """Which robot is trained; not once something was shown in this session."""
+    """Select the robot to train, as long as the session has no examples."""
     _refuse_beyond(host, host.sort, agent)
     trainer = host.trainer
     if trainer is None or trainer.robot == agent:
@@ -130,7 +130,7 @@ def select_agent(host: SessionHost, agent: int) -> None:
 
 
 def is_saved_in_training(host: SessionHost, name: str) -> bool:
-    """Whether an automaton of the library is the one in training; SessionError where it has unsaved changes."""
+    """Return whether an automaton of the library is in training; SessionError if it has unsaved changes."""
     trainer = host.trainer
     if trainer is None or trainer.name != name:
         return False
@@ -140,7 +140,7 @@ def is_saved_in_training(host: SessionHost, name: str) -> bool:
 
 
 def reload_automaton(host: SessionHost, name: str, said: str, *, here: bool) -> StatusMessage | None:
-    """An automaton was changed in the library; the one in training (`here`) goes on as it is there now, and says so."""
+    """Reload an automaton that changed in the library, if it is in training (`here`)."""
     host.refresh_library()
     if not here:
         return StatusMessage(said, "recorded")
@@ -149,7 +149,7 @@ def reload_automaton(host: SessionHost, name: str, said: str, *, here: bool) -> 
 
 
 def _reopen(host: SessionHost, name: str, said: str) -> None:
-    """Go on with what is trained as the library has it, perhaps under another name."""
+    """Continue training the automaton as the library has it now, perhaps under another name."""
     trainer, paused = host.active_trainer, host.paused
     lesson = host.library_view.find_automaton(name).lesson
     targets = dict(trainer.session_view.targets)
@@ -182,7 +182,7 @@ def _refuse_unsaved(host: SessionHost, *, discard: bool) -> None:
 
 
 def set_other_agents(host: SessionHost, message: SetOtherAgents) -> StatusMessage:
-    """Let the others idle (None), or run a behavior of the library, its parameters standing for targets."""
+    """Let the other agents idle (None), or run a behavior of the library with these targets."""
     trainer, library = host.active_trainer, host.library_view.library
     behavior, targets = message.behavior, message.targets
     if host.world.robots < 2:
@@ -209,7 +209,7 @@ def set_other_agents(host: SessionHost, message: SetOtherAgents) -> StatusMessag
 
 
 def go_to_example(host: SessionHost, number: int) -> None:
-    """Go back to just before an example was shown; SessionError where that moment is not kept."""
+    """Go back to just before an example was recorded; SessionError if that moment was not kept."""
     trainer = host.active_trainer
     if all(example.number != number for example in trainer.session.examples):
         raise SessionError(f"{trainer.name} has no example {number}")
@@ -226,7 +226,7 @@ def go_to_example(host: SessionHost, number: int) -> None:
 
 
 def _before(journal: Path, number: int) -> SnapshotTaken | None:
-    """The snapshot before the press that showed an example; the last such, as undo lets numbers go."""
+    """Return the last snapshot before the press that recorded an example."""
     snapshot = found = None
     before: dict[int, SnapshotTaken | None] = {}
     for entry in read_journal(journal):
@@ -276,7 +276,7 @@ def handle_step(host: SessionHost, _: m.StepTick) -> None:
 
 
 def handle_set_speed(host: SessionHost, message: m.SetSpeed) -> None:
-    """Choose how fast time goes."""
+    """Set the speed."""
     host.set_speed(FASTEST if message.speed == "fastest" else message.speed)
 
 
@@ -307,7 +307,7 @@ def handle_new(host: SessionHost, message: m.NewAutomaton) -> None:
 
 
 def _choices(message: m.NewAutomaton | m.ChangeDesign) -> LessonChoices:
-    """What a message chooses for a lesson, by the names that choices have there, too."""
+    """Make the choices for a lesson from a message."""
     said = structs.asdict(message)
     return LessonChoices(
         **{each.name: said[each.name] for each in fields(LessonChoices) if each.name in said}
@@ -315,7 +315,7 @@ def _choices(message: m.NewAutomaton | m.ChangeDesign) -> LessonChoices:
 
 
 def handle_select_agent(host: SessionHost, message: m.SelectAgent) -> None:
-    """Choose which robot is trained, or which coordinator."""
+    """Select the robot, or the coordinator, to train."""
     if message.sort != host.sort or has_other_library(host, message.agent):
         select_squad_sort(host, message.sort, message.agent, discard=message.discard)
     select_agent(host, message.agent)
@@ -329,7 +329,7 @@ def handle_change_design(host: SessionHost, message: m.ChangeDesign) -> None:
 
 
 def handle_edit_example(host: SessionHost, message: m.EditExample) -> None:
-    """Let an example say something else."""
+    """Edit an example."""
     features = {str(bound): bound for bound in host.active_trainer.features}
     for label in message.values:
         if label not in features:

@@ -1,4 +1,4 @@
-"""Actions on the world: things put elsewhere by hand, and real robots."""
+"""Handle messages about the world: objects that are moved by hand, and real robots."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FOOD = 10
 
 
 def handle_move_robot(host: SessionHost, message: m.MoveRobot) -> None:
-    """Put a robot elsewhere."""
+    """Move a robot."""
     if message.agent >= host.world.robots:
         problem, remedy = f"is {message.agent + 1}", f"give one from 1 to {host.world.robots}"
         raise SettingError(where="the studio", setting="robot", problem=problem, remedy=remedy)
@@ -53,7 +53,7 @@ def handle_add_obstacle(host: SessionHost, message: m.AddObstacle) -> None:
 
 
 def handle_move_obstacle(host: SessionHost, message: m.MoveObstacle) -> None:
-    """Put a round obstacle elsewhere."""
+    """Move a round obstacle."""
     place = (message.index, message.x, message.y)
     host.edit_world(lambda world: world.move_obstacle(*place), "An obstacle was moved")
     host.note_world_change()
