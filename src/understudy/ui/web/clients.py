@@ -90,7 +90,7 @@ class Client:
 
 
 class Clients:
-    """All pages; at most one of them directs."""
+    """All connected pages; at most one of them is in control."""
 
     def __init__(self, wall: WallClock) -> None:
         self._wall = wall
@@ -105,7 +105,7 @@ class Clients:
         return iter(tuple(self._here))
 
     def connect(self, key: str | None) -> Client:
-        """A page connects. It directs where nobody does, or where the one that directs is itself, cut off."""
+        """Connect a page. It gets control if no page has it, or if it is the page in control that connects again."""
         former = self.director
         returned = former is not None and key == former.key
         if returned or key not in self._keys or key is None:
@@ -121,7 +121,7 @@ class Clients:
         return viewer
 
     def disconnect(self, viewer: Client) -> bool:
-        """A page is gone; whether it was the one that directed."""
+        """Disconnect a page, and return whether it was in control."""
         self._here.pop(viewer, None)
         directed = viewer is self.director
         if directed:
@@ -129,7 +129,7 @@ class Clients:
         return directed
 
     def take_control(self, viewer: Client) -> None:
-        """Become director."""
+        """Give control to a page."""
         if self.director is not None and self.director is not viewer:
             silent_s = self._wall() - self.director.spoke_s
             if silent_s < SILENT_S:
@@ -140,12 +140,12 @@ class Clients:
         self.director = viewer
 
     def hand_over_control(self, viewer: Client) -> None:
-        """No longer direct."""
+        """Take control from a page."""
         self.refuse_others(viewer)
         self.director = None
 
     def refuse_others(self, viewer: Client) -> None:
-        """SessionError unless it directs."""
+        """Raise SessionError unless the page is in control."""
         if viewer is not self.director:
             raise SessionError(
                 "this page is not in control: take over first"

@@ -1,7 +1,7 @@
-"""Frames: the world at one moment as bytes a page reads without parsing; all little-endian.
+"""Frames: the world at one moment as bytes that a page reads without parsing; all little-endian.
 
-header, N robots, K objects, F feature values (f32, absent is NaN), the count of sonar readings (u16), those (f32),
-and how much food all robots brought home (u32)
+header, N robots, K objects, F feature values (f32, absent is NaN), the number of sonar readings (u16), those (f32),
+and the food that all robots brought home (u32)
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def encode_frame(
     sonar: Sequence[float] = (),
     doing: Sequence[int] = (),
 ) -> bytes:
-    """One moment; `state` is the index of what robot `agent` does. `doing` is what all do, where that is told."""
+    """Encode one moment. `state` is the index of the state of robot `agent`; `doing` has those of all robots."""
     header = np.zeros((), HEADER)
     counts = len(view.robots), len(view.objects), len(features)
     header[()] = (KIND, bits, *counts, view.time_s, state, agent, tick & 0xFFFFFFFF)

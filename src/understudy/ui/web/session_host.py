@@ -1,4 +1,4 @@
-"""What the studio hosts: one world, one library, and at most one trainer whose session is open."""
+"""The studio's host: one world, one library, and at most one trainer with an open session."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _log = logging.getLogger(__name__)
 
 
 def describe_error(error: Exception) -> str:
-    """What went wrong in a sentence; an internal error is logged, too."""
+    """Describe an error in a sentence; an internal error is logged, too."""
     if isinstance(error, UnderstudyError):
         return str(error)
     _log.error("an internal error", exc_info=error)
@@ -62,13 +62,13 @@ def describe_error(error: Exception) -> str:
 
 
 def _as_on_the_page(text: str) -> str:
-    """What a world says, with robots counted from 1, and in centimeters what a pointer meant."""
+    """Adapt an error of a world to the page: robots count from 1, and positions have centimeters."""
     text = _ROBOT.sub(lambda found: f"robot {int(found[1]) + 1}", text)
     return _LONG.sub(lambda found: f"{float(found[0]):.2f}", text)
 
 
 class UnseenWorldsEvaluation:
-    """What is in training, tried in unseen worlds in a thread of its own, while the world on the page goes on."""
+    """The evaluation of the lesson in unseen worlds, in a thread of its own, while the world on the page continues."""
 
     def __init__(
         self, called: str, edition: int, *, worlds: int, evaluate: Callable[[Progress], Evaluation]
@@ -85,11 +85,11 @@ class UnseenWorldsEvaluation:
         return self.data.result is None and not self.data.problem
 
     def cancel(self) -> None:
-        """End it soon; nothing comes of it."""
+        """Cancel the evaluation; it has no result then."""
         self._cancelled = True
 
     def take_status(self) -> StatusMessage | None:
-        """What came of it, once; None before, and afterwards."""
+        """Return the result as a status message, once; None before and afterwards."""
         data = self.data
         if self.is_running or not self._untold:
             return None
@@ -160,12 +160,12 @@ class SessionHost:
 
     @property
     def trainer(self) -> Trainer | None:
-        """The trainer, where a session is open; else None."""
+        """The trainer; None if no session is open."""
         return None if self.open_session is None else self.open_session.trainer
 
     @property
     def active_trainer(self) -> Trainer:
-        """The trainer; SessionError where no session is open."""
+        """The trainer; SessionError if no session is open."""
         if self.open_session is None:
             raise SessionError(NOTHING[0].lower() + NOTHING[1:])
         return self.open_session.trainer
@@ -184,7 +184,7 @@ class SessionHost:
 
     @property
     def other_behavior(self) -> BehaviorCallData | None:
-        """What the robots run that are not trained; None: they idle."""
+        """The behavior of the agents that are not trained; None: they idle."""
         doing = None if self.trainer is None else self.trainer.session.other_agents.behavior_call
         if doing is None or doing.behavior is None:
             return None
@@ -192,25 +192,25 @@ class SessionHost:
 
     @property
     def paused(self) -> bool:
-        """Whether somebody let time stand still."""
+        """Whether the run is paused."""
         return self._idling.paused if self.trainer is None else self.trainer.paused
 
     @property
     def speed(self) -> float:
-        """How many times as fast as in life the world goes."""
+        """The speed, as a multiple of real time."""
         return self._speed
 
     @property
     def seed(self) -> int:
-        """The seed of the world as it is."""
+        """The seed of the present world."""
         return self.world.seeds[0]
 
     def scene(self) -> SceneData:
-        """What does not change from tick to tick."""
+        """The data that do not change from tick to tick."""
         return describe_scene(self.world, self.kit, self.groups.data())
 
     def library(self) -> LibraryData:
-        """The library's folder, as it was looked at last."""
+        """The content of the library's folder when it was last read."""
         left = [
             CutOffData(name=name, examples=each.examples, began=each.began.isoformat())
             for name, each in self.cut_off.items()
@@ -218,7 +218,7 @@ class SessionHost:
         return self.library_view.data(left)
 
     def session_data(self) -> SessionData | None:
-        """What is trained, as a page shows it."""
+        """Return the session as data for a page."""
         if self._picture is None:
             return None
         asking = self.unsure.data(self.active_trainer.coach)
@@ -228,7 +228,7 @@ class SessionHost:
         )
 
     def frame(self) -> bytes:
-        """The moment, for drawing."""
+        """Return the present moment as bytes for drawing."""
         trainer = self.trainer
         tick = int(self.world.state.tick[0])
         bits = frames.PAUSED * self.paused
@@ -250,7 +250,7 @@ class SessionHost:
         )
 
     def _doing(self, trainer: Trainer) -> list[int]:
-        """What each robot does that a trained coordinator orders about."""
+        """Return the index of what each robot does under the trained coordinator."""
         body = trainer.session.body
         return self.doing.numbers(body.team.paths) if isinstance(body, CoordinatorBody) else []
 
@@ -268,7 +268,7 @@ class SessionHost:
     # Time
 
     def run_due_ticks(self) -> None:
-        """Take the ticks that are due; what goes wrong is said, and time stands still."""
+        """Take the ticks that are due. An error is reported, and pauses the run."""
         trainer = self.trainer
         try:
             for _ in self._idling.ticks() if trainer is None else trainer.ticks():
@@ -284,7 +284,7 @@ class SessionHost:
             self.halt(describe_error(error))
 
     def step(self) -> None:
-        """One tick, then time stands still."""
+        """Take one tick, then pause."""
         self.frame_version += 1
         if self.trainer is None:
             self._idling.step()
@@ -294,14 +294,14 @@ class SessionHost:
             self.note_tick()
 
     def note_tick(self) -> None:
-        """A tick passed."""
+        """Note that a tick was taken."""
         if self.trainer is not None:
             self._keep_moment()
             self.unsure.update(self.trainer.coach.asking.marked, self.run.number, self.world.time_s)
 
     @keep_status
     def halt(self, problem: str) -> StatusMessage:
-        """Something went wrong, which is said; time stands still, and real robots have to be armed again."""
+        """Report an error and pause; real robots have to be armed again."""
         self.robots.disarm(problem)
         self.pause(True)
         return StatusMessage(problem, "error")
@@ -317,14 +317,14 @@ class SessionHost:
             self.status = StatusMessage(why or ("Paused" if paused else "Going on"))
 
     def set_speed(self, speed: float) -> None:
-        """How many times as fast as in life the world goes."""
+        """Set the speed, as a multiple of real time."""
         self._speed = self._idling.pace.speed = check_speed(speed, "the studio", live=self._idling.pace.live)
         if self.trainer is not None:
             self.trainer.set_speed(speed)
 
     @keep_status
     def reset(self, seed: int | None) -> StatusMessage:
-        """The world of a seed from its beginning."""
+        """Begin the world of a seed."""
         seed = self.seed if seed is None else seed
         if self.trainer is None:
             if isinstance(self.world, DigitalTwin):
@@ -347,18 +347,18 @@ class SessionHost:
             self.rewind_buffer.append(self.trainer.session)
 
     def rewind(self, frame: RewindPoint) -> None:
-        """Go back to a moment of the run, and stand still there; the lesson stays."""
+        """Go back to a moment of the run and pause there; the lesson stays as it is."""
         switches = self.active_trainer.explainer.list_switches_before(frame.time_s)
         self._back(frame.instant)
         self.active_trainer.explainer.restore_switches(switches)
 
     def go_back(self, instant: SessionSnapshot) -> None:
-        """Go back to a moment of this session that may be of another run."""
+        """Go back to a moment of this session, which may belong to another run."""
         self._back(instant)
         self._begin_rewind()
 
     def clear_rewind(self) -> None:
-        """The robot and its world were put elsewhere: one can go back to here, and not beyond."""
+        """Note that the robot or its world was moved, so that earlier moments are out of reach."""
         self._begin_rewind()
         self.note_world_change()
 
@@ -373,7 +373,7 @@ class SessionHost:
         return StatusMessage(f"Back at {now}; the lesson is unchanged, and the run continues from here")
 
     def note_world_change(self) -> None:
-        """The world was changed otherwise than by a tick."""
+        """Note a change of the world other than by a tick."""
         self.frame_version += 1
         self.scene_version += 1
 
@@ -392,7 +392,7 @@ class SessionHost:
     # Opening and closing
 
     def replace_session(self, opened: OpenSession, said: str) -> None:
-        """Put another session in place of the present one, whose journal is not needed any more."""
+        """Replace the present session, whose journal is no longer needed."""
         asked = QueryPolicy.NEVER if self.trainer is None else self.trainer.coach.asking.when
         self._leave()
         self._idling.pause(True)
@@ -408,7 +408,7 @@ class SessionHost:
         self.note_world_change()
 
     def select_agents(self, sort: str | None, agent: int) -> None:
-        """Let another sort of agents be trained: what they know, and one of them; the present session is left."""
+        """Select another sort of agents and one of them for training; the present session ends."""
         self._leave()
         self.sort, self.agent = sort, agent
         self.doing = ActivityNames()
@@ -418,11 +418,11 @@ class SessionHost:
 
     @property
     def body(self) -> Ground | CoordinatorBody:
-        """What is trained."""
+        """The body that is trained."""
         return self.groups.body(self.world, self.sort)
 
     def end_evaluation(self) -> None:
-        """Cancel the evaluation in unseen worlds, or put its result away."""
+        """Cancel the evaluation in unseen worlds, or drop its result."""
         if self.evaluation is not None:
             self.evaluation.cancel()
             self.evaluation = None
@@ -435,7 +435,7 @@ class SessionHost:
             interrupted_sessions.finish_journal(left.journal, self.library_view.folder, left.trainer.name)
 
     def close(self) -> None:
-        """Put everything on disk; what is not saved is offered next time."""
+        """Write everything to disk; unsaved changes are offered next time."""
         self.executor.shutdown(wait=False, cancel_futures=True)
         self.end_evaluation()
         if self.open_session is None:
@@ -447,7 +447,7 @@ class SessionHost:
             self._leave()
 
     def refresh_library(self) -> None:
-        """See what the library's folder holds now; what is new there can be used in the lesson at once."""
+        """Read the library's folder again; new behaviors can be used in the lesson at once."""
         self.library_view = self.groups.read_library(self.sort, self.agent)
         self.kit = self.library_view.library.kit
         if self.trainer is not None:
@@ -459,7 +459,7 @@ class SessionHost:
         self.scene_version += 1
 
     def refresh_interrupted(self) -> None:
-        """See which sessions were cut off; their journals are read, which may take a moment."""
+        """Find interrupted sessions; reading their journals may take a moment."""
         world = self.world.scenario.name
         found = interrupted_sessions.list_interrupted_sessions(
             self.library_view.folder, world, self.library_view.library

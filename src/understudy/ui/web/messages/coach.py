@@ -1,4 +1,4 @@
-"""What a page may say to the coach."""
+"""Messages of a page about the coach."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""What a page may say to look back: why, what lessons promise and whether they keep it, unseen worlds, versions,
-simplifying.
-"""
+"""Messages of a page about explanations, expected outcomes, unseen worlds, versions and simplifying."""
 
 from __future__ import annotations
 
@@ -49,18 +47,19 @@ class TestLesson(Message, frozen=True, kw_only=True, tag="test"):
 
 
 class EvaluateSession(Message, frozen=True, kw_only=True, tag="evaluate"):
-    """Try what is in training, as it stands, in worlds that it was not taught in: 1 to 1000 of them."""
+    """Evaluate the automaton in training in 1 to 1000 unseen worlds."""
 
     count: Index = 100
 
 
 class CancelEvaluation(Message, frozen=True, kw_only=True, tag="cancel_evaluation"):
-    """Cancel the evaluation in unseen worlds, or put its result away."""
+    """Cancel the evaluation in unseen worlds, or drop its result."""
 
 
 class SaveAutomaton(Message, frozen=True, kw_only=True, tag="save"):
-    """Save the automaton; a name saves a copy under it. What no longer works is said first, unless it is to be saved
-    `anyway`.
+    """Save the automaton; a name saves a copy under it.
+
+    Lost outcomes are reported first, unless it is to be saved `anyway`.
     """
 
     name: NameField | None = None

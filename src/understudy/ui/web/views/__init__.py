@@ -1,1 +1,1 @@
-"""Plain data that the page draws."""
+"""The data that the page displays."""

@@ -1,6 +1,4 @@
-"""Show whether the lessons of a library still hold, in how many unseen worlds what is trained succeeds, what saving
-would break, and what pruning would change.
-"""
+"""Tests of lessons for the page: expected outcomes, unseen worlds, regressions of a save, effects of pruning."""
 
 from __future__ import annotations
 
@@ -51,7 +49,7 @@ SAVED = "it was saved"
 
 
 class PromiseTestedData(Data, frozen=True, kw_only=True):
-    """What became of an outcome that the lesson promises."""
+    """The result of an expected outcome."""
 
     said: str
     took_s: float | None
@@ -80,7 +78,7 @@ class LessonTestReply(Data, frozen=True, kw_only=True):
 
 
 def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestReply:
-    """Test one automaton on its lesson, beside what it was: what is trained counts as it stands."""
+    """Test one automaton on its lesson, compared with its former version; in training, the unsaved lesson counts."""
     name, library = message.name, _present(host)
     library.automaton(name)
     formers = {each: _former(host, each) for each in list_dependencies(library, name)}
@@ -92,13 +90,13 @@ def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestRepl
 
 
 def _present(host: SessionHost) -> Library:
-    """The library, with what is trained as it stands."""
+    """Return the library, with the automaton in training as it stands."""
     trainer, library = host.trainer, host.library_view.library
     return library if trainer is None else library.with_automaton(trainer.session.make_trained_automaton())
 
 
 def _former(host: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]:
-    """What an automaton was before, and what that is called: the last former version, or what is saved."""
+    """Return the version to compare an automaton with, and its name: the last former version, or the saved one."""
     trainer, saved = host.trainer, host.library_view.library.taught.get(name)
     if trainer is not None and name == trainer.name and trainer.has_unsaved_changes:
         return SAVED, saved
@@ -127,14 +125,14 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
 
 
 def find_unsaved_regressions(host: SessionHost) -> tuple[str, ...]:
-    """What worked with what is saved and no longer does with what is trained, also in what is above it."""
+    """Find the outcomes that the saved automaton reaches and the one in training does not, also those of its parents."""
     library, taught = host.library_view.library, host.active_trainer.session.make_trained_automaton()
     known = host.groups.collect_libraries(host.sort, host.agent, library)
     return find_regressions_since_saved(host.library_view.folder, library, taught, known)
 
 
 def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> StatusMessage:
-    """Try what is trained, as it stands, in worlds that were not on the page; the one that is goes on meanwhile."""
+    """Evaluate the automaton in training in unseen worlds, while the world on the page continues."""
     trainer, scenario = host.active_trainer, host.world.scenario
     if not 1 <= message.count <= MOST_WORLDS:
         problem, remedy = f"is {message.count}", f"give one from 1 to {MOST_WORLDS}"
@@ -169,14 +167,14 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
 
 
 def handle_cancel_evaluation(host: SessionHost, _: CancelEvaluation) -> StatusMessage | None:
-    """Cancel the evaluation in unseen worlds, or put its result away."""
+    """Cancel the evaluation in unseen worlds, or drop its result."""
     running = host.evaluation is not None and host.evaluation.is_running
     host.end_evaluation()
     return StatusMessage("Test cancelled") if running else None
 
 
 def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMessage:
-    """Go to where an outcome was promised, the automaton afresh; nothing is recorded."""
+    """Go to the moment of an expected outcome, with the automaton restarted; nothing is recorded."""
     trainer = host.active_trainer
     outcome = lesson_actions.find_expectation(trainer, message.outcome)
     if outcome.scenario != format_scenario(host.world.scenario) or outcome.sort != (host.sort or ""):
@@ -193,14 +191,14 @@ def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMess
 
 
 class LeavesData(Data, frozen=True, kw_only=True):
-    """How many answers all trees have."""
+    """The number of leaves of all trees."""
 
     before: int
     after: int
 
 
 class StateConditionsData(Data, frozen=True, kw_only=True):
-    """When a state is left, in words."""
+    """The conditions on which a state is left."""
 
     state: str
     before: list[str]
@@ -208,7 +206,7 @@ class StateConditionsData(Data, frozen=True, kw_only=True):
 
 
 class ChangedDecisionData(Data, frozen=True, kw_only=True):
-    """An example that would be decided otherwise."""
+    """An example that would be decided differently."""
 
     number: int
     state: str
@@ -218,14 +216,14 @@ class ChangedDecisionData(Data, frozen=True, kw_only=True):
 
 
 class MomentsData(Data, frozen=True, kw_only=True):
-    """Moments of the second before presses, and at how many of them it would decide otherwise."""
+    """The moments of the second before presses, and how many of them would be decided differently."""
 
     all: int
     changed: int
 
 
 class SimplerData(Data, frozen=True, kw_only=True):
-    """What the automaton would be with fewer questions."""
+    """The automaton with fewer tests."""
 
     pruning: float
     suggested: PruningSuggestion | None
@@ -241,7 +239,7 @@ class SimplerData(Data, frozen=True, kw_only=True):
 
 
 class SimplifyReply(Data, frozen=True, kw_only=True):
-    """What the automaton would be with fewer questions."""
+    """The automaton with fewer tests."""
 
     simpler: SimplerData
 

@@ -1,4 +1,4 @@
-"""A picture of a session: what a page shows of it, put together again only where it changed."""
+"""A session as data for a page, computed again only where it changed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST_LISTED = 100
 
 
 class NestedStateData(Data, frozen=True, kw_only=True):
-    """A state as it is drawn."""
+    """A state, for drawing."""
 
     name: str
     flag: bool
@@ -37,7 +37,7 @@ class NestedStateData(Data, frozen=True, kw_only=True):
 
 
 class WayData(Data, frozen=True, kw_only=True):
-    """When it goes from one state to another."""
+    """The conditions of a transition between two states."""
 
     from_: str = field(name="from")
     to: str
@@ -53,13 +53,13 @@ class NestedAutomatonData(Data, frozen=True, kw_only=True):
 
 
 class NestedAutomata:
-    """The trained automata that an automaton runs, directly or through others, each put in words once."""
+    """The automata under an automaton, directly or through others, each described once."""
 
     def __init__(self) -> None:
         self._known: dict[str, tuple[Automaton, NestedAutomatonData]] = {}
 
     def describe_nested(self, automaton: Automaton, library: Library) -> dict[str, NestedAutomatonData]:
-        """By name, what a page draws of them."""
+        """Describe the automata under an automaton, by name."""
         found: dict[str, NestedAutomatonData] = {}
         left = [automaton]
         while left:
@@ -92,7 +92,7 @@ def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> Nes
 
 
 def state_fields(state: State, library: Library) -> dict[str, Any]:
-    """The fields of `NestedStateData`."""
+    """Return the fields of `NestedStateData`."""
     return {
         "name": state.name,
         "flag": state.flag is not None,
@@ -104,7 +104,7 @@ def state_fields(state: State, library: Library) -> dict[str, Any]:
 def list_exits(
     automaton: Automaton, function: Transition, directed: Sequence[str], vectors: Vectors
 ) -> Iterator[tuple[str, list[str]]]:
-    """Where a transition function learned from such vectors leads, and when; of a classifier, where it was directed."""
+    """List the next states of a transition function with their conditions; for a classifier, the directed ones."""
     if not isinstance(function, Tree):
         for following in directed:
             yield following, [BY_CLASSIFIER]
@@ -120,14 +120,14 @@ ExampleKindName: TypeAlias = Literal["directive", "default", "confirmation", "wa
 
 
 class StateData(NestedStateData, frozen=True, kw_only=True):
-    """A state of the automaton under training, with the keys that direct to it."""
+    """A state of the automaton in training, with its keys."""
 
     key: str
     arrow: Arrow | None
 
 
 class EdgeData(WayData, frozen=True, kw_only=True):
-    """What was learned, and from which examples."""
+    """A learned transition, with the examples behind it."""
 
     examples: list[int]
 
@@ -163,14 +163,14 @@ class DoubtData(Data, frozen=True, kw_only=True):
 
 
 class BehaviorCallData(Data, frozen=True, kw_only=True):
-    """A behavior, and what its parameters stand for."""
+    """A behavior with its targets."""
 
     behavior: str
     targets: dict[str, str]
 
 
 class LessonData(Data, frozen=True, kw_only=True):
-    """What of a session changes only with the lesson."""
+    """The data of a session that change only with the lesson."""
 
     parameters: list[str]
     states: list[StateData]
@@ -195,7 +195,7 @@ class LessonData(Data, frozen=True, kw_only=True):
 
 
 class FailedWorldData(Data, frozen=True, kw_only=True):
-    """An unseen world in which what was tried did not succeed."""
+    """An unseen world in which the automaton did not succeed."""
 
     seed: int
     problem: str
@@ -203,7 +203,7 @@ class FailedWorldData(Data, frozen=True, kw_only=True):
 
 
 class EvaluationResultData(Data, frozen=True, kw_only=True):
-    """In how many unseen worlds it succeeded, and where it did not."""
+    """The number of unseen worlds in which the automaton succeeded, and those in which it did not."""
 
     success: str
     """What counts as success, in words."""
@@ -219,7 +219,7 @@ class EvaluationResultData(Data, frozen=True, kw_only=True):
 
 
 class EvaluationData(Data, frozen=True, kw_only=True):
-    """What is in training, tried in unseen worlds as it was when that began."""
+    """The evaluation in unseen worlds of the automaton as it was at the start."""
 
     called: str
     """What is tried: goto(station)."""
@@ -235,7 +235,7 @@ class EvaluationData(Data, frozen=True, kw_only=True):
 
 
 class SessionData(LessonData, frozen=True, kw_only=True):
-    """The automaton under training."""
+    """The automaton in training."""
 
     name: str
     targets: dict[str, str]
@@ -262,7 +262,7 @@ class SessionData(LessonData, frozen=True, kw_only=True):
 
 
 class SessionViewBuilder:
-    """Makes the page's data of one session."""
+    """Builds the page's data of one session."""
 
     def __init__(self, trainer: Trainer) -> None:
         self._trainer = trainer
@@ -278,7 +278,7 @@ class SessionViewBuilder:
         asking: AskingData,
         evaluation: EvaluationData | UnsetType = UNSET,
     ) -> SessionData:
-        """The session as it is now."""
+        """Build the data of the session as it is now."""
         trainer, view = self._trainer, self._trainer.session_view
         return SessionData(
             **structs.asdict(self._taught()),
@@ -303,7 +303,7 @@ class SessionViewBuilder:
         )
 
     def _taught(self) -> LessonData:
-        """What changes only with the lesson."""
+        """Build the data that change only with the lesson."""
         lesson, learned = self._trainer.explainer.learn_lesson()
         if lesson is not self._of or self._lesson is None:
             self._of = lesson
@@ -335,7 +335,7 @@ class SessionViewBuilder:
 
 
 def describe_evaluation(found: Evaluation) -> EvaluationResultData:
-    """What came of trying a behavior in unseen worlds."""
+    """Describe the result of an evaluation in unseen worlds."""
     missed = "goal not reached" if found.flag is None else f"not {found.flag}"
     rows = zip(found.seeds, found.taught.finished.tolist(), found.taught.limit_s.tolist(), strict=True)
     failed = [
@@ -407,7 +407,7 @@ def _time(lesson: Lesson, example: Example) -> float | None:
 
 
 def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[EdgeData]:
-    """Where what was learned leads, and when, with the examples that showed it."""
+    """Yield the learned transitions with their conditions and examples."""
     for state, function in learned.items():
         led: dict[str, list[int]] = {}
         for example in lesson.examples:
