@@ -25,13 +25,14 @@ export type Request =
   | { do: "visit"; outcome: Index }
   /** Test an automaton on its lesson, with the unsaved state of what is in training. */
   | { do: "test"; name: NameField }
-  /** Try what is in training, as it stands, in worlds that it was not taught in: 1 to 1000 of them. */
+  /** Evaluate the automaton in training in 1 to 1000 unseen worlds. */
   | { do: "evaluate"; count?: Index }
-  /** Cancel the evaluation in unseen worlds, or put its result away. */
+  /** Cancel the evaluation in unseen worlds, or drop its result. */
   | { do: "cancel_evaluation" }
   /**
-   * Save the automaton; a name saves a copy under it. What no longer works is said first, unless it is to be saved
-   * `anyway`.
+   * Save the automaton; a name saves a copy under it.
+   *
+   * Lost outcomes are reported first, unless it is to be saved `anyway`.
    */
   | { do: "save"; name?: NameField | null; anyway?: boolean }
   /** Preview the automaton with fewer splits; the best number of splits unless one is given. */
@@ -48,9 +49,9 @@ export type Request =
   | { do: "confirm" }
   /** Switch between training and testing. */
   | { do: "turn" }
-  /** Take back the last step that changed the lesson. */
+  /** Undo the last change of the lesson. */
   | { do: "undo" }
-  /** Do the last undone step again. */
+  /** Redo the last undone change. */
   | { do: "redo" }
   /** Pause or resume. */
   | { do: "pause"; paused: boolean }
@@ -62,7 +63,7 @@ export type Request =
   | { do: "reset"; seed?: Seed | null }
   /** Restart the automaton and leave the robot where it is. */
   | { do: "restart" }
-  /** Go back to a moment of the run: a time of the world (s), or when an example was shown. */
+  /** Go back to a moment of the run: a time of the world (s), or that of an example. */
   | { do: "rewind"; time_s?: number | null; example?: Index | null }
   /** Bind parameters to other targets. */
   | { do: "stand_for"; targets: Targets }
@@ -173,7 +174,7 @@ export type Request =
   /** Release control. */
   | { do: "hand_over" };
 
-/** What answers a request: that it was done, or why not. */
+/** The reply to a request: that it was carried out, or why not. */
 export interface Answer
   extends
     Partial<NotSavedReply>,
@@ -245,7 +246,7 @@ export interface VersionsReply {
   versions: readonly Version[];
 }
 
-/** What changed between two versions. */
+/** The changes between two versions. */
 export interface ChangesReply {
   changes: readonly Change[];
   moved: readonly Moved[];
@@ -258,13 +259,13 @@ export interface AdviceReply {
   late?: Late | null;
 }
 
-/** What came of setting up a situation, and the number of the run that begins there. */
+/** The result of setting up a situation, and the number of the run that begins there. */
 export interface SituationReply {
   sentence: string;
   run: number;
 }
 
-/** What every level decides now, the topmost first, and the last switch of any of them. */
+/** The present decision of every level, the topmost first, and the last switch of any level. */
 export interface ReasonsReply {
   levels: readonly Level[];
   last: Switched | null;
@@ -275,7 +276,7 @@ export interface LessonTestReply {
   tested: Tested;
 }
 
-/** What the automaton would be with fewer questions. */
+/** The automaton with fewer tests. */
 export interface SimplifyReply {
   simpler: Simpler;
 }
@@ -295,13 +296,13 @@ export interface Hello {
   scene: Scene;
 }
 
-/** The scene changed. */
+/** A change of the scene. */
 export interface SceneNews {
   is: "scene";
   scene: Scene;
 }
 
-/** What is trained, and around it. */
+/** A change of the session, or of its surroundings. */
 export interface SessionNews {
   is: "desk";
   library: Library;
@@ -328,14 +329,14 @@ export interface Version {
   saved: string | null;
 }
 
-/** What changed in one respect. */
+/** The changes in one respect. */
 export interface Change {
   topic: string;
   /** Lines that begin with + (new), - (gone), or neither. */
   lines: readonly string[];
 }
 
-/** When it goes from one state to another: what is gone of that, what is new, and because of which examples. */
+/** The changes of a transition between two states: conditions that are gone or new, and the examples responsible. */
 export interface Moved {
   from: string;
   to: string;
@@ -345,7 +346,7 @@ export interface Moved {
   examples: readonly ExampleAttribution[];
 }
 
-/** One thing the coach says of a lesson. */
+/** One suggestion of the coach. */
 export interface Advice {
   kind: string;
   sentence: string;
@@ -358,13 +359,13 @@ export interface Advice {
   place: boolean;
 }
 
-/** How late presses seem to come. */
+/** An estimate of how late presses come. */
 export interface Late {
   reaction_s: number;
   sentence: string;
 }
 
-/** What an automaton decides now. */
+/** The present decision of an automaton. */
 export interface Level extends Behind {
   state: string;
   since_s: number;
@@ -390,7 +391,7 @@ export interface Tested {
   else: readonly string[];
 }
 
-/** What the automaton would be with fewer questions. */
+/** The automaton with fewer tests. */
 export interface Simpler {
   pruning: number;
   /** Null where there are too few examples to tell. */
@@ -405,14 +406,14 @@ export interface Simpler {
   moments: Moments;
 }
 
-/** The colors of a thing: hues (degrees; from > to crosses red), shares of saturation and of value. */
+/** The colors of an object: hues (degrees; from > to crosses red), shares of saturation and of value. */
 export interface Color {
   hue_deg: readonly [number, number];
   saturation: readonly [number, number];
   value: readonly [number, number];
 }
 
-/** What of a world does not change from tick to tick, and what its kit has. */
+/** The data of a world that do not change from tick to tick, and its kit. */
 export interface Scene {
   scenario: string;
   width: number;
@@ -452,7 +453,7 @@ export interface Library {
   cut_off: readonly CutOff[];
 }
 
-/** The automaton under training. */
+/** The automaton in training. */
 export interface Session extends Lesson {
   name: string;
   targets: Readonly<Record<string, string>>;
@@ -478,7 +479,7 @@ export interface Session extends Lesson {
   evaluation?: Evaluation;
 }
 
-/** The last thing the trainer said. */
+/** A sentence for the status line. */
 export interface StatusMessage {
   text: string;
   tone: Tone;
@@ -491,7 +492,7 @@ export interface RobotStatus {
   stopped: string;
 }
 
-/** A run of the world: from when of its time one can go back in it. */
+/** A run of the world, with the earliest time to which it can be rewound. */
 export interface Run {
   number: number;
   from_s: number;
@@ -516,7 +517,7 @@ export interface PressSays {
   next: string;
 }
 
-/** What a decision read, and the examples responsible. */
+/** The readings behind a decision, and the examples responsible. */
 export interface Behind {
   automaton: string;
   says: string;
@@ -530,7 +531,7 @@ export interface Behind {
   more: number;
 }
 
-/** What became of an outcome that the lesson promises. */
+/** The result of an expected outcome. */
 export interface PromiseTested {
   said: string;
   took_s: number | null;
@@ -551,20 +552,20 @@ export interface PruningSuggestion {
   wrong_pruned: number;
 }
 
-/** How many answers all trees have. */
+/** The number of leaves of all trees. */
 export interface Leaves {
   before: number;
   after: number;
 }
 
-/** When a state is left, in words. */
+/** The conditions on which a state is left. */
 export interface StateConditions {
   state: string;
   before: readonly string[];
   after: readonly string[];
 }
 
-/** An example that would be decided otherwise. */
+/** An example that would be decided differently. */
 export interface ChangedDecision {
   number: number;
   state: string;
@@ -573,13 +574,13 @@ export interface ChangedDecision {
   after: string | null;
 }
 
-/** Moments of the second before presses, and at how many of them it would decide otherwise. */
+/** The moments of the second before presses, and how many of them would be decided differently. */
 export interface Moments {
   all: number;
   changed: number;
 }
 
-/** A type of robots as it is drawn. */
+/** A type of robots, for drawing. */
 export interface RobotType {
   name: string;
   radius: number;
@@ -611,7 +612,7 @@ export interface Disc {
   color: string | null;
 }
 
-/** An arc in which a sensor measures a distance, a beam where both angles are one; relative to the heading. */
+/** An arc in which a sensor measures a distance, relative to the heading; both angles are equal for a beam. */
 export interface RangeArc {
   name: string;
   from_deg: number;
@@ -619,7 +620,7 @@ export interface RangeArc {
   range: number;
 }
 
-/** What a robot's camera covers. */
+/** The field of view of a robot's camera. */
 export interface Camera {
   view_deg: number;
   /** m; null: as far as anything is. */
@@ -631,7 +632,7 @@ export interface KitFeature extends Feature {
   parameters: readonly string[];
 }
 
-/** A behavior of the kit: its name, and what a call leaves open. */
+/** A behavior of the kit: its name and its open parameters. */
 export interface KitBehavior {
   name: string;
   parameters: readonly string[];
@@ -662,14 +663,14 @@ export interface Trained {
   why_not: string | null;
 }
 
-/** A lesson that was cut off before it was saved; opening it goes on with it. */
+/** An interrupted lesson with unsaved examples; opening it resumes it. */
 export interface CutOff {
   name: string;
   examples: number;
   began: string;
 }
 
-/** What of a session changes only with the lesson. */
+/** The data of a session that change only with the lesson. */
 export interface Lesson {
   parameters: readonly string[];
   states: readonly State[];
@@ -701,20 +702,20 @@ export interface Doubt {
   suspects: readonly Suspect[];
 }
 
-/** A behavior, and what its parameters stand for. */
+/** A behavior with its targets. */
 export interface BehaviorCall {
   behavior: string;
   targets: Readonly<Record<string, string>>;
 }
 
-/** What it does where it is unsure, the question that waits, and the moments at which it would still be unsure. */
+/** The policy for uncertain decisions, the open question, and the marked moments that are still uncertain. */
 export interface Asking {
   when: AskWhenName;
   question: Question | null;
   marks: readonly UnsureMark[];
 }
 
-/** What is in training, tried in unseen worlds as it was when that began. */
+/** The evaluation in unseen worlds of the automaton as it was at the start. */
 export interface Evaluation {
   /** What is tried: goto(station). */
   called: string;
@@ -731,7 +732,7 @@ export interface Evaluation {
 
 export type Tone = "" | "correction" | "error" | "recorded";
 
-/** An example that is behind a decision. */
+/** An example behind a decision. */
 export interface Responsible {
   number: number;
   kind: ExampleKindName;
@@ -739,7 +740,7 @@ export interface Responsible {
   time_s: number | null;
 }
 
-/** A feature with what its values are. */
+/** A feature with its kind. */
 export interface Feature {
   label: string;
   unit: string;
@@ -750,7 +751,7 @@ export interface Feature {
   period?: number;
 }
 
-/** A state of the automaton under training, with the keys that direct to it. */
+/** A state of the automaton in training, with its keys. */
 export interface State extends NestedState {
   key: string;
   arrow: Arrow | null;
@@ -771,7 +772,7 @@ export interface Example {
   quarantined: string;
 }
 
-/** What was learned, and from which examples. */
+/** A learned transition, with the examples behind it. */
 export interface Edge extends Way {
   examples: readonly number[];
 }
@@ -788,13 +789,13 @@ export interface Suspect {
   reason: string;
 }
 
-/** What waits for an answer, and the state that it would go to. */
+/** A question that waits for an answer, and the state of the uncertain decision. */
 export interface Question {
   sentence: string;
   next: string;
 }
 
-/** A moment at which it was unsure and went on. */
+/** A moment at which the decision was uncertain, and the run continued. */
 export interface UnsureMark {
   number: number;
   time_s: number;
@@ -803,7 +804,7 @@ export interface UnsureMark {
   sentence: string;
 }
 
-/** In how many unseen worlds it succeeded, and where it did not. */
+/** The number of unseen worlds in which the automaton succeeded, and those in which it did not. */
 export interface EvaluationResult {
   /** What counts as success, in words. */
   success: string;
@@ -822,7 +823,7 @@ export type ExampleKindName = "confirmation" | "default" | "directive" | "watche
 
 export type KindName = "categorical" | "continuous" | "toroidal";
 
-/** A state as it is drawn. */
+/** A state, for drawing. */
 export interface NestedState {
   name: string;
   flag: boolean;
@@ -833,7 +834,7 @@ export interface NestedState {
 
 export type Arrow = "down" | "left" | "right" | "up";
 
-/** When it goes from one state to another. */
+/** The conditions of a transition between two states. */
 export interface Way {
   from: string;
   to: string;
@@ -841,7 +842,7 @@ export interface Way {
   when: readonly string[];
 }
 
-/** An unseen world in which what was tried did not succeed. */
+/** An unseen world in which the automaton did not succeed. */
 export interface FailedWorld {
   seed: number;
   /** What went wrong, and after how long. */

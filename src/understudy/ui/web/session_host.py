@@ -206,11 +206,11 @@ class SessionHost:
         return self.world.seeds[0]
 
     def scene(self) -> SceneData:
-        """The data that do not change from tick to tick."""
+        """Return the data that do not change from tick to tick."""
         return describe_scene(self.world, self.kit, self.groups.data())
 
     def library(self) -> LibraryData:
-        """The content of the library's folder when it was last read."""
+        """Return the content of the library's folder when it was last read."""
         left = [
             CutOffData(name=name, examples=each.examples, began=each.began.isoformat())
             for name, each in self.cut_off.items()

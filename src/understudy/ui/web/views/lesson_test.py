@@ -125,7 +125,7 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
 
 
 def find_unsaved_regressions(host: SessionHost) -> tuple[str, ...]:
-    """Find the outcomes that the saved automaton reaches and the one in training does not, also those of its parents."""
+    """Find outcomes that the saved automaton reaches and the one in training does not, also in its parents."""
     library, taught = host.library_view.library, host.active_trainer.session.make_trained_automaton()
     known = host.groups.collect_libraries(host.sort, host.agent, library)
     return find_regressions_since_saved(host.library_view.folder, library, taught, known)
