@@ -168,8 +168,9 @@ def handle_list_versions(host: SessionHost, message: ListVersions) -> VersionsRe
 
 
 def handle_diff_versions(host: SessionHost, message: DiffVersions) -> ChangesReply:
-    """Compare a former version with another, or with the present one: lines by topic, and how switches moved, with the
-    examples responsible.
+    """Compare a former version with another, or with the present one.
+
+    The reply has lines by topic, and how switches moved, with the examples responsible.
     """
     name, to = message.name, message.to
     before = _version(host, name, message.version)
