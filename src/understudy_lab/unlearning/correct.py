@@ -17,7 +17,7 @@ from understudy.model.lesson import Learner, Lesson, SklearnOptions, TreeOptions
 from understudy_lab.unlearning.datasets import Labels, SparseLesson, Vectors, example, lesson_of
 
 CORRECTIONS = 20
-"""After so many corrections the teacher stops."""
+"""Number of corrections after which the teacher stops."""
 LEARNERS: dict[str, Learner] = {
     "trees": TreeOptions(),
     "k-NN": SklearnOptions("KNeighborsClassifier", {"n_neighbors": 3}),
@@ -27,7 +27,7 @@ AT_ONCE = 16
 
 
 class CorrectionResult(NamedTuple):
-    """The result of one teaching: share of correct test predictions, number of corrections, quarantined example numbers."""
+    """The share of correct test predictions, the number of corrections, and the numbers of quarantined examples."""
 
     accuracy: float
     corrections: int

@@ -19,7 +19,7 @@ DATA_SETS = ("iris", "wine", "breast_cancer", "digits")
 SIZES = ("4 a class", "60 in all")
 NOISES = (0.05, 0.1, 0.2)
 MOST = 300
-"""How many the robot meets at most, and how many it is judged on."""
+"""Largest number of vectors for correction, and of test vectors."""
 
 Labels: TypeAlias = NDArray[np.int64]
 Vectors: TypeAlias = NDArray[np.float64]

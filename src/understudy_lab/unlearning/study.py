@@ -21,7 +21,7 @@ REPEATS = range(61_000, 61_100)
 """The seeds of the published result: the method was tuned on seeds below 10 000."""
 INSTALL = format_install_command("sklearn")
 NAMED = 6
-"""So many settings that are not better are told by name."""
+"""Largest number of settings without improvement that the notes list by name."""
 BEATS, WORST, FOUND, LOST = 0.8, -0.01, 0.6, 0.1
 
 
@@ -194,7 +194,7 @@ def _notes(found: Mapping[Condition, ConditionResult]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Draw the gain of each setting over the share of wrong labels: one panel per learner, one line per data set and size."""
+    """Draw each setting's gain over the share of wrong labels: one panel per learner, one line per data set and size."""
     found = outcomes(rows)
     figure, axes = panels(len(LEARNERS), wide=3.2)
     for panel, learner in zip(axes, LEARNERS, strict=True):
