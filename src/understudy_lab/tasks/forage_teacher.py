@@ -49,7 +49,7 @@ def _ahead(screen: SessionView) -> float:
 
 
 def show_goto(screen: SessionView) -> str | None:
-    """Return the next state while demonstrating GoTo(A) (turn to A, drive to it, raise `done`), or None for no change."""
+    """Return the next state while demonstrating GoTo(A), or None: turn to A, drive to it, raise `done`."""
     distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
     if screen.state == "done" or isnan(distance):
         return None
@@ -161,7 +161,7 @@ def show_harvest(screen: SessionView) -> str | None:
 
 
 def complain_harvest(screen: SessionView) -> str | None:
-    """Return the state to correct Harvest to, or None: as in the demonstration, and where `done` is raised too early."""
+    """Return the state to correct Harvest to, or None: as demonstrated, and where `done` is raised too early."""
     if screen.state != "done":
         return show_harvest(screen)
     if _full(screen) or screen.features["food_left"] == NO:

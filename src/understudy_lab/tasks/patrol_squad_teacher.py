@@ -1,4 +1,4 @@
-"""The simulated teacher of the coordinators of a patrol: CollectivePatrol and CollectivePatrolAndDefer (section 5.1)."""
+"""The simulated teacher of a patrol's coordinators: CollectivePatrol and CollectivePatrolAndDefer (section 5.1)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 
 def show_collective_patrol(screen: SessionView) -> str | None:
-    """Return the next state while demonstrating CollectivePatrol; None for no change, KEEP to confirm the current state.
+    """Return the next state while demonstrating CollectivePatrol; None for no change, KEEP to confirm the current.
 
     All robots attack when one sees an intruder, go home when one has reached it, and disperse when all are home or when
     nobody has seen the intruder for a while.
@@ -186,7 +186,7 @@ COME = LessonPlan(
 
 
 def show_gather(screen: SessionView) -> str | None:
-    """Return the next state of Gather(A): all robots come to A, and `done` is raised when all are there, not only some."""
+    """Return the next state of Gather(A): all robots come to A, and `done` is raised when all are there."""
     if screen.state == "start":
         return "come"
     if screen.state == "done":

@@ -93,7 +93,7 @@ def show_deposit(screen: SessionView) -> str | None:
 
 
 def _in_turn(bring: str) -> Wish:
-    """Return a rule that alternates between `bring` and `deposit`; a robot that carries something starts with `deposit`."""
+    """Return a rule that alternates between `bring` and `deposit`; a loaded robot starts with `deposit`."""
 
     def wished(screen: SessionView) -> str | None:
         if screen.state == "start":
@@ -249,7 +249,7 @@ CARRIERS = (
 
 
 def show_lead(screen: SessionView) -> str | None:
-    """Return the state that a leader commands: `work` when all scouts found a wreck, `share` when some did, else `seek`.
+    """Return a leader's command: `work` when all scouts have found a wreck, `share` when some have, else `seek`.
 
     All robots seek in `seek`; two thirds of the carriers haul in `share`; in `work` all carriers haul and scouts stay
     where they are.

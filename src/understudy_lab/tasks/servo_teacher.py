@@ -109,7 +109,7 @@ class ApproachAndStopTeacher:
 
 
 def show_approach_then_stop(screen: SessionView) -> str | None:
-    """Return the state of a two-layer solution: run the learned `approach` until the ball is large enough, then `done`."""
+    """Return the state of a two-layer solution: run the learned `approach` until the ball is large, then `done`."""
     size = screen.features["blob_size(ball)"]
     if screen.state == "done":
         return "approach" if size < 0.6 * THERE_PX else None

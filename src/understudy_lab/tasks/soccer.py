@@ -46,7 +46,7 @@ kit = make_scenario_kit(scenario())
 
 @dataclass(frozen=True, slots=True)
 class StartPose:
-    """A start pose: the distance from the ball (m, center to center) and the bearing of the ball (degrees, left positive).
+    """A start pose: distance from the ball (m, center to center) and bearing of the ball (degrees, left positive).
 
     Both are drawn from (least, most) for each world, and so is the direction from the ball to the robot.
     """

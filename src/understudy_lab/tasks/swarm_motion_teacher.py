@@ -79,7 +79,7 @@ def _turned(state: str, off: float, *, astray: float, facing: float) -> str | No
 
 
 def show_approach(screen: SessionView) -> str | None:
-    """Return the next state of Approach(A), or None: turn to A, drive to it, raise `done`; `failed` where A is not sensed."""
+    """Return the next state of Approach(A), or None: turn to A, drive to it, `done`; `failed` if A is not sensed."""
     if screen.flag:
         return None
     if not there(screen, "A"):

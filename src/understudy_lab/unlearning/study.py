@@ -194,7 +194,7 @@ def _notes(found: Mapping[Condition, ConditionResult]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Draw each setting's gain over the share of wrong labels: one panel per learner, one line per data set and size."""
+    """Draw each setting's gain over the share of wrong labels: a panel per learner, a line per data set and size."""
     found = outcomes(rows)
     figure, axes = panels(len(LEARNERS), wide=3.2)
     for panel, learner in zip(axes, LEARNERS, strict=True):
