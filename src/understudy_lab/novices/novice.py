@@ -42,7 +42,7 @@ class Novice(SimulatedPerson):
         self._unlike_since: float | None = None  # when the robot began not to do what they wish
 
     def teach(self) -> TrainedAutomaton:
-        """Put the robot into one situation after another, drive it for five minutes, and return the learned automaton."""
+        """Put the robot into one situation after another, drive it for five minutes, and return its automaton."""
         traits, draws, given_s = self.traits, self._draws, self.habits.given_s
         body = Soccer([FIRST_SEED + int(draws.integers(2**40))], self._start(traits.situations[0]))
         session = Session(body, Library(kit), four_states(Library(kit)))

@@ -93,7 +93,7 @@ def residual_s(tracks: PatrolTracks) -> float:
 
 
 def count_joint_attacks(tracks: PatrolTracks) -> tuple[int, int]:
-    """Count the sightings while dispersing, and those after which all robots were ordered to attack in the same tick."""
+    """Count the sightings while dispersing, and those after which all were ordered to attack in the same tick."""
     before, now = tracks.doing[:-1], tracks.doing[1:]
     seen = tracks.sees[1:].any(axis=2) & (before == DISPERSE).all(axis=2)
     return int(seen.sum()), int((seen & (now == ATTACK).all(axis=2)).sum())
@@ -122,7 +122,7 @@ def sighting_to_capture(tracks: PatrolTracks) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True)
 class BossEncounter:
-    """An encounter with the boss: how many robots had a clear line to him throughout, and how many of these turned to him.
+    """An encounter with the boss: robots with a clear line to him throughout, and those of them that turned to him.
 
     `resumed_s` is the time from the last sighting of the boss until the patrol went on; NaN if it did not.
     """

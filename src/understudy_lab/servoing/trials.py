@@ -29,7 +29,7 @@ HAND = "written by hand"
 
 
 def search_side(seed: int) -> str:
-    """Return the side to which a teacher lets the robot turn when the ball was never seen; it alternates with the seed."""
+    """Return the side to which a robot turns that never saw the ball; it alternates with the seed."""
     return SIDES[seed % 2]
 
 

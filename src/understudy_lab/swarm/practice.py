@@ -26,7 +26,7 @@ ENOUGH = ("enough", None)
 
 
 class PracticeSpec(NamedTuple):
-    """A practice world: numbers of objects, robots needed to move one, and a second robot at the first object that signals."""
+    """A practice world: numbers of objects, robots needed to move one, and a second robot that signals."""
 
     things: Mapping[str, int] = {}
     needs: int = 1

@@ -104,7 +104,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
 
 
 def _rates(rows: Sequence[Row], way: str | None, what: str = "loads") -> list[float]:
-    """Return the hourly yield of each teaching with one degree of coordination; None means the hand-written automata."""
+    """Return each teaching's hourly yield with one degree of coordination; None means the hand-written automata."""
     return [(row["by_hand"] if way is None else row["taught"][way])[what] for row in rows]
 
 
