@@ -14,7 +14,7 @@ from understudy_lab.teachers.person import ReactionTime, SimulatedPerson
 from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingCost
 
 Success: TypeAlias = Callable[[Library, int], float]
-"""The share of unseen worlds in which a library succeeds, given the number of earlier measurements, which selects the worlds."""
+"""The share of unseen worlds in which a library succeeds; the number of earlier measurements selects the worlds."""
 
 APART = 6
 """So many new examples are waited for between two looks; but what a good try ends with is looked at, too."""
@@ -44,7 +44,7 @@ class LearningCurve:
         return ObservedPerson(draws, reaction, self)
 
     def pressed(self, session: Session, seconds: float) -> None:
-        """Measure after a press in the lesson of the whole task, `seconds` after the teacher last updated its accounts."""
+        """Measure after a press in the lesson of the whole task, `seconds` after the accounts were last updated."""
         if self.teacher is None or session.automaton.name != self.whole:
             return
         accounts = self.teacher.accounts
