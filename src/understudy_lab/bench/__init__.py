@@ -1,1 +1,1 @@
-"""Side by side with peers, in one run on one machine."""
+"""Measurements of speed against other programs, in one run on one machine."""

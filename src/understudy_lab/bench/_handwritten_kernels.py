@@ -1,7 +1,7 @@
-"""A tick of the standard task, written by hand for it alone: what an engine of general use can be held against.
+"""A tick of the standard task, hand-written for this task only, as a reference for a general engine.
 
-No collisions, no names, no noise, every size known beforehand. Robots are looked up in a grid of 2 m cells, which
-is filled anew every tick; reading, deciding and moving are one pass over the robots.
+There are no collisions, no names, no noise, and every size is known beforehand. Robots are looked up in a grid of 2 m
+cells, which is filled anew every tick; reading, deciding and moving are one pass over the robots.
 """
 
 from math import atan2, ceil, cos, inf, nan, pi, sin, sqrt
@@ -29,7 +29,7 @@ __all__ = ["decide", "grid", "limit_threads", "sonar", "step"]
 def grid(
     x: Floats, y: Floats, cells: int, first: Ints, members: Ints, grid_x: Floats, grid_y: Floats
 ) -> None:
-    """Robots by cell: those of cell c are members[first[c]:first[c + 1]], with their places beside them."""
+    """Sort robots by cell: those of cell c become members[first[c]:first[c + 1]], with their positions in grid_x, grid_y."""
     first[:] = 0
     for i in range(len(x)):
         first[cell(y[i], cells) * cells + cell(x[i], cells) + 1] += 1
@@ -46,7 +46,7 @@ def grid(
 
 @njit(cache=True, inline="always")
 def cell(at: float, cells: int) -> int:
-    """The row or column of a place."""
+    """Return the row or column of a coordinate in m."""
     return min(max(int(at / CELL), 0), cells - 1)
 
 
@@ -62,7 +62,7 @@ def nearest_robot(
     grid_y: Floats,
     sight: float,
 ) -> tuple[float, float, float]:
-    """Offset and squared range of the nearest other robot in sight; the range is infinite where there is none."""
+    """Return offset and squared range (m, m²) of the nearest other robot in sight; NaN and sight² if none is."""
     column, row = cell(x, cells), cell(y, cells)
     best, dx, dy = sight * sight, nan, nan
     for ring in range(1, ceil(sight / CELL) + 1):
@@ -91,7 +91,7 @@ def sonar(
     most: float,
     out: Floats,
 ) -> None:
-    """The nearest of obstacles and walls in each sector, from the rim of the robot."""
+    """Write to `out` the distance of the nearest obstacle or wall in each sector, from the rim of the robot."""
     far = most + radius
     for s in range(len(edges)):
         e = edges[s]
@@ -122,7 +122,7 @@ def sonar(
 
 @njit(cache=True, inline="always")
 def ray(ex: float, ey: float, dx: float, dy: float, squared: float, size: float) -> float:
-    """How far along direction e a disc at offset d is hit; infinite where it is not."""
+    """Return the distance at which a ray in direction e hits a disc at offset d; infinite if it misses."""
     along = ex * dx + ey * dy
     beside = size * size - (squared - along * along)
     return along - sqrt(beside) if along > 0.0 and beside > 0.0 else inf
@@ -130,14 +130,14 @@ def ray(ex: float, ey: float, dx: float, dy: float, squared: float, size: float)
 
 @njit(cache=True, inline="always")
 def to_wall(x: float, y: float, ex: float, ey: float, side: float) -> float:
-    """How far it is to the arena's bounds along direction e."""
+    """Return the distance to the arena's bounds in direction e."""
     across = (side - x) / ex if ex > 0.0 else -x / ex if ex < 0.0 else inf
     return min(across, (side - y) / ey if ey > 0.0 else -y / ey if ey < 0.0 else inf)
 
 
 @njit(cache=True, inline="always")
 def around(angle: float) -> float:
-    """An angle of at most a turn too much or too little, onto [0, tau)."""
+    """Return an angle, off by at most one turn, in [0, tau)."""
     angle += TAU if angle < 0.0 else 0.0
     angle += TAU if angle < 0.0 else 0.0
     return angle - TAU if angle >= TAU else angle
@@ -154,7 +154,7 @@ def decide(
     starts: Ints32,
     values: Floats,
 ) -> int:
-    """Pulse all levels (semantics of the interpreter); the basic state that is reached."""
+    """Update all levels as the interpreter does, and return the basic state that is reached."""
     level = 0
     while True:
         state = int(stack[level])
@@ -195,7 +195,7 @@ def step(
     table: tuple[Any, ...],
     gridded: tuple[Any, ...],
 ) -> None:
-    """One tick for all robots: `place` [3, N] to `moved`."""
+    """Run one tick for all robots, from `place` [3, N] to `moved`."""
     tests, numbers, roots, children, flags, starts, commands = table
     cells, first, members, grid_x, grid_y = gridded
     robots = place.shape[1]

@@ -1,4 +1,4 @@
-"""The standard task as written by hand (`_prototype_kernels`), made ready to run: the most that can be asked for."""
+"""The hand-written standard task (`_handwritten_kernels`) as a benchmark subject: an upper bound on speed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ READINGS: dict[tuple[str, str | None], int] = {
 
 LEVELS = 4
 SORTED_EVERY = 20
-"""Ticks after which robots are put in the order of their cells, so that neighbors lie together in memory."""
+"""The ticks between two sortings of the robots by cell, which keep neighbors close in memory."""
 
 
 class HandwrittenBaseline:
@@ -61,7 +61,7 @@ class HandwrittenBaseline:
         self.reset()
 
     def reset(self, seed: int = 0) -> None:
-        """Back to the start."""
+        """Restore the start."""
         start = standard_task.StartLayout.of(self.robots, seed)
         self.place = np.array([start.x, start.y, start.heading])
         self.moved = np.empty_like(self.place)
@@ -72,7 +72,7 @@ class HandwrittenBaseline:
         self.tick = 0
 
     def run(self, ticks: int) -> None:
-        """Run for so many ticks."""
+        """Run the given number of ticks."""
         from understudy_lab.bench import _handwritten_kernels as kernels
 
         before = kernels.limit_threads(self.threads)
@@ -107,10 +107,11 @@ Table: TypeAlias = tuple[NDArray[Any], ...]
 
 
 def table(library: Library) -> Table:
-    """The automata of a library as flat arrays; states are numbered through, automaton by automaton.
+    """Return the automata of a library as flat arrays; states are numbered across all automata.
 
-    Nodes: (test, feature, yes, no) and (low, high), a leaf's `yes` being a state. States: the root of the tree,
-    the automaton below, the flag raised, and the command (drive, turn); then the start state of each automaton.
+    Nodes have (test, feature, yes, no) and (low, high); for a leaf, `yes` is a state. States have the root of their
+    tree, the automaton below, the flag raised, and the command (drive, turn). The last array holds the start state of
+    each automaton.
     """
     automata = [taught.automaton for taught in library.taught.values()]
     names = [automaton.name for automaton in automata]

@@ -1,4 +1,4 @@
-"""How speeds are measured: everything that is compared takes turns, round by round, and medians are told."""
+"""Speed measurement: all compared subjects take turns, round by round, and medians are reported."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Row = dict[str, Any]
 
 
 class PeerMissing(UnderstudyError, json_type="PeerMissing"):
-    """A peer to be measured beside is not installed."""
+    """The error that a compared program is not installed."""
 
     def __init__(self, *, peer: str, extra: str = "bench") -> None:
         self.peer = peer
@@ -26,22 +26,22 @@ class PeerMissing(UnderstudyError, json_type="PeerMissing"):
 
 
 class Benchmarked(Protocol):
-    """What is measured: robots that can be set back to the start, and run."""
+    """A subject of a measurement: robots that can be reset to the start, and run."""
 
     robots: int
 
     def reset(self) -> None:
-        """Back to the start; not measured."""
+        """Restore the start; this is not timed."""
         ...
 
     def run(self, ticks: int) -> None:
-        """Run for so many ticks."""
+        """Run the given number of ticks."""
         ...
 
 
 @dataclass(frozen=True)
 class BenchCase:
-    """One row to measure: `make` gives the subject, which runs `ticks` from the start in every round."""
+    """One row of a measurement: `make` returns the subject, which runs `ticks` ticks from the start in every round."""
 
     task: str
     make: Callable[[], Benchmarked]
@@ -51,7 +51,7 @@ class BenchCase:
 
 @dataclass(frozen=True)
 class BenchGoal:
-    """What a measurement must reach: `value` of the rows at least `least` (or at most `most`)."""
+    """A goal of a measurement: the `value` of the rows is at least `least` or at most `most`."""
 
     what: str
     value: Callable[[Sequence[Row]], float]
@@ -59,7 +59,7 @@ class BenchGoal:
     most: float | None = None
 
     def of(self, rows: Sequence[Row]) -> Row:
-        """The goal beside what was reached; where that could not be measured, `passed` is None."""
+        """Return the goal with the measured value; `passed` is None if it could not be measured."""
         value = self.value(rows)
         passed = (self.least or value) <= value <= (self.most or value) if value == value else None
         limits = {"least": self.least, "most": self.most}
@@ -68,11 +68,11 @@ class BenchGoal:
 
 
 def measure(cases: Sequence[BenchCase], *, rounds: int) -> list[Row]:
-    """A row per case, of robot-ticks per second: the median over rounds in which the cases take turns.
+    """Return a row per case with its robot-ticks per second: the median over rounds in which the cases take turns.
 
-    A round before them does not count: it compiles, and fills caches. `spread` is the range between the quartiles
-    as a share of the median; `slowest` and `fastest` are the rounds at the ends. A peer that is not installed has no
-    row, and a goal that needs one is not measured.
+    An uncounted round comes first, because it compiles and fills caches. `spread` is the interquartile range relative
+    to the median; `slowest` and `fastest` are the extreme rounds. A program that is not installed has no row, and a
+    goal that needs it is not measured.
     """
     runs = [_CaseRun(case, subject) for case in cases if (subject := _made(case)) is not None]
     for _ in range(rounds + 1):
@@ -91,7 +91,7 @@ def _made(case: BenchCase) -> Benchmarked | None:
 
 
 def seconds(subject: Benchmarked, ticks: int) -> float:
-    """How long so many ticks take."""
+    """Return the time in s that a subject takes for the given number of ticks."""
     began = perf_counter()
     subject.run(ticks)
     return perf_counter() - began
@@ -120,7 +120,7 @@ class _CaseRun:
 
 
 def speed(rows: Iterable[Row], task: str, robots: int, *, threads: int | None = None) -> float:
-    """Robot-ticks per second of a row; without threads, of the fastest. NaN where there is no such row."""
+    """Return the robot-ticks per second of a row, by default the fastest over all threads; NaN without such a row."""
     found = [
         float(row["robot_ticks_per_s"])
         for row in rows
@@ -130,6 +130,6 @@ def speed(rows: Iterable[Row], task: str, robots: int, *, threads: int | None = 
 
 
 def result(rows: Sequence[Row], goals: Sequence[BenchGoal]) -> Row:
-    """What a measurement tells: rows, goals, and whether all that were measured were reached."""
+    """Return the rows, the goals, and whether all measured goals were reached."""
     told = [goal.of(rows) for goal in goals]
     return {"results": list(rows), "goals": told, "passed": all(goal["passed"] is not False for goal in told)}

@@ -1,12 +1,11 @@
-"""How long a pulse of a three-level automaton takes, beside a py_trees behavior tree in the same run.
+"""The time of one update of a three-level automaton, compared with a py_trees behavior tree in the same run.
 
-Ours is a forager as taught, on its way to food: forage > harvest > goto, with flags read at the upper
-levels and decision trees of usual size. Theirs is the tree of 11 nodes that decides the same about the way:
-memoryless composites, conditions of one comparison, actions of one assignment, plain Python attributes
-instead of the blackboard (which is slower), ticked through `BehaviourTree.tick` without visitors, as
-py_trees' users do. Sensing is excluded on both sides: the readings are there as floats before the clock
-starts. Both get the same ones, and a test holds their decisions equal. Our pulse also keeps the upper
-levels, flags and time in state.
+Ours is a taught forager on its way to food: forage > harvest > goto, with flags tested at the upper levels and decision
+trees of usual size. The other is a tree of 11 nodes that makes the same decisions about the way: memoryless composites,
+conditions of one comparison, actions of one assignment, plain Python attributes instead of the blackboard (which is
+slower), ticked through `BehaviourTree.tick` without visitors, as py_trees' users do. Sensing is excluded on both sides:
+the sensor values are there as floats before the timing starts. Both get the same values, and a test checks that their
+decisions agree. Our update also covers the upper levels, flags and time in state.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ GOAL_US, GOAL_RATIO = 2.0, 10.0
 
 
 def run() -> dict[str, Any]:
-    """Medians over rounds in which the two take turns, µs per pulse and per tick."""
+    """Return medians over rounds in which the two take turns, µs per update and per tick."""
     theirs = _peer()
     rows = readings(TICKS)
     ours = interpreter()
@@ -69,7 +68,7 @@ def run() -> dict[str, Any]:
 
 
 def interpreter() -> Interpreter:
-    """A forager of three levels, for readings (range, bearing, food stored)."""
+    """Return a forager of three levels, for inputs (range, bearing, food stored)."""
     distance = Feature("distance_to", Continuous(), "range", of="A")
     angle = Feature("angle_to", Toroidal(), "bearing", of="A")
     stored = Feature("food_stored", Continuous(), "food_stored")
@@ -102,7 +101,7 @@ def interpreter() -> Interpreter:
 
 
 def _steer() -> Tree:
-    """Done when near; else forward when it is ahead, left or right when it is not."""
+    """Return a tree: done when near, else forward when the target is ahead, left or right when it is not."""
     return Tree(
         (
             Node(TestKind.BELOW, 0, high=NEAR, yes=1, no=2),
@@ -154,7 +153,7 @@ class _PyTreesForager:
         self._tree = trees.trees.BehaviourTree(root)
 
     def tick(self, row: tuple[float, ...]) -> None:
-        """One tick on one set of readings."""
+        """Run one tick on one set of sensor values."""
         self.row = row
         self._tree.tick()
 
@@ -170,7 +169,7 @@ def _peer() -> _PyTreesForager:
 
 
 def readings(count: int) -> list[tuple[float, ...]]:
-    """Readings (range, bearing, food stored) of a robot that turns to food, drives there, and begins anew."""
+    """Return sensor values (range, bearing, food stored) of a robot that turns to food, drives there, and starts again."""
     turn = [(5.0, 3.0 - 0.1 * tick, 3.0) for tick in range(28)]
     drive = [(5.0 - 0.1 * tick, 0.2, 3.0) for tick in range(45)]
     left = [*turn, *drive]

@@ -1,6 +1,6 @@
-"""What `understudy bench robots` measures: a robot that decides as soon as a range comes, in a process of its own.
+"""The process that `understudy bench robots` measures: a robot that decides as soon as a range arrives.
 
-All is there that a real run has: the guard, the watchdog, limits, an automaton that is interpreted.
+It has all parts of a real run: the guard, the watchdog, limits, and an interpreted automaton.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ NAME, AVOID_NEAR_M = "avoid", 1.0
 
 
 class WakingTransport:
-    """A transport that tells when something came."""
+    """A transport that signals when a message has arrived."""
 
     def __init__(self, transport: Transport) -> None:
         self._transport, self.came = transport, Event()
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
-        """As the transport within; then wake who waits."""
+        """Subscribe as the wrapped transport does, and signal each message."""
 
         def woken(data: bytes, at_s: float) -> None:
             received(data, at_s)
@@ -43,20 +43,20 @@ class WakingTransport:
         self._transport.subscribe(topic, type, woken)
 
     def publisher(self, topic: str, type: str) -> Publish:
-        """As the transport within."""
+        """Return a publisher of the wrapped transport."""
         return self._transport.publisher(topic, type)
 
     def peers(self) -> Sequence[Publisher]:
-        """As the transport within."""
+        """Return the publishers known to the wrapped transport."""
         return self._transport.peers()
 
     def close(self) -> None:
-        """As the transport within."""
+        """Close the wrapped transport."""
         self._transport.close()
 
 
 def program() -> Program:
-    """Ahead, but turn where something is near."""
+    """Return a program that drives ahead, and turns if something is near."""
     sonar = BoundFeature(Feature("sonar", Continuous(), "sonar_ahead"))
     decide = split_below("sonar", AVOID_NEAR_M, "left", "forward")
     basics = {"forward": Command(drive=1.0), "left": Command(turn=1.0)}
@@ -68,7 +68,7 @@ def program() -> Program:
 
 
 def main(path: str) -> None:
-    """Decide on each range that comes, until none came for a second."""
+    """Decide on each arriving range until none has arrived for a second."""
     file = load_robot(path)
     waking = WakingTransport(open_transport(file))
     with Robot(

@@ -1,4 +1,4 @@
-"""Measure learning, and the analyses of a lesson, beside scikit-learn's DecisionTreeClassifier in one run."""
+"""The time of learning, and of analyses of a lesson, compared with scikit-learn's DecisionTreeClassifier."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ from understudy.training.reaction_time import estimate_reaction_time
 Data = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 SIZES = {20: 300, 100: 300, 1000: 60, 10_000: 9}
-"""How many examples, and how often each is measured."""
+"""The numbers of examples, each with the number of repeats."""
 
 STATES = 4
 NUMBER = Continuous()
 
 
 def run() -> dict[str, Any]:
-    """Medians, ms: ours from a lesson, ours from arrays to a finished Tree, scikit-learn's `fit` from arrays.
+    """Return medians in ms: ours from a lesson, ours from arrays to a Tree, and scikit-learn's `fit` from arrays.
 
     All are warm, grow until every leaf is pure, and take turns. `from_lesson` includes checking every value
     and making arrays of the Example objects; scikit-learn's fit includes its own checking of the arrays, and
-    is given the faster of its criteria. `as_fast` compares arrays with arrays, `as_fast_from_lesson` a lesson
+    uses the faster of its criteria. `as_fast` compares arrays with arrays, `as_fast_from_lesson` a lesson
     with arrays.
     """
     try:
@@ -99,7 +99,7 @@ def run() -> dict[str, Any]:
 
 
 def medians(repeats: int, **measured: Callable[[], object]) -> dict[str, float]:
-    """The median time of each, ms; they take turns, after one turn that does not count."""
+    """Return the median time of each function in ms; they take turns, after one uncounted turn."""
     times: dict[str, list[float]] = {name: [] for name in measured}
     for _ in range(repeats + 1):
         for name, call in measured.items():
@@ -110,7 +110,7 @@ def medians(repeats: int, **measured: Callable[[], object]) -> dict[str, float]:
 
 
 def continuous(count: int, *, noise: float, seed: int = 0) -> Data:
-    """Three continuous features [n, 3], two of which decide between four outcomes [n], some at random."""
+    """Draw three continuous features [n, 3], two of which decide between four outcomes [n], with some random outcomes."""
     random = np.random.default_rng(seed)
     values = random.random((count, 3)) * 10
     outcomes = (values[:, 0] > 5).astype(np.int64) + 2 * (values[:, 1] > 3)
@@ -118,7 +118,7 @@ def continuous(count: int, *, noise: float, seed: int = 0) -> Data:
 
 
 def circular(count: int, *, noise: float, seed: int = 0) -> Data:
-    """One toroidal feature [n, 1] with an arc across the seam, some outcomes [n] turned round."""
+    """Draw one toroidal feature [n, 1] with an arc across the seam, with some inverted outcomes [n]."""
     random = np.random.default_rng(seed)
     values = random.random((count, 1)) * TAU
     outcomes = ((values[:, 0] < 0.7) | (values[:, 0] > 5.5)).astype(np.int64)
@@ -126,7 +126,7 @@ def circular(count: int, *, noise: float, seed: int = 0) -> Data:
 
 
 def lesson_of(data: Data, kind: Kind = NUMBER) -> Lesson:
-    """A lesson of one state with these examples, all directives."""
+    """Return a lesson of one state with these examples, all directives."""
     values, outcomes = data
     names = [START.name, *(f"state_{index}" for index in range(1, STATES))]
     features = tuple(
@@ -168,7 +168,7 @@ KINDS: dict[str, Kind] = {
 
 
 def two_hundred() -> Lesson:
-    """Turns where it should, goes where that is ahead, is done where it is near; one press in twenty is a slip."""
+    """Return a lesson of 200 examples of turning, driving and stopping, one in twenty of them wrong."""
     draws = np.random.default_rng(8)
     before = np.arange(1 - WINDOW, 1)[:, None] / 10
     examples, rows = [], []
@@ -201,7 +201,7 @@ def two_hundred() -> Lesson:
 
 
 def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
-    """What people ask of a lesson, by name."""
+    """Return the analyses of a lesson, by name."""
     transitions, first = learn(lesson), lesson.examples[0]
     correction = replace(lesson.examples[-1], correction=True)
     corrected = replace(lesson, examples=(*lesson.examples[:-1], correction))
@@ -222,7 +222,7 @@ def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
 
 
 def _former(lesson: Lesson) -> TrainedAutomaton:
-    """What it was ten examples ago, with one in twenty shown otherwise."""
+    """Return the automaton of ten examples earlier, with one example in twenty different."""
     shown = lesson.examples[:-10]
     before = tuple(replace(each, next=each.state) if each.number % 20 == 0 else each for each in shown)
     former = replace(lesson, examples=before)
@@ -230,7 +230,7 @@ def _former(lesson: Lesson) -> TrainedAutomaton:
 
 
 def run_looks(*, rounds: int = ROUNDS) -> dict[str, Any]:
-    """Medians, ms, and whether each is within the goal; scikit-learn's fit beside them, where it is installed."""
+    """Return medians in ms with the goal of each, and scikit-learn's fit if it is installed."""
     lesson = two_hundred()
     asked = dict(looks(lesson))
     try:

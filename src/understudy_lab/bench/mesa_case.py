@@ -1,10 +1,9 @@
 """The base task in Mesa 3: agents in its (experimental) ContinuousSpace, activated in two stages.
 
-As quick as Mesa's own parts allow: distances come from `calculate_distances` as one array, of which the least is
-taken (its `get_nearest_neighbors` also makes lists of agents); the 20 beacons are plain numbers; places are written
-in place, which leaves out the space's check of its bounds. Robots do not collide. The space measures all distances
-for each agent, which grows with the square of their number; `kd_tree` gives SciPy's tree to the model instead, as a
-user would who knows that.
+It is as fast as Mesa's own parts allow: distances come from `calculate_distances` as one array, of which the minimum is
+taken (its `get_nearest_neighbors` also makes lists of agents); the 20 beacons are plain numbers; positions are written
+in place, which skips the space's check of its bounds. Robots do not collide. The space measures all distances for each
+agent, which grows with the square of their number; `kd_tree` uses SciPy's tree instead, as an expert user would.
 """
 
 from __future__ import annotations
@@ -31,27 +30,27 @@ class MesaBase:
         self.reset()
 
     def reset(self, seed: int = 0) -> None:
-        """A new model, at the start."""
+        """Make a new model, at the start."""
         self.model = self._model(standard_task.StartLayout.of(self.robots, seed))
 
     def run(self, ticks: int) -> None:
-        """Run for so many ticks."""
+        """Run the given number of ticks."""
         for _ in range(ticks):
             self.model.step()
 
     @property
     def places(self) -> Column:
-        """x, y and heading [N, 3]."""
+        """Return x, y and heading [N, 3]."""
         return np.array([(*robot.position, robot.heading) for robot in self.model.agents])
 
     @property
     def readings(self) -> Column:
-        """Range and bearing of the nearest beacon and robot [N, 4] at the last tick."""
+        """Return range and bearing of the nearest beacon and robot [N, 4] at the last tick."""
         return np.array([robot.readings for robot in self.model.agents])
 
 
 def _parts(*, kd_tree: bool) -> Any:
-    """The model's class; Mesa is imported when it is needed."""
+    """Return the model's class; Mesa is imported only when needed."""
     try:
         mesa = import_module("mesa")
         spaces = import_module("mesa.experimental.continuous_space")
@@ -118,7 +117,7 @@ def _parts(*, kd_tree: bool) -> Any:
             self.agents.do("act")
 
         def before(self) -> None:
-            """What is done once a tick, before anyone senses."""
+            """Prepare one tick, before any agent senses."""
 
         def nearest(self, robot: Any) -> tuple[int, float]:
             distances, _ = self.space.calculate_distances(robot.position)

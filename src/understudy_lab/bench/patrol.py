@@ -1,7 +1,7 @@
-"""How fast the patrol world of the paper runs (section 6): four robots with cameras and sonar, and an intruder.
+"""The speed of the paper's patrol world (section 6): four robots with cameras and sonar, and an intruder.
 
-Robots disperse, attack an intruder that they see, and go home once they have it: each by itself, or ordered about by a
-coordinator. The automata are written by hand, in the shape of figure 5: patrol > wander | servo.
+Robots disperse, attack an intruder that they see, and go home once they have reached it, uncoordinated or under a
+coordinator. The automata are hand-written, in the shape of figure 5: patrol > wander | servo.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ ONE, MANY, LED = "patrol, one world", "patrol, 1000 worlds", "patrol, one world 
 
 
 def scenario() -> Scenario:
-    """The patrol world as it ships: home base, obstacles, an intruder and a boss that come and go."""
+    """Return the built-in patrol scenario: home base, obstacles, an intruder and a boss that come and go."""
     return load_scenario("patrol")
 
 
 def library() -> Library:
-    """`patrol`, and what it runs: `wander` by sonar, `servo` toward a color by camera."""
+    """Return the behavior `patrol` and its parts: `wander` by sonar, `servo` toward a color by camera."""
     kit = make_scenario_kit(scenario())
     blob_x, blob_size = kit.features["blob_x"], kit.features["blob_size"]
     sonars = {name: BoundFeature(kit.features[f"sonar_{name}"]) for name in SECTORS}
@@ -70,7 +70,7 @@ def library() -> Library:
 
 
 def _servo() -> TreeBranch:
-    """Toward the middle of the blob, until it is large; turn left where none is seen."""
+    """Return a tree that steers to the middle of the blob until it is large, and turns left where none is visible."""
     toward = split_below("blob_x", 65.0, "left", split_below("blob_x", 95.0, "forwards", "right"))
     return split_on_presence("blob_size", split_below("blob_size", 1500.0, toward, "done"), "left")
 
@@ -94,7 +94,7 @@ def _patrol(readings: Mapping[str, BoundFeature]) -> Automaton:
 
 
 def lead() -> Automaton:
-    """Out; where somebody sees an intruder, all at it; where somebody is there, all home; where all are, out again."""
+    """Return the coordinator's automaton: disperse, attack on a sighting, go home on arrival, then disperse again."""
     features = collect_libraries(scenario(), library())["patrol"].kit.features
     readings = {
         "sees": BoundFeature(features["someone_sees"], Binding(A="intruder")),
@@ -116,12 +116,12 @@ def lead() -> Automaton:
 
 
 def make_libraries() -> Libraries:
-    """What robots and coordinator know."""
+    """Return the libraries of robots and coordinators."""
     return collect_libraries(scenario(), library(), lambda name, kit: Library.from_automata(kit, lead()))
 
 
 class CoordinatedPatrol:
-    """One world whose robots a coordinator orders about."""
+    """One world whose robots have a coordinator."""
 
     robots = ROBOTS
 
@@ -129,16 +129,16 @@ class CoordinatedPatrol:
         self.reset()
 
     def reset(self) -> None:
-        """Back to the start."""
+        """Restore the start."""
         self.team = make_team(scenario(), [0], make_libraries(), {"patrol": ("lead", {})})
 
     def run(self, ticks: int) -> None:
-        """Run for so many ticks."""
+        """Run the given number of ticks."""
         self.team.run(ticks)
 
 
 def cases() -> list[BenchCase]:
-    """One world on one thread, and many on two."""
+    """Return the cases: one world on one thread, and many on two."""
     made = scenario(), library(), "patrol"
     return [
         BenchCase(ONE, partial(UnderstudyCase, *made), 1, 10 * TICKS),
@@ -155,5 +155,5 @@ GOALS = (
 
 
 def run(*, rounds: int = ROUNDS) -> Row:
-    """Both, and whether they are fast enough."""
+    """Measure all cases, and compare them with the goals."""
     return result(measure(cases(), rounds=rounds), GOALS)

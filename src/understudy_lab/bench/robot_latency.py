@@ -1,8 +1,8 @@
-"""From a reading to the command that it causes, on one machine: published here, decided there, back here.
+"""The time from a sensor value to the resulting command on one machine: sent here, decided elsewhere, received here.
 
-Ranges go out at 50 Hz, far and near in turn, so that each is answered by a command unlike the one before. Ours is a
-robot in a process of its own with all that a run has (`latency_decider.py`), over DDS and over Zenoh; beside it, at
-the same end, a program in C that answers on Cyclone DDS and does nothing else.
+Ranges are sent at 50 Hz, far and near in turn, so that each causes a command unlike the one before. Ours is a robot in
+its own process with all parts of a run (`latency_decider.py`), over DDS and over Zenoh; for comparison, a program in C
+does nothing but answer on Cyclone DDS.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from understudy.robots.ros.zenoh import ZenohTransport
 from understudy_lab.bench.harness import BenchGoal, Row, result
 
 PEER = "Cyclone DDS in C (cyclonedds-dev, cyclonedds-tools and gcc on Debian)"
-"""What has to be installed for it."""
+"""The packages that the compared program needs."""
 
 
 def build_program(folder: Path) -> Path | None:
-    """The program, built in a folder; None where that cannot be here."""
+    """Build the C program in a folder, and return its path; None if it cannot be built here."""
     here = Path(__file__).parent
     compiler, generator = shutil.which("gcc"), shutil.which("idlc")
     if compiler is None or generator is None:
@@ -51,7 +51,7 @@ def build_program(folder: Path) -> Path | None:
 
 
 RATE_HZ, MESSAGES, FIRST = 50, 1000, 50
-"""The first are not counted."""
+"""The message rate, the number of messages, and the number of first ones that are not counted."""
 DOMAIN, SPACE = 77, "/bench"
 RANGE, TWIST = "sensor_msgs/msg/Range", "geometry_msgs/msg/Twist"
 FAR_M, NEAR_M = 2.0, 0.5
@@ -76,7 +76,7 @@ required = true
 
 
 def run(messages: int = MESSAGES) -> dict[str, Any]:
-    """A row for each that answers, ms: the median, what 99 of 100 are below, the longest; how many never came."""
+    """Return a row per program in ms: median, 99 % quantile, maximum, and the number of missing answers."""
     try:
         rows = list(_rows(messages))
     except ExtraMissing as error:
@@ -86,7 +86,7 @@ def run(messages: int = MESSAGES) -> dict[str, Any]:
 
 
 def goals() -> Sequence[BenchGoal]:
-    """What is asked for: 2 ms in the middle, 10 ms for 99 of 100; all of them answered."""
+    """Return the goals: 2 ms in the median, 10 ms for 99 %, and no missing answer."""
     return [
         BenchGoal(f"{what}: {key}", _value(what, key), most=most)
         for what in (DDS_ROW, ZENOH_ROW)
@@ -124,7 +124,7 @@ def _decider(folder: Path, transport: str, endpoint: str = "") -> Sequence[str]:
 
 
 def measure_latency(what: str, transport: Transport, command: Sequence[str], messages: int) -> Row:
-    """What a program that is started now takes to answer ranges that a transport carries to it."""
+    """Start a program and measure how long it takes to answer ranges sent over a transport."""
     try:
         with _LatencyProbe(transport) as prober, _running(command) as ready:
             until = time.monotonic() + READY_S
@@ -149,7 +149,7 @@ def measure_latency(what: str, transport: Transport, command: Sequence[str], mes
 
 
 class _LatencyProbe:
-    """Sends ranges, and waits for the commands that answer them."""
+    """A sender of ranges that waits for the commands that answer them."""
 
     def __init__(self, transport: Transport) -> None:
         self._ranges = {
@@ -174,7 +174,7 @@ class _LatencyProbe:
         self._publish(self._ranges[far])
 
     def time(self, *, far: bool) -> float | None:
-        """Send one when it is due, and tell how long the answer took, s; None where none came."""
+        """Send a range when it is due, and return the time of the answer in s, or None without one."""
         now = time.monotonic()
         self._due_s = max(self._due_s + 1 / RATE_HZ, now)
         time.sleep(self._due_s - now)
@@ -193,7 +193,7 @@ class _LatencyProbe:
 
 @contextmanager
 def _running(command: Sequence[str]) -> Iterator[Event]:
-    """A program, and whether it has said that it is ready."""
+    """Run a program, and yield an event that is set when it reports that it is ready."""
     ready = Event()
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
 

@@ -1,7 +1,7 @@
-"""The standard task, defined once: what every row of `bench swarm` runs, ours and the peers'.
+"""The standard task, which every row of `bench swarm` runs, ours and the other programs'.
 
-A quarter of a robot per square metre, in an arena of side 2√N; robots are discs that collide, drive 0.1 m a tick or
-turn 0.1 rad, and start at random places. They run for at most 100 ticks, and are then set back to the start.
+There is a quarter of a robot per square metre, in an arena of side 2√N; robots are discs that collide, drive 0.1 m a
+tick or turn 0.1 rad, and start at random places. They run for at most 100 ticks, and are then reset to the start.
 *Base*: each tick every robot reads range and bearing of the nearest of 20 beacons, and of the nearest other robot
 within 4 m. *Full*: also three sonar sectors, against 20 round obstacles and the walls.
 """
@@ -46,17 +46,17 @@ Column = NDArray[np.float64]
 
 TICK_S = 0.1
 STEP, TURN = 0.1, 0.1
-"""What a robot drives (m) or turns (rad) in a tick."""
+"""The distance (m) and the angle (rad) of one tick of driving or turning."""
 
 RADIUS, SIGHT = 0.2, 4.0
-"""Of a robot; and how far it finds others."""
+"""The radius of a robot, and the range of its sensor for others, m."""
 
 BEACONS, OBSTACLES, OBSTACLE_RADIUS = 20, 20, 0.5
 SONAR_RANGE = 3.0
 SECTORS = {"left": (20.0, 70.0), "front": (-20.0, 20.0), "right": (-70.0, -20.0)}
 
 TICKS = 100
-"""A run's length, from the start to the reset."""
+"""The number of ticks of a run, from the start to the reset."""
 
 CROWDING_TICKS = 3000
 
@@ -64,22 +64,22 @@ COMMANDS = {"forward": {"drive": 1.0}, "left": {"turn": 1.0}, "right": {"turn": 
 
 
 def side(robots: int) -> float:
-    """The side of the arena for N robots, m."""
+    """Return the side of the arena for N robots, m."""
     return 2.0 * sqrt(robots)
 
 
 def make_base_scenario(robots: int) -> Scenario:
-    """The base task's world: beacons and robots, each with a locator."""
+    """Return the world of the base task: beacons and robots, each with a locator."""
     return _scenario("base", robots, sensors=_LOCATORS)
 
 
 def make_full_scenario(robots: int) -> Scenario:
-    """The full task's world: base with obstacles, and a sonar on each robot."""
+    """Return the world of the full task: base with obstacles, and a sonar on each robot."""
     return _scenario("full", robots, sensors=(*_LOCATORS, _SONAR), obstacles=_OBSTACLES)
 
 
 def make_crowded_scenario(robots: int) -> Scenario:
-    """The full task's world with all its beacons in one place, the middle."""
+    """Return the world of the full task with all its beacons in the middle."""
     middle = (side(robots) / 2, side(robots) / 2)
     beacons = ObjectClass(name="beacon", at=(middle,) * BEACONS)
     return _scenario("crowding", robots, sensors=(*_LOCATORS, _SONAR), obstacles=_OBSTACLES, beacons=beacons)
@@ -125,7 +125,7 @@ def _scenario(
 
 @dataclass(frozen=True)
 class StartLayout:
-    """Where a run starts for those that are not given a Scenario: places x, y and headings, columns [N]."""
+    """The start of a run for programs without scenarios: positions x, y and headings as columns [N]."""
 
     x: Column
     y: Column
@@ -137,7 +137,7 @@ class StartLayout:
 
     @classmethod
     def of(cls, robots: int, seed: int = 0) -> StartLayout:
-        """Uniform over the arena, anew for each seed."""
+        """Draw a layout uniformly over the arena."""
         random = np.random.default_rng(seed)
         low, high = RADIUS, side(robots) - RADIUS
 
@@ -159,12 +159,12 @@ BASE, FULL = "base", "errand"
 """The names of the behaviors at the root."""
 
 PERSONAL, AHEAD, ARRIVED = 0.6, 0.3, 0.5
-"""Base: how near another robot may come (m), what counts as straight ahead (rad), and as being there (m)."""
+"""The thresholds of the base task: distance to keep (m), straight ahead (rad), and arrival (m)."""
 
 
 @dataclass(frozen=True)
 class TaskParams:
-    """What robots of the full task keep to: lengths in m, angles in rad."""
+    """The parameters of robots in the full task: lengths in m, angles in rad."""
 
     personal: float = 0.8
     arrived: float = 0.5
@@ -175,11 +175,11 @@ class TaskParams:
 
 
 CROWD = TaskParams(personal=0.0, arrived=0.0)
-"""Robots that give way to nobody and are never there: they press on to the beacon for ever."""
+"""The parameters of robots that never give way and never arrive, so that they crowd at the beacon."""
 
 
 def make_base_library() -> Library:
-    """`make_base_library`: toward the nearest beacon, but away from a robot that is near and ahead."""
+    """Return the behavior of the base task: drive to the nearest beacon, but away from a robot close ahead."""
     decide = split_below(
         "robot_range",
         PERSONAL,
@@ -198,7 +198,7 @@ def _toward(angle: str, ahead: float) -> TreeBranch:
 
 
 def make_full_library(manners: TaskParams = TaskParams()) -> Library:
-    """`errand`: visit beacon after beacon, around obstacles, and give way to robots that are near."""
+    """Return the behavior `errand`: visit beacon after beacon, around obstacles, and give way to robots that are near."""
     return _library(_steer(manners), _dodge(manners), _travel(manners), _give_way(manners), _errand(manners))
 
 
@@ -240,7 +240,7 @@ def _travel(m: TaskParams) -> Automaton:
 
 
 def _steer(m: TaskParams) -> Automaton:
-    """The way to keep is wider than the way to take, so that it does not swing."""
+    """Return an automaton that steers to a gap; the angle to keep a way is wider than that to take it, against oscillation."""
     wide = {"start": 0.3, "forward": 0.45, "left": 0.15, "right": 0.15}
     return _automaton(
         "steer",

@@ -1,4 +1,4 @@
-"""Measure swarms on the standard task beside Mesa 3, VMAS and hand-written kernels; crowding, memory, squads."""
+"""Swarms on the standard task compared with Mesa 3, VMAS and hand-written kernels; crowding, memory, squads."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from understudy_lab.tasks.swarm_world import EACH, SWARM, make_expert_libraries,
 
 ROUNDS = 7
 ROBOTS_PER_WORLD = 10
-"""Robots in each world, where worlds lie side by side."""
+"""The number of robots in each of many parallel worlds."""
 
 FULL, BASE, BASE_EACH = "full", "base", "base, 10 robots a world"
 BY_HAND, BASE_BY_HAND = "full, by hand", "base, by hand"
@@ -28,7 +28,7 @@ VMAS, VMAS_EACH = "base, VMAS", "base, VMAS, 10 robots a world"
 
 
 def groups() -> list[list[BenchCase]]:
-    """What takes turns: what is compared, and then the large sizes by themselves."""
+    """Return the groups of cases that take turns: first the compared ones, then the large sizes alone."""
     return [
         [
             *_full(1_000, ticks=standard_task.TICKS),
@@ -131,19 +131,19 @@ GOALS = (
 
 
 def run(cases: Callable[[], list[list[BenchCase]]] = groups, *, rounds: int = ROUNDS) -> Row:
-    """Rows of all groups, the goals, and our fraction of the prototype's speed."""
+    """Return the rows of all groups, the goals, and our speed relative to the hand-written kernels."""
     rows = [row for group in cases() for row in measure(group, rounds=rounds)]
     return {**result(rows, GOALS), "fractions": fractions(rows), "missing": list_missing_peers(rows)}
 
 
 def list_missing_peers(rows: list[Row]) -> list[str]:
-    """The peers without a row, since they are not installed."""
+    """Return the names of the programs without a row because they are not installed."""
     told = {row["task"] for row in rows}
     return [peer for peer, task in (("Mesa 3", MESA), ("VMAS with PyTorch", VMAS)) if task not in told]
 
 
 def fractions(rows: list[Row]) -> list[Row]:
-    """Our speed as a share of the prototype's, which leaves out collisions and everything general."""
+    """Return our speed relative to the hand-written kernels, which have no collisions and nothing general."""
     pairs = {BY_HAND: FULL, BASE_BY_HAND: BASE}
     return [
         {
@@ -164,10 +164,10 @@ MOST = 2.0
 
 
 def run_crowding(robots: int = CROWDING_ROBOTS, ticks: int = standard_task.CROWDING_TICKS) -> Row:
-    """The full task, and its crowd piece by piece: the two take turns, so that noise meets both.
+    """Compare the full task with its crowded version, in alternating pieces, so that noise affects both.
 
-    `slowed` compares the last ten pieces of the crowd, when all are there, with as many runs of the full task at
-    the same time; `slowed_in_all` compares everything.
+    `slowed` compares the last ten pieces of the crowd, when all robots have arrived, with as many pieces of the full
+    task at the same time; `slowed_in_all` compares everything.
     """
     spread = UnderstudyCase(
         standard_task.make_full_scenario(robots),
@@ -220,7 +220,7 @@ MOST_BYTES = 1000.0
 
 
 def run_million(robots: int = MILLION_ROBOTS, ticks: int = TICKS) -> Row:
-    """The full task at full size. Memory is the process's peak less what it held before the world was made."""
+    """Run the full task with a million robots; memory is the process's peak less its use before the world was made."""
     UnderstudyCase(
         standard_task.make_full_scenario(1_000),
         standard_task.make_full_library(),
@@ -250,7 +250,7 @@ def run_million(robots: int = MILLION_ROBOTS, ticks: int = TICKS) -> Row:
 
 
 def measure_memory() -> int:
-    """Bytes of memory that the process holds now; its peak where the system does not say."""
+    """Return the memory that the process uses now, in bytes, or its peak where the system has no such figure."""
     try:
         import resource
 
@@ -261,7 +261,7 @@ def measure_memory() -> int:
 
 
 def measure_peak_memory() -> int:
-    """Bytes of memory that the process has held at most; 0 where the system does not say (Windows)."""
+    """Return the peak memory of the process in bytes; 0 where the system has no such figure (Windows)."""
     try:
         import resource
     except ImportError:
@@ -273,11 +273,11 @@ def measure_peak_memory() -> int:
 TASK, PLATOONS, LARGE, SQUAD_ROUNDS = "three levels of squads", 8, 400, 5
 AT_WORK = 150
 HERTZ, TIMES = 10, 10
-"""How many ticks a second has, and how many times as fast as that it should go."""
+"""The ticks per simulated second, and the goal for the speed relative to real time."""
 
 
 class SwarmCase:
-    """So many platoons, under their coordinators."""
+    """A number of platoons under their coordinators."""
 
     def __init__(self, platoons: int) -> None:
         self.robots = EACH * platoons
@@ -285,17 +285,17 @@ class SwarmCase:
         self.reset()
 
     def reset(self) -> None:
-        """Back to where all are at work, past the ten seconds in which they spread out."""
+        """Restore the state in which all robots work, after the ten seconds in which they spread out."""
         self.team = make_team(self._world, [0], make_expert_libraries(), {SWARM: ("swarm_work", {})})
         self.team.run(AT_WORK)
 
     def run(self, ticks: int) -> None:
-        """Run for so many ticks."""
+        """Run the given number of ticks."""
         self.team.run(ticks)
 
 
 def make_squad_cases() -> list[BenchCase]:
-    """The swarm that ships, and ten thousand robots."""
+    """Return the cases: the built-in swarm, and ten thousand robots."""
     return [
         BenchCase(TASK, partial(SwarmCase, PLATOONS), 1, 1_000),
         BenchCase(TASK, partial(SwarmCase, LARGE), os.cpu_count() or 1, 200),
@@ -312,5 +312,5 @@ SQUAD_GOALS = (
 
 
 def run_squads(*, rounds: int = SQUAD_ROUNDS) -> Row:
-    """Both, and whether they are fast enough."""
+    """Measure both cases, and compare them with the goals."""
     return result(measure(make_squad_cases(), rounds=rounds), SQUAD_GOALS)

@@ -1,4 +1,4 @@
-"""Our side of the measurements: worlds of a scenario and robots that run a library, through the public names."""
+"""Our own case: worlds of a scenario with robots that run a library, through the public interface."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from understudy.sim.world import World
 
 
 class UnderstudyCase:
-    """Worlds side by side, with recording off."""
+    """Parallel worlds, with recording off."""
 
     def __init__(
         self, scenario: Scenario, library: Library, behavior: str, *, worlds: int = 1, threads: int = 1
@@ -21,10 +21,10 @@ class UnderstudyCase:
         self.engine = Engine.from_program(self.world, link(library, behavior))
 
     def reset(self) -> None:
-        """Back to the start, robots and automata."""
+        """Restore the start of robots and automata."""
         self.world.reset(self.seeds)
         self.engine.restart()
 
     def run(self, ticks: int) -> None:
-        """Run for so many ticks."""
+        """Run the given number of ticks."""
         self.engine.run(ticks, threads=self.threads)

@@ -1,9 +1,9 @@
-"""The base task in VMAS: worlds side by side as PyTorch batches, stepped through `Environment.step`.
+"""The base task in VMAS: parallel worlds as PyTorch batches, stepped through `Environment.step`.
 
-Given its best chance: the readings of all agents are made in one batch (at the first agent's observation) and handed
-out as views; beacons are one tensor rather than entities, since VMAS walks through all pairs of entities each tick;
-the policy decides for all agents at once; robots do not collide. Drag takes all speed away each tick, so that forces
-move a robot as in the standard task. VMAS computes in single precision.
+It is optimized as far as VMAS allows: the observations of all agents are computed in one batch (at the first agent's
+observation) and returned as views; beacons are one tensor rather than entities, because VMAS loops over all pairs of
+entities each tick; the policy decides for all agents at once; robots do not collide. Drag removes all speed each tick,
+so that forces move a robot as in the standard task. VMAS computes in single precision.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from understudy_lab.bench.standard_task import AHEAD, ARRIVED, PERSONAL, Column
 
 
 class VmasBase:
-    """Worlds of so many robots each, in one VMAS environment."""
+    """Parallel worlds with the same number of robots, in one VMAS environment."""
 
     def __init__(self, robots_each: int, *, worlds: int, threads: int) -> None:
         self.robots, self.threads = robots_each * worlds, threads
@@ -33,12 +33,12 @@ class VmasBase:
         self.reset()
 
     def reset(self, seed: int = 0) -> None:
-        """Back to the start."""
+        """Restore the start."""
         self.scenario.start_seed = seed
         self.seen = self._torch.stack(self.environment.reset(), dim=1)
 
     def run(self, ticks: int) -> None:
-        """Run for so many ticks."""
+        """Run the given number of ticks."""
         torch = self._torch
         torch.set_num_threads(self.threads)
         with torch.no_grad():
@@ -48,7 +48,7 @@ class VmasBase:
                 self.seen = torch.stack(observations, dim=1)
 
     def _decide(self, seen: Any) -> Any:
-        """Force along x and y, and torque, as shares of their ranges [worlds, robots, 3]."""
+        """Return force along x and y, and torque, relative to their ranges [worlds, robots, 3]."""
         torch = self._torch
         beacon, angle, robot, bearing, heading = seen.unbind(-1)
         blocked = (robot < PERSONAL) & ((bearing < pi / 2) | (bearing >= TAU - pi / 2))
@@ -62,7 +62,7 @@ class VmasBase:
 
     @property
     def places(self) -> Column:
-        """x, y and heading [N, 3]."""
+        """Return x, y and heading [N, 3]."""
         agents = self.environment.agents
         moved = self._torch.stack([agent.state.pos for agent in agents], dim=1) + self.scenario.half
         heading = self._torch.stack([agent.state.rot for agent in agents], dim=1)
@@ -70,12 +70,12 @@ class VmasBase:
 
     @property
     def readings(self) -> Column:
-        """Range and bearing of the nearest beacon and robot [N, 4], as they are now."""
+        """Return the current range and bearing of the nearest beacon and robot [N, 4]."""
         return self.seen[..., :4].reshape(-1, 4).numpy().astype(float)  # type: ignore[no-any-return]
 
 
 def _parts(robots_each: int) -> tuple[Any, Any]:
-    """PyTorch, and the scenario's class; both are imported when they are needed."""
+    """Return PyTorch and the scenario's class; both are imported only when needed."""
     try:
         torch = import_module("torch")
         core = import_module("vmas.simulator.core")
@@ -112,7 +112,7 @@ def _parts(robots_each: int) -> tuple[Any, Any]:
             return world
 
         def reset_world_at(self, env_index: int | None = None) -> None:
-            """All worlds at once; a run resets them together."""
+            """Reset all worlds at once; `env_index` is ignored, because a run resets them together."""
             starts = [
                 standard_task.StartLayout.of(robots_each, self.start_seed + world)
                 for world in range(self.world.batch_dim)
@@ -127,7 +127,7 @@ def _parts(robots_each: int) -> tuple[Any, Any]:
                 agent.set_rot(heading[:, index : index + 1], batch_index=None)
 
         def observation(self, agent: Any) -> Any:
-            """Range and bearing of the nearest beacon and of the nearest robot, and the heading."""
+            """Return range and bearing of the nearest beacon and of the nearest robot, and the heading."""
             if agent is self.world.agents[0]:
                 self.seen = self.readings().unbind(1)
             return self.seen[self.world.agents.index(agent)]
@@ -145,7 +145,10 @@ def _parts(robots_each: int) -> tuple[Any, Any]:
         def nearest(
             self, x: Any, y: Any, heading: Any, to_x: Any, to_y: Any, without: Any = None
         ) -> tuple[Any, Any]:
-            """Coordinates stay apart: sums over a last dimension of two take several times as long."""
+            """Return range and bearing of the nearest of the given points.
+
+            Coordinates stay apart, because sums over a last dimension of two take several times as long.
+            """
             dx, dy = to_x.unsqueeze(1) - x.unsqueeze(2), to_y.unsqueeze(1) - y.unsqueeze(2)
             squared = torch.addcmul(dx * dx, dy, dy)
             if without is not None:

@@ -1,1 +1,1 @@
-"""Novices who follow the coach, beside the same novices left to themselves."""
+"""The experiment that compares novices who follow the coach's advice with the same novices alone."""

@@ -1,8 +1,8 @@
-"""Teaching with the coach, and without: what a novice does next, and what the robot had learned after so many examples.
+"""The model of a novice's teaching with and without the coach, with the learned automaton after each step.
 
-A novice alone puts the robot into one situation after the other that occurs to them, and drives it. One who follows the
-coach does so once; then, in turn, they let the robot try where it is put next, and answer where it asks, and they read
-the first advice, let the coach set up the situation, and show what they think right there.
+A novice alone puts the robot into one situation after another and drives it. A coached novice does so once. Then two
+actions alternate: let the robot try from the next situation and answer its questions, or read the first advice, let the
+coach set up its situation, and demonstrate there.
 """
 
 from __future__ import annotations
@@ -30,46 +30,46 @@ from understudy_lab.teachers.teacher import FIRST_SEED
 ALONE, COACHED = "alone", "coached"
 ASKED, CORRECTED = "asked", "corrected"
 GOES_ON_S = 4.0
-"""After an answer they go on directing the robot for so long."""
+"""The time in s for which a novice goes on driving the robot after an answer."""
 TWICE = 2
-"""They follow the same sentence so often at most."""
+"""The largest number of times that a novice follows the same advice."""
 ANSWER_S = 1.0
-"""An answer to a question takes so long, while the world stands still."""
+"""The time in s that an answer to a question takes; the world is paused."""
 STEPS_IN_S = 1.0
-"""They let the robot do what they would not for so long before they make up their mind to correct it."""
+"""The time in s for which a novice tolerates a wrong action before correcting it."""
 LOOK_S = 2.0
-"""So long they look at an example that may be a slip."""
+"""The time in s spent on an example that may be a slip."""
 MOST_QUESTIONS = 8
-"""So many in one try."""
+"""The largest number of questions in one try."""
 STEPS = (6, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100, 120, 150)
-"""Numbers of examples after which it is looked at what the robot would do."""
+"""The numbers of examples after which the automaton is stored."""
 
 
 @dataclass
 class CoachedTeaching:
-    """What one novice's teaching came to: what was learned by each of STEPS, and in the end."""
+    """The result of one novice's teaching: the automaton after each of STEPS examples, and the session."""
 
     session: Session
     by_step: dict[int, TrainedAutomaton] = field(default_factory=dict)
     followed: Counter[str] = field(default_factory=Counter)
-    """By kind, and by sentence."""
+    """The number of times advice was followed, by kind and by sentence."""
     pressed: set[int] = field(default_factory=set)
     meant: dict[int, float] = field(default_factory=dict)
-    """Presses that look like slips, which they stood by, with the doubt then."""
+    """The doubt about each suspected slip that was judged, by example number."""
 
     @property
     def made(self) -> int:
-        """Press-made examples so far, deleted ones too."""
+        """The number of press-made examples so far, including deleted ones."""
         return len(self.pressed)
 
     @property
     def followed_kinds(self) -> dict[str, int]:
-        """How often advice of each kind was followed, and a question answered."""
+        """The number of times advice of each kind was followed, a question answered, or the robot corrected."""
         kinds = {*(kind.value for kind in AdviceKind), ASKED, CORRECTED}
         return {str(each): count for each, count in self.followed.items() if each in kinds}
 
     def look(self) -> None:
-        """What there is now."""
+        """Store the present automaton for each step that is not exceeded yet."""
         self.pressed |= {example.number for example in self.session.examples if example.is_from_press}
         for step in STEPS:
             if self.made <= step:
@@ -77,7 +77,7 @@ class CoachedTeaching:
 
 
 def teach(novice: Novice, exercise: CoachingTask, way: str) -> CoachedTeaching:
-    """All that a novice does in the time they are given."""
+    """Let a novice teach for the given time, alone or coached, and return the result."""
     session = Session(
         exercise.body(draw_practice_seed(novice)),
         Library(exercise.kit),
@@ -112,7 +112,7 @@ def teach(novice: Novice, exercise: CoachingTask, way: str) -> CoachedTeaching:
 
 
 def _try_out(novice: Novice, course: CoachedTeaching, left_s: float) -> None:
-    """Let the robot try; where it asks, the world stands still until they have said what is right there."""
+    """Let the robot try for `left_s` seconds; answer its questions while the world is paused, and correct errors."""
     session, until = course.session, novice.seconds + left_s
     session.test()
     asking, asked = UncertaintyQueries(session, QueryPolicy.PAUSE), 0
@@ -142,13 +142,13 @@ def _try_out(novice: Novice, course: CoachedTeaching, left_s: float) -> None:
 
 
 def _situations(exercise: CoachingTask, session: Session) -> NDArray[np.float64]:
-    """What the robot may sense: the coach looks at a world like that in which it is taught."""
+    """Return feature vectors that the robot may meet, sampled from a world like the one of the lesson."""
     body = exercise.body(FIRST_SEED)
     return sample_posed_situations(body, session.automaton.features, exercise.targets)
 
 
 def _mend(novice: Novice, course: CoachedTeaching) -> None:
-    """Say of presses that look like slips whether they were meant, or what was, the oddest first."""
+    """Judge each suspected slip, the most doubtful first, and correct those that were not intended."""
     session = course.session
     while novice.seconds < novice.habits.given_s and (
         odd := find_mislabels(session.lesson, meant=course.meant)
@@ -163,7 +163,7 @@ def _mend(novice: Novice, course: CoachedTeaching) -> None:
 
 
 def _first(course: CoachedTeaching, exercise: CoachingTask, situations: NDArray[np.float64]) -> Advice | None:
-    """The first advice about something to show that they did not follow twice in vain."""
+    """Return the first advice on a situation to show that was not followed twice already, or None."""
     lesson = course.session.lesson
     for each in give_advice(
         lesson, learn(lesson), kit=exercise.kit, situations=situations, meant=course.meant
@@ -178,7 +178,7 @@ def _first(course: CoachedTeaching, exercise: CoachingTask, situations: NDArray[
 
 
 def _answer(novice: Novice, course: CoachedTeaching, advised: Advice, left_s: float) -> None:
-    """Show what they think right there: direct the robot, or confirm; of what contradicts it, delete the rest."""
+    """Demonstrate in the advised situation: direct the robot or confirm, and delete examples that contradict it."""
     session = course.session
     screen = session.view()
     wished = novice.wish(screen) or screen.state

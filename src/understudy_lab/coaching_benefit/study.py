@@ -1,4 +1,4 @@
-"""The experiment: the same simulated novices, left to themselves and following the coach, at two tasks."""
+"""The experiment: the same simulated novices, alone and with the coach, in two tasks."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WANTED, FEWER, OVERALL = 0.9, 0.6, 0.95
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each novice at each task, in either way."""
+    """Return one task per novice, exercise, and way (alone or coached)."""
     return [
         {"exercise": name, "way": way, "seed": seed}
         for name in EXERCISES
@@ -34,7 +34,7 @@ def tasks(plan: StudyPlan) -> list[Task]:
 
 
 def work(task: Task) -> Row:
-    """One novice's five minutes, and what the robot does after so many examples, and in the end."""
+    """Let one novice teach for five minutes, and test the automaton after each number of examples and at the end."""
     exercise, seed = EXERCISES[task["exercise"]], task["seed"]
     novice = exercise.person(draw_traits(seed), seed)
     course = teach(novice, exercise, task["way"])
@@ -51,28 +51,28 @@ def work(task: Task) -> Row:
 
 
 def select_rows(rows: Sequence[Row], exercise: str, way: str) -> list[Row]:
-    """The rows of one task in one way."""
+    """Return the rows of one exercise taught in one way."""
     return [row for row in rows if (row["task"]["exercise"], row["task"]["way"]) == (exercise, way)]
 
 
 def means(rows: Sequence[Row]) -> list[float]:
-    """The share of trials that succeed, over all robots, by STEPS."""
+    """Return the mean share of successful trials over all robots, by STEPS."""
     return [float(np.mean(shares)) for shares in zip(*(row["by_step"] for row in rows), strict=True)]
 
 
 def count_examples_needed(rows: Sequence[Row]) -> int | None:
-    """After how many examples 90 % of all trials succeed, and do so from then on; None where they never do."""
+    """Return the number of examples from which on 90 % of all trials succeed, or None if there is none."""
     good = [mean >= WANTED for mean in means(rows)]
     return next((step for at, step in enumerate(STEPS) if all(good[at:])), None)
 
 
 def succeeds(row: Row) -> bool:
-    """Whether the robot succeeds in half of its trials in the end."""
+    """Return whether the final robot succeeds in at least half of its trials."""
     return bool(row["share"] >= SUCCESS)
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Who succeeds, after how many examples, and what the coach's advice was."""
+    """Summarize success, the examples needed, and the advice that was followed."""
     found = {(name, way): select_rows(rows, name, way) for name in EXERCISES for way in WAYS}
     numbers: dict[str, Any] = {
         f"{name}, {way}": {
@@ -159,7 +159,7 @@ def _goals(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> tuple[Stu
 
 
 def _sooner(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> str:
-    """When those who follow the coach are as good as the others become at most."""
+    """Return a sentence on when coached novices reach the best result of the others."""
     best = max(means(alone))
     step = next((step for step, mean in zip(STEPS, means(coached), strict=True) if mean >= best), None)
     after = "never" if step is None else f"after {step} examples"
@@ -179,7 +179,7 @@ def _followed(rows: Sequence[Row]) -> str:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Success by the number of examples."""
+    """Draw success over the number of examples."""
     figure, axes = panels(len(EXERCISES), wide=4.0)
     for panel, name in zip(axes, EXERCISES, strict=True):
         for way, color in zip(WAYS, COLORS, strict=False):

@@ -1,4 +1,4 @@
-"""What the novices teach: approaching a ball (paper section 4.2), and GoTo (paper section 4.1)."""
+"""The tasks of the novices: approaching a ball (paper section 4.2), and GoTo (paper section 4.1)."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ from understudy_lab.tasks.soccer import Soccer, StartPose
 from understudy_lab.teachers.teacher import FIRST_SEED
 
 THERE_M = 0.3
-"""What being there is to a novice who judges it well."""
+"""The distance in m that counts as arrived for a novice without misjudgment."""
 PLAINLY = 1.5
-"""So many times as far away the robot is plainly not there."""
+"""The multiple of that distance at which the robot has clearly not arrived."""
 ASTRAY, FACING = 0.6, 0.12
-"""So far off its way it has to turn, rad; so near to facing the station it has turned enough."""
+"""The bearings in rad from which the robot has to turn, and at which it has turned enough."""
 OFF_RAD = 0.15
-"""How far off ahead is, rad, to a novice who is as far off the middle as any."""
+"""The largest error of a novice in judging straight ahead, rad."""
 
 
 class GotoNovice(Novice):
-    """A novice who teaches GoTo(A); what they misunderstood is which way to turn."""
+    """A novice who teaches GoTo(A); a misunderstanding concerns the direction of a turn."""
 
     buttons = ("forward", "rotate_left", "rotate_right", "done")
 
     def there(self, screen: SessionView) -> bool:
-        """The robot says that it is there, and it looks so."""
+        """Return whether the robot has raised `done` and also looks arrived to this novice."""
         return screen.flag is not None and self.wish(screen) is None
 
     def wish(self, screen: SessionView) -> str | None:
-        """The state they would rather have the robot in."""
+        """Return the state that the robot should be in, or None where this novice accepts the current one."""
         distance, state = screen.features["distance_to(A)"], screen.state
         if isnan(distance):
             return None
@@ -63,7 +63,7 @@ class GotoNovice(Novice):
         return "forward" if -ASTRAY < ahead < FACING else None
 
     def _turn(self, off: float) -> str:
-        """The way they turn to what is so far to the left, rad."""
+        """Return the turn that this novice chooses for a target `off` rad to the left."""
         side = "rotate_left" if off > 0 else "rotate_right"
         if self.traits.mistake == UNDERSTOOD:
             return side
@@ -73,18 +73,18 @@ class GotoNovice(Novice):
 
 
 PLACES = 30
-"""Worlds that a robot taught GoTo is judged in, as many as trials of one taught to approach a ball."""
+"""The number of test worlds for GoTo, equal to the trials of the approach to a ball."""
 REACTION_S = 0.3
-"""What the lesson of GoTo is told of how late presses come: as late as those of the quickest novices."""
+"""The reaction time in s set in the lesson of GoTo: that of the fastest novices."""
 LIMIT_S, REACHED_M = 60.0, 0.6
-"""It is to say done within so long, so near the station."""
+"""The time limit in s, and the distance in m from the station within which `done` counts."""
 
 
 @dataclass(frozen=True)
 class CoachingTask:
-    """A task: its body and empty lesson, who teaches it, how they put the robot down, and how it is judged.
+    """A task: its world and empty lesson, the class of its novices, how they place the robot, and how it is tested.
 
-    `judge` answers the share of trials that succeed, and whether each kind of trial succeeds by half.
+    `judge` returns the share of successful trials, and whether each kind of trial succeeds at least half of the time.
     """
 
     kit: Kit
@@ -97,7 +97,7 @@ class CoachingTask:
 
 
 def draw_practice_seed(novice: Novice) -> int:
-    """The seed of another world to practice in."""
+    """Draw the seed of another practice world."""
     return FIRST_SEED + int(novice.draws.integers(2**40))
 
 
@@ -116,7 +116,7 @@ def _servoed(taught: TrainedAutomaton, seed: int) -> tuple[float, bool]:
 ASIDE_DEG: Mapping[str, tuple[float, float]] = MappingProxyType(
     {"ball left": (20.0, 130.0), "ball right": (-130.0, -20.0), "ball lost": (120.0, 240.0)}
 )
-"""Where the robot has the station when they put it down, by situation: to the left, to the right, behind."""
+"""The range of the station's bearing in degrees where the robot is put down, by situation."""
 FARTHEST_M, TRIES = 4.0, 50
 
 

@@ -1,4 +1,4 @@
-"""The laboratory's commands - demo, experiment and bench - as entry points name them."""
+"""The commands `demo`, `experiment` and `bench`, which the package registers as entry points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`understudy bench`: our speed beside that of others, on the same machine in the same run."""
+"""The command `understudy bench`: measure speed against other programs, on the same machine in the same run."""
 
 from __future__ import annotations
 
@@ -23,74 +23,74 @@ SOURCES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "robots": ("robot_latency", "run"),
     }
 )
-"""The module and function of measurements that are not `run` in a module of their own name."""
+"""The module and function of each measurement that is not called `run` in a module of its own name."""
 
 NOISE = "Medians; on a machine that does other things too, trust ratios to about 20 %."
 
 
 @app.callback()
 def everything(ctx: typer.Context, as_json: Json = False) -> None:
-    """Measure speed beside peers, in one run on this machine; without a name, everything."""
+    """Measure speed against other programs, in one run on this machine; without a name, run all measurements."""
     if ctx.invoked_subcommand is None:
         _measure(*MEASUREMENTS, as_json=as_json)
 
 
 @app.command("learning")
 def learning(as_json: Json = False) -> None:
-    """Learning a tree, beside scikit-learn's DecisionTreeClassifier.fit."""
+    """Compare the time to learn a tree with scikit-learn's DecisionTreeClassifier.fit."""
     _measure("learning", as_json=as_json)
 
 
 @app.command("looks")
 def looks(as_json: Json = False) -> None:
-    """Whatever looks at a lesson of 200 examples, beside a fit of scikit-learn."""
+    """Compare the analyses of a lesson of 200 examples with a fit of scikit-learn."""
     _measure("looks", as_json=as_json)
 
 
 @app.command("interpreter")
 def interpreter(as_json: Json = False) -> None:
-    """A pulse of a three-level automaton, beside an 11-node py_trees tick."""
+    """Compare one update of a three-level automaton with one of a py_trees tree of 11 nodes."""
     _measure("interpreter", as_json=as_json)
 
 
 @app.command("swarm")
 def swarm(as_json: Json = False) -> None:
-    """Swarms of 100 to 100 000 robots, beside Mesa 3, VMAS and a prototype written by hand (minutes)."""
+    """Compare swarms of 100 to 100 000 robots with Mesa 3, VMAS and hand-written code (minutes)."""
     _measure("swarm", as_json=as_json)
 
 
 @app.command("patrol")
 def patrol(as_json: Json = False) -> None:
-    """The paper's patrol world, one at a time and a thousand side by side."""
+    """Measure the paper's patrol world, one world alone and a thousand in parallel."""
     _measure("patrol", as_json=as_json)
 
 
 @app.command("squads")
 def squads(as_json: Json = False) -> None:
-    """Two hundred and ten thousand robots in three levels of squads, beside real time."""
+    """Measure two hundred and ten thousand robots in three levels of squads, compared with real time."""
     _measure("squads", as_json=as_json)
 
 
 @app.command("crowding")
 def crowding(as_json: Json = False) -> None:
-    """Robots that all head for one point, beside the same task spread out (minutes)."""
+    """Compare robots that all drive to one point with the same task spread out (minutes)."""
     _measure("crowding", as_json=as_json)
 
 
 @app.command("million")
 def million(as_json: Json = False) -> None:
-    """A million robots: their speed, and the memory they take."""
+    """Measure the speed and the memory of a million robots."""
     _measure("million", as_json=as_json)
 
 
 @app.command("robots")
 def robots(as_json: Json = False) -> None:
-    """From a reading to the command it causes, in another process, over DDS and Zenoh, beside a program in C."""
+    """Measure the time from a sensor value to the command it causes in another process, over DDS and Zenoh."""
     _measure("robots", as_json=as_json)
 
 
 def _measure(*names: str, as_json: bool) -> None:
-    """Run measurements; a module is loaded when its turn comes."""
+    """Run measurements by name, importing each module only when it is needed."""
     from understudy.ui.cli.output import make_console, print_json
 
     results: dict[str, dict[str, Any]] = {}
@@ -205,7 +205,7 @@ def _speeds(result: dict[str, Any]) -> None:
 
 
 def short(number: float) -> str:
-    """A number to three digits, as people read it: 0.98, 57, 1 000, 20 k, 6.5 M."""
+    """Format a number with three digits: 0.98, 57, 1 000, 20 k, 6.5 M."""
     from understudy.viz.appearance import format_thousands
 
     rounded = float(f"{number:.3g}")
@@ -224,4 +224,4 @@ MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(
         **dict.fromkeys(("swarm", "patrol", "squads", "crowding", "million"), _speeds),
     }
 )
-"""What can be measured, in order, with what shows it to people."""
+"""The measurements in order, each with the function that prints its result."""

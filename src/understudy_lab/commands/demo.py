@@ -1,4 +1,4 @@
-"""`understudy demo`: teach robots with a scripted teacher, and judge them; and what all demos print and keep."""
+"""The command `understudy demo`: teach robots with a scripted teacher and test them; helpers of all demos."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ def demo(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Teach robots by showing them, and see how well they learned.
+    """Teach simulated robots by demonstration, and test how well they learned.
 
-    A scripted teacher watches the robots and presses behaviors as a person would: late, and only now and then.
+    A scripted teacher watches the robots and presses buttons as a person would: late, and only now and then.
 
     forage: it teaches a robot GoTo, Harvest, Deposit and Forage in turn; then the robot forages alone in 100 worlds
-    it has never seen, beside a forager written by hand.
+    it has never seen, compared with a hand-written controller.
 
-    patrol: it teaches four robots to look for intruders, and their coordinator to send all of them; then they patrol
+    patrol: it teaches four robots to look for intruders, and their coordinator to command all of them; then they patrol
     in unseen worlds, with and without the coordinator (paper, section 5.1). A GIF shows it.
 
-    swarm: it teaches 200 robots, and three levels of coordinators, to pull boxes together; then 10 000 run what they
-    learned, against the clock. A GIF shows the 200.
+    swarm: it teaches 200 robots, and three levels of coordinators, to pull boxes together; then 10 000 robots run the
+    same automata, and their speed is measured. A GIF shows the 200.
 
     The same seed gives the same result.
 
@@ -77,7 +77,7 @@ def demo(
 
 
 def make_output_folders(out: Path) -> None:
-    """The folders for what the demo keeps: a place that cannot be written to is told before the teaching."""
+    """Create the folders for the demo's files, so that an unwritable place fails before the teaching."""
     from tempfile import TemporaryFile
 
     from understudy.storage.atomic_write import convert_os_errors
@@ -92,7 +92,7 @@ def make_output_folders(out: Path) -> None:
 
 @contextmanager
 def show_progress_table(talk: Console) -> Iterator[Progress]:
-    """A table of the lessons that fills as they are taught."""
+    """Show a table of the lessons that is updated while they are taught."""
     from rich.live import Live
     from rich.table import Table
 
@@ -121,7 +121,7 @@ def show_progress_table(talk: Console) -> Iterator[Progress]:
 
 
 def print_lessons(taught: Sequence[TrainedAutomaton], talk: Console) -> None:
-    """When each of them leaves its states."""
+    """Print the conditions under which each automaton leaves its states."""
     from rich.markup import escape
     from rich.padding import Padding
     from rich.table import Table
@@ -147,7 +147,7 @@ def print_lessons(taught: Sequence[TrainedAutomaton], talk: Console) -> None:
 
 
 def save_with_graphs(library: Library, folder: Path, pictures: Path) -> list[Path]:
-    """Save a library, and a graph of each of its automata; the graphs."""
+    """Save a library and a graph of each of its automata, and return the paths of the graphs."""
     from understudy.storage.atomic_write import convert_os_errors, write_atomically
     from understudy.storage.library_folder import save_automaton
     from understudy.ui.cli.library_data import list_conditions_by_switch
@@ -165,7 +165,7 @@ def save_with_graphs(library: Library, folder: Path, pictures: Path) -> list[Pat
 
 
 def summarize_teaching(accounts: Mapping[str, TeachingCost]) -> dict[str, Any]:
-    """What the teaching took, as plain data."""
+    """Return the cost of the teaching as plain data."""
     examples = {name: account.examples for name, account in accounts.items()}
     return {
         "examples": examples | {"total": sum(examples.values())},
@@ -175,20 +175,20 @@ def summarize_teaching(accounts: Mapping[str, TeachingCost]) -> dict[str, Any]:
 
 
 def format_lasting(seconds: float) -> str:
-    """A time, in minutes and seconds."""
+    """Format a time in s as minutes and seconds."""
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes} min {rest:02d} s"
 
 
 def print_numbers(title: str, rows: Mapping[str, str], talk: Console, *, wide: int = 16) -> None:
-    """What came out."""
+    """Print a titled table of results."""
     talk.print(f"\n[bold]{title}[/]")
     for what, value in rows.items():
         talk.print(f"  {what:<{wide}} [bold]{value}[/]")
 
 
 def print_next_steps(out: Path, commands: Mapping[str, str], talk: Console) -> None:
-    """Where everything is, and what to try next."""
+    """Print where the files are, and commands to try next."""
     from rich.markup import escape
 
     library, pictures = out / "library", out / "pictures"

@@ -1,4 +1,4 @@
-"""The forage demo: a robot learns to bring food home, and is judged beside a forager written by hand."""
+"""The forage demo: a robot learns to bring food home, and is compared with a hand-written controller."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def demo_forage(seed: int, out: Path, talk: Console) -> dict[str, Any]:
-    """Teach, keep, judge and tell; the result as plain data."""
+    """Teach, save, test and print the results, and return them as plain data."""
     from understudy.ui.cli.options import open_scenario
     from understudy.ui.cli.output import compile_once
     from understudy_lab.commands.demo import (
@@ -50,7 +50,7 @@ def demo_forage(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 
 
 def _path(library: Library, folder: Path, seed: int) -> Path:
-    """Draw one run."""
+    """Draw the path of one run and return the picture's file."""
     from understudy.storage.atomic_write import convert_os_errors
     from understudy.viz.path_png import draw_path_png
     from understudy_lab.forage.teach import frames_of, worlds_of

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 PATROL_WORLDS = 40
 PATROL_FILM_S, PATROL_SPEED = 150.0, 8.0
-"""How long the film's run is, s, and how many times as fast it is shown."""
+"""The simulated length of the film in s, and its speed relative to real time."""
 
 
 def demo_patrol(seed: int, out: Path, talk: Console) -> dict[str, Any]:
-    """Teach, keep, judge and tell; the result as plain data."""
+    """Teach, save, test and print the results, and return them as plain data."""
     from understudy.ui.cli.output import compile_once
     from understudy_lab.commands.demo import (
         print_lessons,
@@ -55,7 +55,7 @@ def demo_patrol(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 
 
 def _film_patrol(taught: PatrolTeaching, folder: Path, world: int) -> Path:
-    """A film of one patrol."""
+    """Film one patrol and return the file."""
     from understudy.storage.atomic_write import convert_os_errors
     from understudy.viz.run_gif import draw_run_gif
     from understudy_lab.patrol.evaluate import DEFER
@@ -79,7 +79,7 @@ def _frames(team: Any) -> list[RunFrame]:
 
 
 def _evaluate_patrol(taught: PatrolTeaching, seed: int, *, quiet: bool) -> tuple[dict[str, Any], int]:
-    """What they come to, and a world to film."""
+    """Return the results of the taught team, and the index of a world worth filming."""
     from understudy.ui.cli.output import show_progress
     from understudy_lab.patrol import evaluate
     from understudy_lab.patrol.practice import make_coordinated_team, make_uncoordinated_team
@@ -101,7 +101,7 @@ def _evaluate_patrol(taught: PatrolTeaching, seed: int, *, quiet: bool) -> tuple
 
 
 def _eventful(tracks: PatrolTracks) -> int:
-    """The first world with a whole cycle and the boss while the film lasts; the first of all if there is none."""
+    """Return the first world with a complete cycle and a boss within the film's length, or 0."""
     from understudy_lab.patrol.metrics import cycles
     from understudy_lab.patrol.tracks import RUN_AWAY
 

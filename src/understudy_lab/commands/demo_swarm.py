@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from understudy.sim.view import RunFrame
 
 SWARM_WORLDS, TICKS = 2, 6_000
-"""How many worlds they are put to, and for how many ticks of 0.1 s."""
+"""The number of test worlds, and the ticks of 0.1 s that each runs."""
 SWARM_FILM_S, SWARM_SPEED, EVERY = 60.0, 8.0, 4
-"""How long the film's run is, s, how many times as fast it is shown, and each how many ticks it has a picture."""
+"""The simulated length of the film in s, its speed relative to real time, and the ticks per frame."""
 PLATOONS, LARGE_S, LARGE_EVERY = 400, 40.0, 20
-"""Platoons of the ten thousand, how long they run, s, and each how many ticks their picture has a point."""
+"""The number of platoons of the ten thousand robots, their time in s, and the ticks per point of their picture."""
 
 
 def demo_swarm(seed: int, out: Path, talk: Console) -> dict[str, Any]:
-    """Teach, keep, judge and tell; the result as plain data."""
+    """Teach, save, test and print the results, and return them as plain data."""
     from understudy.ui.cli.output import compile_once
     from understudy_lab.commands.demo import (
         print_lessons,
@@ -58,7 +58,7 @@ def demo_swarm(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 def _evaluate_swarm(
     libraries: Libraries, seed: int, folder: Path, *, quiet: bool
 ) -> tuple[dict[str, Any], list[Path]]:
-    """What they gather, taught, by hand and without coordinators, and how fast ten thousand run; film and picture."""
+    """Measure the yield taught, hand-written and without coordinators, and the speed of ten thousand robots."""
     from understudy.ui.cli.output import show_progress
     from understudy_lab.swarm.evaluate import ALONE, ANSWERING, THREE, WAYS, measure_gathered, worlds_of
     from understudy_lab.swarm.practice import make_swarm_team
@@ -85,7 +85,7 @@ def _evaluate_swarm(
 
 
 def _film_swarm(team: Team, folder: Path) -> Path:
-    """A film of the two hundred."""
+    """Film the two hundred robots and return the file."""
     from understudy.storage.atomic_write import convert_os_errors
     from understudy.viz.run_gif import draw_run_gif
 
@@ -100,7 +100,7 @@ def _film_swarm(team: Team, folder: Path) -> Path:
 
 
 def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]:
-    """How many times as fast as real time ten thousand run, at ten ticks a second; a picture of their ways."""
+    """Return the speed of ten thousand robots relative to real time, and a picture of their paths."""
     from time import perf_counter
 
     from understudy.storage.atomic_write import convert_os_errors

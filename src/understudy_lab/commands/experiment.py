@@ -1,4 +1,4 @@
-"""`understudy experiment`: the published experiments, run again."""
+"""The command `understudy experiment`: run the published experiments again."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 RESULTS = Path("results")
 SHOWN = 12
-"""So many differences from what was published are told."""
+"""The largest number of differences from the published result that is printed."""
 
 
 def experiment(
@@ -45,10 +45,10 @@ def experiment(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Run published experiments again: teach robots, judge them, and compare with what was published.
+    """Run published experiments again: teach robots, test them, and compare with the published results.
 
-    What is in the folder of results already is not done again, so that a run that was cut off goes on. Exit code 1
-    if something comes out otherwise than published, or a goal that was reached is missed.
+    Tasks whose results are already in the folder are not repeated, so an interrupted run can be continued. Exit code 1
+    if a result differs from the published one, or a goal that was reached before is missed.
 
     [dim]understudy experiment forage --quick[/]
     """
@@ -92,7 +92,7 @@ def _list(*, as_json: bool) -> None:
 
 
 def _run(found: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool) -> StudyResult:
-    """Run it, and put its result and its figure into the folder."""
+    """Run an experiment and write its result and its figure into the folder."""
     from rich.markup import escape
 
     from understudy.ui.cli.options import open_scenario
@@ -126,8 +126,9 @@ def _run(found: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool)
 
 
 def _compared(result: StudyResult, experiment: Study) -> tuple[list[str], list[str]]:
-    """What is not as it was published: rows of the same tasks, and goals that were reached, else all goals; and what
-    cannot be told.
+    """Return the differences from the published result, and what could not be compared.
+
+    Differences are in rows of the same tasks and in goals that were reached; without a published result, in all goals.
     """
     from understudy_lab.results import differences, list_uncompared, load_published
 

@@ -1,1 +1,1 @@
-"""Foraging, taught: the four automata of the paper's section 4.1, by a scripted teacher, judged on unseen worlds."""
+"""The foraging experiment: the four automata of the paper's section 4.1, taught by a scripted teacher."""

@@ -1,4 +1,4 @@
-"""The experiment: many teachings, each judged on its own unseen worlds; with both methods side by side."""
+"""The experiment: many teachings with two methods, each tested in its own unseen worlds."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TEACHINGS = range(41_000, 41_020)
-"""The teaching seeds of the published result: nobody had looked at any of them before."""
+"""The teaching seeds of the published result; none was used during development."""
 
 GOALS = {"taught well": 0.95, "worst": 0.85, "relative_to_expert": 0.92, "examples": 80, "seconds": 600.0}
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each teaching with each method."""
+    """Return one task per method and seed."""
     return [{"method": method, "seed": seed} for method in METHODS for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
-    """One teaching, judged on its own unseen worlds; and how near the yardstick comes to its bound there."""
+    """Teach one robot, test it in its own unseen worlds, and compare the baseline there with its lower bound."""
     return {
         **summary(teach_and_judge(task["seed"], method=task["method"])),
         "yardstick": measure_expert_ratio(task["seed"]),
@@ -38,7 +38,7 @@ def work(task: Task) -> Row:
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """What the methods come to over all teachings."""
+    """Summarize the methods over all teachings as a headline, tables, goals and notes."""
     by_method = {name: [row for row in rows if row["task"]["method"] == name] for name in METHODS}
     methods = {name: summarize_rows(of) for name, of in by_method.items()}
     watched = methods["watched"]
@@ -90,7 +90,7 @@ TOLD: Mapping[str, Callable[[dict[str, Any], Sequence[Row]], str]] = {
 
 
 def summarize_rows(rows: Sequence[Row]) -> dict[str, Any]:
-    """Medians and spread over teachings: the taught automaton is the unit, never the world."""
+    """Return the medians and spread over teachings; the unit is the taught automaton, not the world."""
     success = np.array([row["success"] for row in rows])
     return {
         "teachings_reaching_95": int((success >= 0.95).sum()),
@@ -107,7 +107,7 @@ def summarize_rows(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def measure_expert_ratio(seed: int) -> float:
-    """The hand-coded forager's time as a multiple of its lower bound: the median over the worlds of a teaching."""
+    """Return the median ratio of the baseline's time to the lower bound, over the worlds of a teaching."""
     body = Forage(worlds_of(seed))
     bound = lower_bound(body)
     hand = ExpertForager(body.agents, body.settings)
@@ -116,7 +116,7 @@ def measure_expert_ratio(seed: int) -> float:
 
 
 def goals(result: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
-    """What was to be reached, beside what the watched method came to."""
+    """Return each goal with the value that the watched method reached."""
     wanted = int(np.ceil(GOALS["taught well"] * result["of"]))
     worst, near = result["success"]["min"], result["relative_to_expert"]["median"]
     examples, seconds = result["examples"]["median"], result["teaching_seconds"]["median"]
@@ -145,7 +145,7 @@ def goals(result: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Success and speed of every teaching, by method."""
+    """Draw success and speed of every teaching, by method."""
     figure, (left, right) = panels(2)
     for axes, what, of, said in (
         (left, "success", "success", "worlds finished in time, %"),

@@ -1,4 +1,4 @@
-"""One robot taught to forage, and judged: what `understudy demo` runs once and the experiment many times."""
+"""Teaching and testing of one foraging robot, run once by `understudy demo` and many times by the experiment."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ WORLDS = 100
 CORNER_WORLDS = 20
 
 METHODS: Mapping[str, Mapping[str, LearnerOptions]] = {"watched": WATCHED, "plain": PLAIN}
-"""With watched examples and a reaction time for GoTo, as the demo teaches; and the paper's plain method."""
+"""The options of each method: with watched examples and a reaction time for GoTo, and the paper's method."""
 
 
 @dataclass(frozen=True)
 class JudgedTeaching:
-    """One teaching with how well the robot then foraged."""
+    """One teaching and the evaluation of its robot."""
 
     seed: int
     teaching: TeachingResult
@@ -35,17 +35,17 @@ class JudgedTeaching:
 
 
 def worlds_of(seed: int) -> range:
-    """The unseen worlds that the teaching of this seed is judged on; no two teachings share one."""
+    """Return the seeds of the unseen worlds of a teaching; no two teachings share one."""
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
 def make_practice(name: str, seed: int) -> Forage:
-    """A world to practice in, by name."""
+    """Return a practice world by its name."""
     return Forage([seed], make_practice_worlds()[name])
 
 
 def teach(seed: int, *, method: str = "watched", progress: TeachingProgress | None = None) -> TeachingResult:
-    """Teach GoTo, Harvest, Deposit and Forage. Same seed, same library."""
+    """Teach GoTo, Harvest, Deposit and Forage; the same seed gives the same library."""
     options = METHODS[method]
     if progress is None:
         return ScriptedTeacher(Library(FORAGE_KIT), make_practice, seed, options=options).teach(*TOPICS)
@@ -55,12 +55,12 @@ def teach(seed: int, *, method: str = "watched", progress: TeachingProgress | No
 
 
 def judge(library: Library, seed: int, *, progress: Progress | None = None) -> Evaluation:
-    """How well a library forages on the unseen worlds of a teaching seed."""
+    """Evaluate the foraging of a library on the unseen worlds of a teaching seed."""
     return evaluate(library, "forage", NAME, worlds_of(seed), progress=progress)
 
 
 def judge_corners(library: Library, seed: int) -> dict[str, float]:
-    """Success in each of the paper's corner cases."""
+    """Return the success in each of the paper's corner cases."""
     seeds = worlds_of(seed)[:CORNER_WORLDS]
     return {
         name: evaluate(library, "forage", settings.scenario(), seeds).success
@@ -69,7 +69,7 @@ def judge_corners(library: Library, seed: int) -> dict[str, float]:
 
 
 def teach_and_judge(seed: int, *, method: str = "watched") -> JudgedTeaching:
-    """One teaching, judged."""
+    """Teach one robot and evaluate it."""
     teaching = teach(seed, method=method)
     return JudgedTeaching(
         seed, teaching, judge(teaching.library, seed), judge_corners(teaching.library, seed)
@@ -77,7 +77,7 @@ def teach_and_judge(seed: int, *, method: str = "watched") -> JudgedTeaching:
 
 
 def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[RunFrame]:
-    """One run of a library's Forage in one world, moment by moment, until all food is home."""
+    """Run a library's Forage in one world until all food is home, and return a frame for each tick."""
     body = Forage([seed])
     engine = Engine.from_program(body, link(library, "forage"))
     frames = []
@@ -89,7 +89,7 @@ def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[Ru
 
 
 def summary(judged: JudgedTeaching) -> dict[str, Any]:
-    """One teaching as plain data."""
+    """Return the result of one teaching as plain data."""
     accounts, evaluation = judged.teaching.accounts, judged.evaluation
     return {
         "seed": judged.seed,

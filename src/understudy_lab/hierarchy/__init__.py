@@ -1,1 +1,1 @@
-"""Hierarchies against automata in one piece: approaching and stopping, and foraging (paper section 4.2)."""
+"""The experiment on hierarchies and single automata: approaching and stopping, and foraging (section 4.2)."""

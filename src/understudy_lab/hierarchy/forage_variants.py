@@ -1,8 +1,8 @@
-"""Foraging in three layers, two, or one: what is taught, and how a person who knows the task teaches it.
+"""Lesson plans for foraging in three layers, two, or one, taught by a person who knows the task.
 
-Two layers: GoTo is taught, and the rest is one automaton over it. One layer: everything is one automaton of basic
-behaviors, with a state for each thing to do on the way to food and on the way home. That is a hint at how to do it;
-told nothing, the robot gets one state for each basic behavior.
+With two layers, GoTo is taught first and the rest is one automaton that runs it. With one layer, everything is one
+automaton of basic behaviors, with a state for each step on the way to food and on the way home. These states are a hint
+at the solution; the variant "told nothing" has one state for each basic behavior instead.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ TRIES = 6
 
 
 def should_go_home(screen: SessionView) -> bool:
-    """Whether it is time to go home: full, or nothing left to fetch, or on the way and not empty yet."""
+    """Return whether to go home: full, nothing left to fetch, or on the way home and not empty yet."""
     stored, left = screen.features["food_stored"], screen.features["food_left"]
     on_its_way = screen.state.endswith("home") or screen.state == "unload_food"
     return stored >= CAPACITY or (stored > 0 and (left == NO or on_its_way))
 
 
 def show_two_layers(screen: SessionView) -> str | None:
-    """Go to food and load, go home and unload."""
+    """Return the next state, or None: go to food and load, go home and unload."""
     seen, state = screen.features, screen.state
     if all_home(screen):
         return None
@@ -52,16 +52,16 @@ def _other(state: str, wanted: str) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class OneLayer:
-    """Turn, drive, load; turn, drive, unload: with a state of each for food and for home, or with `shared` states.
+    """The rule for one layer: turn, drive, load; turn, drive, unload; states are separate for food and home or `shared`.
 
-    `patience` is how many times farther astray the robot has to be before it is corrected than before it is shown.
+    `patience` multiplies the angle by which the robot has to be off before it is corrected.
     """
 
     patience: float = 1.0
     shared: bool = False
 
     def __call__(self, screen: SessionView) -> str | None:
-        """The state it would rather have the robot in."""
+        """Return the state that the robot should be in, or None where the current one is right."""
         seen, state = screen.features, screen.state
         if all_home(screen):
             return None
@@ -91,14 +91,14 @@ class OneLayer:
 MOVES: Mapping[str, str] = MappingProxyType(
     {"forward": "forward", "left": "rotate_left", "right": "rotate_right"}
 )
-"""What a robot can do to get somewhere: a name for it, and the basic behavior."""
+"""The basic behaviors for driving, by short name."""
 
 
 CASES = (Situation("little food in many places"), Situation("the last food"), Situation("food for two ways"))
 
 
 def _lean(topic: LessonPlan, *, shown: int, tries: int) -> LessonPlan:
-    """Shown its first cases only, without pushes, and tried this often: the layers above show what is still wrong."""
+    """Return the plan with fewer demonstrations and tries and no pushes; higher layers reveal what is still wrong."""
     cases = tuple(replace(case, push=None, again=False) for case in topic.cases)
     return replace(topic, cases=cases, shown=shown, tries=tries)
 
@@ -138,7 +138,7 @@ READINGS = (
     "angle_to(station)",
 )
 NEEDED = tuple(reading for reading in READINGS if not reading.startswith("distance_to"))
-"""What it takes to forage by basic behaviors: that it is there, the robot sees without distances."""
+"""The features needed to forage with basic behaviors; arrival is visible without distances."""
 
 
 def _one_layer(moves: Sequence[str], features: Sequence[str], *, shared: bool) -> LessonPlan:

@@ -1,4 +1,4 @@
-"""Learning curves: how often what was taught so far succeeds, as a teaching goes on."""
+"""Learning curves: the success of what was learned so far, measured repeatedly during a teaching."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from understudy_lab.teachers.person import ReactionTime, SimulatedPerson
 from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingCost
 
 Success: TypeAlias = Callable[[Library, int], float]
-"""The share of unseen worlds in which a library succeeds. It is told how many looks came before: each has its own."""
+"""The share of unseen worlds in which a library succeeds; the number of earlier measurements selects the worlds."""
 
 APART = 6
 """So many new examples are waited for between two looks; but what a good try ends with is looked at, too."""
@@ -23,7 +23,7 @@ HELD, WELL = 4, 0.9
 
 @dataclass(frozen=True, slots=True)
 class CurvePoint:
-    """A look at what was learned: after how many examples in all lessons and after how long, s; and its success."""
+    """A measurement during a teaching: examples in all lessons, time in s, and success so far."""
 
     examples: int
     seconds: float
@@ -32,7 +32,7 @@ class CurvePoint:
 
 @dataclass
 class LearningCurve:
-    """Looks at a teaching whenever something was taught: what its teacher reports to."""
+    """The measurements of one teaching, made whenever its teacher reports something new."""
 
     whole: str
     success: Success
@@ -40,11 +40,11 @@ class LearningCurve:
     teacher: ScriptedTeacher | None = None
 
     def person(self, draws: np.random.Generator, reaction: ReactionTime) -> SimulatedPerson:
-        """A person whose every press is looked at."""
+        """Return a person whose presses cause measurements."""
         return ObservedPerson(draws, reaction, self)
 
     def pressed(self, session: Session, seconds: float) -> None:
-        """Look after a press in the lesson of the whole task, `seconds` since the teacher last settled."""
+        """Measure after a press in the lesson of the whole task, `seconds` after the accounts were last updated."""
         if self.teacher is None or session.automaton.name != self.whole:
             return
         accounts = self.teacher.accounts
@@ -57,16 +57,16 @@ class LearningCurve:
             )
 
     def went(self, name: str, what: str, account: TeachingCost) -> None:
-        """Look after a try went well, if something new was said and what does the whole task was taught."""
+        """Measure after a successful try, if there are new examples and the automaton of the whole task exists."""
         if what != "enough" or self.teacher is None or self.whole not in self.teacher.library.taught:
             return
         if not self.points or self._said(self.teacher) > self.points[-1].examples:
             self._look_at(self.teacher)
 
     def held(self, name: str) -> bool:
-        """Look on at an automaton that is not taught further, until a look goes wrong or four in a row went well.
+        """Measure a finished automaton until a test fails or four in a row succeed, and return whether four did.
 
-        Whether four did; of an automaton that does not do the whole task nothing is asked.
+        For an automaton that is only a part of the task, return True without a measurement.
         """
         if self.teacher is None or name != self.whole:
             return True
@@ -76,7 +76,7 @@ class LearningCurve:
 
     @property
     def successes(self) -> list[float]:
-        """What was seen at each look."""
+        """The success at each measurement."""
         return [point.success for point in self.points]
 
     def _look_at(self, teacher: ScriptedTeacher) -> float:
@@ -94,7 +94,7 @@ class LearningCurve:
 
 
 class ObservedPerson(SimulatedPerson):
-    """A person whose presses are looked at as they act."""
+    """A person whose presses cause measurements of the learning curve."""
 
     def __init__(self, draws: np.random.Generator, reaction: ReactionTime, curve: LearningCurve) -> None:
         super().__init__(draws, reaction)
@@ -109,13 +109,13 @@ class ObservedPerson(SimulatedPerson):
 
 
 def find_first_success(successes: Sequence[float]) -> int | None:
-    """The first of the first four looks in a row with 90 % success or more; None where there are none."""
+    """Return the index of the first of four measurements in a row with at least 90 % success, or None."""
     well = [success >= WELL for success in successes]
     starts = (first for first in range(len(well) - HELD + 1) if all(well[first : first + HELD]))
     return next(starts, None)
 
 
 def success_at(points: Sequence[Sequence[float]], upto: float, what: int) -> float:
-    """Success after so many examples (`what` 0) or seconds (1): that of the last look by then, 0 before the first."""
+    """Return the last success measured by `upto` examples (`what` 0) or seconds (1); 0 before the first."""
     before = [point[2] for point in points if point[what] <= upto]
     return before[-1] if before else 0.0

@@ -1,4 +1,4 @@
-"""Approaching the ball and stopping there: in one automaton, or in two (paper section 4.2)."""
+"""Lesson plans for approaching the ball and stopping there: in one automaton, or in two (paper section 4.2)."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ NAME = "approach_and_stop"
 TRIES, SHOWN = 6, 3
 LIMIT_S = 60.0
 NEAR_M = 0.5
-"""A robot that stopped has the ball this near, center to center: 25 cm from rim to rim."""
+"""The largest distance in m from the ball's center at which stopping counts: 25 cm from rim to rim."""
 
 
 def says_it_arrived(screen: SessionView) -> bool:
-    """The robot says that it is there."""
+    """Return whether the automaton has raised a flag."""
     return screen.flag is not None
 
 
 def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
-    """Both ways to teach it, for a teacher who turns to this side at first."""
+    """Return the plans of both variants, by name, for a teacher whose first turn is to the side `search`."""
     shown, complained = StatefulServoTeacher(search), StatefulServoTeacher(search, 15.0)
     approach = topic(shown, complained, stateful=True, tries=0)
     approach = replace(approach, cases=approach.cases[:SHOWN])  # the rest is tried out in the whole task
@@ -71,7 +71,7 @@ def _seen(screen: SessionView) -> bool:
 
 
 def success(library: Library, seeds: range) -> float:
-    """The share of worlds in which the robot stops beside the ball."""
+    """Return the share of worlds in which the robot stops beside the ball."""
     body = Soccer(seeds, ANYWHERE)
     engine = Engine.from_program(body, link(library, NAME))
     for _ in range(round(LIMIT_S / body.tick_s)):

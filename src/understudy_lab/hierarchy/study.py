@@ -1,4 +1,4 @@
-"""The experiment: both tasks taught in layers and in one piece, with a look at what was learned every few presses."""
+"""The experiment: two tasks taught in layers and as one automaton, with tests throughout each teaching."""
 
 from __future__ import annotations
 
@@ -27,45 +27,45 @@ COMPARED = (
     ("forage", "two layers", "one layer", None),
     ("forage", "three layers", "one layer, told nothing", None),
 )
-"""What is set against what, and at most how many of the examples it was to need."""
+"""The compared variants of each task, and the goal for the ratio of their examples."""
 EXAMPLES, SECONDS = 0, 1
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each teaching in each of the ways."""
+    """Return one task per variant and seed."""
     return [{"way": way, "seed": seed} for way in (*SERVOING, *FORAGING) for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
-    """One teaching, looked at all along."""
+    """Run one teaching with measurements throughout."""
     return measure_teaching(task["way"], task["seed"])
 
 
 def select_rows(rows: Sequence[Row], way: str) -> list[Row]:
-    """The teachings in one way."""
+    """Return the rows of one variant."""
     return [row for row in rows if row["task"]["way"] == way]
 
 
 def has_reached_goal(row: Row) -> bool:
-    """Whether a teaching came to 90 % success in four looks in a row."""
+    """Return whether a teaching reached 90 % success in four tests in a row."""
     return find_first_success([point[2] for point in row["points"]]) is not None
 
 
 def has_kept_success(row: Row) -> bool:
-    """Whether it has 90 % in the end: corrections can make a robot worse again."""
+    """Return whether a teaching ends with at least 90 % success; corrections can make a robot worse again."""
     return bool(row["success"] >= WELL)
 
 
 def count_needed(row: Row, what: int) -> float:
-    """How many examples, or seconds, it took; of a teaching that never came to 90 %, how many it had in the end."""
+    """Return the examples or seconds until 90 % success, or those at the end if it was never reached."""
     first = find_first_success([point[2] for point in row["points"]])
     return float(row["points"][-1 if first is None else first][what])
 
 
 def ratio(rows: Sequence[Row], less: str, more: str, what: int) -> dict[str, float]:
-    """How many times what `more` needs `less` needs: of medians, with a 95 % band by the bootstrap; and p.
+    """Return the ratio of the medians that `less` and `more` need, with a 95 % bootstrap interval and a p-value.
 
-    Teachings of one seed are a pair, which begins with the same draws of worlds and reactions.
+    Teachings with the same seed form a pair: they begin with the same draws of worlds and reaction times.
     """
     both = np.array(
         [[count_needed(row, what) for row in select_rows(rows, way)] for way in (less, more)]
@@ -83,7 +83,7 @@ def ratio(rows: Sequence[Row], less: str, more: str, what: int) -> dict[str, flo
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """What each way needs, and how they compare."""
+    """Summarize what each variant needs, and compare them."""
     compared = {
         f"{less} / {more}": {
             "examples": ratio(rows, less, more, EXAMPLES),
@@ -202,7 +202,7 @@ def _goal(
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Success against examples and against teaching time, with medians and quartiles over teachings."""
+    """Draw success over examples and over teaching time, with medians and quartiles over teachings."""
     figure, axes = panels(4, rows=2, wide=3.6)
     for row, (task, ways) in enumerate(TASKS.items()):
         for what, said in ((EXAMPLES, "press-made examples"), (SECONDS, "teaching time, s")):

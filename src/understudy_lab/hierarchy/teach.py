@@ -1,4 +1,4 @@
-"""One teaching in one of the ways, looked at all along."""
+"""Teaching of one variant with measurements throughout."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from understudy_lab.teachers.person import TryResult
 from understudy_lab.teachers.teacher import LessonPlan, MakesBody, Patience, ScriptedTeacher
 
 MOST = 20
-"""So many corrections of one part are borne at one look."""
+"""The largest number of corrections of one part at one failed try."""
 
 
 class PartwiseTeacher(ScriptedTeacher):
-    """Where a try is lost, tries every part on the spot, in the order taught; corrects it, or shows it again.
+    """A teacher who, after a failed try, tests each part where the robot stands and corrects it or shows it again.
 
-    The innermost automaton alone is often not to blame: a Harvest that leaves its food too early looks like a GoTo.
-    Where no part goes wrong on the spot, the one that was running is shown again. Who is content is told whether what
-    they taught `held` in worlds that they do not see; where not, they go on with tries until they are content again.
+    The innermost automaton is often not the cause: a Harvest that leaves its food too early looks like a failing GoTo.
+    If no part fails on the spot, the part that was running is shown again. When the teacher is content, `held` tests
+    the lesson in unseen worlds; if it fails there, the teacher makes further tries.
     """
 
     def __init__(self, *arguments: Any, held: Callable[[str], bool], **options: Any) -> None:
@@ -54,7 +54,7 @@ class PartwiseTeacher(ScriptedTeacher):
         return content
 
     def _correct_below(self, session: Session) -> bool:
-        """Put right every part of the automaton in this session; whether that helps."""
+        """Correct every part of the automaton in this session, and return whether anything was corrected or shown."""
         running = session.automaton.state(session.view().path[0]).behavior
         wrong = False
         for name, topic in self._topics.items():
@@ -91,22 +91,22 @@ class PartwiseTeacher(ScriptedTeacher):
 
 
 def _targets(topic: LessonPlan) -> list[Mapping[str, str]]:
-    """What its parameters stood for when it was shown, each once."""
+    """Return the distinct bindings of a topic's parameters in its demonstrations."""
     return list({tuple(case.targets.items()): case.targets for case in topic.cases}.values())
 
 
 WORLDS, MOST_LOOKS = 30, 1_000
-"""Unseen worlds of each look, and more looks than any teaching has."""
+"""The number of unseen worlds in each test, and an upper bound on the tests of a teaching."""
 BESIDE = 10 * WORLDS
-"""So many worlds the yardstick is put to at once, which takes it little longer than those of one look."""
+"""The number of worlds in which the baseline is measured at once."""
 MOST_CORRECTIONS, MOST_S = 150, 2_400.0
-"""A teacher corrects a lesson until it comes right, or has had enough: about 400 examples, 40 minutes."""
+"""The corrections and seconds after which a teacher gives up on a lesson."""
 
 FORAGING, SERVOING = tuple(LAYERS), ("one automaton", "two automata")
 
 
 def measure_teaching(way: str, seed: int) -> dict[str, Any]:
-    """One teaching: its learning curve, what it took in the end, and its lessons."""
+    """Return the learning curve of one teaching, its final success and cost, and its lessons."""
     return _forager(way, seed) if way in FORAGING else _servo(way, seed)
 
 
@@ -122,7 +122,7 @@ def _servo(way: str, seed: int) -> dict[str, Any]:
 
 
 def choose_unseen_worlds(seed: int, look: int) -> range:
-    """The worlds of one look at the teaching of this seed: no two looks share one, nor with `worlds_of`."""
+    """Return the worlds of one test; neither another test nor `worlds_of` uses them."""
     first = WORLDS * (MOST_LOOKS * seed + look)
     return range(first, first + WORLDS)
 
@@ -161,7 +161,7 @@ def _looked_at(
 
 
 def foraging_success(library: Library, seeds: range) -> float:
-    """The share of worlds that are foraged in time."""
+    """Return the share of worlds in which all food is brought home in time."""
     first = seeds.start % BESIDE
     limits = _limits(seeds.start - first)[first : first + len(seeds)]
     return measure_program_outcomes(Forage(seeds), link(library, "forage"), limit_s=limits).success
@@ -169,7 +169,7 @@ def foraging_success(library: Library, seeds: range) -> float:
 
 @lru_cache(maxsize=4)
 def _limits(first: int) -> Column:
-    """How long a robot may take, s, in this world and the next ones [BESIDE]."""
+    """Return the time limit in s for this world and the following ones [BESIDE]."""
     expert = evaluate_expert(ForageSettings(), range(first, first + BESIDE))
     limits: Column = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
     return limits

@@ -1,1 +1,1 @@
-"""Learning in the small: how little robots are taught with, beside lessons of a RoboCup team (paper section 5.1)."""
+"""The experiment on the size of lessons, compared with those of a RoboCup team (paper section 5.1)."""

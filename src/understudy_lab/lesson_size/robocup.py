@@ -1,4 +1,4 @@
-"""The lessons of a RoboCup team, read from a folder of JSON files and learned here, in summary."""
+"""Summary of a RoboCup team's lessons, read from a folder of JSON files and learned here."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class RobocupExample(msgspec.Struct):
 
 
 class RobocupState(msgspec.Struct):
-    """A state with its examples, and how many nodes the tree had that the team's own learner made of them."""
+    """A state with its examples and the number of nodes in the tree that the team's own learner made."""
 
     state: str
     attributes: list[RobocupFeature]
@@ -41,15 +41,16 @@ class RobocupState(msgspec.Struct):
 
 
 class RobocupLesson(msgspec.Struct):
-    """One lesson."""
+    """The lesson of one automaton."""
 
     automaton: str
     states: list[RobocupState]
 
 
 def summary(folder: Path) -> dict[str, Any]:
-    """All lessons of a folder: how many, and the spread of their features, states and examples, and of the nodes of
-    their states' trees, as they were and as learned here.
+    """Return the number of lessons in a folder, and the spread of their features, states, examples and tree nodes.
+
+    Nodes are counted in the team's own trees and in those learned here from the same examples.
     """
     lessons = list(_read(folder))
     states = [state for lesson in lessons for state in lesson.states if state.examples]
@@ -89,14 +90,14 @@ def _features(lesson: RobocupLesson) -> set[str]:
 
 
 def _names(lesson: RobocupLesson) -> Mapping[str, int]:
-    """The states that are named in a lesson, with their positions."""
+    """Return the index of each state that a lesson names."""
     named = [state.state for state in lesson.states]
     named += [example.y for state in lesson.states for example in state.examples]
     return {name: index for index, name in enumerate(dict.fromkeys(named))}
 
 
 def _nodes(state: RobocupState, lesson: RobocupLesson) -> int:
-    """How many nodes the tree of a state has, learned here."""
+    """Return the number of nodes in the tree learned here for a state."""
     names = _names(lesson)
     kinds: list[Kind] = [
         Continuous() if attribute.kind == "continuous" else Categorical(tuple(attribute.values or ()))

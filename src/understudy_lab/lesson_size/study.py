@@ -1,4 +1,4 @@
-"""The experiment: every lesson of the other experiments taught afresh, and what there is to count in it."""
+"""The experiment: every lesson of the other experiments taught again, and its size counted."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 SEEDS = range(57_100, 57_105)
 ROBOCUP = "RoboCup team"
 FOLDER = "UNDERSTUDY_ROBOCUP_LESSONS"
-"""The variable that names the folder of the RoboCup team's lessons; set from the command line's --data."""
+"""The environment variable that names the folder of the RoboCup team's lessons, set from --data."""
 
 Lessons: TypeAlias = list[dict[str, Any]]
 
@@ -48,7 +48,7 @@ def _piece(way: str, seed: int) -> Lessons:
 
 
 def _begun(teach: Callable[[int], TeachingResult], seed: int) -> Lessons:
-    """The lessons of a teaching, each with how often it was begun: the seconds of what was thrown away count."""
+    """Return the lessons of a teaching, each with the number of times it was started; all their seconds count."""
     teaching = teach(seed)
     return [{**lesson, "begun": teaching.accounts[lesson["name"]].lessons} for lesson in lessons_of(teaching)]
 
@@ -65,7 +65,7 @@ SOURCES: Mapping[str, Mapping[str, Callable[[int], Lessons]]] = {
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each way with each seed; and the RoboCup team's lessons where there are any at hand."""
+    """Return one task per way and seed, and one for the RoboCup team's lessons if their folder is given."""
     if plan.data is not None:
         os.environ[FOLDER] = str(plan.data.resolve())  # the processes that work know no plan
     taught: list[Task] = [
@@ -78,14 +78,14 @@ def tasks(plan: StudyPlan) -> list[Task]:
 
 
 def work(task: Task) -> Row:
-    """The lessons taught in one way; of the RoboCup team's in summary only."""
+    """Teach the lessons of one way, or summarize the RoboCup team's lessons."""
     if task["source"] == ROBOCUP:
         return summary(Path(os.environ[FOLDER]))
     return {"lessons": SOURCES[task["source"]][task["way"]](task["seed"])}
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """How small the lessons are, by source."""
+    """Summarize the size of the lessons by source."""
     taught = {name: lessons(rows, name) for name in SOURCES}
     every = [lesson for of in taught.values() for lesson in of]
     team = next((row for row in rows if row["task"]["source"] == ROBOCUP), None)
@@ -125,7 +125,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
 
 
 def lessons(rows: Sequence[Row], source: str) -> Lessons:
-    """All lessons of a source; one that two ways have in common, as layers have their GoTo, counts once."""
+    """Return all lessons of a source; a lesson that two ways share, for example GoTo, counts once."""
     of = [row for row in rows if row["task"]["source"] == source]
     found = {
         msgspec.json.encode((row["task"]["seed"], lesson)): lesson for row in of for lesson in row["lessons"]
@@ -134,7 +134,7 @@ def lessons(rows: Sequence[Row], source: str) -> Lessons:
 
 
 def kinds(rows: Sequence[Row]) -> dict[tuple[str, str, str], Lessons]:
-    """The lessons by source, way and automaton."""
+    """Group the lessons by source, way and automaton."""
     found: dict[tuple[str, str, str], Lessons] = {}
     for row in rows:
         source = row["task"]["source"]
@@ -150,16 +150,16 @@ COUNTED: Mapping[str, Callable[[Lessons], list[float]]] = {
     "nodes": lambda of: [nodes for lesson in of for nodes in lesson["nodes"]],
     "teaching, s": lambda of: [lesson["seconds"] for lesson in of],
 }
-"""What is counted of lessons; nodes of every tree in them."""
+"""The counted quantities of lessons; nodes are counted for every tree."""
 
 
 def counts(of: Lessons) -> dict[str, float]:
-    """Medians of what is counted."""
+    """Return the medians of the counted quantities."""
     return {"lessons": len(of), **{what: float(np.median(count(of))) for what, count in COUNTED.items()}}
 
 
 def _largest(found: Mapping[tuple[str, str, str], Lessons]) -> str:
-    """The kind of lesson that takes most examples, beside all others."""
+    """Return a sentence on the kind of lesson that takes most examples, compared with all others."""
     middle = {kind: float(np.median(COUNTED["examples"](of))) for kind, of in found.items()}
     largest = max(middle, key=lambda kind: middle[kind])
     others = [n for kind, of in found.items() if kind != largest for n in COUNTED["examples"](of)]
@@ -204,7 +204,7 @@ def _headline(every: Lessons, team: Row | None) -> str:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Every lesson, and of nodes every tree, a dot: examples, nodes and seconds by source."""
+    """Draw the examples, tree nodes and seconds of every lesson by source."""
     figure, axes = panels(3, wide=3.4)
     for panel, what in zip(axes, ("examples", "nodes", "teaching, s"), strict=True):
         groups = {name: COUNTED[what](lessons(rows, name)) for name in SOURCES}

@@ -1,1 +1,1 @@
-"""Mixed teams: scouts and carriers under one coordinator, which orders both and splits them."""
+"""The experiment with mixed teams: scouts and carriers under one coordinator, which orders and splits them."""

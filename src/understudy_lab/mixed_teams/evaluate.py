@@ -1,4 +1,4 @@
-"""What teams of scouts and carriers bring home in unseen worlds: units an hour."""
+"""Evaluation of teams of scouts and carriers in unseen worlds, in units brought home per hour."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ from understudy_lab.mixed_teams.practice import (
 )
 
 WORLDS, TICKS = 50, 12_000
-"""Worlds each teaching is judged on, and ticks of 0.1 s: twenty minutes."""
+"""The number of worlds per teaching, and the ticks of 0.1 s that each runs: twenty minutes."""
 FAILS_TICK = (2_000, 6_000)
-"""When robots fail, each at a random moment; what is brought home after that counts."""
+"""The range of ticks in which robots fail at random; only the yield after it counts."""
 FAILING = 3
-"""One of so many fails."""
+"""One robot of this many fails."""
 ALONE: Mapping[str, str] = {SCOUT: "lookout", CARRIER: "haul"}
-"""What each does in a mixed team without coordinator."""
+"""The behavior of each type in a mixed team without a coordinator."""
 SINGLE: Mapping[str, tuple[str, str]] = {
     "all carriers, searching": (CARRIER, "gather"),
     "all carriers, going back": (CARRIER, "return"),
     "all scouts": (SCOUT, "lookout"),
 }
-"""The teams of one role: their type, and what they do."""
+"""The teams of one type: the type and its behavior."""
 LED, MIXED = "led", "mixed, each by itself"
 
 
 def worlds_of(seed: int) -> range:
-    """The unseen worlds that the teaching of this seed is judged on; no two teachings share one."""
+    """Return the seeds of the unseen worlds of a teaching; no two teachings share one."""
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
 def measure_mixed_teams(taught: MixedTeaching, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
-    """What each team brings home; the mixed ones with a third of their members killed, too."""
+    """Measure the yield of each team, and of the mixed ones also after a third of their members failed."""
     robots, coordinator = taught.libraries, taught.coordinator.library
     teams: dict[str, Callable[[], Team]] = {
         LED: lambda: make_coordinated_team(robots, coordinator, worlds),
@@ -67,9 +67,9 @@ def measure_mixed_teams(taught: MixedTeaching, worlds: Sequence[int], ticks: int
 def measure_delivered(
     team: Team, ticks: int, fails: Mapping[int, Sequence[int]] | None = None
 ) -> dict[str, float]:
-    """Units an hour and world: over all of the run, and after all failures; and how many units there were at first.
+    """Run a team and return units per hour and world in the whole run and after all failures, and the initial units.
 
-    Some robots fail, in these ticks.
+    `fails` maps a tick to the robots that fail in it.
     """
     world = _world(team)
     total = float(world.total.mean())
@@ -88,7 +88,7 @@ def measure_delivered(
 
 
 def schedule_failures(worlds: Sequence[int], robots: int = 12) -> dict[int, list[int]]:
-    """A third of the robots of each world, whoever they are, each some time: rows by tick."""
+    """Return the failing robots by tick: a random third of each world's robots, as indices over all worlds."""
     draws = np.random.default_rng(list(worlds))
     found: dict[int, list[int]] = {}
     for world in range(len(worlds)):

@@ -1,4 +1,4 @@
-"""The worlds in which scouts, carriers and their coordinator are taught, and the teams that are compared."""
+"""The practice worlds of scouts, carriers and their coordinator, and the teams that are compared."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ PLENTY = 60
 
 @cache
 def scenario() -> Scenario:
-    """The world as it ships."""
+    """Return the built-in salvage scenario."""
     return load_scenario("salvage")
 
 
 @cache
 def kits() -> Mapping[str, Kit]:
-    """What each type can be taught with."""
+    """Return the kit of each type of robot."""
     return make_type_kits(scenario(), make_scenario_kit(scenario()))
 
 
@@ -47,7 +47,7 @@ def _made(
     harbor: Sequence[tuple[float, ...]] = (),
     **wreck: Any,
 ) -> Scenario:
-    """The world in small, with these robots, a harbor somewhere or there, and other wrecks."""
+    """Return a small version of the scenario with the given robots, harbor, and wrecks."""
 
     def changed(thing: ObjectClass) -> ObjectClass:
         if thing.name == "wreck":
@@ -59,7 +59,7 @@ def _made(
 
 
 def _thing(thing: ObjectClass, **changes: Any) -> ObjectClass:
-    """A class of objects with changes; what has its place needs no number of them."""
+    """Return a class of objects with changes; one that is given positions drops its number, and the reverse."""
     kept = {name: getattr(thing, name) for name in thing.__struct_fields__ if name not in changes}
     if "at" in changes:
         kept.pop("count", None)
@@ -76,7 +76,7 @@ def _one(kind: str, *at: tuple[float, float, float], **more: Any) -> RobotGroup:
 
 @cache
 def practices() -> Mapping[str, Scenario]:
-    """Where robots practice, by name; the robot that is taught is the first."""
+    """Return the practice worlds of the robots by name; the robot that is taught is the first."""
     gone, soon = CaptureRule(range=5.0, after_s=1.5), CaptureRule(range=1.6, after_s=12.0)
     there, beside = ((9.0, 7.0),), (9.4, 7.3, 0.0)
     carrier, taken = _one(CARRIER), CaptureRule(range=1.6, after_s=1.5)
@@ -117,7 +117,7 @@ def practices() -> Mapping[str, Scenario]:
 
 @cache
 def squad_practices() -> Mapping[str, Scenario]:
-    """Where the coordinator practices, by name."""
+    """Return the practice worlds of the coordinator, by name."""
     little: dict[str, dict[str, Any]] = {
         "wreck": {"count": 5, "amount": (8, 16), "apart": 3.0},
         "harbor": {"at": ((12.0, 12.0),), "within": None},
@@ -128,17 +128,17 @@ def squad_practices() -> Mapping[str, Scenario]:
 
 
 def robots_world(practice: str, seed: int) -> World:
-    """A world for one robot to be taught in."""
+    """Return the world of a practice, in which one robot is taught."""
     return World(practices()[practice], [seed])
 
 
 def squads_library(robots: Libraries) -> Library:
-    """What the coordinator can be taught with, at first."""
+    """Return the library with which the coordinator starts."""
     return collect_libraries(scenario(), robots)[SQUAD]
 
 
 def troops(robots: Libraries) -> Callable[[str, int], CoordinatorBody]:
-    """Makes troops of these robots for their coordinator to be taught on."""
+    """Return a function that makes the robots on which the coordinator is taught."""
     known = collect_libraries(scenario(), robots)
 
     def make(practice: str, seed: int) -> CoordinatorBody:
@@ -149,20 +149,20 @@ def troops(robots: Libraries) -> Callable[[str, int], CoordinatorBody]:
 
 @cache
 def make_single_type_scenario(kind: str) -> Scenario:
-    """The same world with as many robots, all of one type."""
+    """Return the scenario with the same number of robots, all of one type."""
     everyone = sum(each.count for each in scenario().robots if isinstance(each.count, int))
     robots = (replace(scenario().robots[0], type=kind, count=everyone),)
     return replace(scenario(), robots=robots, squads={}, goal=None)
 
 
 def make_uncoordinated_team(robots: Libraries, seeds: Sequence[int], doing: Mapping[str, str]) -> Team:
-    """The mixed team in a world per seed without its coordinator: what each type is doing by itself."""
+    """Make the mixed team without its coordinator; `doing` gives the behavior of each type."""
     known = collect_libraries(scenario(), robots)
     return make_team(scenario(), seeds, known, {kind: (name, {}) for kind, name in doing.items()})
 
 
 def make_single_type_team(kind: str, robots: Libraries, seeds: Sequence[int], behavior: str) -> Team:
-    """A team of one type in a world per seed."""
+    """Make a team of one type, with one world per seed."""
     return make_team(
         make_single_type_scenario(kind),
         seeds,
@@ -174,29 +174,29 @@ def make_single_type_team(kind: str, robots: Libraries, seeds: Sequence[int], be
 def make_coordinated_team(
     robots: Libraries, coordinator: Library, seeds: Sequence[int], behavior: str = "lead"
 ) -> Team:
-    """The mixed team in a world per seed, whose coordinator runs a behavior."""
+    """Make the mixed team whose coordinator runs a behavior, with one world per seed."""
     return make_team(scenario(), seeds, {**robots, SQUAD: coordinator}, {SQUAD: (behavior, {})})
 
 
 TOPICS = {SCOUT: salvage_scout_teacher.SCOUTS, CARRIER: salvage_carrier_teacher.CARRIERS}
 OPTIONS = {"goto": LearnerOptions(watched=True, reaction_s=0.2)}
-"""Of lessons about motion: silence is consent, and presses come late."""
+"""The options of lessons about motion: record examples while watching, and compensate for late presses."""
 
 
 class MixedTeaching(NamedTuple):
-    """What each type of robots and what the coordinator was taught."""
+    """The results of teaching each type of robot and the coordinator."""
 
     robots: dict[str, TeachingResult]
     coordinator: TeachingResult
 
     @property
     def libraries(self) -> Libraries:
-        """What each type knows."""
+        """The library of each type of robot."""
         return {kind: teaching.library for kind, teaching in self.robots.items()}
 
 
 def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> MixedTeaching:
-    """Teach everything from nothing; the same seed, the same lessons."""
+    """Teach robots and coordinator from empty libraries; the same seed gives the same lessons."""
     robots = {
         kind: ScriptedTeacher(
             Library(kits()[kind]), robots_world, seed, options=OPTIONS, progress=progress

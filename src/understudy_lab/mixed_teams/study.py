@@ -1,4 +1,4 @@
-"""The experiment: independent teachings of scouts, carriers and their coordinator, each judged in its own worlds."""
+"""The experiment: independent teachings of scouts, carriers and their coordinator, each tested in its own worlds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TEACHINGS = range(59_000, 59_010)
-"""The teaching seeds of the published result: nobody had looked at any of them before."""
+"""The teaching seeds of the published result; none was used during development."""
 BETTER = 1.5
 SURVIVORS = 1 - 1 / FAILING
 KEPT = 0.8 * SURVIVORS
@@ -34,12 +34,12 @@ NAMES = {LED: "mixed, under their coordinator", MIXED: MIXED} | {name: name for 
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each teaching."""
+    """Return one task per seed."""
     return [{"seed": seed} for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
-    """One teaching, judged on its own unseen worlds."""
+    """Teach a mixed team with one seed and test it in its own unseen worlds."""
     taught = teach(task["seed"])
     lessons = {kind: lessons_of(teaching) for kind, teaching in taught.robots.items()}
     lessons["coordinator"] = lessons_of(taught.coordinator)
@@ -47,7 +47,7 @@ def work(task: Task) -> Row:
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """What holds over all teachings."""
+    """Summarize all teachings as a headline, tables, goals and notes."""
     first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
     better, alone = _against_single(rows), _against_alone(rows)
     return StudyFindings(
@@ -99,7 +99,7 @@ def _best_single(row: Row) -> float:
 
 
 def _against_single(rows: Sequence[Row]) -> list[float]:
-    """How many times as much each led team brings as the best team of one type."""
+    """Return the yield of each coordinated team relative to the best team of one type."""
     return [round(row["rate"][LED] / max(1.0, _best_single(row)), 3) for row in rows]
 
 
@@ -140,7 +140,7 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """What each team brings, whole and with a third of it killed."""
+    """Draw the yield of each team, complete and after a third of it failed."""
     figure, (left, right) = panels(2, wide=4.2)
     short = ("mixed,\nled", "mixed,\nalone", "carriers,\nsearching", "carriers,\ngoing back", "scouts")
     dots(left, {said: _rates(rows, name) for said, name in zip(short, NAMES, strict=True)}, "units an hour")

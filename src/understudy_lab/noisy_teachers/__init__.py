@@ -1,1 +1,1 @@
-"""Teachers who slip and press late, corrected with unlearning and without."""
+"""The experiment with teachers who press wrong buttons and press late, with and without unlearning."""

@@ -1,4 +1,4 @@
-"""Someone who knows what they want, presses late, and now and then hits another button than they meant."""
+"""A simulated person who presses late and sometimes hits another button than intended."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from understudy_lab.teachers.person import ReactionTime, SimulatedPerson, Wish
 
 
 class SlippingPerson(SimulatedPerson):
-    """A person who slips: each press hits another button by `chance`, each answer to a question by `hasty`."""
+    """A person who hits a wrong button with probability `chance`, and answers a question wrongly with `hasty`."""
 
     def __init__(
         self, draws: np.random.Generator, reaction: ReactionTime, chance: float, hasty: float
@@ -23,12 +23,13 @@ class SlippingPerson(SimulatedPerson):
         self.slipped = 0
         self.asked = 0
         self.meant: dict[int, float] = {}
-        """The examples that they were asked about, with the doubt about each then."""
+        """The doubt about each example in question, by example number."""
 
     def answer(self, suspect: SuspectExample, automaton: Automaton, wish: Wish) -> str:
-        """What they meant there, asked about an example: the state that it says, or another.
+        """Answer which state was meant by a suspect example: the recorded one or another.
 
-        It is right to them if they wish the same in its situation, as the robot was or at the start.
+        The example counts as right if the person would wish the same state in its situation, seen either from the state
+        that the robot was in or from the start state.
         """
         example = suspect.example
         self.asked += 1
@@ -52,7 +53,7 @@ class SlippingPerson(SimulatedPerson):
 
 
 def rebuild_screen(example: Example, automaton: Automaton, state: str = "") -> SessionView:
-    """What the screen showed at an example's moment, or would have shown in another state."""
+    """Return the view of the session at an example's moment, or as it would have been in another state."""
     return SessionView(
         time_s=0.0,
         mode=Mode.TRAINING,

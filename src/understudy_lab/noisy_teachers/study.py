@@ -1,4 +1,4 @@
-"""The experiment: teachers who slip and press late, corrected with unlearning and without."""
+"""The experiment: teachers who press wrong buttons and press late, corrected with and without unlearning."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 SEEDS = range(63_000, 63_080)
 CHANCES = (0.05, 0.1, 0.2)
 SHORT = 0.05
-"""So far below the teacher without faults, at most, is as good."""
+"""The largest gap to a teacher without faults that counts as equally good."""
 WANTED = 0.5
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each teacher at each task: without faults, and by how often they slip, in each way."""
+    """Return one task per teacher, task, chance of a slip, and way of correcting."""
     kinds = [(CLEAN, 0.0), *((way, chance) for chance in CHANCES for way in WAYS)]
     return [
         {"task": name, "way": way, "chance": chance, "seed": seed}
@@ -45,7 +45,7 @@ def tasks(plan: StudyPlan) -> list[Task]:
 
 
 def work(task: Task) -> Row:
-    """One teaching, and the share of trials that succeed after each correction."""
+    """Run one teaching and return the share of successful trials after each correction."""
     name, seed = task["task"], task["seed"]
     course = teach(name, task["way"], seed, task["chance"])
     shares = [EXERCISES[name].judge(taught, seed)[0] for taught in course.taught]
@@ -59,25 +59,25 @@ def work(task: Task) -> Row:
 
 
 def select_rows(rows: Sequence[Row], name: str, way: str, chance: float) -> list[Row]:
-    """The rows of one task, way and chance of a slip; without faults there is none."""
+    """Return the rows of one task, way and chance of a slip; teachers without faults have no chance."""
     wanted = name, way, 0.0 if way == CLEAN else chance
     return [row for row in rows if tuple(row["task"][key] for key in ("task", "way", "chance")) == wanted]
 
 
 def means(rows: Sequence[Row]) -> list[float]:
-    """The share of trials that succeed, over all robots, after 0, 1, ... corrections."""
+    """Return the mean share of successful trials after 0, 1, ... corrections."""
     padded = [row["shares"] + [row["shares"][-1]] * (MOST + 1 - len(row["shares"])) for row in rows]
     return [float(np.mean(shares)) for shares in zip(*(each[: MOST + 1] for each in padded), strict=True)]
 
 
 def count_corrections_needed(rows: Sequence[Row], clean: Sequence[Row]) -> int | None:
-    """After how many corrections robots are as good as those of teachers without faults are in the end, and stay so."""
+    """Return the corrections after which robots are, and stay, as good as those of teachers without faults."""
     good = [mean >= means(clean)[-1] - SHORT for mean in means(rows)]
     return next((count for count in range(len(good)) if all(good[count:])), None)
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """How many corrections it takes in each way, and what was asked and held."""
+    """Summarize the corrections, questions and quarantined examples of each way."""
     found = {
         (name, way, chance): select_rows(rows, name, way, chance)
         for name in TASKS
@@ -175,7 +175,7 @@ def _notes(found: Found) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Success by the number of corrections, GoTo."""
+    """Draw the success of GoTo over the number of corrections."""
     figure, axes = panels(len(CHANCES), wide=3.2)
     for panel, chance in zip(axes, CHANCES, strict=True):
         for way, color in zip((CLEAN, *WAYS), ("#6b7280", *COLORS), strict=False):

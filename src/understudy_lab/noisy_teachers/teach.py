@@ -1,4 +1,4 @@
-"""Teaching with faults: what the robot would do after each correction, with and without unlearning."""
+"""Teaching with faults, recording the learned automaton after each correction, with and without unlearning."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ CLEAN, PLAIN, BY_ITSELF, ASKED, UNHURRIED = (
 )
 WAYS = (PLAIN, BY_ITSELF, ASKED, UNHURRIED)
 MOST = 24
-"""So many corrections a teacher bears."""
+"""The number of corrections after which a teacher gives up."""
 IN_A_ROW = 8
-"""So many tries in a row without one, and they are content."""
+"""The number of tries in a row without a correction after which a teacher is content."""
 
 
 @dataclass(frozen=True)
 class NoisyTask:
-    """What is taught: the topic by seed, and the practices."""
+    """A task: the lesson plan for a seed, and the practice worlds."""
 
     topic: Callable[[int], LessonPlan]
     make: Callable[[str, int], Body]
@@ -62,7 +62,7 @@ TASKS: Mapping[str, NoisyTask] = MappingProxyType(
 
 @dataclass
 class NoisyTeaching:
-    """What one teaching came to: what was learned after so many corrections, the last one in the end."""
+    """The result of one teaching: the automaton after each number of corrections, and counts."""
 
     taught: list[TrainedAutomaton] = field(default_factory=list)
     corrections: int = 0
@@ -72,7 +72,7 @@ class NoisyTeaching:
 
 
 def teach(name: str, way: str, seed: int, chance: float) -> NoisyTeaching:
-    """Teach until so many tries in a row need no correction, or patience ends."""
+    """Teach until enough tries in a row need no correction, or the teacher gives up."""
     task, course = TASKS[name], NoisyTeaching()
     topic = replace(task.topic(seed), tries=IN_A_ROW)
     draws = np.random.default_rng([seed, 5])
@@ -111,14 +111,14 @@ def teach(name: str, way: str, seed: int, chance: float) -> NoisyTeaching:
 
 
 def _late(draws: np.random.Generator) -> ReactionTime:
-    """As late as novices are."""
+    """Draw a reaction time as slow as a novice's."""
     least, most, _ = RANGES["reaction_s"]
     mean_s = float(draws.uniform(least, most))
     return ReactionTime(mean_s, ALIKE.spread * mean_s, ALIKE.least_s)
 
 
 def _ask(session: Session, person: SlippingPerson, topic: LessonPlan) -> None:
-    """Ask about what looks like a slip, the oddest first: what was meant is noted, or that it is right."""
+    """Ask about each suspected slip, the most doubtful first, and correct the example or record that it is right."""
     while odd := find_mislabels(session.lesson, meant=person.meant, most=1):
         example = odd[0].example
         said = person.answer(odd[0], session.automaton, topic.show)
@@ -127,7 +127,7 @@ def _ask(session: Session, person: SlippingPerson, topic: LessonPlan) -> None:
 
 
 def _press_earlier(session: Session) -> None:
-    """Take what the lesson itself tells of late presses."""
+    """Set the lesson's reaction time to the one estimated from its own examples."""
     found = estimate_reaction_time(session.lesson, steady=list_steady_readings(session.body))
     options = session.lesson.options
     if found is not None and found.least_s > options.reaction_s:

@@ -1,1 +1,1 @@
-"""People who never taught a robot before, five minutes each (paper section 4.2), as a model with sources."""
+"""The experiment with a model of people who teach a robot for the first time, for five minutes (section 4.2)."""

@@ -1,4 +1,4 @@
-"""What separates novices who fail from those who succeed: what they are like, and what they did."""
+"""Differences in traits and actions between novices who fail and those who succeed."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ FINDS, SWINGS, WALKS_ON, RESTS = "keeps turning to one side", "swings left and r
 
 
 def list_blind_states(taught: TrainedAutomaton) -> list[str]:
-    """The states that it goes through from the start while it sees nothing; the last is that it stays in, or the one
-    that it comes back to.
+    """Return the states that an automaton passes from the start while no ball is visible.
+
+    The last one is the state in which it stays, or the first one that is repeated.
     """
     automaton = taught.automaton
     names, nothing = automaton.state_names, [nan] * len(automaton.features)
@@ -41,7 +42,7 @@ def list_blind_states(taught: TrainedAutomaton) -> list[str]:
 
 
 def classify_blind_behavior(states: list[str]) -> str:
-    """What that comes to, in the end."""
+    """Return the lasting behavior of a robot that passes these states while no ball is visible."""
     last = states[-1]
     again = set(states[states.index(last) :])
     if again >= set(TURNS):
@@ -52,7 +53,7 @@ def classify_blind_behavior(states: list[str]) -> str:
 
 
 def count_turn_backs(taught: TrainedAutomaton) -> dict[str, int]:
-    """How often a turn to either side was pressed into the other one while nothing was seen."""
+    """Count for each side how often a turn was changed into the other turn while no ball was visible."""
     lesson = taught.lesson
     presses = [
         (example.state, example.next)
@@ -78,11 +79,11 @@ NUMBERS: Mapping[str, tuple[Callable[[Row], float], int]] = {
     "times they placed it where no ball is visible": (lambda row: row["shown"].get("ball lost", 0), 0),
     "turns pressed back while no ball is visible": (lambda row: sum(row["turned_back"].values()), 0),
 }
-"""What is compared by medians, with so many digits."""
+"""The quantities that are compared by medians, each with its number of digits."""
 
 
 def has_turned_back_both_ways(row: Row) -> bool:
-    """Whether each of the two turns was pressed into the other one while nothing was seen."""
+    """Return whether each of the two turns was changed into the other one while no ball was visible."""
     return all(row["turned_back"][side] for side in TURNS)
 
 
@@ -92,7 +93,7 @@ SHARES: Mapping[str, Callable[[Row], bool]] = {
     "showed a lost ball": lambda row: "ball lost" in row["traits"]["situations"],
     "pressed back both ways while no ball is visible": has_turned_back_both_ways,
 }
-"""What is compared by how many it is true of."""
+"""The properties that are compared by the number of novices who have them."""
 
 READINGS = {"half": has_succeeded, "each": succeeds_everywhere}
 Compared = tuple[str, str, float]
@@ -114,7 +115,7 @@ def _share(rows: Sequence[Row], what: str, well: Callable[[Row], bool]) -> Compa
 
 
 def _compared(novices: Sequence[Row]) -> dict[tuple[str, str], tuple[str, str, float, bool]]:
-    """By what is compared and reading of success: of those who succeed, of those who fail, p, whether it remains."""
+    """Return each comparison: value of those who succeed, of those who fail, p, and whether it is significant."""
     found = {
         (what, reading): (_number if what in NUMBERS else _share)(novices, what, well)
         for what in (*NUMBERS, *SHARES)
@@ -125,7 +126,7 @@ def _compared(novices: Sequence[Row]) -> dict[tuple[str, str], tuple[str, str, f
 
 
 def table(novices: Sequence[Row]) -> ResultTable:
-    """All comparisons, by either reading of success; those that remain after Holm's correction with a star."""
+    """Return the table of all comparisons by both criteria of success; a star marks those significant after Holm."""
     found = _compared(novices)
 
     def cells(what: str) -> list[str]:
@@ -141,7 +142,7 @@ def table(novices: Sequence[Row]) -> ResultTable:
 
 
 def note(novices: Sequence[Row]) -> str:
-    """What separates them by more than chance, by either reading."""
+    """Return a note on the significant differences by both criteria of success."""
     found = _compared(novices)
     remain = {
         reading: ", ".join(f"`{what}`" for what, by in found if by == reading and found[what, by][3])

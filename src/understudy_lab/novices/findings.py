@@ -1,4 +1,4 @@
-"""What follows from the rows: how many succeed, how fast their robots are, why others fail, and what it hangs on."""
+"""The findings on novices: how many succeed, how fast their robots are, why others fail, effects of parameters."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ HIDDEN = "ball not visible"
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """How many succeed, how fast their robots are, what separates those who fail, and what it hangs on."""
+    """Summarize success, times, causes of failure and the effects of the parameters."""
     novices = select_unchanged(rows)
     half, each = share(novices), share(novices, succeeds_everywhere)
     medians = _medians([row for row in novices if has_succeeded(row)])
@@ -106,13 +106,13 @@ def _position(rows: Sequence[Row], position: str) -> tuple[str, str, str, str]:
 
 
 def _medians(rows: Sequence[Row], positions: Sequence[str] = tuple(POSITIONS)) -> list[float]:
-    """The median time of each robot over the trials in which it gets there."""
+    """Return the median time in s of each robot over its successful trials."""
     found = [[each for position in positions for each in times(row, position)] for row in rows]
     return [float(np.median(each)) for each in found if each]
 
 
 def _groups(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
-    """Novices by what they understood, thought of and do."""
+    """Return the novices by misunderstanding, by situations they never showed, and by when they turn."""
     mistakes = {
         UNDERSTOOD: "understood forwardL and forwardR",
         **{each: f"misunderstood: {each}" for each in MISTAKES},
@@ -179,7 +179,7 @@ def _notes(novices: Sequence[Row]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Trials that reach the ball, by novice; times from the three positions; success with each parameter changed."""
+    """Draw successful trials by novice, times from the three positions, and success with each parameter changed."""
     figure, (reached, seconds, changes) = panels(3, wide=3.7, tall=4.4)
     novices = select_unchanged(rows)
     reached.hist([row["reached"] for row in novices], np.arange(-0.5, 31.0, 1.0).tolist(), color=COLORS[0])

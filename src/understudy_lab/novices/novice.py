@@ -1,4 +1,4 @@
-"""A novice: presses late, slips, does not always look, and may have misunderstood what forwardL is for."""
+"""The model of a novice, who presses late or wrongly, looks away, and may misunderstand the two forward states."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from understudy_lab.teachers.teacher import FIRST_SEED
 BEARINGS_DEG: Mapping[str, tuple[float, float]] = MappingProxyType(
     {"ball left": (8.0, 28.0), "ball right": (-28.0, -8.0), "ball lost": (50.0, 310.0)}
 )
-"""Where the robot has the ball when they put it down, by situation."""
+"""The range of the ball's bearing in degrees where the robot is put down, by situation."""
 FIELD_M = 2.85
-"""From the ball to where a robot touches the nearest line of the field."""
+"""The distance in m from the ball at which a robot touches the nearest line of the field."""
 
 
 class Novice(SimulatedPerson):
-    """One novice at the buttons."""
+    """A simulated novice who teaches with the buttons."""
 
     def __init__(self, traits: Traits, seed: int, habits: SharedTraits = ALIKE) -> None:
         draws = np.random.default_rng([seed, 3])
@@ -36,13 +36,13 @@ class Novice(SimulatedPerson):
         self.traits, self.habits = traits, habits
         self.slipped = 0
         self.shown: Counter[str] = Counter()
-        """How often the robot was put into each situation."""
+        """The number of times the robot was put into each situation."""
         self._away_until = 0.0
         self._side: str | None = None  # where they last saw the ball
         self._unlike_since: float | None = None  # when the robot began not to do what they wish
 
     def teach(self) -> TrainedAutomaton:
-        """Put the robot into one situation after the other and drive it, for five minutes; what it learned then."""
+        """Put the robot into one situation after another, drive it for five minutes, and return its automaton."""
         traits, draws, given_s = self.traits, self._draws, self.habits.given_s
         body = Soccer([FIRST_SEED + int(draws.integers(2**40))], self._start(traits.situations[0]))
         session = Session(body, Library(kit), four_states(Library(kit)))
@@ -61,15 +61,15 @@ class Novice(SimulatedPerson):
 
     @property
     def draws(self) -> np.random.Generator:
-        """What they draw from."""
+        """The random generator of this novice."""
         return self._draws
 
     def look_afresh(self) -> None:
-        """The robot is elsewhere: what they remember of the ball is of no use any more."""
+        """Forget on which side the ball was, because the robot has been moved."""
         self._side = None
 
     def notice(self, session: Session, patience_s: float) -> bool:
-        """Watch the robot by itself for a tick, and press if for so long it has not done what they wish; whether so."""
+        """Watch the robot for one tick, correct it if it has been wrong for `patience_s`, and return whether it did."""
         screen, before = session.view(), self.presses
         wished = self.wish(screen)
         if wished in (None, screen.state):
@@ -82,7 +82,7 @@ class Novice(SimulatedPerson):
         return self.presses > before
 
     def say(self, session: Session, wished: str | None) -> None:
-        """Press now: direct the robot, with the slips of the hand, or confirm (None); it acts in this tick."""
+        """Press a button now, possibly a wrong one, or confirm (None), and run one tick."""
         if wished is None:
             session.confirm()
             self.presses += 1
@@ -95,11 +95,11 @@ class Novice(SimulatedPerson):
         return StartPose((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])
 
     def there(self, screen: SessionView) -> bool:
-        """The robot is there, as they judge it."""
+        """Return whether the robot is at the ball in this novice's judgment."""
         return screen.features["blob_size(ball)"] >= THERE_PX / (1.0 + self.traits.misjudged) ** 2
 
     def wish(self, screen: SessionView) -> str | None:
-        """The state they would rather have the robot in."""
+        """Return the state that the robot should be in, or None where this novice accepts the current one."""
         x, state = blob_x(screen), screen.state
         if isnan(x):
             if self._side is not None:
@@ -117,7 +117,7 @@ class Novice(SimulatedPerson):
         return None
 
     def _forward(self, *, now: str = "") -> str:
-        """The forward that they think belongs to the side of the ball."""
+        """Return the forward state that this novice believes to belong to the side of the ball."""
         right = self._side == "right"
         if self.traits.mistake == UNDERSTOOD:
             return "forwardR" if right else "forwardL"
@@ -131,7 +131,7 @@ class Novice(SimulatedPerson):
 
     _either = "forwardL"
     buttons: tuple[str, ...] = ("left", "right", "forwardL", "forwardR")
-    """What a slip may hit."""
+    """The buttons that a slip may hit."""
 
     def _consider(self, session: Session, wished: str | None, now: float) -> None:
         tick_s = session.body.tick_s

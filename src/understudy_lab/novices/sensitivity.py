@@ -1,4 +1,4 @@
-"""What the answer hangs on: the same novices with each parameter of the model halved, and half as much again."""
+"""The sensitivity of the results: the same novices with each parameter of the model multiplied by 0.5 and 1.5."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SENSITIVITY = 50
-"""How many of the novices, the first ones, are run again with each parameter changed."""
+"""The number of novices, counted from the first, that are run again with each parameter changed."""
 FACTORS = (0.5, 1.5)
 READINGS = {"half": has_succeeded, "everywhere": succeeds_everywhere}
 
@@ -46,16 +46,16 @@ SAID: Mapping[str, str] = {
     "distance_m": "distance from the ball at placement",
     "given_s": "teaching time",
 }
-"""The parameters in words."""
+"""The names of the parameters in tables."""
 
 
 def select_changed(rows: Sequence[Row], name: str, factor: float) -> list[Row]:
-    """Those of the novices with a parameter changed."""
+    """Return the rows of novices with this parameter multiplied by this factor."""
     return [row for row in rows if row["task"].get("trait") == name and row["task"]["factor"] == factor]
 
 
 def numbers(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
-    """By parameter and factor: how many succeed, by either reading."""
+    """Count the novices who succeed, by parameter, factor and criterion of success."""
     return {
         name: {str(factor): summarize_both_readings(select_changed(rows, name, factor)) for factor in FACTORS}
         for name in PARAMETERS
@@ -63,7 +63,7 @@ def numbers(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
 
 
 def chances(rows: Sequence[Row]) -> dict[tuple[str, float, str], float]:
-    """p that a change does nothing, by parameter, factor and reading: each novice beside themselves as they are."""
+    """Return the p-value of each change: each novice is compared with itself without the change."""
     before = {row["task"]["seed"]: row for row in select_unchanged(rows)}
     found = {}
     for name in PARAMETERS:
@@ -76,7 +76,7 @@ def chances(rows: Sequence[Row]) -> dict[tuple[str, float, str], float]:
 
 
 def list_significant_changes(rows: Sequence[Row]) -> set[tuple[str, float, str]]:
-    """The changes that do something, after Holm's correction for all of them."""
+    """Return the changes that have a significant effect after Holm's correction."""
     found = chances(rows)
     return {
         key
@@ -86,7 +86,7 @@ def list_significant_changes(rows: Sequence[Row]) -> set[tuple[str, float, str]]
 
 
 def table(rows: Sequence[Row]) -> ResultTable:
-    """Who succeeds with each parameter changed, by either reading."""
+    """Return the table of success with each parameter changed, by both criteria."""
     same, remain = (
         summarize_both_readings(select_unchanged(rows)[:SENSITIVITY]),
         list_significant_changes(rows),
@@ -109,7 +109,7 @@ def table(rows: Sequence[Row]) -> ResultTable:
 
 
 def note(rows: Sequence[Row]) -> str:
-    """Between what success stays, and which constants are no parameters."""
+    """Return a note on the range of success over all changes, and on the constants that were not varied."""
     within = {
         reading: [
             found["succeed"]
@@ -140,7 +140,7 @@ def note(rows: Sequence[Row]) -> str:
 
 
 def _minutes(rows: Sequence[Row]) -> str:
-    """Whether more time helps."""
+    """Return a sentence on the effect of the teaching time."""
     less, more = (select_changed(rows, "given_s", factor) for factor in FACTORS)
     if not less or len(less) != len(more):
         return ""
@@ -154,7 +154,7 @@ def _minutes(rows: Sequence[Row]) -> str:
 
 
 def draw(axes: Axes, rows: Sequence[Row]) -> None:
-    """Success with each parameter changed: filled, in half of all trials; hollow, from each position."""
+    """Draw success with each parameter changed: filled for half of all trials, hollow for each position."""
     same = summarize_both_readings(select_unchanged(rows)[:SENSITIVITY])
     for now in same.values():
         axes.axvline(100 * now["succeed"] / now["of"], color="#6b7280", linewidth=1, linestyle=":")

@@ -1,4 +1,4 @@
-"""The experiment: a hundred simulated novices, five minutes each; and the same with each parameter changed."""
+"""The experiment: a hundred simulated novices, five minutes each, and the same with each parameter changed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SEEDS = range(53_000, 53_100)
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each novice as they are; and some with each parameter halved and half as much again, unless it is quick."""
+    """Return one task per novice, and unless quick, further tasks for the first ones with each parameter changed."""
     made: list[Task] = [{"seed": seed} for seed in plan.seeds]
     if not plan.quick:
         changes = [(name, factor) for name in PARAMETERS for factor in FACTORS]
@@ -36,7 +36,7 @@ def tasks(plan: StudyPlan) -> list[Task]:
 
 
 def work(task: Task) -> Row:
-    """One novice's five minutes, and what the automaton then does by itself; of one as they are, more of both."""
+    """Let one novice teach for five minutes, test the automaton, and return the results."""
     seed = task["seed"]
     scaled = {task["trait"]: task["factor"]} if "trait" in task else {}
     traits = draw_traits(seed, scaled=scaled)
@@ -69,7 +69,7 @@ def _rounded(value: Any) -> Any:
 
 
 def judge(taught: TrainedAutomaton, seed: int) -> dict[str, list[float]]:
-    """Seconds to the ball, ten trials from each of the paper's positions; NaN where the limit came first."""
+    """Return the seconds to the ball in ten trials from each of the paper's positions; NaN at the time limit."""
     starts = [start for start in POSITIONS.values() for _ in range(TRIALS)]
     body = Soccer(range(100 * seed, 100 * seed + len(starts)), starts)
     program = link(Library(kit).with_automaton(taught), taught.automaton.name, {})

@@ -1,7 +1,8 @@
-"""What makes novices differ, and where it comes from. Committed before the first was run; no value was touched since.
+"""The parameters of the novice model, with their sources; fixed before the first run and not changed since.
 
-Ranges are what the literature says of people in general, or, where it says nothing of such a task, a plain choice that
-is called so. Each novice's traits are drawn evenly from them, by its seed. What all have alike is among `SharedTraits`.
+Ranges are those that the literature gives for people in general, or a choice of ours, marked as chosen, where it has
+none for such a task. Each novice's traits are drawn uniformly from them by its seed. `SharedTraits` are the same for
+all.
 """
 
 from __future__ import annotations
@@ -61,18 +62,18 @@ RANGES: Mapping[str, tuple[float, float, str]] = MappingProxyType(
         ),
     }
 )
-"""By trait: least, most, source."""
+"""The range and source of each trait: least, most, source."""
 
 CARRY_S = (5.0, 15.0)
-"""How long it takes to put the robot elsewhere, s (chosen)."""
+"""The time to put the robot elsewhere, s (chosen)."""
 PATIENCE_S = (20.0, 40.0)
-"""After so long without getting there they put the robot elsewhere, s (chosen)."""
+"""The time without success after which they put the robot elsewhere, s (chosen)."""
 AT_EDGE = 0.3
-"""How many turn the robot while the ball is near the edge already, not only once it is lost (chosen)."""
+"""The share of novices who turn the robot while the ball is near the edge, not only once it is lost (chosen)."""
 EDGE_PX = (20.0, 40.0)
-"""What is near the edge to these, px (chosen)."""
+"""The distance that those novices consider near the edge, px (chosen)."""
 MINUTES_S = 300.0
-"""What each was given (paper section 4.2)."""
+"""The teaching time of each novice, s (paper section 4.2)."""
 
 SITUATIONS = ("ball left", "ball right", "ball lost")
 MISTAKES = ("one only", "other side", "either")
@@ -84,22 +85,22 @@ SUCCESS = 0.5
 
 @dataclass(frozen=True, slots=True)
 class SharedTraits:
-    """What all novices have alike (chosen, where no source is said)."""
+    """The traits that all novices share (chosen, where no source is named)."""
 
     spread: float = 0.3
     """The standard deviation of reactions, as a share of their mean (spreads in Luce 1986)."""
     least_s: float = 0.15
-    """No reaction is faster."""
+    """The shortest reaction time, s."""
     stop_s: float = 0.2
-    """A press due within so long cannot be held back any more (stop-signal reaction time, Logan and Cowan 1984)."""
+    """A press due within this time cannot be cancelled, s (stop-signal reaction time, Logan and Cowan 1984)."""
     lapse_s: float = 4.0
-    """How long a lapse lasts on average: from half of that to half as much again."""
+    """The mean duration of a lapse, s; single ones last 0.5 to 1.5 times as long."""
     emerged_px: float = EMERGED_PX
-    """So far from the edge the ball has come into the frame, to them, while the robot turns."""
+    """The distance from the edge at which they see the ball as inside the frame while the robot turns, px."""
     other_px: float = OTHER_PX
-    """So far beyond the middle it is plainly in the other part of the frame."""
+    """The distance beyond the middle at which they see the ball in the other half of the frame, px."""
     distance_m: float = 2.5
-    """They put the robot so far from the ball at most, and 0.4 of it at least."""
+    """The largest distance from the ball at which they put the robot, m; the smallest is 0.4 of it."""
     given_s: float = MINUTES_S
 
 
@@ -111,20 +112,20 @@ PARAMETERS = (
     "patience_s",
     *(each.name for each in fields(SharedTraits)),
 )
-"""All parameters of the model: those that each novice's traits are drawn with, and what all have alike."""
+"""The names of all parameters: those from which traits are drawn, and the shared ones."""
 
 
 ALIKE = SharedTraits()
 
 
 def make_shared_traits(scaled: Mapping[str, float]) -> SharedTraits:
-    """What all novices have alike, some of it multiplied."""
+    """Return the shared traits, with some of them multiplied by factors."""
     return SharedTraits(**{name: value * scaled.get(name, 1.0) for name, value in asdict(ALIKE).items()})
 
 
 @dataclass(frozen=True, slots=True)
 class Traits:
-    """One novice."""
+    """The traits of one novice."""
 
     reaction_s: float
     slips: float
@@ -140,7 +141,7 @@ class Traits:
 
 
 def draw_traits(seed: int, *, scaled: Mapping[str, float] = MappingProxyType({})) -> Traits:
-    """The traits of the novice of a seed; `scaled` multiplies some of them, and draws nothing else anew."""
+    """Draw the traits of the novice of a seed; `scaled` multiplies some without changing the other draws."""
 
     def within(name: str, bounds: tuple[float, float], share: float) -> float:
         return (bounds[0] + (bounds[1] - bounds[0]) * share) * scaled.get(name, 1.0)

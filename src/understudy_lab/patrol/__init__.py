@@ -1,1 +1,1 @@
-"""The patrol demonstration of the paper (section 5.1): four robots, an intruder, a boss, a home base."""
+"""The patrol experiment of the paper (section 5.1): four robots, an intruder, a boss, a home base."""

@@ -1,4 +1,4 @@
-"""What one teaching of the patrol comes to in unseen worlds: alone, coordinated, with a boss, on a bad radio."""
+"""Evaluation of a taught patrol in unseen worlds: uncoordinated, coordinated, with a boss, with a bad radio."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from understudy_lab.patrol.tracks import PatrolTracks, watch
 
 
 def states_of(library: Library, behavior: str) -> int:
-    """How many states a behavior has in one piece; a basic one is a state."""
+    """Return the number of states of a behavior when flattened into one automaton; a basic behavior counts one."""
     if behavior not in library.taught:
         return 1
     states = library.automaton(behavior).states
@@ -33,7 +33,7 @@ def states_of(library: Library, behavior: str) -> int:
 
 
 def count_ordered_states(robots: Library, coordinators: Library, behavior: str) -> list[int]:
-    """What each state of a coordinator's behavior in one piece has its robots do: how many states that is."""
+    """Return the flattened robot states for each lowest-level state of a coordinator's behavior."""
     if behavior not in coordinators.taught:
         return [states_of(robots, behavior)]
     states = coordinators.automaton(behavior).states
@@ -46,28 +46,28 @@ def count_ordered_states(robots: Library, coordinators: Library, behavior: str) 
 
 
 def count_flat_states(robots: Library, coordinators: Library, behavior: str) -> tuple[int, int]:
-    """The states of a coordinated behavior in one piece: of one robot, and of all together, who act side by side."""
+    """Return the states of a coordinated behavior as one automaton, for one robot and for all robots jointly."""
     counts = count_ordered_states(robots, coordinators, behavior)
     return sum(counts), sum(count**ROBOTS for count in counts)
 
 
 WORLDS, TICKS = 100, 6000
-"""Worlds each teaching is judged on, and ticks of 0.1 s: ten minutes."""
+"""The number of worlds per teaching, and the ticks of 0.1 s that each runs: ten minutes."""
 PATROL, DEFER = "collective_patrol", "collective_patrol_and_defer"
 BAD_RADIO = CommsSpec(delay_s=0.2, loss=0.1)
 FAILS_TICK = (600, 2400)
-"""When a robot of each world fails, at random; what they do after that counts."""
+"""The range of ticks in which one robot of each world fails at random; only captures after it count."""
 ON_TIME_S = 0.3
 RESUMES_S = 10.0
 
 
 def worlds_of(seed: int) -> range:
-    """The unseen worlds that the teaching of this seed is judged on; no two teachings share one."""
+    """Return the seeds of the unseen worlds of a teaching; no two teachings share one."""
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
 def measure_patrol(taught: PatrolTeaching, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
-    """Everything, of a team taught in full."""
+    """Return all measurements of one taught team."""
     robots, coordinators = taught.robots.library, taught.coordinators.library
     together = watch(make_coordinated_team(robots, coordinators, worlds, PATROL), ticks)
     deferring = watch(make_coordinated_team(robots, coordinators, worlds, DEFER), ticks)
@@ -86,7 +86,7 @@ def measure_patrol(taught: PatrolTeaching, worlds: Sequence[int], ticks: int = T
 
 
 def rounds(tracks: PatrolTracks) -> dict[str, Any]:
-    """How a team patrols: cycles, captures, and attacks on nobody."""
+    """Return how a team patrols: cycles, captures, joint attacks, and attacks on intruders that are gone."""
     found, number = list(cycles(tracks)), len(captures(tracks))
     seconds = sighting_to_capture(tracks)
     sighted, joined = count_joint_attacks(tracks)
@@ -107,7 +107,7 @@ def rounds(tracks: PatrolTracks) -> dict[str, Any]:
 
 
 def deferrals(tracks: PatrolTracks) -> dict[str, Any]:
-    """How a team treats the boss."""
+    """Return how a team treats the boss: encounters, the share in which all faced him, the share resumed on time."""
     found = list(encounters(tracks))
     met = [each for each in found if each.in_sight]
     resumed = [each.resumed_s for each in found if not np.isnan(each.resumed_s)]
@@ -124,7 +124,7 @@ def _share(count: int, of: int) -> float | None:
 
 
 def _failing(worlds: Sequence[int]) -> Mapping[int, Sequence[int]]:
-    """One robot of each world, some time."""
+    """Return the failing robots by tick: one random robot of each world."""
     draws = np.random.default_rng(list(worlds))
     found: dict[int, list[int]] = {}
     for world in range(len(worlds)):

@@ -1,8 +1,8 @@
-"""Patrol in one piece: one robot, one automaton of basic behaviors, taught as long as the whole team (section 5.1).
+"""Patrol as a single automaton: one robot, only basic behaviors, taught as long as the whole team (section 5.1).
 
 The paper's authors "do not believe that we could train the agents to perform a behavior of this complexity without
-decomposition". This is less than they mean: one robot, no boss, no coordinator, and a teacher who knows its eleven
-states, one for each thing to do on the way.
+decomposition". This task is easier than theirs: one robot, no boss, no coordinator, and the teacher uses eleven states,
+one for each step.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from understudy_lab.teachers.person import KEEP, Wish, after
 from understudy_lab.teachers.teacher import LessonPlan, Patience, ScriptedTeacher, Situation, TeachingResult
 
 SECONDS = 2900.0
-"""As long as everything takes in layers, robots and coordinator."""
+"""The teaching time in s: as long as the layered lessons of robots and coordinator take."""
 PRACTICE = "on patrol"
 WANDERING = {"wander_forwards": "forwards", "wander_left": "left", "wander_right": "right"}
 DRIVING = {"left": "left", "right": "right", "forward_left": "forwards", "forward_right": "forwards"}
@@ -34,14 +34,14 @@ TARGET = {"hunt": "intruder", "home": "home"}
 
 
 def show(screen: SessionView) -> str | None:
-    """Wander; drive to an intruder that is seen; with it, drive home; wander again."""
+    """Return the next state: wander, drive to a visible intruder, drive home with it, wander again."""
     return _wished(
         screen, patrol_wander_teacher.show_disperse, patrol_teacher.show_servo, patrol_teacher.CLOSE_PX
     )
 
 
 def find_complaint(screen: SessionView) -> str | None:
-    """The same, with a little patience."""
+    """Return the state to correct the robot to, or None: as demonstrated, with wider margins."""
     return _wished(
         screen,
         patrol_wander_teacher.complain_disperse,
@@ -63,7 +63,7 @@ def _wished(screen: SessionView, wander: Wish, servo: Wish, close_px: float) -> 
 
 
 def _within(screen: SessionView, task: str, move: str, wish: Wish) -> str | None:
-    """What is wished of a part of it, as if that were the automaton taught."""
+    """Return the state that a wish for one part of the automaton asks for, with the part's name as prefix."""
     target = TARGET.get(task)
     seen = dict(screen.features)
     if target is not None:
@@ -98,7 +98,7 @@ UNDIVIDED = LessonPlan(
 
 
 def teach_undivided(seed: int) -> TeachingResult:
-    """One lesson, corrected until it comes right or the time is up."""
+    """Teach the single automaton, with corrections until it works or the time is over."""
     patience = Patience(corrections=100_000, lessons=1, seconds=SECONDS)
     return ScriptedTeacher(
         Library(make_scenario_kit(scenario())), robots_world, seed, options={}, patience=patience
@@ -106,7 +106,7 @@ def teach_undivided(seed: int) -> TeachingResult:
 
 
 def make_lone_robot_team(robots: Library, seeds: Sequence[int]) -> dict[str, Any]:
-    """How one robot patrols by itself, in a world per seed."""
+    """Run one robot that patrols alone, in one world per seed, and return its results."""
     world = practices()[PRACTICE]
     team = make_team(world, seeds, collect_libraries(world, robots), {ROBOT: ("patrol", {})})
     tracks = watch(team, TICKS)

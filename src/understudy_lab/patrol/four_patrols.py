@@ -1,4 +1,4 @@
-"""Four patrols in a world of four homes, and the coordinator of their coordinators (paper section 5, Figure 4 C)."""
+"""Four patrols in a world with four homes, under a coordinator of coordinators (paper section 5, Figure 4 C)."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from understudy_lab.teachers.teacher import Progress, ScriptedTeacher, TeachingR
 
 TOP, BEHAVIOR = "garrison", "guard"
 HOMES = ("home_north", "home_east", "home_south", "home_west")
-"""Of the patrols, one after the other."""
+"""The home of each patrol, in order."""
 
 
 class RegionsTeaching(NamedTuple):
-    """What was taught to the robots, to those who coordinate a patrol, and to the coordinator of these."""
+    """The results of teaching the robots, the coordinators of a patrol, and the coordinator of those."""
 
     robots: TeachingResult
     patrols: TeachingResult
@@ -42,20 +42,20 @@ class RegionsTeaching(NamedTuple):
 
 @cache
 def scenario() -> Scenario:
-    """The world of the four regions as it ships."""
+    """Return the built-in scenario with four regions."""
     return load_scenario("regions")
 
 
 @cache
 def make_quiet_scenario() -> Scenario:
-    """The same without a boss, to practice in."""
+    """Return the same scenario without a boss, for practice."""
     made = scenario()
     objects = (replace(each, presence=NEVER) if each.name == "boss" else each for each in made.objects)
     return replace(made, objects=tuple(objects))
 
 
 def collect_regions_libraries(robots: Library, patrols: Library, top: Library | None = None) -> Libraries:
-    """What everybody there knows: robots and patrols what they were taught in the world of one patrol."""
+    """Return the libraries of all agents; robots and patrols have those taught in the world of one patrol."""
 
     def squads(name: str, kit: Kit) -> Library:
         taught = patrols if name == SQUAD else top
@@ -65,12 +65,12 @@ def collect_regions_libraries(robots: Library, patrols: Library, top: Library | 
 
 
 def troops(libraries: Libraries) -> Callable[[str, int], CoordinatorBody]:
-    """Makes the whole team for the coordinator of coordinators to be taught on."""
+    """Return a function that makes the team on which the coordinator of coordinators is taught."""
     return lambda practice, seed: make_coordinator_body(make_quiet_scenario(), TOP, libraries, seed=seed)
 
 
 def teach_all(seed: int, *, progress: Progress = lambda name, what, account: None) -> RegionsTeaching:
-    """Teach everything from nothing, bottom-up: robots and one patrol in the world `patrol`, their top in this one."""
+    """Teach robots and one patrol in the world `patrol`, then the top coordinator in the world of four patrols."""
     taught = teach(seed, patrol_teacher.TOPICS, patrol_squad_teacher.PATROL_TOPICS, progress=progress)
     libraries = collect_regions_libraries(taught.robots.library, taught.coordinators.library)
     teacher = ScriptedTeacher(libraries[TOP], troops(libraries), seed, options={}, progress=progress)
@@ -80,7 +80,7 @@ def teach_all(seed: int, *, progress: Progress = lambda name, what, account: Non
 
 
 def make_guarding_team(taught: RegionsTeaching, seeds: Sequence[int]) -> Team:
-    """The team of a teaching in a world per seed."""
+    """Make the taught team, with one world per seed."""
     libraries = collect_regions_libraries(
         taught.robots.library, taught.patrols.library, taught.garrison.library
     )
@@ -101,7 +101,7 @@ SHARES = ("complete", "false_captures")
 
 
 def measure_four_patrols(seed: int) -> Row:
-    """One teaching of everybody, judged on its own unseen worlds."""
+    """Teach all agents with one seed and test them in their own unseen worlds."""
     taught = teach_all(seed)
     return {
         "together": summarize_four_patrols(
@@ -112,14 +112,14 @@ def measure_four_patrols(seed: int) -> Row:
 
 
 def summarize_four_patrols(tracks: PatrolTracks) -> dict[str, Any]:
-    """How four patrols do together: as one is judged, and how long cycles take, s (median, nine of ten)."""
+    """Return the results of four patrols, and the median and 90 % quantile of the cycle time in s."""
     seconds = [cycle.seconds for cycle in cycles(tracks) if not np.isnan(cycle.seconds)]
     lasted = [round(float(each), 1) for each in np.quantile(seconds, (0.5, 0.9))] if seconds else None
     return {**rounds(tracks), "cycle_s": lasted}
 
 
 def table(rows: Sequence[Row]) -> ResultTable:
-    """What holds over all teachings."""
+    """Return the table of results over all teachings."""
     names = [lesson["name"] for lesson in rows[0]["lessons"]]
     examples = format_median([sum(lesson["examples"] for lesson in row["lessons"]) for row in rows])
     return ResultTable(
@@ -133,7 +133,7 @@ def table(rows: Sequence[Row]) -> ResultTable:
 
 
 def goal(rows: Sequence[Row]) -> StudyGoal:
-    """Nine of ten cycles."""
+    """Return the goal that 90 % of the cycles are completed, with the measured share."""
     complete = float(np.median(_values(rows, "complete")))
     what = "cycles completed by four squads, each with its own home"
     return StudyGoal(what, f"{GOOD:.0%}", f"{complete:.1%}", complete >= GOOD)

@@ -1,4 +1,4 @@
-"""Judging a patrol by what happened in its worlds: cycles, attacks on nobody, encounters with the boss."""
+"""Metrics of a patrol, computed from its tracks: cycles, attacks on absent intruders, encounters with the boss."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, RUN_AWAY, Patro
 AT_HOME_M = 3.0
 CYCLE_S = 120.0
 OPEN_S = 60.0
-"""A cycle that has been open for so long when the run ends has failed."""
+"""A cycle that is still open at the end of the run counts as failed after this time, s."""
 CAPTURE_S = 2.0
 VIEW = pi / 3
 TURNS_S = (tau - VIEW) / 1.0
-"""So long it may take to find somebody behind, turning at 1 rad/s one way."""
+"""The longest time in s to bring an object into view by turning one way at 1 rad/s."""
 LEEWAY_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class PatrolCycle:
-    """From a capture until all are told to disperse: in which world, from which tick, for how long, s.
+    """A cycle from a capture until all robots are ordered to disperse: its world, first tick and duration in s.
 
-    `seconds` is absent (NaN) where it was still open at the end; `farthest_m` is how far from its home the farthest
-    robot was when told to disperse.
+    `seconds` is NaN if the cycle was still open at the end; `farthest_m` is the distance of the farthest robot from its
+    home when they were ordered to disperse.
     """
 
     world: int
@@ -37,21 +37,21 @@ class PatrolCycle:
 
     @property
     def complete(self) -> bool:
-        """All really at home, and in time."""
+        """Whether all robots were at home, and in time."""
         return self.seconds <= CYCLE_S and self.farthest_m <= AT_HOME_M
 
 
 def captures(tracks: PatrolTracks) -> list[tuple[int, int]]:
-    """When an intruder was removed: (world, first tick without it)."""
+    """Return (world, first tick without the intruder) for each intruder that was removed."""
     there = tracks.intruder.there
     gone = there[:-1] & ~there[1:]
     return [(int(world), int(tick) + 1) for tick, world in np.argwhere(gone)]
 
 
 def cycles(tracks: PatrolTracks) -> Iterator[PatrolCycle]:
-    """The cycles of a team: each from the capture of an intruder that one of its squads was attacking.
+    """Yield the cycles of a team, each from the capture of an intruder that one of its squads was attacking.
 
-    What is captured on the way home belongs to the cycle at hand. One that the boss interrupts is none.
+    A capture on the way home belongs to the open cycle. A cycle that the boss interrupts is not counted.
     """
     told = tracks.told
     until = dict.fromkeys(range(told.shape[1]), -1)
@@ -78,7 +78,7 @@ def _farthest(tracks: PatrolTracks, world: int, tick: int) -> float:
 
 
 def false_homes(tracks: PatrolTracks) -> int:
-    """How often all go home though nothing was captured."""
+    """Count how often all robots went home though nothing was captured."""
     home, count = (tracks.told == HOME).all(axis=2), 0
     margin = round((CAPTURE_S + 0.5) / tracks.tick_s)
     for tick, world in np.argwhere(home[1:] & ~home[:-1]):
@@ -88,19 +88,19 @@ def false_homes(tracks: PatrolTracks) -> int:
 
 
 def residual_s(tracks: PatrolTracks) -> float:
-    """Robot-seconds spent attacking an intruder that is not there any more."""
+    """Return the robot-seconds spent attacking an intruder that is no longer there."""
     return float(((tracks.doing == ATTACK) & ~tracks.intruder.there[:, :, None]).sum() * tracks.tick_s)
 
 
 def count_joint_attacks(tracks: PatrolTracks) -> tuple[int, int]:
-    """Sightings while dispersing, and in how many of them all were told to attack in the same tick."""
+    """Count the sightings while dispersing, and those after which all were ordered to attack in the same tick."""
     before, now = tracks.doing[:-1], tracks.doing[1:]
     seen = tracks.sees[1:].any(axis=2) & (before == DISPERSE).all(axis=2)
     return int(seen.sum()), int((seen & (now == ATTACK).all(axis=2)).sum())
 
 
 def attackers(tracks: PatrolTracks) -> NDArray[np.int64]:
-    """How many robots were attacking an intruder when the first was close enough, of those that were removed."""
+    """Return for each captured intruder how many robots were attacking when the first came close enough."""
     since = round(CAPTURE_S / tracks.tick_s) + 1
     found = [
         int((tracks.doing[max(0, tick - since), world] == ATTACK).sum()) for world, tick in captures(tracks)
@@ -109,7 +109,7 @@ def attackers(tracks: PatrolTracks) -> NDArray[np.int64]:
 
 
 def sighting_to_capture(tracks: PatrolTracks) -> NDArray[np.float64]:
-    """From the first sight of each intruder to its removal, s; of those captured."""
+    """Return for each captured intruder the time in s from its first sighting to its removal."""
     found = []
     for world, tick in captures(tracks):
         gone_before = np.flatnonzero(~tracks.intruder.there[:tick, world])
@@ -122,9 +122,9 @@ def sighting_to_capture(tracks: PatrolTracks) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True)
 class BossEncounter:
-    """One time with the boss: how many robots had him in sight all the while, and how many of them turned to him.
+    """An encounter with the boss: robots with a clear line to him throughout, and those of them that turned to him.
 
-    `resumed_s` is how long after the last sight of him the patrol went on; absent where it did not.
+    `resumed_s` is the time from the last sighting of the boss until the patrol went on; NaN if it did not.
     """
 
     world: int
@@ -135,12 +135,12 @@ class BossEncounter:
 
     @property
     def deferred(self) -> bool:
-        """Everybody who could see him turned to him in time."""
+        """Whether every robot that could see the boss turned to him in time."""
         return self.turned == self.in_sight
 
 
 def encounters(tracks: PatrolTracks, *, within_s: float = TURNS_S + LEEWAY_S) -> Iterator[BossEncounter]:
-    """The encounters: each from the tick in which the team begins to run away until it goes on with its patrol."""
+    """Yield the encounters, each from the tick in which the whole team begins to run away."""
     away = (tracks.doing == RUN_AWAY).all(axis=2)
     span = round(within_s / tracks.tick_s)
     for before, world in np.argwhere(away[1:] & ~away[:-1]):
@@ -167,7 +167,7 @@ def _resumed(tracks: PatrolTracks, world: int, tick: int) -> float:
 
 
 def find_boss_in_view(tracks: PatrolTracks, world: int, rows: slice) -> NDArray[np.bool_]:
-    """Which robots have the boss in view, were nothing in the way [rows, N]."""
+    """Return which robots have the boss in their field of view [rows, N], ignoring occlusion."""
     x, y = tracks.x[rows, world], tracks.y[rows, world]
     toward = np.arctan2(tracks.boss.y[rows, world, None] - y, tracks.boss.x[rows, world, None] - x)
     off = np.mod(toward - tracks.heading[rows, world] + pi, tau) - pi
@@ -178,7 +178,7 @@ def find_boss_in_view(tracks: PatrolTracks, world: int, rows: slice) -> NDArray[
 def find_boss_sightings(
     tracks: PatrolTracks, world: int, rows: slice, *, robot_m: float = 0.2
 ) -> NDArray[np.bool_]:
-    """Which robots have nothing between them and the boss [rows, N]: no obstacle, robot or intruder on the line."""
+    """Return which robots have a free line to the boss [rows, N]: no obstacle, robot or intruder on it."""
     eye = np.stack([tracks.x[rows, world], tracks.y[rows, world]], axis=-1).astype(np.float64)
     boss = np.stack([tracks.boss.x[rows, world], tracks.boss.y[rows, world]], axis=-1).astype(np.float64)
     free = np.repeat(tracks.boss.there[rows, world, None], eye.shape[1], axis=1)
@@ -199,7 +199,7 @@ def find_boss_sightings(
 def _hides(
     eye: NDArray[np.float64], boss: NDArray[np.float64], disc: NDArray[np.float64], radius: float
 ) -> NDArray[np.bool_]:
-    """Whether a disc [T, 2] touches the line from each eye [T, N, 2] to the boss [T, 2]."""
+    """Return whether a disc [T, 2] touches the line from each eye [T, N, 2] to the boss [T, 2]."""
     line, to_disc = boss[:, None] - eye, disc[:, None] - eye
     length = np.maximum((line**2).sum(axis=-1), 1e-9)
     along = np.clip((line * to_disc).sum(axis=-1) / length, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""The patrol's team, and the worlds its robots and its coordinator are taught in."""
+"""The patrol team, and the practice worlds of its robots and its coordinator."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NEVER = AppearanceSchedule(away_s=(1e5, 1e5))
 
 @cache
 def scenario() -> Scenario:
-    """The patrol world as it ships."""
+    """Return the built-in patrol scenario."""
     return load_scenario("patrol")
 
 
@@ -58,7 +58,7 @@ def _always(thing: ObjectClass) -> ObjectClass:
 
 
 def _gone_after(seconds: float) -> Callable[[ObjectClass], ObjectClass]:
-    """As if a robot had captured it as soon as there was one."""
+    """Return a change to an object class: its object disappears after the given time in s, as if captured."""
     return lambda thing: replace(thing, presence=None, capture=CaptureRule(range=20.0, after_s=seconds))
 
 
@@ -81,7 +81,7 @@ def _one_at(x: float, y: float, heading_deg: float) -> RobotGroup:
 
 @cache
 def practices() -> Mapping[str, Scenario]:
-    """Where robots practice, by name."""
+    """Return the practice worlds of a robot, by name."""
     alone = {"intruder": _never, "boss": _never}
     in_the_way = RobotGroup(type=ROBOT, at=((1.5, 5.0, 0.0), (2.9, 4.7, 0.0), (2.9, 5.3, 0.0)))
     at_a_wall = _one_at(1.2, 5.0, 0.0)
@@ -111,7 +111,7 @@ def practices() -> Mapping[str, Scenario]:
 
 @cache
 def squad_practices() -> Mapping[str, Scenario]:
-    """Where the coordinator practices, by name."""
+    """Return the practice worlds of the coordinator, by name."""
     return {
         "on patrol": _with({"boss": _never}),
         "an intruder that leaves": _with({"intruder": _gone_after(1.5), "boss": _never}),
@@ -120,17 +120,17 @@ def squad_practices() -> Mapping[str, Scenario]:
 
 
 def robots_world(practice: str, seed: int) -> World:
-    """A world for one robot to be taught in."""
+    """Return the world of a practice, in which one robot is taught."""
     return World(practices()[practice], [seed])
 
 
 def squads_library(robots: Library) -> Library:
-    """What the coordinator can be taught with, at first."""
+    """Return the library with which the coordinator starts."""
     return collect_libraries(scenario(), robots)[SQUAD]
 
 
 def troops(robots: Library) -> Callable[[str, int], CoordinatorBody]:
-    """Makes troops of these robots for their coordinator to be taught on."""
+    """Return a function that makes the robots on which the coordinator is taught."""
     known = collect_libraries(scenario(), robots)
 
     def make(practice: str, seed: int) -> CoordinatorBody:
@@ -140,13 +140,13 @@ def troops(robots: Library) -> Callable[[str, int], CoordinatorBody]:
 
 
 def make_uncoordinated_team(robots: Library, seeds: Sequence[int], behavior: str = "patrol") -> Team:
-    """The team without coordinator, in a world per seed."""
+    """Make the team without a coordinator, with one world per seed."""
     return make_team(scenario(), seeds, collect_libraries(scenario(), robots), {ROBOT: (behavior, {})})
 
 
 def make_coordinated_team(
     robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str, radio: CommsSpec = PERFECT
 ) -> Team:
-    """The team whose coordinator runs a behavior, in a world per seed."""
+    """Make the team whose coordinator runs a behavior, with one world per seed."""
     known = {ROBOT: robots, SQUAD: coordinators}
     return make_team(replace(scenario(), radio=radio), seeds, known, {SQUAD: (behavior, {})})

@@ -1,4 +1,4 @@
-"""The experiment: independent teachings of the whole patrol, each judged in its own unseen worlds."""
+"""The experiment: independent teachings of the whole patrol, each tested in its own unseen worlds."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TEACHINGS = range(58_000, 58_010)
-"""The teaching seeds of the published result: nobody had looked at any of them before."""
+"""The teaching seeds of the published result; none was used during development."""
 OWN, PAPERS, UNDIVIDED, TOGETHER = (
     "own features",
     "the paper's features",
@@ -33,13 +33,13 @@ GOOD = 0.95
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each teaching in all ways: of the quick version the first only."""
+    """Return one task per variant and seed; the quick version has only the first variant."""
     ways = (OWN,) if plan.quick else (OWN, PAPERS, UNDIVIDED, TOGETHER)
     return [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
-    """One teaching, judged on its own unseen worlds."""
+    """Teach one patrol and test it in its own unseen worlds."""
     if task["features"] == UNDIVIDED:
         return _in_one_piece(task["seed"])
     if task["features"] == TOGETHER:
@@ -53,7 +53,7 @@ def work(task: Task) -> Row:
 
 
 def _in_one_piece(seed: int) -> dict[str, Any]:
-    """One robot's Patrol in one piece and in layers, in the same worlds."""
+    """Test one robot's Patrol, taught as one automaton and in layers, in the same worlds."""
     whole, robots = teach_undivided(seed), teach(seed, ALONE, ()).robots
     return {
         "whole": make_lone_robot_team(whole.library, worlds_of(seed)),
@@ -69,7 +69,7 @@ ALONE = tuple(
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """What holds over all teachings."""
+    """Summarize all teachings as a headline, tables, goals and notes."""
     whole = [row for row in rows if row["task"]["features"] == UNDIVIDED]
     rows = [row for row in rows if row["task"]["features"] != UNDIVIDED]
     ways = {
@@ -202,7 +202,7 @@ def _undivided(rows: Sequence[Row]) -> ResultTable:
 
 
 def _rounds(rows: Sequence[Row], way: str) -> list[float]:
-    """Captures of one robot that are followed by its coming home, an hour."""
+    """Return the captures per hour of one robot after which it came home."""
     hours = WORLDS / 6.0
     return [row[way]["cycles"] * (row[way]["complete"] or 0.0) / hours for row in rows]
 
@@ -276,7 +276,7 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Cycles, attacks on nobody, and what one robot does in one piece and in layers, of every teaching."""
+    """Draw cycles, attacks on absent intruders, and one robot's results as one automaton and in layers."""
     own, theirs, whole, four = (
         [row for row in rows if row["task"]["features"] == way] for way in (OWN, PAPERS, UNDIVIDED, TOGETHER)
     )

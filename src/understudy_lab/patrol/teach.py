@@ -1,4 +1,4 @@
-"""One teaching of the whole patrol: first its robots, then their coordinator."""
+"""Teaching of the whole patrol: first its robots, then their coordinator."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from understudy_lab.teachers.teacher import LessonPlan, Progress, ScriptedTeache
 
 
 class PatrolTeaching(NamedTuple):
-    """What the robots and what their coordinator were taught."""
+    """The results of teaching the robots and their coordinator."""
 
     robots: TeachingResult
     coordinators: TeachingResult
@@ -28,7 +28,7 @@ def teach(
     *,
     progress: Progress = lambda name, what, account: None,
 ) -> PatrolTeaching:
-    """Teach everything from nothing; the same seed, the same lessons."""
+    """Teach robots and coordinator from empty libraries; the same seed gives the same lessons."""
     kit = make_scenario_kit(scenario())
     robots = ScriptedTeacher(Library(kit), robots_world, seed, options={}, progress=progress).teach(*topics)
     library = robots.library

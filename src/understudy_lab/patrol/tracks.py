@@ -1,4 +1,4 @@
-"""What happens in worlds with a patrol, tick by tick: where all are, what they see, what they are told to do."""
+"""Recording of patrol runs: for each tick the positions, sightings and orders of all robots."""
 
 from __future__ import annotations
 
@@ -28,19 +28,20 @@ DOING: Mapping[tuple[str, str | None], int] = MappingProxyType(
         ("run_away", None): RUN_AWAY,
     }
 )
-"""What an order means, by the behavior and its target."""
+"""The activity that an order stands for, by behavior and target."""
 ALONE: Mapping[str, int] = MappingProxyType(
     {"disperse": DISPERSE, "wander": DISPERSE, "attack": ATTACK, "hunt": ATTACK, "home": HOME}
 )
-"""What a robot does by itself, by how the name of its state begins."""
+"""The activity of an uncoordinated robot, by the first word of its state."""
 
 Reach: TypeAlias = tuple[SquadBody, NDArray[np.intp], NDArray[np.intp]]
-"""Squads, and whom their orders reach in the end: pairs of one of their members and a robot [K each]."""
+"""A layer of squads, and the robots that its orders reach: pairs of a squad member and a robot [K each]."""
 
 
 class OrderedActivity:
-    """What the robots of so many worlds are to do: the outermost order that means anything, or else what they do by
-    themselves. `homes` are those of the squads they are in, one after the other; `squad` [N] is which one that is.
+    """The activity that each robot is ordered to do by the outermost meaningful order, or does without one.
+
+    `homes` are the homes of the squads, in order; `squad` [N] is the index of each robot's squad.
     """
 
     def __init__(self, team: Team, worlds: int, homes: Sequence[str]) -> None:
@@ -54,7 +55,7 @@ class OrderedActivity:
         self.squad = self._squad[: team.ground.agents // worlds]
 
     def now(self) -> NDArray[np.int8]:
-        """Of all robots [W, N]."""
+        """Return the present activity of all robots [W, N]."""
         if self._reaches:
             found = np.full(self._team.ground.agents, OTHER, np.int8)
         else:
@@ -75,7 +76,7 @@ def _engine(team: Team) -> Engine:
 
 
 def _reaches(team: Team) -> Iterator[Reach]:
-    """Whom orders reach, innermost first."""
+    """Yield each layer of squads with the robots that its orders reach, innermost first."""
     robots = {id(team.layers[0]): [np.array([robot]) for robot in range(team.ground.agents)]}
     for layer in team.layers[1:]:
         squads = layer.body
@@ -91,7 +92,7 @@ def _reaches(team: Team) -> Iterator[Reach]:
 
 
 def _meaning(duty: Assignment | None, home: str) -> int:
-    """What an order means to a robot whose home is there."""
+    """Return the activity that an order stands for, for a robot with this home."""
     if duty is None:
         return OTHER
     target = next(iter(duty.binding.values()), None)
@@ -106,7 +107,7 @@ NOBODY: Mapping[int, Sequence[int]] = MappingProxyType({})
 
 @dataclass(frozen=True, eq=False)
 class ObjectTrack:
-    """An object over time: whether it is there, and where, m [T, W each]."""
+    """The presence and position (m) of an object over time [T, W each]."""
 
     there: Bools
     x: Floats
@@ -115,11 +116,11 @@ class ObjectTrack:
 
 @dataclass(frozen=True, eq=False)
 class PatrolTracks:
-    """T ticks of W worlds with N robots: what was sensed in each tick, and what was decided on it.
+    """The record of T ticks in W worlds with N robots: the sensed state of each tick and the activity decided on it.
 
-    `doing` [T, W, N] is what each robot is to do; `x`, `y`, `heading` [T, W, N] where it is; `sees` and `sees_boss`
-    [T, W, N] whether it sees an intruder or the boss. `home` [N, 2] is each robot's own. `firsts` are the first robots
-    of the squads: what they are told, their squad is. Obstacles are discs (x, y, radius) [W, O, 3].
+    `doing` [T, W, N] is the activity of each robot; `x`, `y`, `heading` [T, W, N] its pose; `sees` and `sees_boss` [T,
+    W, N] whether it sees an intruder or the boss; `home` [N, 2] its home. `firsts` are the first robots of the squads,
+    whose activity stands for the order to their squad. `obstacles` are discs (x, y, radius) [W, O, 3].
     """
 
     tick_s: float
@@ -137,17 +138,17 @@ class PatrolTracks:
 
     @property
     def ticks(self) -> int:
-        """How many there are."""
+        """The number of recorded ticks."""
         return len(self.doing)
 
     @property
     def told(self) -> NDArray[np.int8]:
-        """What each squad is told [T, W, S]."""
+        """The activity that each squad is ordered to do [T, W, S]."""
         return self.doing[:, :, self.firsts]
 
     @property
     def hours(self) -> float:
-        """Of all worlds together."""
+        """The simulated time of all worlds together, h."""
         ticks, worlds, _ = self.doing.shape
         return float(ticks * worlds * self.tick_s / 3600.0)
 
@@ -155,9 +156,9 @@ class PatrolTracks:
 def watch(
     team: Team, ticks: int, failing: Mapping[int, Sequence[int]] = NOBODY, homes: Sequence[str] = ("home",)
 ) -> PatrolTracks:
-    """Let a team run for so many ticks, and write down what happens. Some robots fail, in these ticks.
+    """Run a team for `ticks` ticks and record it; `failing` maps a tick to the robots that fail in it.
 
-    `homes` are those of the squads, one after the other.
+    `homes` are the homes of the squads, in order.
     """
     world = _world(team)
     told = OrderedActivity(team, world.worlds, homes)
@@ -195,7 +196,7 @@ def _world(team: Team) -> World:
 
 
 def _slot(world: World, name: str) -> int:
-    """Where the first object of a class is among those of a world."""
+    """Return the index of the first object of a class in a world."""
     return int(world.rules.classes["first"][world.names.classes.index(name)])
 
 

@@ -1,1 +1,1 @@
-"""Visual servoing with and without memory, beside a robot written by hand (paper section 4.2)."""
+"""The experiment on visual servoing with and without states, compared with a hand-written robot (section 4.2)."""

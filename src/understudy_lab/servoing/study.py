@@ -1,4 +1,4 @@
-"""The experiment: three ways to teach servoing and one robot written by hand, each on the same trials."""
+"""The experiment: three ways to teach servoing and one hand-written robot, all on the same trials."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ FACED, AWAY, TOWARD, EITHER = (
     "pushed to either side",
 )
 SUMMED = (*POSITIONS, FACED, AWAY, TOWARD, EITHER)
-"""What is told of each automaton: a median over ten trials, of pushes to either side over twenty."""
+"""The conditions that are summarized by a median per automaton, over ten trials each; EITHER has twenty."""
 FASTER, SURE, NEAR, FAILING = 1.5, 0.01, 1.2, 0.02
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each seed with each method."""
+    """Return one task per method and seed."""
     return [{"method": method, "seed": seed} for method in METHODS for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
-    """One automaton, taught and put to its trials; or the robot written by hand put to the same."""
+    """Teach one automaton and run its trials, or run the same trials with the hand-written robot."""
     method, seed = task["method"], task["seed"]
     if method == HAND:
         return {"search": search_side(seed), "times": judge(seed, None)}
@@ -62,7 +62,7 @@ def work(task: Task) -> Row:
 
 
 def times(row: Row, what: str) -> list[float]:
-    """All seconds of one automaton in what is summed up; a failure counts as the limit."""
+    """Return the times in s of one automaton's trials in a condition; a failed trial counts as the time limit."""
     place, push = opposite(row["search"])
     (other,) = set(PUSHED) - {push}
     cases = {FACED: [place], AWAY: [push], TOWARD: [other], EITHER: list(PUSHED)}.get(what, [what])
@@ -72,12 +72,12 @@ def times(row: Row, what: str) -> list[float]:
 
 
 def medians(rows: Sequence[Row], method: str, what: str) -> list[float]:
-    """The median time of each automaton, s."""
+    """Return the median time in s of each automaton."""
     return [float(np.median(times(row, what))) for row in rows if row["task"]["method"] == method]
 
 
 def count_failures(rows: Sequence[Row], method: str, cases: Sequence[str] = CASES) -> tuple[int, int]:
-    """Trials that came to the limit, and how many there were."""
+    """Return the number of trials that reached the time limit, and the number of all trials."""
     all_ = [
         each
         for row in rows
@@ -89,8 +89,9 @@ def count_failures(rows: Sequence[Row], method: str, cases: Sequence[str] = CASE
 
 
 def compare_methods(rows: Sequence[Row], what: str, *, with_: str = LOST, to: str = FOUR) -> dict[str, float]:
-    """How many times as long a method takes as another on the same trials: the median over seeds, its 95 % interval,
-    and p that they do not differ.
+    """Compare the times of method `with_` with those of method `to` on the same trials.
+
+    The result holds the median ratio over seeds, its 95 % interval, and the p-value of no difference.
     """
     ours, theirs = medians(rows, to, what), medians(rows, with_, what)
     ratios = np.array(theirs) / np.array(ours)
@@ -104,7 +105,7 @@ def compare_methods(rows: Sequence[Row], what: str, *, with_: str = LOST, to: st
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """What memory is worth in each case, and how far the taught robot is from one written by hand."""
+    """Summarize the effect of states in each condition, and the gap to the hand-written robot."""
     lost, edges = (
         {what: compare_methods(rows, what, with_=each) for what in SUMMED} for each in (LOST, EDGES)
     )
@@ -211,7 +212,7 @@ def _notes(rows: Sequence[Row], lost: Any, edges: Any) -> tuple[str, ...]:
 
 
 def goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
-    """What was to be reached, beside what was measured."""
+    """Return each goal of the experiment with the measured value."""
     made = []
     for what in (FACED, AWAY, EITHER):
         found = compare_methods(rows, what)
@@ -241,7 +242,7 @@ def goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Histograms of all trials from the three positions (paper Figure 3), and medians where memory counts."""
+    """Draw histograms of all trials from the three positions (paper Figure 3), and medians where states matter."""
     figure, axes = panels(8, rows=2, wide=3.3, tall=2.6)
     for panel, what in zip(axes[:4], (*POSITIONS, EITHER), strict=True):
         _histogram(panel, rows, what)
@@ -257,7 +258,7 @@ def draw(rows: Sequence[Row]) -> Figure:
 
 
 def _histogram(axes: Axes, rows: Sequence[Row], what: str) -> None:
-    """Trials of the robot written by hand as a line over those of the taught ones."""
+    """Draw the times of the taught robots as bars and those of the hand-written robot as a line."""
     bins = np.arange(8.0, 32.1, 1.0).tolist()
     for method, style in HISTOGRAMS.items():
         all_ = [each for row in rows if row["task"]["method"] == method for each in times(row, what)]

@@ -1,4 +1,4 @@
-"""One robot taught to approach the ball, and its fifty trials: three positions, and pushes to either side."""
+"""The fifty trials of one robot that approaches the ball: three start positions, and pushes to either side."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ HAND = "written by hand"
 
 
 def search_side(seed: int) -> str:
-    """The side to which a teacher has the robot turn where nobody knows better: every other teacher the left."""
+    """Return the side to which a robot turns that never saw the ball; it alternates with the seed."""
     return SIDES[seed % 2]
 
 
 def opposite(search: str) -> tuple[str, str]:
-    """The position, and the push, with which the ball is lost on the side opposite to where a policy turns."""
+    """Return the position and the push in which the ball is lost on the side to which the policy does not turn."""
     return ("ball right", "pushed left") if search == "left" else ("ball left", "pushed right")
 
 
 def teach(seed: int, method: str) -> TeachingResult:
-    """Teach approaching the ball. Same seed and method, same library."""
+    """Teach the approach to the ball; the same seed and method give the same library."""
     teacher = ScriptedTeacher(Library(kit), lambda practice, world: Soccer([world]), seed, options={})
     return teacher.teach(topics(search_side(seed))[method])
 
 
 def trials(seed: int) -> tuple[Soccer, dict[int, Disturbance]]:
-    """The worlds of all trials of a seed, in the order of the cases, and who is pushed; all methods have the same."""
+    """Return the worlds of a seed's trials, in the order of CASES, and the pushed robots; all methods use the same."""
     starts: list[StartPose] = [start for start in POSITIONS.values() for _ in range(TRIALS)]
     pushes = {}
     for side in PUSHED.values():
@@ -56,7 +56,7 @@ def trials(seed: int) -> tuple[Soccer, dict[int, Disturbance]]:
 
 
 def judge(seed: int, library: Library | None) -> dict[str, list[float]]:
-    """Seconds to the ball by case; NaN where the limit came first. Without a library, of the robot written by hand."""
+    """Return the seconds to the ball by case, NaN where the limit came first; None means the hand-written robot."""
     body, pushes = trials(seed)
     if library is None:
         seconds = approach_by_hand(body, pushes=pushes)
@@ -66,6 +66,6 @@ def judge(seed: int, library: Library | None) -> dict[str, list[float]]:
 
 
 def by_case(seconds: Column) -> dict[str, list[float]]:
-    """Seconds in the order of the trials, by case."""
+    """Group the seconds of all trials by case."""
     rows = np.round(seconds, 1).reshape(len(CASES), TRIALS).tolist()
     return dict(zip(CASES, rows, strict=True))

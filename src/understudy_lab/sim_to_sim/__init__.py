@@ -1,1 +1,1 @@
-"""What was taught in the 2-D world, run in simulated physics by what rendered cameras see."""
+"""The transfer experiment: behaviors taught in the 2-D world, run in simulated physics with rendered cameras."""

@@ -1,4 +1,4 @@
-"""CollectivePatrol over DDS: four simulated robots, a process each, and who decides for all of them in this one.
+"""Run CollectivePatrol over DDS: four simulated robots, each in its own process, all controlled by this one.
 
 python -m understudy_lab.sim_to_sim.multiprocess_patrol --seconds 600
 """
@@ -36,17 +36,17 @@ from understudy_lab.patrol.tracks import ObjectTrack, OrderedActivity, PatrolTra
 from understudy_lab.sim_to_sim.trials import teach_patrol
 
 SETTLES_S = 30.0
-"""For so long robots may take until all are there."""
+"""The longest time in s to wait until all robots are connected."""
 HOME, INTRUDER, BOSS = 0, 1, 2
-"""What the scenario's objects are, in their order."""
+"""The indices of the scenario's objects."""
 
 
 def patrol(
     seed: int, *, world: int, seconds: float, domain: int, together: bool = False, tick_s: float = 0.1
 ) -> dict[str, Any]:
-    """Teach a patrol from this seed, let it patrol in a simulated world for so long; what came of it.
+    """Teach a patrol, run it for `seconds` in a simulated world, and return the measured cycles and timing.
 
-    `together` has all robots in one process; `tick_s` is how often they decide.
+    `together` runs all robots in one process; `tick_s` is the time between two decisions.
     """
     taught = teach_patrol(seed)
     known = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
@@ -64,7 +64,7 @@ def patrol(
 
 
 def _joined(path: Path, tick_s: float) -> Fleet:
-    """The robots, once all of them are heard."""
+    """Connect to all robots and return the fleet once each sends all its sensor values."""
     until = time.monotonic() + SETTLES_S
     while not path.is_file():
         time.sleep(0.1)
@@ -120,7 +120,7 @@ def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int, simulatio
 
 
 def _spent_s(simulation: int) -> float:
-    """Time of processors spent by this process and the watchdogs that it began, s (Linux); not by the simulation."""
+    """Return the CPU time in s of this process and its child processes except the simulation (Linux only)."""
     used = resource.getrusage(resource.RUSAGE_SELF)
     spent = used.ru_utime + used.ru_stime
     for each in Path("/proc").glob("[0-9]*/stat"):
@@ -133,7 +133,7 @@ def _spent_s(simulation: int) -> float:
 
 
 def _told(rows: list[tuple[Any, ...]]) -> bool:
-    """Whether a referee told where objects are."""
+    """Return whether any row has positions of objects."""
     return any(row[3] for row in rows)
 
 
@@ -156,7 +156,7 @@ def _armed_again(fleet: Fleet) -> bool:
 
 
 class ObjectPoses:
-    """Where the referee says that objects are, from the beginning of a run."""
+    """The latest positions of all objects, as published by the simulation."""
 
     def __init__(self, domain: int) -> None:
         self._last: list[tuple[float, float, bool]] = []
@@ -170,16 +170,16 @@ class ObjectPoses:
         ]
 
     def now(self) -> list[tuple[float, float, bool]]:
-        """Of each slot x, y (m) and whether it is there."""
+        """Return x, y (m) and presence of each object slot."""
         return self._last
 
     def close(self) -> None:
-        """Leave."""
+        """Leave the DDS domain."""
         self._transport.close()
 
 
 def _tracks(rows: list[tuple[Any, ...]], tick_s: float) -> PatrolTracks:
-    """What happened, as the patrol's judges look at it."""
+    """Return the recorded rows as the tracks from which the metrics are computed."""
     rows = [row for row in rows if row[3]]
     scenario = practice.scenario()
     spare = scenario.spare_objects + 1
@@ -195,7 +195,7 @@ def _tracks(rows: list[tuple[Any, ...]], tick_s: float) -> PatrolTracks:
 
 
 def _thing(places: list[tuple[float, float, bool]]) -> ObjectTrack:
-    """One object over time."""
+    """Return the track of one object."""
     x, y, there = np.array(places, np.float64).T[:, :, None]
     return ObjectTrack(there > 0, x.astype(np.float32), y.astype(np.float32))
 
@@ -206,7 +206,7 @@ def _settings(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def main() -> None:
-    """From the command line: one line of JSON."""
+    """Run from the command line and print one line of JSON."""
     asked = argparse.ArgumentParser(description=__doc__)
     asked.add_argument("--seed", type=int, default=1000, help="of the teaching")
     asked.add_argument("--world", type=int, default=1, help="seed of the simulated world")

@@ -1,4 +1,4 @@
-"""The experiment: behaviors taught in the 2-D world, in both worlds on the same unseen seeds, no example added."""
+"""The experiment: behaviors taught in the 2-D world, tested there and in physics on the same unseen seeds."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SEEDS = range(64_000, 64_010)
-"""The teaching seeds of the published result: nobody had looked at any of them before."""
+"""The teaching seeds of the published result; none was used during development."""
 KEPT, CYCLES = 0.9, 0.8
-"""Of the success in the 2-D world, so much is to be left; of the cycles of CollectivePatrol, so many complete."""
+"""The goals: success in physics relative to the 2-D world, and the share of completed patrol cycles."""
 WORLDS: Mapping[str, str] = {FLAT: "2-D world", PHYSICS: "physics"}
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each behavior with each seed."""
+    """Return one task per behavior and seed."""
     return [{"behavior": name, "seed": seed} for name in TRIED for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
-    """One behavior taught once, and tried in both worlds."""
+    """Teach one behavior once and test it in both worlds."""
     return measure_transfer(task["behavior"], task["seed"])
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """What is left of each behavior's success where wheels slip and cameras see pixels."""
+    """Summarize how much of each behavior's success remains in physics as a headline, a table, goals and notes."""
     found = {name: _numbers([row for row in rows if row["task"]["behavior"] == name]) for name in TRIED}
     found = {name: each for name, each in found.items() if each}
     seeds = sorted({row["task"]["seed"] for row in rows})
@@ -63,7 +63,7 @@ NOTES = (
 
 
 def _numbers(rows: Sequence[Row]) -> dict[str, Any]:
-    """Over all teachings of one behavior: trials that succeeded, of how many, in each world."""
+    """Return the successful trials, all trials and the median value of one behavior in each world."""
     if not rows:
         return {}
     made: dict[str, Any] = {"examples": [row["examples"] for row in rows]}
@@ -87,7 +87,7 @@ def _share(of: Mapping[str, Any]) -> float:
 
 
 def _left(found: Mapping[str, Any]) -> float:
-    """What is left of the success."""
+    """Return the success rate in physics relative to the 2-D world."""
     before = _share(found[FLAT])
     return _share(found[PHYSICS]) / before if before else 0.0
 
@@ -130,7 +130,7 @@ def _goal(name: str, found: Mapping[str, Any]) -> StudyGoal:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Success of every teaching, in both worlds."""
+    """Draw the success of every teaching in both worlds."""
     names = list(dict.fromkeys(row["task"]["behavior"] for row in rows))
     figure, axes = panels(len(names), wide=2.3)
     for panel, name in zip(axes, names, strict=True):

@@ -1,4 +1,4 @@
-"""Trials in two worlds: the 2-D one in which a behavior was taught, and physics with the same seeds and places."""
+"""Trials in two worlds: the 2-D world of the lessons, and physics with the same seeds and start positions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult
 
 Ground: TypeAlias = World | soccer.Soccer | MujocoBody
 WORLDS = 20
-"""Worlds that each taught automaton is tried in; of CollectivePatrol PATROLS."""
+"""The number of worlds in which each automaton is tested; CollectivePatrol uses PATROLS."""
 PATROLS, PATROL_TICKS = 2, 3000
 
 # GoTo(A): to the station, from wherever the seed puts the robot.
@@ -40,14 +40,14 @@ GOTO_S, THERE_M = 60.0, 0.55
 
 
 def teach_goto(seed: int) -> TeachingResult:
-    """Teach GoTo alone, as `forage` does."""
+    """Teach only GoTo, as in the experiment `forage`."""
     return ScriptedTeacher(Library(FORAGE_KIT), make_practice, seed, options=forage_teacher.WATCHED).teach(
         forage_teacher.GOTO
     )
 
 
 def goto(library: Library, ground: World | MujocoBody) -> list[float]:
-    """Seconds until each robot says that it is there, at the station; NaN where it never does, or says it elsewhere."""
+    """Return the seconds until each robot raises `done` at the station; NaN if it never does or does so elsewhere."""
     engine = Engine.from_program(ground, link(library, "goto", {"A": "station"}))
     seconds = np.full(ground.agents, nan)
     said = np.zeros(ground.agents, np.bool_)
@@ -71,17 +71,17 @@ def _to_station(ground: World | MujocoBody, agent: int) -> float:
 
 
 def teach_servoing(seed: int) -> TeachingResult:
-    """Teach the approach with four states, as `servoing` does."""
+    """Teach the approach with four states, as in the experiment `servoing`."""
     return servoing.teach(seed, servoing_method())
 
 
 def servoing_method() -> str:
-    """The method with memory."""
+    """Return the name of the method with four states."""
     return next(iter(topics("left")))
 
 
 def make_physics_field(body: soccer.Soccer) -> MujocoBody:
-    """The field in physics, each robot where it begins in the 2-D world."""
+    """Return the field in physics, with each robot at its start pose in the 2-D world."""
     ground = MujocoBody(soccer.scenario(), body.seeds)
     for world in range(body.worlds):
         robot = body.view(world).robots
@@ -90,7 +90,7 @@ def make_physics_field(body: soccer.Soccer) -> MujocoBody:
 
 
 def approach(library: Library, ground: soccer.Soccer | MujocoBody) -> list[float]:
-    """Seconds until each robot is 15 cm from the ball; NaN where the limit came first."""
+    """Return the seconds until each robot is within 15 cm of the ball; NaN if the time limit came first."""
     engine = Engine.from_program(ground, link(library, "approach", {}))
     while np.isnan(ground.finished_s).any() and ground.time_s < soccer.LIMIT_S:
         engine.tick()
@@ -103,20 +103,20 @@ WANDER_S, STUCK_S, AWAY_M = 60.0, 2.0, 2.0
 
 
 def teach_disperse(seed: int) -> TeachingResult:
-    """Teach Disperse alone, as `patrol` does."""
+    """Teach only Disperse, as in the experiment `patrol`."""
     teacher = ScriptedTeacher(Library(kit_of_patrol()), practice.robots_world, seed, options={})
     return teacher.teach(DISPERSE)
 
 
 def kit_of_patrol() -> Any:
-    """The patrol's kit."""
+    """Return the kit of the patrol scenario."""
     return World(practice.scenario()).kit
 
 
 def disperse(library: Library, ground: World | MujocoBody) -> list[float]:
-    """How far the robot of each world that got the least far got from its start, m; NaN where one of them got stuck.
+    """Return for each world the distance in m from its start of the robot that got least far; NaN if one got stuck.
 
-    Stuck is who for `STUCK_S` hardly moves though it is told to drive: leaning on something.
+    A robot is stuck when it hardly moves for `STUCK_S` while it is commanded to drive, for example against a wall.
     """
     engine = Engine.from_program(ground, link(library, "disperse", {}))
     shape = (ground.worlds, ground.robots)
@@ -137,13 +137,13 @@ def disperse(library: Library, ground: World | MujocoBody) -> list[float]:
 
 
 def _places(ground: World | MujocoBody) -> np.ndarray[Any, Any]:
-    """Of all robots [W, N, 2], m."""
+    """Return the positions of all robots [W, N, 2], m."""
     views = [ground.view(world).robots for world in range(ground.worlds)]
     return np.array([np.stack([view.x, view.y], axis=1) for view in views])
 
 
 def make_quiet_patrol_scenario() -> Scenario:
-    """The patrol's world without intruder and boss; nobody looks, nor has to note what there was to see."""
+    """Return the patrol world without intruder, boss, and sensors for the time since a sighting."""
     scenario = practice.practices()["among others"]
     kind = scenario.types[practice.ROBOT]
     deaf = tuple(each for each in kind.sensors if not isinstance(each, ElapsedSensor))
@@ -154,12 +154,15 @@ def make_quiet_patrol_scenario() -> Scenario:
 
 
 def teach_patrol(seed: int) -> teach.PatrolTeaching:
-    """Teach the robots of the patrol and their coordinator, as `patrol` does."""
+    """Teach the robots of the patrol and their coordinator, as in the experiment `patrol`."""
     return teach.teach(seed)
 
 
 def patrol_cycles(taught: teach.PatrolTeaching, ground: World | MujocoBody) -> dict[str, Any]:
-    """Cycles - capture, all home, all off again - and how many of them were complete; captures."""
+    """Return the numbers of captures, of cycles and of completed cycles, and the duration of each cycle in s.
+
+    A cycle lasts from a capture over all robots being home until all have left again.
+    """
     known: Libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     team = Team(
         ground, assign_team_members(practice.scenario()), known, {practice.SQUAD: ("collective_patrol", {})},
@@ -182,17 +185,17 @@ def _rounded(seconds: np.ndarray[Any, Any]) -> list[float]:
 
 
 def worlds_of(seed: int, count: int = WORLDS) -> range:
-    """The unseen worlds that a teaching is judged on; no two teachings share one, nor do other experiments."""
+    """Return the seeds of the unseen worlds of a teaching; neither other teachings nor other experiments use them."""
     return range(10_000_000 + WORLDS * seed, 10_000_000 + WORLDS * seed + count)
 
 
 def measure_transfer(behavior: str, seed: int) -> dict[str, Any]:
-    """One teaching, and what came of it in both worlds."""
+    """Teach one behavior once and return its results in both worlds."""
     return TRIED[behavior](seed)
 
 
 def count_successes(values: Sequence[float], *, least: float = 0.0) -> dict[str, Any]:
-    """How many trials succeeded: those with a value of `least` or more."""
+    """Return the values and the share of them that are at least `least`; NaN counts as a failure."""
     return {"success": float(np.mean([value >= least for value in values])), "values": list(values)}
 
 

@@ -1,1 +1,1 @@
-"""The experiment with a swarm: three levels of coordinators over robots that pull boxes together."""
+"""The swarm experiment: three levels of coordinators over robots that pull boxes together."""

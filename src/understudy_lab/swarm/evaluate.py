@@ -1,4 +1,4 @@
-"""What one teaching of the swarm comes to in unseen worlds, beside the same by hand and with fewer coordinators."""
+"""Evaluation of a taught swarm in unseen worlds, compared with hand-written automata and fewer coordinators."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from understudy_lab.tasks.swarm_world import (
 )
 
 WORLDS, TICKS = 10, 6_000
-"""Worlds that each teaching is judged on, and ticks of 0.1 s: ten minutes."""
+"""The number of worlds per teaching, and the ticks of 0.1 s that each runs: ten minutes."""
 LOADS: Mapping[str, int] = {"crate": 1, "container": 10}
 """A container, which takes sixteen robots, holds as much as ten crates, which take four each."""
 PLATOONS, LARGE_TICKS = 400, 3_000
-"""Platoons of the ten thousand, and how long they run: five minutes."""
+"""The number of platoons of the ten thousand robots, and the ticks they run: five minutes."""
 FAILS_TICK = (1_000, 3_000)
-"""When robots fail, each at a random moment; what is gathered after that counts."""
+"""The range of ticks in which robots fail at random; only the yield after it counts."""
 FAILING = 3
-"""One of so many fails."""
+"""One robot of this many fails."""
 THREE, TWO, ONE, ANSWERING, ALONE = (
     "three levels",
     "platoons",
@@ -46,16 +46,20 @@ WAYS: Mapping[str, tuple[str, str]] = {
     ANSWERING: (ROBOT, "alone_answering"),
     ALONE: (ROBOT, "alone"),
 }
-"""Who is told what: all, each platoon, each squad, or each robot."""
+"""The type of agent that starts a behavior, and that behavior, by degree of coordination."""
 
 
 def worlds_of(seed: int) -> range:
-    """The unseen worlds that the teaching of this seed is judged on; no two teachings share one."""
+    """Return the seeds of the unseen worlds of a teaching; no two teachings share one."""
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
 def measure_swarm(libraries: Libraries, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
-    """What is gathered in an hour: by way as taught, by hand, with a third killed, and by ten thousand."""
+    """Measure the hourly yield of a swarm in all variants.
+
+    The variants are: each degree of coordination, hand-written automata, a third of the robots failing, and ten
+    thousand robots.
+    """
     by_way = {
         way: measure_gathered(make_swarm_team(libraries, worlds, way=told), ticks)
         for way, told in WAYS.items()
@@ -76,13 +80,13 @@ def measure_swarm(libraries: Libraries, worlds: Sequence[int], ticks: int = TICK
 
 
 def measure_gathered(team: Team, ticks: int) -> dict[str, float]:
-    """Crates and containers an hour, and `loads`: what both hold, counted as LOADS says."""
+    """Run a team and return its crates, containers and loads (see LOADS) per hour."""
     team.run(ticks)
     return _rates(world_of(team))
 
 
 def measure_late_gathering(team: Team, ticks: int, fails: Mapping[int, Sequence[int]]) -> float:
-    """Loads an hour after the last moment in which robots fail; these fail in these ticks."""
+    """Return the loads per hour after the last possible failure; `fails` maps a tick to the robots that fail in it."""
     world, at = world_of(team), 0
     for tick in sorted({*fails, FAILS_TICK[1]}):
         team.run(tick - at)
@@ -95,7 +99,7 @@ def measure_late_gathering(team: Team, ticks: int, fails: Mapping[int, Sequence[
 
 
 def schedule_failures(worlds: Sequence[int], robots: int = 8 * EACH) -> dict[int, list[int]]:
-    """A third of the robots of each world, whoever they are, each some time: rows by tick."""
+    """Return the failing robots by tick: a random third of each world's robots, as indices over all worlds."""
     draws = np.random.default_rng(list(worlds))
     found: dict[int, list[int]] = {}
     for world in range(len(worlds)):
@@ -105,14 +109,14 @@ def schedule_failures(worlds: Sequence[int], robots: int = 8 * EACH) -> dict[int
 
 
 def world_of(team: Team) -> World:
-    """The world it is in."""
+    """Return the simulated world of a team, or raise SettingError if it has none."""
     if not isinstance(team.ground, World):
         raise SettingError(where="swarm", setting="team", problem="is in no world", remedy="give it one")
     return team.ground
 
 
 def _each(team: Team, ticks: int) -> float:
-    """Loads that each robot gathers in an hour."""
+    """Run a team and return the loads that one robot gathers per hour."""
     world = world_of(team)
     team.run(ticks)
     return round(_rates(world)["loads"] * world.worlds / world.agents, 2)
@@ -130,7 +134,7 @@ def _loads(world: World) -> float:
 
 
 def _counted(world: World) -> dict[str, float]:
-    """How many of each were gathered, in all worlds."""
+    """Return the number of gathered objects of each class over all worlds."""
     rules, objects = world.rules.classes, world.state.objects["gathered"].sum(axis=0)
     found = {}
     for name in LOADS:

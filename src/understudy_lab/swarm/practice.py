@@ -1,4 +1,4 @@
-"""The worlds that robots and coordinators of the swarm practice in, and the swarm that was taught."""
+"""The practice worlds of the swarm's robots and coordinators, and the teaching of the whole swarm."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ENOUGH = ("enough", None)
 
 
 class PracticeSpec(NamedTuple):
-    """What there is: so many things (that take so many robots), and another robot at the first that calls or claims."""
+    """A practice world: numbers of objects, robots needed to move one, and a second robot that signals."""
 
     things: Mapping[str, int] = {}
     needs: int = 1
@@ -73,29 +73,29 @@ SPECS: Mapping[str, PracticeSpec] = {
     "a help that stops soon": PracticeSpec(signal="help", between_s=(0.0, 0.7)),
     "a muster that stops": PracticeSpec(signal="muster", between_s=(0.0, 3.0)),
 }
-"""Where robots practice, by name."""
+"""The practice worlds of a single robot, by name."""
 
 
 class PracticeRoom(World):
-    """A room for one robot to be taught in: the first. The other holds on and calls until it was helped, or lets go."""
+    """A room in which the first robot is taught; a second one holds an object and signals until it was helped."""
 
     def __init__(self, spec: PracticeSpec, seed: int) -> None:
         self._spec = spec
         super().__init__(_room(spec), [seed])
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Begin anew."""
+        """Start the room anew with the given seed."""
         super().reset(seeds)
         self._prepare()
 
     def _prepare(self) -> None:
-        """The first ticks: who calls is heard, and what is to be held is held."""
+        """Run two ticks, so that a signal is received and an object to be held is held."""
         self._helped = False
         for _ in range(2):
             self.act({"load": (np.arange(self.agents) == 0) * float(self._spec.held)})
 
     def act(self, commands: Commands) -> None:
-        """As World does, and the other does its part."""
+        """Execute the commands of one tick, with those of the second robot filled in."""
         if self._spec.signal is not None:
             first, last = self._spec.between_s
             calls = first <= self.time_s < last
@@ -136,12 +136,12 @@ def _room(spec: PracticeSpec) -> Scenario:
 
 
 def robots_world(practice: str, seed: int) -> World:
-    """A world for one robot to be taught in."""
+    """Return the world of a practice, in which one robot is taught."""
     return PracticeRoom(SPECS[practice], seed)
 
 
 def squads_library(sort: str, libraries: Libraries) -> Library:
-    """What coordinators of a sort can be taught with, at first."""
+    """Return the library with which a coordinator of this type starts."""
     return libraries[sort]
 
 
@@ -173,12 +173,12 @@ def _needing(thing: ObjectClass, count: int, robots: int) -> ObjectClass:
 
 
 def collect_swarm_libraries(robots: Library, squads: Mapping[str, Library]) -> Libraries:
-    """What everybody knows, coordinators as far as they were taught."""
+    """Return the libraries of all agents; `squads` holds those of the coordinators taught so far."""
     return collect_libraries(scenario(), robots, lambda name, kit: squads.get(name, Library(kit)))
 
 
 def troops(sort: str, libraries: Libraries) -> Callable[[str, int], CoordinatorBody]:
-    """Makes troops for the coordinator of a sort to be taught on."""
+    """Return a function that makes the members on which a coordinator of this type is taught."""
 
     def make(practice: str, seed: int) -> CoordinatorBody:
         return make_coordinator_body(_squads_practices()[practice], sort, libraries, seed=seed)
@@ -193,7 +193,7 @@ def make_swarm_team(
     *,
     way: tuple[str, str] = (SWARM, "swarm_work"),
 ) -> Team:
-    """The swarm, in a world per seed: all agents of a sort do something by themselves; at first its coordinator."""
+    """Make a swarm with one world per seed in which all agents of one type run a behavior (`way`: type, behavior)."""
     sort, behavior = way
     return make_team(world or scenario(), seeds, libraries, {sort: (behavior, {})})
 
@@ -206,26 +206,26 @@ TOPICS = {
 
 
 class SwarmTeaching(NamedTuple):
-    """What the robots and what each sort of coordinators were taught."""
+    """The results of teaching the robots and each type of coordinator."""
 
     robots: TeachingResult
     squads: Mapping[str, TeachingResult]
 
     @property
     def libraries(self) -> Libraries:
-        """What everybody knows."""
+        """The libraries of all agents."""
         return collect_swarm_libraries(
             self.robots.library, {name: each.library for name, each in self.squads.items()}
         )
 
     @property
     def teachings(self) -> tuple[TeachingResult, ...]:
-        """Of robots and all coordinators."""
+        """The results of the robots and of all coordinators, in this order."""
         return (self.robots, *self.squads.values())
 
 
 def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> SwarmTeaching:
-    """Teach everything from nothing; the same seed, the same lessons."""
+    """Teach robots and coordinators from empty libraries; the same seed gives the same lessons."""
     library = Library(make_scenario_kit(scenario()))
     robots = ScriptedTeacher(library, robots_world, seed, options={}, progress=progress).teach(
         *swarm_teacher.TOPICS

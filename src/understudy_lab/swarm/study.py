@@ -1,4 +1,4 @@
-"""The experiment: independent teachings of robots and three levels of coordinators, each judged in its own worlds."""
+"""The experiment: independent teachings of robots and three levels of coordinators, each tested in its own worlds."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TEACHINGS = range(60_100, 60_110)
-"""The teaching seeds of the published result: nobody had looked at any of them before."""
+"""The teaching seeds of the published result; none was used during development."""
 AS_GOOD, WITHOUT = 0.8, 0.7
 WEIGHTS = (1, 4, 10)
-"""Crates that a container may count as: one box as any, the robots that it takes, what it holds."""
+"""The numbers of crates that a container may count as: one box, the squads it needs, the crates it holds."""
 SURVIVORS = 1 - 1 / FAILING
 KEPT = 0.8 * SURVIVORS
 SAID = {
@@ -49,12 +49,12 @@ LARGE = f"{EACH * PLATOONS:,}".replace(",", " ")
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each teaching."""
+    """Return one task per seed."""
     return [{"seed": seed} for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
-    """One teaching, judged on its own unseen worlds."""
+    """Teach a swarm with one seed and test it in its own unseen worlds."""
     taught = teach(task["seed"])
     lessons = {ROBOT: lessons_of(taught.robots)}
     lessons |= {sort: lessons_of(teaching) for sort, teaching in taught.squads.items()}
@@ -62,7 +62,7 @@ def work(task: Task) -> Row:
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """What holds over all teachings."""
+    """Summarize all teachings as a headline, tables, goals and notes."""
     first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
     shares = {way: _of_by_hand(rows, way) for way in WAYS}
     large = _large(rows)
@@ -104,7 +104,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
 
 
 def _rates(rows: Sequence[Row], way: str | None, what: str = "loads") -> list[float]:
-    """What is gathered in an hour, one way; None is by hand."""
+    """Return each teaching's hourly yield with one degree of coordination; None means the hand-written automata."""
     return [(row["by_hand"] if way is None else row["taught"][way])[what] for row in rows]
 
 
@@ -121,7 +121,7 @@ def _of_taught(rows: Sequence[Row], way: str) -> list[float]:
 
 
 def _counted(row: Row, way: str, weight: int) -> float:
-    """What is gathered in an hour, with a container counted as so many crates."""
+    """Return the yield per hour in crates, with a container counted as `weight` crates."""
     return float(row["taught"][way]["crates"] + weight * row["taught"][way]["containers"])
 
 
@@ -132,13 +132,13 @@ def _weighted(rows: Sequence[Row], way: str, weight: int) -> list[float]:
 
 
 def _of_the_better(rows: Sequence[Row], way: str, weight: int) -> float:
-    """What is gathered one way, as a share of what squads alone or all three levels do, whichever is more; median."""
+    """Return the median yield relative to the better of squads only and all three levels."""
     better = [max(_counted(row, ONE, weight), _counted(row, THREE, weight)) for row in rows]
     return float(np.median(_ratio([_counted(row, way, weight) for row in rows], better)))
 
 
 def _large(rows: Sequence[Row]) -> list[float]:
-    """What each of ten thousand gathers, as a share of what each of two hundred does in as long."""
+    """Return the yield per robot among ten thousand, relative to that among two hundred in the same time."""
     return _ratio([row["large"] for row in rows], [row["small"] for row in rows])
 
 
@@ -199,7 +199,7 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """What is gathered with ever fewer coordinators, and with more robots."""
+    """Draw the yield with fewer levels of coordinators, and with fewer and more robots."""
     figure, (left, right) = panels(2, wide=4.2)
     short = ("three\nlevels", "platoons,\nsquads", "squads", "alone,\nanswering", "alone")
     shares = {said: _of_by_hand(rows, way) for said, way in zip(short, WAYS, strict=True)}

@@ -1,4 +1,4 @@
-"""The baseline of the foraging world: a hand-written forager, and a lower bound on the time."""
+"""The baseline of the foraging world: a hand-written controller, and a lower bound on the time needed."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ Point: TypeAlias = tuple[float, float]
 
 
 class ExpertForager:
-    """The yardstick: a forager written by hand, for N robots at once, that does one basic behavior at a time.
+    """A hand-written foraging controller for N robots, used as the baseline.
 
-    It turns until it faces its target to half a tick's turn, then drives, and turns again only when the
-    target is off by more than `astray` (rad), so that it never chatters between the two. It goes home when
-    full or when no food is left, and stays with that until it carries nothing.
+    Each robot turns until it faces its target to within half a tick's turn, then drives, and turns again only when the
+    target is off by more than `astray` (rad), so that it does not alternate between the two. It heads for the station
+    when full or when no food is left, and does so until it carries nothing.
     """
 
     keys: Sequence[ReadingKey] = (
@@ -46,7 +46,7 @@ class ExpertForager:
         self._turning = np.zeros(agents)  # 1 left, -1 right, 0 not
 
     def decide(self, percept: Percept) -> Commands:
-        """What each robot does now."""
+        """Return the commands of all robots for this tick."""
         stored, none_left = percept["food_stored", None], percept["food_left", None] == 0.0
         self._homing = (stored > 0) & (self._homing | (stored >= self._capacity) | none_left)
         unload = self._homing & (percept["station_here", None] == 1.0)
@@ -67,13 +67,13 @@ class ExpertForager:
 
 
 def lower_bound(world: World) -> Column:
-    """Seconds [B] that no robot can beat which visits the places nearest-first, from where it stands now.
+    """Return for each world the least time in s [B] of a robot that visits food sources nearest first.
 
-    A trip goes to the nearest source with food, and on to the next nearest while there is room and food, then
-    to the station; what is nearest is judged from where a straight way comes within reach. Counted are the
-    straight lines between those places, less the reach at either end, at forward speed; and loading and
-    unloading each unit. Turning costs nothing and ticks need not be whole, so for that order of visits it is
-    a true bound. A robot that chooses another order may beat it.
+    A trip goes to the nearest source with food, and on to the next nearest while there is room and food, then to the
+    station; "nearest" is measured from the point where a straight path comes within reach. The bound adds the straight
+    distances between those places, less the reach at either end, at forward speed, and the loading and unloading of
+    each unit. Turning costs nothing and ticks need not be whole, so it is a true bound for that order of visits. A
+    robot that chooses another order may need less.
     """
     (robot,) = world.scenario.types.values()
     return np.array([_bound(world.view(row), robot) for row in range(world.worlds)])
@@ -102,14 +102,14 @@ def _bound(view: WorldView, robot: RobotType) -> float:
 
 
 class _GreedyRoute:
-    """Straight ways from place to place, each from and to anywhere within reach of its ends."""
+    """A path of straight lines from place to place, each from and to any point within reach of its ends."""
 
     def __init__(self, reach: float, start: Point) -> None:
         self.reach, self.spot, self.meters = reach, start, 0.0
         self._place, self._slack = start, 0.0
 
     def go(self, place: Point) -> None:
-        """Go where `place` is within reach; `spot` is where a straight way there would end."""
+        """Extend the path to the nearest point from which `place` is within reach, and update `spot` and `meters`."""
         self.meters += max(0.0, dist(self._place, place) - self._slack - self.reach)
         straight = dist(self.spot, place)
         if straight > self.reach:
@@ -120,7 +120,7 @@ class _GreedyRoute:
 
 
 def find_forage_baseline(scenario: Scenario) -> Baseline | None:
-    """Make the baseline of a scenario that differs from the foraging scenario in numbers only; else None."""
+    """Return the baseline of a scenario that differs from the foraging scenario only in numbers, otherwise None."""
     settings = recover_forage_settings(scenario)
     return None if settings is None else make_baseline(settings)
 
@@ -135,5 +135,5 @@ def make_baseline(settings: ForageSettings) -> Baseline:
 
 
 def evaluate_expert(settings: ForageSettings, seeds: Sequence[int]) -> Outcomes:
-    """Measure the forager written by hand on one world per seed."""
+    """Measure the hand-written controller on one world per seed."""
     return measure_baseline(make_baseline(settings), seeds)

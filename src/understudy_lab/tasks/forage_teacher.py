@@ -1,4 +1,4 @@
-"""How a person teaches foraging: GoTo(A), Harvest, Deposit, Forage (paper section 4.1)."""
+"""The simulated teacher of foraging: GoTo(A), Harvest, Deposit, Forage (paper section 4.1)."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ WATCHED: Mapping[str, LearnerOptions] = MappingProxyType(
         "forage": LearnerOptions(watched=True),
     }
 )
-"""The options the demo teaches with."""
+"""The learning options that the demo uses, by lesson."""
 
 PLAIN: Mapping[str, LearnerOptions] = MappingProxyType({name: LearnerOptions() for name in WATCHED})
-"""The paper's plain method: neither watched examples nor a reaction time."""
+"""The paper's method: neither examples recorded while watching nor a reaction time."""
 
 THERE_M = 0.38  # what a person calls being there
 NOT_THERE_M = 0.47  # what they call not being there yet
@@ -35,7 +35,7 @@ FACING = 0.12  # rad: as good as facing it, while turning
 
 
 def _bearing(screen: SessionView) -> float:
-    """Signed bearing of A, left positive, rad."""
+    """Return the bearing of A in rad, positive to the left, between -pi and pi."""
     return (screen.features["angle_to(A)"] + pi) % tau - pi
 
 
@@ -44,12 +44,12 @@ def _toward(bearing: float) -> str:
 
 
 def _ahead(screen: SessionView) -> float:
-    """How far it still has to turn, rad; negative when it has turned too far."""
+    """Return the angle in rad that the robot still has to turn; negative when it has turned too far."""
     return -_bearing(screen) if screen.state == "rotate_right" else _bearing(screen)
 
 
 def show_goto(screen: SessionView) -> str | None:
-    """Turn to A, drive to it, say done."""
+    """Return the next state while demonstrating GoTo(A), or None: turn to A, drive to it, raise `done`."""
     distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
     if screen.state == "done" or isnan(distance):
         return None
@@ -63,7 +63,10 @@ def show_goto(screen: SessionView) -> str | None:
 
 
 def complain_goto(screen: SessionView) -> str | None:
-    """Only what looks wrong: idling, driving past A, turning on past it, not stopping, stopping too far away."""
+    """Return the state to correct GoTo(A) to, or None where its behavior is acceptable.
+
+    Corrected are: idling, driving past A, turning on past it, not stopping, and stopping too far away.
+    """
     distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
     if isnan(distance):
         return None
@@ -81,7 +84,7 @@ def complain_goto(screen: SessionView) -> str | None:
 
 
 def _beside(side: int, nearest: float, farthest: float) -> Seen:
-    """A well to the left (1) or right (-1), this near or far, m."""
+    """Return a predicate: A is to the left (1) or right (-1), at a distance between `nearest` and `farthest` (m)."""
 
     def suits(screen: SessionView) -> bool:
         distance = screen.features["distance_to(A)"]
@@ -137,11 +140,15 @@ def _full(screen: SessionView) -> bool:
 
 
 CAPACITY = 12
-"""How much the robot can carry, as its teacher knows."""
+"""Largest number of food units that the robot can carry."""
 
 
 def show_harvest(screen: SessionView) -> str | None:
-    """Go to food, load, go on to other food where it ends; done when full or when no food is left."""
+    """Return the next state while demonstrating Harvest, or None for no change.
+
+    The robot goes to food and loads it, goes on to other food when that source is empty, and is done when it is full or
+    no food is left.
+    """
     if screen.state == "done":
         return None
     if _full(screen) or screen.features["food_left"] == NO:
@@ -154,7 +161,7 @@ def show_harvest(screen: SessionView) -> str | None:
 
 
 def complain_harvest(screen: SessionView) -> str | None:
-    """As shown; and saying done too early is wrong."""
+    """Return the state to correct Harvest to, or None: as demonstrated, and where `done` is raised too early."""
     if screen.state != "done":
         return show_harvest(screen)
     if _full(screen) or screen.features["food_left"] == NO:
@@ -181,7 +188,7 @@ HARVEST = LessonPlan(
 
 
 def show_deposit(screen: SessionView) -> str | None:
-    """Go to the station, unload; done when nothing is left to unload."""
+    """Return the next state of Deposit, or None: go to the station, unload, be done when nothing is left to unload."""
     if screen.state == "done":
         return None
     if screen.features["food_stored"] == 0:
@@ -219,7 +226,7 @@ DEPOSIT = LessonPlan(
 
 
 def show_forage(screen: SessionView) -> str | None:
-    """Harvest and deposit in turn while there is food."""
+    """Return the next state of Forage, or None: alternate between Harvest and Deposit while there is food."""
     if screen.state == "start":
         return "harvest"
     if screen.features["done"] == NO:
@@ -230,7 +237,7 @@ def show_forage(screen: SessionView) -> str | None:
 
 
 def all_home(screen: SessionView) -> bool:
-    """No food is left anywhere but at the station."""
+    """Return whether no food is left outside the station."""
     return screen.features["food_left"] == NO and screen.features["food_stored"] == 0
 
 

@@ -1,4 +1,4 @@
-"""How a person teaches those who coordinate a patrol: CollectivePatrol and CollectivePatrolAndDefer (section 5.1)."""
+"""The simulated teacher of a patrol's coordinators: CollectivePatrol and CollectivePatrolAndDefer (section 5.1)."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 
 def show_collective_patrol(screen: SessionView) -> str | None:
-    """All attack when one sees an intruder, go home when one has it, disperse when all are home.
+    """Return the next state while demonstrating CollectivePatrol; None for no change, KEEP to confirm the current.
 
-    Where nobody has seen it for a while, it is gone: disperse. Before that, and before all are home: keep on.
+    All robots attack when one sees an intruder, go home when one has reached it, and disperse when all are home or when
+    nobody has seen the intruder for a while.
     """
     seen = screen.features
     if screen.state == "start":
@@ -31,7 +32,7 @@ def show_collective_patrol(screen: SessionView) -> str | None:
 
 
 def complain_collective_patrol(screen: SessionView) -> str | None:
-    """As shown."""
+    """Return the state to correct CollectivePatrol to, or None where it behaves as demonstrated."""
     wished = show_collective_patrol(screen)
     return None if wished == KEEP else wished
 
@@ -66,7 +67,7 @@ COLLECTIVE_PATROL = LessonPlan(
 
 
 def show_defer(screen: SessionView) -> str | None:
-    """Run away from the boss; go on with the patrol when nobody has seen him for a while."""
+    """Return the state of CollectivePatrolAndDefer: run away while the boss was seen lately, otherwise patrol."""
     return "run_away" if screen.features["seen_lately(boss)"] == YES else "patrol"
 
 
@@ -93,7 +94,7 @@ SQUAD_TOPICS = (COLLECTIVE_PATROL, DEFER)
 
 
 def make_complaint(show: Wish) -> Wish:
-    """A complaint wherever a patrol does not do as shown."""
+    """Return a function that asks for the same states as `show`, but never confirms the current one."""
 
     def complain(screen: SessionView) -> str | None:
         wished = show(screen)
@@ -106,7 +107,11 @@ def make_complaint(show: Wish) -> Wish:
 
 
 def show_hunt(screen: SessionView) -> str | None:
-    """All attack when one sees an intruder; done when one has it. Whom nobody has seen for a while is gone."""
+    """Return the next state while demonstrating Hunt; None for no change, KEEP to confirm the current state.
+
+    All robots attack when one sees an intruder, are done when one has reached it, and disperse again when nobody has
+    seen it for a while.
+    """
     seen = screen.features
     if screen.state == "start":
         return "disperse"
@@ -181,7 +186,7 @@ COME = LessonPlan(
 
 
 def show_gather(screen: SessionView) -> str | None:
-    """All come to A; done when all are there, not when some are."""
+    """Return the next state of Gather(A): all robots come to A, and `done` is raised when all are there."""
     if screen.state == "start":
         return "come"
     if screen.state == "done":
@@ -215,7 +220,7 @@ GATHER = LessonPlan(
 
 
 def show_guard(screen: SessionView) -> str | None:
-    """All hunt until one patrol is done; all gather until all patrols are."""
+    """Return the next state of Guard: hunt until one patrol is done, then gather until all patrols are done."""
     seen = screen.features
     if screen.state == "start":
         return "hunt"

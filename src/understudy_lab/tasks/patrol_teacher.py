@@ -1,8 +1,8 @@
-"""How a person teaches each robot of a patrol what the paper lists in section 5.1.
+"""The simulated teacher of the behaviors of a single robot on patrol, as listed in section 5.1 of the paper.
 
-Servo says `failed` where it has turned all around in vain. Then Attack withdraws - backs up, turns, and goes
-elsewhere for a while - before it looks again; so it does where it drives and gets nowhere, as behind teammates that
-are home.
+Servo raises `failed` after one full turn without finding its target. Attack then withdraws, that is, backs up, turns
+and wanders for a while, before it searches again; it also withdraws when the robot is stuck, for example behind
+teammates that are already home.
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ BEHIND_M, ROOM_M = 0.45, 0.9
 
 
 def blob_x(screen: SessionView) -> float:
-    """Where A is in the frame, px; absent where it is not seen."""
+    """Return the horizontal position of A in the camera frame, px; NaN where A is not visible."""
     return screen.features["blob_x(A)"]
 
 
 def show_servo(screen: SessionView) -> str | None:
-    """Turn until A is well in view, drive; failed after a turn in vain."""
+    """Return the next state of Servo(A), or None: turn until A is well in view, drive; `failed` after a full turn."""
     return _servo(screen, turning=0.0, driving=0.0)
 
 
 def complain_servo(screen: SessionView) -> str | None:
-    """Where it turns or drives on past what it should do, or fails too early."""
+    """Return the state to correct Servo(A) to, or None; with wide margins, and where it fails too early."""
     if screen.state != "failed":
         return _servo(screen, turning=90.0, driving=22.0)
     x, too_early = blob_x(screen), screen.time_s < AROUND_S - 1.0
@@ -80,27 +80,27 @@ def _servo(screen: SessionView, *, turning: float, driving: float) -> str | None
 
 
 def on_the_left(screen: SessionView) -> bool:
-    """A is in the left part of the frame."""
+    """Return whether A is in the left part of the frame."""
     return blob_x(screen) < MIDDLE_PX - ASIDE_PX
 
 
 def on_the_right(screen: SessionView) -> bool:
-    """A is in the right part of the frame."""
+    """Return whether A is in the right part of the frame."""
     return blob_x(screen) > MIDDLE_PX + ASIDE_PX
 
 
 def has_lost_target(screen: SessionView) -> bool:
-    """A is not in the frame."""
+    """Return whether A is outside the frame."""
     return isnan(blob_x(screen))
 
 
 def _over(during: str, behavior: str) -> PushAway:
-    """So that A comes into the other part of the frame."""
+    """Return a push that turns the robot until A is in the other half of the frame."""
     return PushAway(during, behavior, 0.35, within_s=5.0)
 
 
 def _away(during: str, behavior: str) -> PushAway:
-    """So that A is lost on the side on which it was."""
+    """Return a push that turns the robot until A leaves the frame on the side on which it was."""
     return PushAway(during, behavior, 1.0)
 
 
@@ -141,14 +141,18 @@ SERVO = LessonPlan(
 
 
 def show_attack(screen: SessionView) -> str | None:
-    """Servo until A is large; withdraw after a turn in vain or where it is stuck, and servo again."""
+    """Return the next state of Attack(A); None for no change, KEEP to confirm the current state.
+
+    The robot servos until A looks large enough; it withdraws after a turn without finding A or when stuck, then servos
+    again.
+    """
     wished = _attack(screen, close=CLOSE_PX)
     almost = screen.state == "servo" and ALMOST_PX < screen.features["blob_size(A)"] < CLOSE_PX
     return KEEP if wished is None and almost else wished
 
 
 def complain_attack(screen: SessionView) -> str | None:
-    """As shown, with a little patience; and where it says done too early."""
+    """Return the state to correct Attack(A) to, or None; with a margin, and where `done` is raised too early."""
     if screen.state == "done":
         return "servo" if not screen.features["blob_size(A)"] > FAR_PX else None
     return _attack(screen, close=TOO_CLOSE_PX)
@@ -202,12 +206,12 @@ ATTACK = LessonPlan(
 
 
 def show_scatter(screen: SessionView) -> str | None:
-    """Turn until A is well in view, back away slowly."""
+    """Return the next state of Scatter(A), or None: turn until A is well in view, then back away slowly."""
     return _scatter(screen, slack_px=0.0)
 
 
 def complain_scatter(screen: SessionView) -> str | None:
-    """Where it turns past A, or lets it leave the frame."""
+    """Return the state to correct Scatter(A) to, or None: where it turns past A or lets A leave the frame."""
     return _scatter(screen, slack_px=20.0)
 
 
@@ -227,7 +231,7 @@ def _scatter(screen: SessionView, *, slack_px: float) -> str | None:
 
 
 def _boss(side: int) -> Seen:
-    """The boss is in the left (-1) or right (1) part of the frame, or in none (0)."""
+    """Return a predicate: the boss is in the left (-1) or right (1) part of the frame, or not visible (0)."""
 
     def suits(screen: SessionView) -> bool:
         x = blob_x(screen)
@@ -265,12 +269,15 @@ SCATTER = LessonPlan(
 
 
 def show_run_away(screen: SessionView) -> str | None:
-    """Scatter from the boss; facing him, stop while something is behind."""
+    """Return the next state of RunAway: scatter from the boss; while facing him, stop if something is close behind."""
     return _run_away(screen, edge_px=20.0, behind=BEHIND_M, room=ROOM_M)
 
 
 def complain_run_away(screen: SessionView) -> str | None:
-    """Where it backs into something, or goes on standing with room behind or without facing him."""
+    """Return the state to correct RunAway to, or None.
+
+    Corrected are: backing into something, and standing still with room behind or without facing the boss.
+    """
     return _run_away(screen, edge_px=12.0, behind=0.25, room=1.6)
 
 
@@ -320,7 +327,7 @@ RUN_AWAY = LessonPlan(
 
 
 def show_patrol(screen: SessionView) -> str | None:
-    """Disperse, attack an intruder that is seen, go home with it, and disperse again."""
+    """Return the next state of Patrol, or None: disperse, attack a visible intruder, go home, and disperse again."""
     seen = screen.features
     if screen.state == "start":
         return "disperse"

@@ -1,7 +1,7 @@
-"""How a person teaches a robot to wander, and what lasts for a while: turning around, withdrawing.
+"""The simulated teacher of wandering and of behaviors that last a fixed time: turning around, withdrawing.
 
-What lasts is a small automaton of its own, which sees the time and nothing else: so no lesson with other features can
-take the time for a reason.
+Each timed behavior is an automaton of its own whose only feature is the time in its state, so that no other lesson can
+learn a spurious rule about time.
 """
 
 from __future__ import annotations
@@ -24,7 +24,10 @@ AWAY_S = 6.0
 
 
 def show_disperse(screen: SessionView) -> str | None:
-    """Drive; where something is near, turn away from it until the way is clear, and keep on till then."""
+    """Return the next state of Disperse; KEEP to confirm that it goes on turning.
+
+    The robot drives; near an obstacle it turns away from it until the way is clear.
+    """
     left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
     if screen.state in ("left", "right"):
         near, far = (left, right) if screen.state == "right" else (right, left)
@@ -37,7 +40,7 @@ def show_disperse(screen: SessionView) -> str | None:
 
 
 def complain_disperse(screen: SessionView) -> str | None:
-    """Where it is about to bump, or goes on turning with all the room it needs."""
+    """Return the state to correct Disperse to, or None: before a collision, or where it turns on with enough room."""
     left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
     if screen.state == "start":
         return show_disperse(screen)
@@ -74,7 +77,10 @@ DISPERSE = LessonPlan(
 def make_timed_sequence(
     name: str, steps: Sequence[tuple[str, str, float]], flag: str, practice: str = "alone"
 ) -> LessonPlan:
-    """One after the other for so long each: state, behavior, s. Then it raises the flag."""
+    """Return the plan of a lesson that runs behaviors one after another for fixed times, then raises `flag`.
+
+    Each step is (state, behavior, duration in s).
+    """
     names = [state for state, _, _ in steps]
     following = dict(zip(["start", *names], [*names, flag], strict=True))
     limits = {state: seconds for state, _, seconds in steps}

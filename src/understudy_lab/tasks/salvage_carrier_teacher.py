@@ -1,4 +1,4 @@
-"""How a person teaches carriers to bring home what is in wrecks: by themselves, or where a scout is."""
+"""The simulated teacher of carriers, which bring home the contents of wrecks, alone or guided by a scout."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
 from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 CAPACITY = 4
-"""How much a carrier can carry, as its teacher knows."""
+"""Largest number of units that a carrier can carry."""
 BEHIND = 0.2  # rad: as good as having it behind
 LOOKED_S = 45.0  # so long a carrier looks around for itself where its scout has found nothing
 
@@ -31,7 +31,10 @@ LOOKED_S = 45.0  # so long a carrier looks around for itself where its scout has
 
 
 def _taking(back: str) -> Wish:
-    """Take what is there until done; back to something where it is gone before. That it loads is no reason: keep on."""
+    """Return the rule of a state that takes from a wreck: `done` when finished, `back` when the wreck has disappeared.
+
+    KEEP confirms the state while the carrier loads, because loading is no reason to leave it.
+    """
 
     def wished(screen: SessionView) -> str | None:
         if is_done(screen):
@@ -42,7 +45,7 @@ def _taking(back: str) -> Wish:
 
 
 def show_take(screen: SessionView) -> str | None:
-    """Go to a wreck and load until full; go on to another where it is empty before."""
+    """Return the next state of Take, or None: go to a wreck and load until full, or go to another when it is empty."""
     if screen.state in ("start", "done"):
         return None if screen.state == "done" else "goto"
     if screen.state == "goto":
@@ -57,7 +60,7 @@ def show_take(screen: SessionView) -> str | None:
 
 
 def show_search(screen: SessionView) -> str | None:
-    """Roam until a wreck is in sight, and take what is in it; roam again where it is gone."""
+    """Return the next state of Search: roam until a wreck is visible, take its contents, roam again when it is gone."""
     if screen.state == "done":
         return None
     if screen.state == "take":
@@ -66,7 +69,7 @@ def show_search(screen: SessionView) -> str | None:
 
 
 def show_fetch(screen: SessionView) -> str | None:
-    """Go to a scout and take what is in the wreck there; look around where there is none."""
+    """Return the next state of Fetch: go to a scout and take from the wreck there; roam where there is no wreck."""
     if screen.state == "done":
         return None
     if screen.state == "take":
@@ -79,7 +82,7 @@ def show_fetch(screen: SessionView) -> str | None:
 
 
 def show_deposit(screen: SessionView) -> str | None:
-    """Go to the harbor and unload; done when nothing is left to unload."""
+    """Return the next state of Deposit, or None: go to the harbor and unload; done when nothing is left to unload."""
     if screen.state == "done":
         return None
     if screen.features["stored"] == 0:
@@ -90,7 +93,7 @@ def show_deposit(screen: SessionView) -> str | None:
 
 
 def _in_turn(bring: str) -> Wish:
-    """Bring something, deposit it, and so on; whoever has something deposits it first."""
+    """Return a rule that alternates between `bring` and `deposit`; a loaded robot starts with `deposit`."""
 
     def wished(screen: SessionView) -> str | None:
         if screen.state == "start":
@@ -103,7 +106,7 @@ def _in_turn(bring: str) -> Wish:
 
 
 def show_return(screen: SessionView) -> str | None:
-    """As Gather, but turn around at the harbor, so as to leave to where the last wreck was."""
+    """Return the next state of Return: as Gather, but turn around at the harbor, to leave toward the last wreck."""
     if screen.state == "turn":
         return "search" if abs(bearing(screen, "harbor")) > pi - BEHIND else None
     wished = _in_turn("search")(screen)
@@ -191,7 +194,7 @@ DEPOSIT = LessonPlan(
 
 
 def _both(name: str, bring: str, practice: str) -> LessonPlan:
-    """One that brings something and deposits it in turn."""
+    """Return the plan of a lesson that alternates between the behavior `bring` and `deposit`."""
     return LessonPlan(
         name,
         lambda library: new_lesson(library, name, states=[bring, "deposit"], features=["done", "stored"]),
@@ -246,8 +249,10 @@ CARRIERS = (
 
 
 def show_lead(screen: SessionView) -> str | None:
-    """All seek until a scout is at a wreck; then two thirds of the carriers haul; when all scouts are, all do, and
-    scouts stay where they are.
+    """Return a leader's command: `work` when all scouts have found a wreck, `share` when some have, else `seek`.
+
+    All robots seek in `seek`; two thirds of the carriers haul in `share`; in `work` all carriers haul and scouts stay
+    where they are.
     """
     if screen.features["all_found(wreck)"] == YES:
         return "work"

@@ -1,6 +1,6 @@
-"""How a person teaches those who salvage wrecks: to roam and to go somewhere, and scouts to find them.
+"""The simulated teacher of roaming and going to a target, for scouts and carriers, and of finding wrecks, for scouts.
 
-Both learn to roam and to go somewhere, each in their own way: scouts are fast, and carriers reach far.
+Both types of robot learn their own version of roaming and going, because scouts are faster and carriers reach farther.
 """
 
 from __future__ import annotations
@@ -26,8 +26,10 @@ LEFT_M = 2.0  # what is so far away is another wreck
 
 
 def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: float) -> LessonPlan:
-    """Turn away from a wall that is `near_m` until all is clear and chance is low; wrong is to come as close as
-    `bump_m`, or to go on turning with `wide_m` of room and by a chance that is very low.
+    """Return the plan of Roam: drive, turn away from walls, and go on turning for a random time.
+
+    The robot turns at a wall closer than `near_m`, until it has `clear_m` of room and the chance feature is low. It is
+    corrected when closer than `bump_m`, or when it turns on with `wide_m` of room and a very low chance. All are in m.
     """
 
     def wish(near: float, clear: float, low: float) -> Wish:
@@ -57,7 +59,7 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
 
 
 def soften_complaint(wish: Wish) -> Wish:
-    """What is wrong to somebody who has seen enough of what is right."""
+    """Return a function that asks for the same states as `wish`, but never confirms the current one."""
 
     def wished(screen: SessionView) -> str | None:
         found = wish(screen)
@@ -70,7 +72,7 @@ def soften_complaint(wish: Wish) -> Wish:
 
 
 def bearing(screen: SessionView, target: str = "A") -> float:
-    """Signed bearing of a target, left positive, rad."""
+    """Return the bearing of a target in rad, positive to the left, between -pi and pi."""
     return (screen.features[f"angle_to({target})"] + pi) % tau - pi
 
 
@@ -79,12 +81,12 @@ def _toward(screen: SessionView) -> str:
 
 
 def _ahead(screen: SessionView) -> float:
-    """How far it still has to turn, rad; negative when it has turned too far."""
+    """Return the angle in rad that the robot still has to turn; negative when it has turned too far."""
     return -bearing(screen) if screen.state == "rotate_right" else bearing(screen)
 
 
 def _beside(side: int, nearest: float, farthest: float) -> Seen:
-    """A to the left (1) or right (-1), this near or far, m."""
+    """Return a predicate: A is to the left (1) or right (-1), at a distance between `nearest` and `farthest` (m)."""
 
     def suits(screen: SessionView) -> bool:
         return 0.8 < side * bearing(screen) < 2.6 and nearest < screen.features["distance_to(A)"] < farthest
@@ -95,7 +97,11 @@ def _beside(side: int, nearest: float, farthest: float) -> Seen:
 def goto(
     who: str, targets: Sequence[str], *, far_m: float, there_m: float, beyond_m: float, past_m: float
 ) -> LessonPlan:
-    """Done `there_m` from A; wrong is to say so `beyond_m` from it, or not to say so `past_m` from it."""
+    """Return the plan of GoTo(A): turn to A, drive to it, and raise `done` at `there_m` from it.
+
+    The robot is corrected when it raises `done` farther away than `beyond_m`, or has not raised it within `past_m`.
+    Practice begins up to `far_m` away. All are in m.
+    """
 
     def show(screen: SessionView) -> str | None:
         distance = screen.features["distance_to(A)"]
@@ -161,22 +167,25 @@ def goto(
 
 
 def sees_wreck(screen: SessionView) -> bool:
-    """A wreck is in view."""
+    """Return whether a wreck is in view."""
     return not isnan(screen.features["distance_to(wreck)"])
 
 
 def is_done(screen: SessionView) -> bool:
-    """What it runs says that it is done."""
+    """Return whether the behavior that the automaton runs has raised `done`."""
     return screen.features.get("done") == YES
 
 
 def raised_or_after(seconds: float) -> Seen:
-    """The automaton says that it is finished, or there is nothing to be found."""
+    """Return a predicate: a flag is raised, or the given time in s is over."""
     return lambda screen: has_raised_flag(screen) or screen.time_s >= seconds
 
 
 def show_explore(screen: SessionView) -> str | None:
-    """Roam until a wreck is in sight, go to it, say done; roam again where it is emptied before."""
+    """Return the next state of Explore, or None: roam until a wreck is visible, go to it, raise `done` near it.
+
+    The robot roams again when the wreck is emptied before it arrives.
+    """
     if screen.state == "done":
         return None
     if not sees_wreck(screen):
@@ -185,7 +194,7 @@ def show_explore(screen: SessionView) -> str | None:
 
 
 def show_lookout(screen: SessionView) -> str | None:
-    """Explore, and rest at a wreck for as long as something is in it."""
+    """Return the next state of Lookout: explore, and rest at a wreck while something is left in it."""
     if screen.state == "rest":
         return None if screen.features["distance_to(wreck)"] < LEFT_M else "explore"
     return "rest" if screen.state == "explore" and is_done(screen) else "explore"

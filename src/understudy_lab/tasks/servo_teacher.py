@@ -1,7 +1,8 @@
-"""How a person teaches visual servoing: find the ball, turn to it, walk up to it (paper section 4.2).
+"""The simulated teacher of visual servoing: find the ball, turn to it, walk up to it (paper section 4.2).
 
-Three ways: with the paper's four states, and as a stateless policy that turns only while the ball is lost, or also
-while it is near the edge of the frame. All see the same screen: the ball's x in the frame and its pixels.
+There are three variants: the paper's four states, a stateless policy that turns only while the ball is lost, and one
+that also turns while the ball is near the edge of the frame. All use the same two features: the ball's x in the frame
+and its number of pixels.
 """
 
 from __future__ import annotations
@@ -30,27 +31,27 @@ THERE_PX = 4500.0  # as large as it is 15 cm away
 
 
 def blob_x(screen: SessionView) -> float:
-    """Where the ball is in the frame, px; absent where it is lost."""
+    """Return the horizontal position of the ball in the frame, px; NaN where it is not visible."""
     return screen.features["blob_x(ball)"]
 
 
 def there(screen: SessionView) -> bool:
-    """The ball is as large as it is 15 cm away."""
+    """Return whether the ball looks as large as at a distance of 15 cm."""
     return screen.features["blob_size(ball)"] >= THERE_PX
 
 
 @dataclass(frozen=True, slots=True)
 class StatefulServoTeacher:
-    """Teaches with memory: forwardL and forwardR keep the side of the ball; `search` is where to turn at first.
+    """The rule for four states: `forwardL` and `forwardR` store the side of the ball, and `search` is the first turn.
 
-    `patience_px` is how much farther things have to go before it complains than before it shows.
+    `patience_px` widens the thresholds; it is 0 for demonstrations and larger for corrections.
     """
 
     search: str = "left"
     patience_px: float = 0.0
 
     def __call__(self, screen: SessionView) -> str | None:
-        """The state it would rather have the robot in."""
+        """Return the state that the robot should be in, or None where the current one is right."""
         x, state = blob_x(screen), screen.state
         if isnan(x):
             return {"start": self.search, "forwardL": "left", "forwardR": "right"}.get(state)
@@ -65,9 +66,9 @@ class StatefulServoTeacher:
 
 @dataclass(frozen=True, slots=True)
 class StatelessServoTeacher:
-    """Teaches a policy of what is seen now: walk while the ball is seen, turn to one side while it is lost.
+    """The rule for a stateless policy: walk while the ball is visible, turn to the side `search` while it is not.
 
-    Where `edge_px` is above 0, it also turns while the ball is nearer to the edge than that, until it is well inside.
+    With `edge_px` above 0 the robot also turns while the ball is closer than that to the edge, until it is well inside.
     """
 
     search: str = "left"
@@ -75,7 +76,7 @@ class StatelessServoTeacher:
     patience_px: float = 0.0
 
     def __call__(self, screen: SessionView) -> str | None:
-        """The state it would rather have the robot in."""
+        """Return the state that the robot should be in, or None where the current one is right."""
         x, state = blob_x(screen), screen.state
         if isnan(x):
             return f"turn_{self.search}"
@@ -90,16 +91,16 @@ class StatelessServoTeacher:
 
 @dataclass(frozen=True, slots=True)
 class ApproachAndStopTeacher:
-    """Teaches to approach as `approach` does and to stop there, all in one automaton with a flag `done`.
+    """The rule for approaching by the rule `approach` and stopping at the ball, in one automaton with a flag `done`.
 
-    `too_early_px` is how small the ball is where it has plainly stopped too early.
+    The robot is corrected when it has stopped while the ball looks smaller than `too_early_px` pixels.
     """
 
     approach: Wish
     too_early_px: float = 0.6 * THERE_PX
 
     def __call__(self, screen: SessionView) -> str | None:
-        """The state it would rather have the robot in."""
+        """Return the state that the robot should be in, or None where the current one is right."""
         size = screen.features["blob_size(ball)"]
         if screen.state == "done":
             seen_small = size < self.too_early_px
@@ -108,7 +109,7 @@ class ApproachAndStopTeacher:
 
 
 def show_approach_then_stop(screen: SessionView) -> str | None:
-    """The same in two layers: run `approach`, taught before, until the ball is large enough, then `done`."""
+    """Return the state of a two-layer solution: run the learned `approach` until the ball is large, then `done`."""
     size = screen.features["blob_size(ball)"]
     if screen.state == "done":
         return "approach" if size < 0.6 * THERE_PX else None
@@ -116,12 +117,12 @@ def show_approach_then_stop(screen: SessionView) -> str | None:
 
 
 def four_states(library: Library, name: str = "approach") -> Lesson:
-    """An empty lesson with the paper's four states."""
+    """Return an empty lesson with the paper's four states."""
     return new_lesson(library, name, states=FOUR_STATES, features=FEATURES)
 
 
 def stateless(library: Library, name: str = "approach") -> Lesson:
-    """An empty lesson for a policy."""
+    """Return an empty lesson for a stateless policy."""
     return new_lesson(library, name, states=BASIC_STATES, features=FEATURES, stateless=True)
 
 
@@ -138,7 +139,10 @@ def _lost(screen: SessionView) -> bool:
 
 
 def topic(show: Wish, complain: Wish, *, stateful: bool, tries: int = 3, limit_s: float = 60.0) -> LessonPlan:
-    """Approaching the ball: the ball left, right, lost; and pushed aside to either side while walking."""
+    """Return the plan of a lesson in approaching the ball.
+
+    It practices with the ball left, right and lost, and with pushes to either side while the robot walks.
+    """
     forward = ("forwardL", "forwardR") if stateful else ("walk_forward", "walk_forward")
     return LessonPlan(
         "approach",
@@ -159,13 +163,13 @@ def topic(show: Wish, complain: Wish, *, stateful: bool, tries: int = 3, limit_s
 
 
 ANYWHERE = "anywhere"
-"""The practice: the ball anywhere around the robot."""
+"""The name of the practice in which the ball is anywhere around the robot."""
 PUSH_S = 1.3
 SIDES = ("left", "right")
 
 
 def topics(search: str) -> Mapping[str, LessonPlan]:
-    """The three ways to teach approaching, by name, for a teacher who turns to this side at first."""
+    """Return the three variants of approaching, by name, for a teacher whose first turn is to the side `search`."""
     return MappingProxyType(
         {
             "four states": topic(

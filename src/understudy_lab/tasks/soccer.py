@@ -1,6 +1,6 @@
-"""The paper's humanoid and its ball on a pillar (section 4.2): three known positions, and pushes on the way.
+"""The paper's humanoid and its ball on a pillar (section 4.2): three start positions, and pushes on the way.
 
-It is the built-in scenario `soccer`, walked instead of rolled, with the ball in the middle of the field.
+It is the built-in scenario `soccer` with a walking robot and with the ball in the middle of the field.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from understudy.sim.walker import WALKING, Gait, Walker
 
 NAME = "soccer"
 METERS, AROUND, BEARING = 2**20 + 8, 2**20 + 9, 2**20 + 10
-"""Streams of random draws."""
+"""The random streams for start distance, direction around the ball, and bearing."""
 X, SIZE = ("blob_x", "ball"), ("blob_size", "ball")
 MIDDLE_PX = 80.0
-"""Where in the picture is ahead."""
+"""The x of the middle of the frame, straight ahead of the robot."""
 
 
 def scenario() -> Scenario:
-    """The field with the ball in its middle, so that a robot may begin anywhere around it."""
+    """Return the scenario with the ball in the middle of the field, so that a robot can start anywhere around it."""
     field = load_scenario(NAME)
     (ball,) = field.objects
     width, height = field.size
@@ -46,9 +46,9 @@ kit = make_scenario_kit(scenario())
 
 @dataclass(frozen=True, slots=True)
 class StartPose:
-    """Where a robot begins: how far from the ball (m, center to center) and where it sees it (degrees, left positive).
+    """A start pose: distance from the ball (m, center to center) and bearing of the ball (degrees, left positive).
 
-    Both are drawn from (least, most) for each world, and so is the side that it comes from.
+    Both are drawn from (least, most) for each world, and so is the direction from the ball to the robot.
     """
 
     meters: tuple[float, float]
@@ -57,9 +57,9 @@ class StartPose:
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """Someone walks into the robot: after so long it is turned and moved aside, evenly over `lasts_s`.
+    """A push: from `after_s` on, the robot is turned and moved aside at a constant rate for `lasts_s`.
 
-    `turned_deg` is positive for a push that turns it to the left, and `aside_m` moves it to its left.
+    `turned_deg` is positive for a turn to the left, and `aside_m` is positive for a move to the left.
     """
 
     after_s: float
@@ -75,19 +75,19 @@ POSITIONS: Mapping[str, StartPose] = MappingProxyType(
         "ball right": StartPose((2.0, 2.0), (-22.0, -22.0)),
     }
 )
-"""The paper's three: ball in the left of the frame, not visible, in the right of the frame (Figure 3)."""
+"""The paper's three start poses: ball in the left of the frame, not visible, in the right of the frame (Figure 3)."""
 
 AHEAD = StartPose((2.2, 2.2), (0.0, 0.0))
-"""Where a robot begins that is pushed on its way."""
+"""The start pose of trials with a push."""
 PUSHED_LEFT, PUSHED_RIGHT = Disturbance(2.0, 0.8, 70.0, 0.2), Disturbance(2.0, 0.8, -70.0, -0.2)
 ANYWHERE = StartPose((1.2, 2.6), (-180.0, 180.0))
 NO_PUSHES: Mapping[int, Disturbance] = MappingProxyType({})
 LIMIT_S = 120.0
-"""What a robot is given to reach the ball, as in the scenario."""
+"""The time limit for reaching the ball, s, as in the scenario."""
 
 
 class Soccer(Walker):
-    """Walking robots, each alone with the ball; `starts` says where each world's robot begins (one for all)."""
+    """Walking robots, each alone in a world with the ball; `starts` is the start pose of each world, or one for all."""
 
     def __init__(
         self,
@@ -100,12 +100,12 @@ class Soccer(Walker):
         self._begin()
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Begin anew, a world per seed."""
+        """Start all worlds anew, one per seed."""
         super().reset(seeds)
         self._begin()
 
     def _begin(self) -> None:
-        """Put each robot where its start says."""
+        """Place each robot at its start pose."""
         seeds = np.asarray(self.seeds, np.int64)
         streams = (METERS, AROUND, BEARING)
         drawn = np.stack(
@@ -126,9 +126,9 @@ def _between(bounds: tuple[float, float], share: float) -> float:
 
 
 class ExpertServo:
-    """Servoing written by hand, for N robots: it remembers on which side it last saw the ball, and turns there.
+    """A hand-written visual servo for N robots that stores on which side the ball was last seen and turns to that side.
 
-    It turns until the ball is `facing_px` from the middle of the picture or less, and walks until it is more than
+    It turns until the ball is at most `facing_px` from the middle of the frame, and walks until it is more than
     `astray_px` from it.
     """
 
@@ -140,7 +140,7 @@ class ExpertServo:
         self._walking = np.zeros(agents, np.bool_)
 
     def decide(self, percept: Percept) -> Commands:
-        """What each robot does now."""
+        """Return the commands of all robots for this tick."""
         off = MIDDLE_PX - percept[X]
         seen = ~np.isnan(off)
         self._side = np.where(seen & (off != 0.0), np.sign(off), self._side)
@@ -155,9 +155,9 @@ def approach(
     pushes: Mapping[int, Disturbance] = NO_PUSHES,
     limit_s: float = LIMIT_S,
 ) -> Column:
-    """Let the robots go on, tick by tick, until all are within 15 cm of the ball or the limit is over.
+    """Call `tick` until all robots are within 15 cm of the ball or the time limit is over, and return their times.
 
-    The seconds that each took [B]; absent where the limit came first. `pushes` says which robots are pushed, and how.
+    The times are in s [B], NaN where the limit came first. `pushes` maps the index of a world to the push of its robot.
     """
     while np.isnan(body.finished_s).any() and body.time_s < limit_s - body.tick_s / 2:
         for world, push in pushes.items():
@@ -171,14 +171,14 @@ def approach(
 def approach_by(
     program: Program, body: Soccer, *, pushes: Mapping[int, Disturbance] = NO_PUSHES, limit_s: float = LIMIT_S
 ) -> Column:
-    """`approach` by robots that all run one program."""
+    """Run `approach` with robots that all execute one program."""
     return approach(body, Engine.from_program(body, program).tick, pushes=pushes, limit_s=limit_s)
 
 
 def approach_by_hand(
     body: Soccer, *, pushes: Mapping[int, Disturbance] = NO_PUSHES, limit_s: float = LIMIT_S
 ) -> Column:
-    """`approach` by robots that are written by hand."""
+    """Run `approach` with the hand-written controller."""
     hand = ExpertServo(body.agents)
     return approach(
         body, lambda: body.act(hand.decide(body.sense(hand.keys))), pushes=pushes, limit_s=limit_s

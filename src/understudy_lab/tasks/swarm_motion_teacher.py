@@ -1,4 +1,4 @@
-"""How a person teaches robots of a swarm to get about: to wander, to go to something, to bring home what they hold."""
+"""The simulated teacher of motion in the swarm: wander, approach a target, and pull an object home."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_f
 from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
 
 SELDOM, OFTEN = 0.06, 0.3
-"""Chances drawn each second: below the first it turns from time to time, from the second on it drives on."""
+"""Thresholds on the chance drawn each second: below the first it starts to turn, above the second it drives on."""
 THERE_M, NOT_THERE_M, PAST_M = 0.4, 0.6, 0.25
 ASTRAY, FACING = 0.65, 0.4  # it turns on while the hand moves
 
 
 def yes(screen: SessionView, feature: str) -> bool:
-    """Whether a feature reads yes."""
+    """Return whether a feature has the value YES."""
     return screen.features.get(feature) == YES
 
 
 def there(screen: SessionView, target: str) -> bool:
-    """Whether a target is sensed."""
+    """Return whether the robot senses a target."""
     return not isnan(screen.features[f"distance_to({target})"])
 
 
@@ -30,7 +30,7 @@ def there(screen: SessionView, target: str) -> bool:
 
 
 def show_wander(screen: SessionView) -> str | None:
-    """Drive; turn where it is stuck, and now and then."""
+    """Return the next state of Wander; KEEP confirms it: drive, and turn when stuck and at random times."""
     chance = screen.features["chance"]
     if screen.state == "left":
         return "forward" if chance > OFTEN else None
@@ -42,7 +42,7 @@ def show_wander(screen: SessionView) -> str | None:
 
 
 def complain_wander(screen: SessionView) -> str | None:
-    """Where it stays stuck, or does not begin."""
+    """Return the state to correct Wander to, or None: where it stays stuck, does not start, or turns on for long."""
     if screen.state == "forward":
         return "left" if yes(screen, "stuck") else None
     return "forward" if screen.state == "start" or screen.features["chance"] > 2 * OFTEN else None
@@ -79,7 +79,7 @@ def _turned(state: str, off: float, *, astray: float, facing: float) -> str | No
 
 
 def show_approach(screen: SessionView) -> str | None:
-    """Turn to A, drive to it, say done; failed where there is none."""
+    """Return the next state of Approach(A), or None: turn to A, drive to it, `done`; `failed` if A is not sensed."""
     if screen.flag:
         return None
     if not there(screen, "A"):
@@ -90,7 +90,7 @@ def show_approach(screen: SessionView) -> str | None:
 
 
 def complain_approach(screen: SessionView) -> str | None:
-    """Driving past A, turning past it, saying done too early."""
+    """Return the state to correct Approach(A) to, or None: driving or turning past A, or raising a flag wrongly."""
     distance = screen.features["distance_to(A)"]
     if screen.flag == "done":
         return "forward" if distance > NOT_THERE_M else None
@@ -179,7 +179,7 @@ STEER = LessonPlan(
 
 
 def show_haul(screen: SessionView) -> str | None:
-    """Home with what moves; what does not, it lets go."""
+    """Return the next state of Haul, or None: pull an object home if it moves, and let go of it otherwise."""
     if screen.flag:
         return None
     if yes(screen, "enough"):

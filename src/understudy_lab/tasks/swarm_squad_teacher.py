@@ -1,4 +1,4 @@
-"""How a person teaches the three levels of coordinators of a swarm: of squads, of platoons, and of all."""
+"""The simulated teacher of the three levels of coordinators of a swarm: squads, platoons, and the whole swarm."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ from understudy_lab.teachers.person import KEEP, Wish, after
 from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 QUIET_S, SLACK_S = 3.0, 3.0
-"""How long a call may take until the first hears it; how much longer than it shows it watches before it complains."""
+"""The time in s until an unheard call ends the joint work, and the extra time before the teacher corrects."""
 
 
 def _joint(
     name: str, works: str, joins: str, found: str, call: str, most_s: float, practices: str
 ) -> LessonPlan:
-    """All work until one finds something; then all join, until nobody calls any more or they gave up."""
+    """Return the plan of a coordinator whose members work until one finds something, and then all join it.
+
+    They work again when nobody calls any more or after `most_s` seconds.
+    """
 
     def wish(slack_s: float) -> Wish:
         def wished(screen: SessionView) -> str | None:

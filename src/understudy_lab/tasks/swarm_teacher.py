@@ -1,6 +1,6 @@
-"""How a person teaches robots to pull crates and containers home together, or by themselves.
+"""The simulated teacher of a robot that pulls crates and containers home, with others or alone.
 
-Whoever is ordered about while it pulls what moves brings that home first, and lets go of what does not move.
+A robot that gets a new command while it pulls an object first brings it home if it moves, and lets go of it otherwise.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ WAITS_S, AWAY_S, GIVES_UP_S, SLACK_S = 40.0, 15.0, 60.0, 3.0
 
 
 def in_state(state: str, seconds: float = 0.0) -> Seen:
-    """So far shown."""
+    """Return a predicate: the automaton is in `state` and at least `seconds` have passed since the practice began."""
     return lambda screen: screen.state == state and screen.time_s >= seconds
 
 
@@ -30,7 +30,7 @@ def _begun(screen: SessionView, then: str) -> str:
 
 
 def show_find(screen: SessionView) -> str | None:
-    """Wander until it sees something that nobody pulls."""
+    """Return the next state of Find, or None: wander until a crate or container is visible that nobody pulls."""
     if screen.flag:
         return None
     if there(screen, "free_container"):
@@ -74,7 +74,11 @@ FIND = LessonPlan(
 
 
 def show_search(screen: SessionView) -> str | None:
-    """Bring home what moves, let go of the rest; find what nobody pulls, and go there."""
+    """Return the next state of Search, or None.
+
+    The robot brings home what moves and lets go of what does not, then finds an object that nobody pulls and goes to
+    it.
+    """
     if screen.flag:
         return None
     if screen.state in ("start", "drop"):

@@ -1,4 +1,4 @@
-"""The swarm that ships, and the same with many more robots."""
+"""The built-in swarm scenario, the same with other numbers of platoons, and hand-written automata for it."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ from understudy_lab.tree_builder import (
 
 ROBOT, SQUAD, PLATOON, SWARM = "puller", "squad", "platoon", "swarm"
 EACH = 25
-"""Robots of a platoon."""
+"""The number of robots in a platoon."""
 CELL_M = 20.0
-"""How large a place a platoon begins in, with its depot in the middle."""
+"""The side in m of the square in which a platoon starts, with its depot in the middle."""
 
 
 @cache
 def scenario() -> Scenario:
-    """The swarm as it ships: eight platoons."""
+    """Return the built-in swarm scenario, with eight platoons."""
     return load_scenario("swarm")
 
 
 def of_platoons(platoons: int) -> Scenario:
-    """The same with so many platoons, as square as can be, each in its place with its depot."""
+    """Return the swarm scenario with another number of platoons, each in its own square with its depot."""
     across = ceil(platoons / isqrt(platoons))
     down = ceil(platoons / across)
     corners = [(CELL_M * (number % across), CELL_M * (number // across)) for number in range(platoons)]
@@ -73,7 +73,7 @@ def _share(thing: ObjectClass, share: float) -> int:
 
 @dataclass(frozen=True)
 class ExpertParams:
-    """What robots and coordinators written by hand keep to: lengths in m, angles in rad, times in s."""
+    """The parameters of the hand-written robots and coordinators: lengths in m, angles in rad, times in s."""
 
     there: float = 0.4
     at: float = 1.0
@@ -88,7 +88,7 @@ class ExpertParams:
 
 
 def robots(kit: Kit, manners: ExpertParams = ExpertParams()) -> Library:
-    """What each robot knows; `alone` and `alone_answering` are for who has no coordinator."""
+    """Return the hand-written automata of a robot; `alone` and `alone_answering` serve robots without a coordinator."""
     return Library.from_automata(
         kit,
         _wander(kit),
@@ -107,7 +107,7 @@ def _timed(seconds: float, yes: TreeBranch, no: TreeBranch) -> TreeTest:
 
 
 def _vain(seconds: float, unheard: str, other: str, here: str) -> TreeTest:
-    """Go on until nobody has called for a while, or in vain for so long."""
+    """Return a test that stays `here` until nobody calls for a while or the given seconds are over, then `other`."""
     return _timed(seconds, other, _timed(4.0, split_on_flag(unheard, other, here), here))
 
 
@@ -289,7 +289,7 @@ def _answering(kit: Kit, m: ExpertParams) -> Automaton:
 
 
 def squad(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
-    """What the coordinator of a squad knows."""
+    """Return the hand-written automata of a squad's coordinator."""
     made = _automaton(
         kit,
         "squad_work",
@@ -306,7 +306,7 @@ def squad(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
 
 
 def platoon(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
-    """What the coordinator of a platoon knows."""
+    """Return the hand-written automata of a platoon's coordinator."""
     made = _automaton(
         kit,
         "platoon_work",
@@ -323,7 +323,7 @@ def platoon(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
 
 
 def swarm(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
-    """What the coordinator of all knows."""
+    """Return the hand-written automata of the swarm's coordinator."""
     made = _automaton(
         kit,
         "swarm_work",
@@ -337,7 +337,7 @@ _OF = {SQUAD: squad, PLATOON: platoon, SWARM: swarm}
 
 
 def make_expert_libraries() -> Libraries:
-    """What all of them know that were written by hand."""
+    """Return the hand-written libraries of the robots and of all levels of coordinators."""
     return collect_libraries(
         scenario(), robots(make_scenario_kit(scenario())), lambda name, kit: _OF[name](kit)
     )

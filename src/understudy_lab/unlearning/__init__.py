@@ -1,1 +1,1 @@
-"""What unlearning bad examples is worth, on data sets that everybody has."""
+"""The experiment that measures how much unlearning bad examples improves learning on public data sets."""

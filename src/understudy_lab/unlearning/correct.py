@@ -1,4 +1,4 @@
-"""A teaching with corrections: the robot meets one after another, and is corrected wherever it is wrong."""
+"""Teaching by correction: the learner predicts one vector after another and is corrected where it errs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from understudy.model.lesson import Learner, Lesson, SklearnOptions, TreeOptions
 from understudy_lab.unlearning.datasets import Labels, SparseLesson, Vectors, example, lesson_of
 
 CORRECTIONS = 20
-"""After so many corrections the teacher stops."""
+"""Number of corrections after which the teacher stops."""
 LEARNERS: dict[str, Learner] = {
     "trees": TreeOptions(),
     "k-NN": SklearnOptions("KNeighborsClassifier", {"n_neighbors": 3}),
@@ -27,7 +27,7 @@ AT_ONCE = 16
 
 
 class CorrectionResult(NamedTuple):
-    """What came of it: the share decided right of what it is judged on, and whom unlearning quarantined."""
+    """The share of correct test predictions, the number of corrections, and the numbers of quarantined examples."""
 
     accuracy: float
     corrections: int
@@ -35,7 +35,7 @@ class CorrectionResult(NamedTuple):
 
 
 class PreparedRows:
-    """Vectors to decide on, made ready for a classifier once."""
+    """Feature vectors encoded once for repeated prediction by a classifier."""
 
     def __init__(self, vectors: Vectors) -> None:
         kinds = [Continuous()] * vectors.shape[1]
@@ -43,7 +43,7 @@ class PreparedRows:
         self.ready = [encode_features(row, kinds) for row in self.plain]
 
     def decided(self, function: Transition, first: int, stop: int) -> list[int]:
-        """The labels of some of them."""
+        """Return the labels that the learned function predicts for rows `first` to `stop` (exclusive)."""
         if isinstance(function, ClassifierTransition):  # many in one go: a call a row would take hours
             found = function.classifier.predict(self.ready[first:stop]).tolist()
         else:
@@ -52,7 +52,10 @@ class PreparedRows:
 
 
 def teach_and_correct(drawn: SparseLesson, learner: Learner, *, unlearn: bool) -> CorrectionResult:
-    """Teach, correct, and judge; `unlearn` says whether each correction is judged, and suspects quarantined."""
+    """Learn from the shown examples, correct up to 20 wrong predictions, and measure accuracy on the test vectors.
+
+    With `unlearn`, each correction is diagnosed, and the examples suspected to have caused the error are quarantined.
+    """
     lesson = lesson_of(drawn, learner)
     met, at, made = PreparedRows(drawn.met), 0, 0
     function = _learned(lesson)
@@ -96,9 +99,10 @@ def _without(lesson: Lesson, reasons: dict[int, str]) -> Lesson:
 
 
 def compare_with_unlearning(drawn: SparseLesson, learner: Learner) -> list[float]:
-    """Corrections alone and with unlearning, from the same lesson, on the same way.
+    """Run the same corrections without and with unlearning, and return both results as one list of numbers.
 
-    Accuracy of either, corrections of either; bad examples, those found, good ones, those lost.
+    The list holds: accuracy without and with unlearning, number of corrections without and with unlearning, wrongly
+    labeled examples, those of them quarantined, correctly labeled examples, those of them quarantined.
     """
     alone = teach_and_correct(drawn, learner, unlearn=False)
     unlearned = teach_and_correct(drawn, learner, unlearn=True)

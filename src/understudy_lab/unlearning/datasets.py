@@ -1,4 +1,4 @@
-"""The bundled data sets of scikit-learn as sparse lessons, some of their examples labeled wrong."""
+"""The bundled data sets of scikit-learn as small lessons in which some examples have wrong labels."""
 
 from __future__ import annotations
 
@@ -19,16 +19,18 @@ DATA_SETS = ("iris", "wine", "breast_cancer", "digits")
 SIZES = ("4 a class", "60 in all")
 NOISES = (0.05, 0.1, 0.2)
 MOST = 300
-"""How many the robot meets at most, and how many it is judged on."""
+"""Largest number of vectors for correction, and of test vectors."""
 
 Labels: TypeAlias = NDArray[np.int64]
 Vectors: TypeAlias = NDArray[np.float64]
 
 
 class SparseLesson(NamedTuple):
-    """A sparse lesson: what is shown, as it is labeled; what the robot meets then; and what it is judged on.
+    """A small training set with partly wrong labels, vectors to correct on, and test vectors.
 
-    Vectors [n, F] and labels [n]. `bad` [n] says which of the shown are labeled wrong.
+    All vectors have shape [n, F], all labels [n]. `shown` and `labels` are the training examples and `bad` marks those
+    with a wrong label; `met` and `right` are the vectors predicted during correction and their true labels; `test` and
+    `truth` are the test vectors and their true labels.
     """
 
     shown: Vectors
@@ -42,9 +44,9 @@ class SparseLesson(NamedTuple):
 
 @cache
 def data_set(name: str) -> tuple[Vectors, Labels]:
-    """All vectors, each feature in units of its spread, and their labels.
+    """Return the vectors of a data set, each feature standardized, and their labels.
 
-    Neither nearest neighbors nor an SVM can be used with features on scales that differ; trees do not care.
+    Standardizing is needed for nearest neighbors and SVMs, which depend on the scale of features; trees do not.
     """
     load = getattr(import_module("sklearn.datasets"), f"load_{name}")
     vectors, labels = load(return_X_y=True)
@@ -53,7 +55,7 @@ def data_set(name: str) -> tuple[Vectors, Labels]:
 
 
 def draw_sparse_lesson(name: str, size: str, noise: float, seed: int) -> SparseLesson:
-    """A sparse lesson drawn from a data set; each label is another one with probability `noise`."""
+    """Draw a small lesson from a data set and replace each training label by another with probability `noise`."""
     draws = np.random.default_rng([seed, DATA_SETS.index(name), SIZES.index(size), round(100 * noise)])
     vectors, labels = data_set(name)
     classes = np.unique(labels)
@@ -71,7 +73,7 @@ def draw_sparse_lesson(name: str, size: str, noise: float, seed: int) -> SparseL
 
 
 def lesson_of(drawn: SparseLesson, learner: Learner) -> Lesson:
-    """The lesson: without states, its examples directives to the state of each label."""
+    """Return a stateless lesson whose examples are directives, one to the state of each training label."""
     names = [state_of(label) for label in range(int(max(drawn.truth.max(), drawn.labels.max())) + 1)]
     features = tuple(
         BoundFeature(Feature(f"feature{column}", Continuous(), reading=f"feature{column}"))
@@ -88,12 +90,12 @@ def lesson_of(drawn: SparseLesson, learner: Learner) -> Lesson:
 
 
 def example(number: int, values: Sequence[float], label: int, *, correction: bool = False) -> Example:
-    """A directive to the state of a label."""
+    """Return a directive to the state of the given label."""
     return Example(
         number, START.name, tuple(values), state_of(label), ExampleKind.DIRECTIVE, correction=correction
     )
 
 
 def state_of(label: int) -> str:
-    """The name of the state that stands for a label."""
+    """Return the name of the state that represents a label."""
     return f"class{label}"

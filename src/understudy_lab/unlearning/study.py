@@ -1,4 +1,4 @@
-"""The experiment: four data sets as sparse lessons with wrong labels, corrected with and without unlearning."""
+"""The experiment: four data sets as small lessons with wrong labels, corrected with and without unlearning."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ REPEATS = range(61_000, 61_100)
 """The seeds of the published result: the method was tuned on seeds below 10 000."""
 INSTALL = format_install_command("sklearn")
 NAMED = 6
-"""So many settings that are not better are told by name."""
+"""Largest number of settings without improvement that the notes list by name."""
 BEATS, WORST, FOUND, LOST = 0.8, -0.01, 0.6, 0.1
 
 
 class Condition(NamedTuple):
-    """One of the 72: what is learned, from how much, with how many labels wrong, by what."""
+    """One of the 72 settings: data set, training size, share of wrong labels, and learner."""
 
     data: str
     size: str
@@ -35,8 +35,11 @@ class Condition(NamedTuple):
 
 
 class ConditionResult(NamedTuple):
-    """Means over repeats: accuracy with corrections alone and with unlearning, how many corrections either took;
-    and sums: of bad examples and those found, of good ones and those lost."""
+    """The result of one setting over all repeats.
+
+    Accuracies and numbers of corrections are means, without and with unlearning. The other four are sums: wrongly
+    labeled examples, those quarantined, correctly labeled examples, those quarantined.
+    """
 
     alone: float
     unlearned: float
@@ -49,7 +52,7 @@ class ConditionResult(NamedTuple):
 
     @property
     def gain(self) -> float:
-        """How much more is decided right with unlearning."""
+        """Accuracy with unlearning minus accuracy without it."""
         return round(self.unlearned - self.alone, 6)
 
 
@@ -57,12 +60,12 @@ SETTINGS = [Condition(*each) for each in product(DATA_SETS, SIZES, NOISES, LEARN
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each repeat."""
+    """Return one task per seed."""
     return [{"seed": seed} for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
-    """All settings once, in the order of SETTINGS; every learner from the same lessons."""
+    """Run every setting once with one seed, in the order of SETTINGS; all learners get the same lessons."""
     lessons = {each: draw_sparse_lesson(*each, task["seed"]) for each in product(DATA_SETS, SIZES, NOISES)}
     return {
         "outcomes": [
@@ -72,7 +75,7 @@ def work(task: Task) -> Row:
 
 
 def outcomes(rows: Sequence[Row]) -> dict[Condition, ConditionResult]:
-    """What each setting came to over all repeats."""
+    """Average or add up the results of each setting over all repeats."""
     found = np.array([row["outcomes"] for row in rows], np.float64)
     means, sums = found.mean(axis=0).round(6).tolist(), found.sum(axis=0).astype(int).tolist()
     return {
@@ -82,7 +85,7 @@ def outcomes(rows: Sequence[Row]) -> dict[Condition, ConditionResult]:
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """What holds over all repeats."""
+    """Summarize all repeats as a headline, tables, goals and notes."""
     found = outcomes(rows)
     gains = [each.gain for each in found.values()]
     beats, bad, lost = sum(gain > 0 for gain in gains), _found(found.values()), _lost(found.values())
@@ -191,7 +194,7 @@ def _notes(found: Mapping[Condition, ConditionResult]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """The gain of each setting, by data set and by how many labels are wrong, a panel a learner."""
+    """Draw each setting's gain over the share of wrong labels: a panel per learner, a line per data set and size."""
     found = outcomes(rows)
     figure, axes = panels(len(LEARNERS), wide=3.2)
     for panel, learner in zip(axes, LEARNERS, strict=True):
