@@ -118,7 +118,7 @@ def test_a_slip_is_pointed_out_held_and_let_go(
     watcher.press(KEYS["forward"])
     watcher.press(".")
     doubt = page.get_by_role("status", name="Doubtful examples")
-    expect(doubt).to_contain_text("was decided wrongly because of example")
+    expect(doubt).to_contain_text("was wrong because of example")
     snap(page, "doubt")
     doubt.get_by_role("button", name=re.compile("quarantine")).click()
     expect(doubt).to_have_count(0)

@@ -146,7 +146,7 @@ def test_a_lesson_that_was_cut_off_is_thrown_away(
     discard = page.get_by_role("button", name="Discard the interrupted lesson of goto")
     discard.click()
     expect(discard).to_have_count(0)
-    said = page.get_by_role("status").filter(has_text="is thrown away")
+    said = page.get_by_role("status").filter(has_text="Discarded the interrupted lesson")
     said.get_by_role("button", name="undo").click()
     expect(discard).to_be_visible()
     snap(page, "cut-off")
