@@ -139,7 +139,7 @@ def judge(tracks: GroundTruth) -> TaskResult:
 
 
 def bound(tracks: GroundTruth) -> Column:
-    """Return the earliest time in s [W] at which a rover that knew the hare's path, and need not turn, would reach it."""
+    """Return the earliest time in s [W] at which a rover that knew the hare's path could reach it without turning."""
     x, y = tracks.objects_x[:, :, 0], tracks.objects_y[:, :, 0]
     far = np.hypot(x - tracks.x[0], y - tracks.y[0]) - ACQUIRED_M
     driven = SPEED * tracks.tick_s * np.arange(len(x))[:, None]

@@ -200,7 +200,7 @@ def judge(tracks: GroundTruth) -> TaskResult:
 
 
 def find_passings(tracks: GroundTruth) -> Yes:
-    """Return whether the line behind A was crossed counter-clockwise, that behind B clockwise [T+1, W, 2], within 2 m."""
+    """Return whether the line behind A (counter-clockwise) and B (clockwise) was crossed within 2 m [T+1, W, 2]."""
     a, b = (
         np.stack([tracks.objects_x[:, :, k], tracks.objects_y[:, :, k]])
         for k in (slot_of("red"), slot_of("blue"))

@@ -113,7 +113,7 @@ def show_scavenge(screen: SessionView) -> str | None:
 
 
 def complain_scavenge(screen: SessionView) -> str | None:
-    """Return the state to correct to, or None: ignoring a visible can, or looking or wandering too long or too short."""
+    """Return the state to correct to, or None: ignoring a visible can, looking or wandering too long or too short."""
     return _scavenged(screen, patience=1.4)
 
 

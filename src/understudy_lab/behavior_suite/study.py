@@ -222,7 +222,7 @@ def goals_of(name: str, of: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
 
 
 def list_failed_teachings(groups: Mapping[str, Sequence[Row]]) -> list[str]:
-    """Return a sentence for each failed teaching."""
+    """Return a sentence on the teachings below 95 % success, or an empty list."""
     found = {
         format_behavior_name(name): [row["success"] for row in of if row["success"] < SUCCESS]
         for name, of in groups.items()

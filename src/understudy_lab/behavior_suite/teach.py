@@ -80,7 +80,7 @@ def compare_speed(taught: TaskResult, hand: TaskResult) -> float | None:
 
 
 def measures(judged: TaskResult) -> Mapping[str, Any]:
-    """Return the medians of all measures, seconds first."""
+    """Return all measured columns by name, seconds first."""
     return {"seconds": judged.seconds, **judged.measures}
 
 

@@ -105,7 +105,7 @@ def wrap_signed(angle: Column) -> Column:
 
 
 def distance_to_line(x: Table, y: Table, corners: Table) -> tuple[Table, Table]:
-    """Return the distance of points from a closed line of corners [P, 2], and the nearest point's position along it, m."""
+    """Return the distance of points from a closed line of corners [P, 2], and the nearest position along it, m."""
     following = np.roll(corners, -1, axis=0)
     edges = following - corners
     lengths = np.hypot(edges[:, 0], edges[:, 1])

@@ -111,7 +111,7 @@ NEAR_M, CIRCLING_LIMIT_S = 1.0, 90.0
 
 
 def judge_circling(tracks: GroundTruth, plots: Sequence[RoomLayout]) -> TaskResult:
-    """Return when the robot had circled the obstacle without leaving it by more than 1 m, and its distance until then."""
+    """Return when the robot had circled the obstacle within 1 m of it, and its distance until then."""
     far, _ = measure_line_distances(tracks.x, tracks.y, plots)
     middle = middles(len(plots))
     gone = measure_gain(count_turns(tracks.x, tracks.y, middle[:, 0], middle[:, 1]), far <= NEAR_M)

@@ -136,7 +136,7 @@ class ExpertWaypoints:
 
 
 def judge(tracks: GroundTruth) -> TaskResult:
-    """Return when two laps were complete, each post passed within half a meter and in turn, and how many laps there were."""
+    """Return when two laps were complete, and how many laps there were; each post counts in turn within 0.5 m."""
     x, y = tracks.objects_x[:, :, :POSTS], tracks.objects_y[:, :, :POSTS]
     reached = np.hypot(x - tracks.x[:, :, None], y - tracks.y[:, :, None]) <= THERE_M
     count = count_reached_in_turn(reached)
@@ -144,7 +144,7 @@ def judge(tracks: GroundTruth) -> TaskResult:
 
 
 def bound(tracks: GroundTruth) -> Column:
-    """Return the time in s [W] of the straight lines from post to post, less half a meter at either end, at full speed."""
+    """Return the time in s [W] of the straight lines from post to post, less 0.5 m at either end, at full speed."""
     posts: Table = np.stack([tracks.objects_x[0, :, :POSTS], tracks.objects_y[0, :, :POSTS]])
     begin = np.stack([tracks.x[0], tracks.y[0]])
     first = np.maximum(0.0, np.hypot(*(posts[:, :, 0] - begin)) - THERE_M)

@@ -62,7 +62,7 @@ def nearest_robot(
     grid_y: Floats,
     sight: float,
 ) -> tuple[float, float, float]:
-    """Return offset (m) and squared range (m²) of the nearest other robot in sight; NaN and infinity if there is none."""
+    """Return offset (m) and squared range (m²) of the nearest other robot in sight; NaN and infinity if none is."""
     column, row = cell(x, cells), cell(y, cells)
     best, dx, dy = sight * sight, nan, nan
     for ring in range(1, ceil(sight / CELL) + 1):
