@@ -1,1 +1,1 @@
-"""Published experiments: one folder each, with what it runs and what it found."""
+"""Published experiments: one folder each, with its code and its results."""

@@ -1,4 +1,4 @@
-"""Figures of experiments, in one style: every taught automaton a dot, medians as lines."""
+"""Figures of experiments in one style: a dot for every taught automaton, a line at the median."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STYLE: Any = {
 def panels(
     count: int = 1, *, rows: int = 1, wide: float = 3.4, tall: float = 2.8
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with panels side by side, in so many rows."""
+    """Return a figure with `count` panels in the given number of rows; sizes are per panel, in inches."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -40,7 +40,7 @@ def panels(
 
 
 def dots(axes: Axes, groups: Mapping[str, Sequence[float]], said: str) -> None:
-    """A column of dots per group, one for each automaton, with a line at the median; a group may be empty."""
+    """Draw a column of dots per group, one for each automaton, with a line at the median; a group may be empty."""
     for at, (values, color) in enumerate(zip(groups.values(), COLORS * len(groups), strict=False)):
         found = np.asarray(values, np.float64)
         if len(found) == 0:
@@ -54,7 +54,7 @@ def dots(axes: Axes, groups: Mapping[str, Sequence[float]], said: str) -> None:
 
 
 def _fanned(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """How far aside each dot lies, from -1 to 1, so that equal ones do not hide each other."""
+    """Return a sideways offset for each dot, from -1 to 1, so that equal values do not overlap."""
     order = np.argsort(values, kind="stable")
     steps = np.array([0.0, 0.5, -0.5, 1.0, -1.0, 0.25, -0.25, 0.75, -0.75])
     aside = np.empty(len(values))
@@ -63,7 +63,7 @@ def _fanned(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """As SVG or PNG, by the name's ending; the same figure gives the same file."""
+    """Write a figure as SVG or PNG, by the file's ending; the same figure gives the same file."""
     import matplotlib as mpl
 
     path.parent.mkdir(parents=True, exist_ok=True)

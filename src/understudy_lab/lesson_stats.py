@@ -1,4 +1,4 @@
-"""Lessons in numbers: how small those are that robots learn from (paper section 5.1)."""
+"""Statistics on the size of lessons (paper section 5.1)."""
 
 from __future__ import annotations
 
@@ -13,9 +13,7 @@ from understudy_lab.teachers.teacher import TeachingResult
 
 
 def describe_lesson(taught: TrainedAutomaton, seconds: float) -> dict[str, Any]:
-    """One lesson as plain data: how many features, states and press-made examples it has, the nodes of the tree of
-    each state that has one, and how long it took to teach, s.
-    """
+    """Return the size of a lesson: features, states, press-made examples, nodes of each tree, teaching time in s."""
     automaton, lesson = taught.automaton, taught.lesson
     examples = () if lesson is None else lesson.examples
     return {
@@ -29,13 +27,13 @@ def describe_lesson(taught: TrainedAutomaton, seconds: float) -> dict[str, Any]:
 
 
 def nodes(taught: TrainedAutomaton) -> list[int]:
-    """How many nodes each state's tree has, of the states that have one, in declared order."""
+    """Return the number of nodes of each state's tree, for the states that have one, in declared order."""
     trees = (taught.automaton.transitions.get(name) for name in taught.automaton.state_names)
     return [len(tree.nodes) for tree in trees if isinstance(tree, Tree)]
 
 
 def lessons_of(teaching: TeachingResult) -> list[dict[str, Any]]:
-    """The lessons of one teaching, in the order in which they were taught."""
+    """Return the description of each lesson of one teaching, in the order of teaching."""
     accounts: Mapping[str, Any] = teaching.accounts
     return [
         describe_lesson(teaching.library.taught[name], account.seconds)
@@ -45,12 +43,15 @@ def lessons_of(teaching: TeachingResult) -> list[dict[str, Any]]:
 
 
 def examples_in(rows: Sequence[Row]) -> list[int]:
-    """How many press-made examples each row's lessons hold, of rows whose `lessons` are by who learned them."""
+    """Return the number of press-made examples of each row, whose `lessons` are grouped by learner."""
     return [sum(each["examples"] for lessons in row["lessons"].values() for each in lessons) for row in rows]
 
 
 def lessons_in(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    """What each lesson took over all rows, as cells: who, automaton, examples, seconds, states, features; then all."""
+    """Return the cells of a table of lessons over all rows, with a last row for their total.
+
+    The cells are: agent, automaton, examples, seconds, states, features.
+    """
     made = []
     for who, lessons in rows[0]["lessons"].items():
         for index, lesson in enumerate(lessons):

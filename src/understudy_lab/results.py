@@ -1,4 +1,4 @@
-"""What an experiment came to when it was published, and whether a run comes to the same."""
+"""Published results of experiments, and their comparison with a new run."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from understudy.storage.atomic_write import convert_os_errors, write_atomically
 from understudy_lab.study import Row, Study, StudyFindings, folder_of
 
 EXPECTED = ("expected.json", "expected.json.gz")
-"""The published result in a study's folder; compressed where it would be larger than a megabyte in the wheel."""
+"""The possible file names of a published result; it is compressed if it would exceed a megabyte."""
 CLOSE = 1e-6
-"""Machines differ in their last digits; counts must agree."""
+"""The relative tolerance for numbers, because machines differ in their last digits; counts must agree."""
 NEAR, ENOUGH = 0.2, 10
-"""In what varies, medians of shares over so many seeds or more may be so far apart."""
+"""The allowed gap between medians of varying shares, and the number of seeds needed to compare them."""
 
 
 @dataclass(frozen=True)
 class StudyResult:
-    """A run of an experiment: its findings with the rows behind them."""
+    """The result of a run of an experiment: its findings and the rows behind them."""
 
     experiment: str
     question: str
@@ -36,7 +36,7 @@ class StudyResult:
 
 
 def save(result: StudyResult, path: Path) -> None:
-    """Put a result in a file, a row a line; compressed where its name ends in `.gz`."""
+    """Write a result to a file, one row per line; compressed if its name ends in `.gz`."""
     head = msgspec.json.format(msgspec.json.encode(replace(result, rows=[])), indent=1)
     rows = b",\n".join(msgspec.json.encode(row) for row in result.rows)
     with convert_os_errors(path, "writing the result"):
@@ -45,7 +45,7 @@ def save(result: StudyResult, path: Path) -> None:
 
 
 def load_published(name: str) -> StudyResult | None:
-    """The published result; None where there is none yet."""
+    """Return the published result of an experiment, or None if there is none."""
     path = find_published(name)
     return None if path is None else read(path)
 
@@ -56,15 +56,15 @@ def find_published(name: str) -> Path | None:
 
 
 def read(path: Path) -> StudyResult:
-    """A result out of a file."""
+    """Read a result from a file."""
     data = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
     return msgspec.json.decode(data, type=StudyResult)
 
 
 def differences(rows: Sequence[Row], known: StudyResult, experiment: Study) -> list[str]:
-    """Where rows are not as the published ones of the same tasks, in words.
+    """Return sentences on where rows differ from the published ones of the same tasks.
 
-    Of what varies from machine to machine, only the medians over seeds are compared, where there are ENOUGH.
+    Of values that vary between machines, only the medians over seeds are compared, if there are at least ENOUGH seeds.
     """
     found = []
     for before, row in _pairs(rows, known):
@@ -76,7 +76,7 @@ def differences(rows: Sequence[Row], known: StudyResult, experiment: Study) -> l
 
 
 def list_uncompared(rows: Sequence[Row], known: StudyResult, experiment: Study) -> list[str]:
-    """What `differences` cannot tell of, in words."""
+    """Return sentences on what `differences` cannot compare."""
     pairs = _pairs(rows, known)
     found = []
     if new := len(rows) - len(pairs):
@@ -91,7 +91,7 @@ def list_uncompared(rows: Sequence[Row], known: StudyResult, experiment: Study) 
 
 
 def _pairs(rows: Sequence[Row], known: StudyResult) -> list[tuple[Row, Row]]:
-    """Rows with what was published of the same tasks, that first."""
+    """Return pairs of the published row and the new row of the same task."""
     by_task = {_task(row): row for row in known.rows}
     return [(by_task[_task(row)], row) for row in rows if _task(row) in by_task]
 
@@ -105,7 +105,7 @@ def _by_all_but_seed(pairs: Sequence[tuple[Row, Row]]) -> dict[str, list[tuple[R
 
 
 def _far_apart(pairs: Sequence[tuple[Row, Row]], varies: Sequence[str]) -> Iterator[str]:
-    """Shares in what varies whose medians differ; numbers that are no shares are not compared."""
+    """Yield the varying shares whose medians differ; numbers that are not shares are not compared."""
     both = [(dict(_numbers(before)), dict(_numbers(row))) for before, row in pairs]
     for at in both[0][0]:
         found = [(before[at], row[at]) for before, row in both if at in before and at in row]
@@ -117,7 +117,7 @@ def _far_apart(pairs: Sequence[tuple[Row, Row]], varies: Sequence[str]) -> Itera
 
 
 def _numbers(value: Any, at: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], float]]:
-    """All numbers in plain data, with where they are."""
+    """Yield each number in plain data with its path."""
     if isinstance(value, Mapping | list):
         for key, each in value.items() if isinstance(value, Mapping) else enumerate(value):
             yield from _numbers(each, (*at, str(key)))

@@ -1,4 +1,4 @@
-"""Rows kept in a file as soon as they are there, so that a run that is cut off can go on."""
+"""Storage of rows in a file as soon as they are computed, so that an interrupted run can be continued."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from understudy_lab.study import FOLDERS, Row, Task
 NAME = "rows.jsonl"
 FORMER = "rows.former.jsonl"
 IRRELEVANT = ("ui", "viz", "testing.py")
-"""Packages that no row depends on."""
+"""The packages on which no row depends."""
 IMPORTED = re.compile(r"understudy_lab\.(\w+)")
 
 
 class RowCache:
-    """The rows of one experiment, by their tasks: in memory, and in a folder where one is given.
+    """The rows of one experiment by task, in memory and, if a folder is given, in a file there.
 
-    Rows that another version of the program left there are put aside, never mixed with new ones.
+    Rows that another version of the program wrote are moved aside and never mixed with new ones.
     """
 
     def __init__(self, experiment: str, folder: Path | None = None) -> None:
         self._rows: dict[bytes, Row] = {}
         self._path = None if folder is None else folder / NAME
         self.put_aside = False
-        """Whether there were rows of another version."""
+        """Whether rows of another version were found and moved aside."""
         if self._path is None:
             return
         self._head = {"experiment": experiment, "source": fingerprint(experiment)}
@@ -48,7 +48,7 @@ class RowCache:
         return len(self._rows)
 
     def keep(self, row: Row) -> None:
-        """Keep a row, which says its task."""
+        """Store a row, which contains its task."""
         self._rows[_key(row["task"])] = row
         if self._path is not None:
             with convert_os_errors(self._path, "keeping a result"), self._path.open("ab") as file:
@@ -80,7 +80,7 @@ def _key(task: Task) -> bytes:
 
 @cache
 def fingerprint(experiment: str) -> str:
-    """Changes whenever the source does that an experiment's rows come from."""
+    """Return a hash of all source files that an experiment's rows depend on."""
     laboratory = Path(__file__).parent
     product = laboratory.with_name("understudy")
     files = [
@@ -96,7 +96,7 @@ def fingerprint(experiment: str) -> str:
 
 
 def find_used_sources(experiment: str) -> set[str]:
-    """The folders and modules of the laboratory that an experiment imports, itself and through others."""
+    """Return the folders and modules of the laboratory that an experiment imports, directly or indirectly."""
     found: set[str] = set()
     left = {FOLDERS.get(experiment, experiment)}
     while left:
@@ -108,6 +108,6 @@ def find_used_sources(experiment: str) -> set[str]:
 
 
 def _sources(name: str) -> list[Path]:
-    """The files of a folder or module of the laboratory."""
+    """Return the files of a folder or module of the laboratory."""
     package = Path(__file__).parent
     return [*package.glob(f"{name}.py"), *package.glob(f"{name}/*.py")]

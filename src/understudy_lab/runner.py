@@ -1,4 +1,4 @@
-"""Running an experiment: its pieces side by side, each kept as soon as it is done, so that a cut-off run goes on."""
+"""Execution of an experiment: its tasks run in parallel, and each row is stored as soon as it is computed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from understudy_lab.row_cache import RowCache
 from understudy_lab.study import Row, Study, StudyPlan, Task, find_experiment
 
 Progress: TypeAlias = Callable[[int, int], None]
-"""Called with how many pieces are done, and of how many."""
+"""A function that receives the number of finished tasks and of all tasks."""
 
 
 def run(
@@ -28,7 +28,7 @@ def run(
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> list[Row]:
-    """Do all pieces of a plan that are not kept yet; the rows in the order of the tasks."""
+    """Run all tasks of a plan that are not stored yet, and return the rows in the order of the tasks."""
     tasks = experiment.tasks(plan)
     left = [task for task in tasks if task not in kept]
     done = len(tasks) - len(left)
@@ -41,12 +41,12 @@ def run(
 
 
 def find_missing_modules(experiment: Study) -> dict[str, str]:
-    """The modules it asks for that are not here, each with what to install."""
+    """Return the modules that an experiment needs and that are not installed, each with the install command."""
     return {module: install for module, install in experiment.needs.items() if find_spec(module) is None}
 
 
 def row_of(experiment: Study, task: Task) -> Row:
-    """Do a piece: its row, as JSON gives it back, with its task."""
+    """Run one task and return its row with the task, in the form that JSON restores."""
     row: Row = msgspec.json.decode(msgspec.json.encode({"task": task, **experiment.work(task)}))
     return row
 
@@ -61,13 +61,13 @@ def _worked(experiment: Study, tasks: Sequence[Task], jobs: int) -> Iterator[Row
 
 
 def _work(name: str, task: Task) -> Row:
-    """In another process, which is told names and plain data only."""
+    """Run one task in a worker process, which receives only names and plain data."""
     return row_of(find_experiment(name), task)
 
 
 @contextmanager
 def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes with a thread each. What was not begun when something goes wrong is let go."""
+    """Yield a pool of single-threaded processes; tasks not yet started are cancelled on an error."""
     alone = {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with _environment(alone):
         pool = ProcessPoolExecutor(

@@ -1,4 +1,4 @@
-"""What can be said of few numbers: spread, intervals, and whether two groups differ."""
+"""Statistics for small samples: spread, intervals, and tests of differences."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ Numbers: TypeAlias = Sequence[float] | NDArray[np.float64]
 
 
 def spread(values: Numbers) -> dict[str, float]:
-    """Smallest, median and largest."""
+    """Return minimum, median and maximum."""
     low, middle, high = np.percentile(np.asarray(values, np.float64), [0, 50, 100])
     return {"min": round(float(low), 4), "median": round(float(middle), 4), "max": round(float(high), 4)}
 
 
 def format_median(values: Numbers, digits: int = 0, *, percent: bool = False) -> str:
-    """Median, with the smallest and the largest: "40 (31–55)"; of shares in percent: "98 % (93–100)"."""
+    """Format the median with minimum and maximum: "40 (31–55)"; for shares in percent: "98 % (93–100)"."""
     if len(values) == 0:
         return "none"
     low, middle, high = np.percentile(np.asarray(values, np.float64) * (100 if percent else 1), [0, 50, 100])
@@ -27,7 +27,7 @@ def format_median(values: Numbers, digits: int = 0, *, percent: bool = False) ->
 
 
 def interval_of_median(values: Numbers, *, draws: int = 4_000) -> tuple[float, float]:
-    """A 95 % interval of the median by the percentile bootstrap (Efron 1979), always with the same draws."""
+    """Return a 95 % interval of the median by the percentile bootstrap (Efron 1979), always with the same draws."""
     found = np.asarray(values, np.float64)
     drawn = np.random.default_rng(0).integers(len(found), size=(draws, len(found)))
     low, high = np.percentile(np.median(found[drawn], axis=1), [2.5, 97.5])
@@ -35,7 +35,10 @@ def interval_of_median(values: Numbers, *, draws: int = 4_000) -> tuple[float, f
 
 
 def compute_paired_p(first: Numbers, second: Numbers) -> float:
-    """Two-sided p that pairs differ by chance alone (Wilcoxon 1945): normal, for ties, without equal pairs."""
+    """Return the two-sided p-value of the signed-rank test on pairs (Wilcoxon 1945).
+
+    The normal approximation is used, with a correction for ties; equal pairs are left out.
+    """
     apart = np.asarray(first, np.float64) - np.asarray(second, np.float64)
     apart = apart[apart != 0]
     n = len(apart)
@@ -50,7 +53,10 @@ def compute_paired_p(first: Numbers, second: Numbers) -> float:
 
 
 def compute_unpaired_p(first: Numbers, second: Numbers) -> float:
-    """Two-sided p that two groups come from one distribution (Mann and Whitney 1947): normal, corrected for ties."""
+    """Return the two-sided p-value of the rank-sum test on two groups (Mann and Whitney 1947).
+
+    The normal approximation is used, with a correction for ties.
+    """
     sizes = n, m = len(first), len(second)
     pooled = np.concatenate([np.asarray(first, np.float64), np.asarray(second, np.float64)])
     _, place, count = np.unique(pooled, return_inverse=True, return_counts=True)
@@ -66,7 +72,10 @@ def compute_unpaired_p(first: Numbers, second: Numbers) -> float:
 
 
 def shares_differ(first: Sequence[bool], second: Sequence[bool]) -> float:
-    """Two-sided p that two groups have one share (Fisher's exact test: the tables that are no likelier)."""
+    """Return the two-sided p-value that two groups have the same share (Fisher's exact test).
+
+    It adds up the probabilities of all tables that are no likelier than the observed one.
+    """
     n, m = len(first), len(second)
     having = sum(first) + sum(second)
     ways = [comb(n, k) * comb(m, having - k) for k in range(having + 1)]
@@ -74,7 +83,7 @@ def shares_differ(first: Sequence[bool], second: Sequence[bool]) -> float:
 
 
 def pairs_differ(first: Sequence[bool], second: Sequence[bool]) -> float:
-    """Two-sided p that pairs differ to either side alike (McNemar's test, exact)."""
+    """Return the two-sided p-value that pairs differ equally often in both directions (McNemar's test, exact)."""
     won = sum(now and not before for before, now in zip(first, second, strict=True))
     lost = sum(before and not now for before, now in zip(first, second, strict=True))
     as_rare = sum(comb(won + lost, k) for k in range(min(won, lost) + 1))
@@ -82,7 +91,7 @@ def pairs_differ(first: Sequence[bool], second: Sequence[bool]) -> float:
 
 
 def apply_holm_correction(chances: Sequence[float], level: float = 0.05) -> list[bool]:
-    """Which of these p remain where all of them together shall mislead in 5 % at most (Holm 1979)."""
+    """Return which p-values are significant at the family-wise error rate `level` (Holm 1979)."""
     remain = [False] * len(chances)
     for passed, k in enumerate(sorted(range(len(chances)), key=lambda k: chances[k])):
         if chances[k] > level / (len(chances) - passed):

@@ -1,7 +1,7 @@
-"""An experiment: pieces of work that can be done in any order, and what follows from all of them.
+"""The structure of an experiment: tasks that can run in any order, and findings from all their rows.
 
-All of it is plain data, so that pieces can be done in other processes, kept in a file, and compared with what was
-published.
+All of it is plain data, so that tasks can run in other processes, and rows can be stored in a file and compared with
+the published ones.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 Task: TypeAlias = Mapping[str, Any]
-"""Which piece of work: names, numbers, a seed."""
+"""The parameters of one piece of work: names, numbers, a seed."""
 Row: TypeAlias = Mapping[str, Any]
-"""What a piece came to, as JSON says it: what was absent is None."""
+"""The result of one task as JSON data; NaN becomes None."""
 
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """What is to be run: teaching seeds; whether it is the quick version; a folder of data from elsewhere."""
+    """The extent of a run: teaching seeds, whether it is the quick version, and a folder of external data."""
 
     seeds: Sequence[int]
     quick: bool = False
@@ -36,7 +36,7 @@ class StudyPlan:
 
 @dataclass(frozen=True)
 class ResultTable:
-    """A table of texts. A column whose name begins with # holds numbers."""
+    """A table of texts; a column whose name begins with # holds numbers."""
 
     title: str
     columns: Sequence[str]
@@ -45,7 +45,7 @@ class ResultTable:
 
 @dataclass(frozen=True)
 class StudyGoal:
-    """Something to reach: what, what was wanted and what was measured, in words."""
+    """A goal: its subject, the wanted value and the measured value as texts, and whether it was reached."""
 
     what: str
     wanted: str
@@ -55,7 +55,7 @@ class StudyGoal:
 
 @dataclass(frozen=True)
 class StudyFindings:
-    """What follows from the rows. `numbers` has what the tables tell, for programs; `notes` what surprises in it."""
+    """The findings from all rows; `numbers` repeats the tables as data, `notes` explains what is surprising."""
 
     headline: str
     tables: Sequence[ResultTable] = ()
@@ -73,9 +73,9 @@ class StudyFindings:
 class Study:
     """A published experiment.
 
-    `tasks` says which pieces a plan takes; `work` does one, always with the same outcome on every machine, but for what
-    is in `varies`. `conclude` and `draw` are given the rows in the order of the tasks. `needs` are modules that
-    some of it asks for, each with what to install; without them `tasks` leaves that part out.
+    `tasks` returns the tasks of a plan; `work` runs one, with the same result on every machine except for the keys in
+    `varies`. `conclude` and `draw` receive the rows in the order of the tasks. `needs` maps optional modules to their
+    install commands; without them `tasks` leaves out the part that needs them.
     """
 
     name: str
@@ -109,7 +109,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "small": "How small are the lessons from which robots learn?",
     }
 )
-"""What each asks, in the order in which they are told."""
+"""The question of each experiment, in the order of the list."""
 
 FOLDERS: Mapping[str, str] = MappingProxyType(
     {
@@ -122,11 +122,11 @@ FOLDERS: Mapping[str, str] = MappingProxyType(
         "small": "lesson_size",
     }
 )
-"""The folders of experiments that are not called as their folder: published rows keep the experiments' names."""
+"""The folders of experiments whose name differs from their folder's; published rows contain the names."""
 
 
 def find_experiment(name: str) -> Study:
-    """An experiment by its name."""
+    """Return an experiment by its name."""
     if name not in QUESTIONS:
         raise UnknownName(what="experiment", name=name, where="the catalog", known=list(QUESTIONS))
     found: Study = import_module(f"understudy_lab.{FOLDERS.get(name, name)}.study").EXPERIMENT
@@ -134,5 +134,5 @@ def find_experiment(name: str) -> Study:
 
 
 def folder_of(name: str) -> Path:
-    """Where an experiment lies, with its README and what it came to when it was published."""
+    """Return the folder of an experiment, with its README and its published result."""
     return Path(__file__).parent / FOLDERS.get(name, name)

@@ -1,4 +1,4 @@
-"""Automata written by hand: trees as nested tests, with names of states as leaves."""
+"""A builder for hand-written automata: trees as nested tests, with names of states as leaves."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What matters: foraging taught again and again with one thing different each time."""
+"""The ablation experiment: foraging taught repeatedly with one thing changed each time."""

@@ -1,4 +1,4 @@
-"""One teaching of one variant, measured: taught in full, and its GoTo from what was shown alone."""
+"""Evaluation of one teaching of one variant: fully taught, and its GoTo from demonstrations alone."""
 
 from __future__ import annotations
 
@@ -35,27 +35,27 @@ from understudy_lab.teachers.teacher import LessonPlan, Patience, ScriptedTeache
 
 @dataclass(frozen=True)
 class StochasticLeaves:
-    """A tree whose leaves draw: by leaf, the outcomes with the shares up to each. The last value is what is drawn."""
+    """A tree with random leaves: each holds outcomes with cumulative shares; the last input is the random number."""
 
     tree: Tree
     shares: Mapping[int, Sequence[tuple[int, float]]]
 
     def decide(self, values: Sequence[float]) -> int:
-        """The next state's index, or STAY."""
+        """Return the next state's index, or STAY."""
         _, leaf = self.path(values)
         drawn = (outcome for outcome, upto in self.shares.get(leaf, ()) if values[-1] < upto)
         return next(drawn, STAY)
 
     def path(self, values: Sequence[float]) -> tuple[tuple[PathStep, ...], int]:
-        """The steps to the leaf, and the leaf."""
+        """Return the steps to the leaf, and the leaf."""
         return self.tree.path(values[:-1])
 
 
 def randomize_leaves(library: Library, *, corrected: bool) -> Library:
-    """The library with leaves that draw by their examples, a watched one a tenth of a press-made one.
+    """Return the library with leaves that draw by their examples; a watched one counts a tenth of a press-made one.
 
-    `corrected`: by the press-made ones, and each state counts once more than it was shown (Laplace's correction;
-    Provost and Domingos 2003).
+    With `corrected`, only press-made examples count, and each state gets one more vote (Laplace's correction; Provost
+    and Domingos 2003).
     """
     automata = [
         make_stochastic_automaton(taught, corrected=corrected)
@@ -66,7 +66,7 @@ def randomize_leaves(library: Library, *, corrected: bool) -> Library:
 
 
 def make_stochastic_automaton(taught: TrainedAutomaton, *, corrected: bool) -> Automaton:
-    """A learned automaton with leaves that draw."""
+    """Return a learned automaton with leaves that draw."""
     automaton, lesson = taught.automaton, taught.lesson or Lesson(taught.automaton)
     name = name_chance_reading(automaton.name)
     feature = BoundFeature(Feature(name, Continuous(), reading=name))
@@ -84,7 +84,7 @@ def make_stochastic_automaton(taught: TrainedAutomaton, *, corrected: bool) -> A
 def _shares(
     tree: Tree, examples: Sequence[Example], names: Sequence[str], *, corrected: bool
 ) -> dict[int, tuple[tuple[int, float], ...]]:
-    """By leaf, each state with the share of the votes up to it; a leaf without votes has none, and stays."""
+    """Return by leaf each state with the cumulative share of votes; a leaf without votes has none, and stays."""
     weights = (1, 0) if corrected else (10, 1)  # of press-made examples and watched ones, as the learner's
     votes: dict[int, list[int]] = {leaf: [int(corrected)] * len(names) for _, leaf in tree.leaves()}
     for example in examples:
@@ -102,12 +102,12 @@ def _shares(
 
 
 def name_chance_reading(automaton: str) -> str:
-    """The reading that an automaton draws by."""
+    """Return the name of the random sensor value that an automaton draws by."""
     return f"chance_{automaton}"
 
 
 def add_chance_readings(scenario: Scenario, automata: Sequence[str]) -> Scenario:
-    """The scenario, with a random number for each of these automata at every tick."""
+    """Return the scenario with a random sensor for each of these automata."""
     chances = tuple(RandomSensor(name=name_chance_reading(name)) for name in automata)
     types = {
         name: msgspec.structs.replace(robot, sensors=(*robot.sensors, *chances))
@@ -117,15 +117,15 @@ def add_chance_readings(scenario: Scenario, automata: Sequence[str]) -> Scenario
 
 
 WORLDS, DRAWN_WORLDS = 40, 5
-"""Unseen worlds each teaching is judged on; fewer where leaves draw, which is slow."""
+"""The number of test worlds; fewer for randomized leaves, which are slow."""
 WAY_S = 45.0
-"""Longer than the longest way takes, s."""
+"""A time limit in s that no trip reaches."""
 PATIENCE = Patience(seconds=300.0)
-"""Usual patience, but five minutes for an automaton at most: what cannot be taught would take hours."""
+"""The usual patience with at most five minutes per automaton, because a hopeless lesson would take hours."""
 
 
 def measure_variant(name: str, seed: int) -> dict[str, Any]:
-    """What one teaching of a variant comes to."""
+    """Return all measurements of one teaching of a variant."""
     variant = VARIANTS[name]
     full = _teach(variant, seed, variant.topics)
     shown = _teach(variant, seed, [replace(variant.topics[0], tries=0)])  # no trying, so no correcting
@@ -156,7 +156,7 @@ def _teach(variant: Variant, seed: int, topics: Sequence[LessonPlan]) -> Teachin
 
 
 def measure_arrivals(library: Library, seed: int) -> float:
-    """The share of ways, from where robots begin to the station and to food, that GoTo ends within reach of it."""
+    """Return the share of trips to the station and to food that GoTo ends within reach of the target."""
     seeds, arrived = worlds_of(seed)[:WORLDS], []
     for target in ("station", "nearest_food"):
         world = World(ForageSettings().scenario(), seeds)
@@ -169,7 +169,7 @@ def measure_arrivals(library: Library, seed: int) -> float:
 
 
 def evaluate_variant(library: Library, variant: Variant, seed: int) -> Mapping[str, float]:
-    """Success on the unseen worlds of a seed, and food per second as a share of the yardstick's: the median."""
+    """Return the success on unseen worlds, and the median food per second relative to the baseline."""
     scenario, seeds = ForageSettings().scenario(), worlds_of(seed)[:WORLDS]
     if variant.drawn:
         seeds = seeds[:DRAWN_WORLDS]

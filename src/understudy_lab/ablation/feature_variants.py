@@ -1,7 +1,7 @@
 """Other features for the same lessons: angles as plain numbers or as sine and cosine, all features, no flags.
 
-The person sees the same robot whatever its features are, so what they wish for stays; `seen_as` tells them in the
-words of the usual lessons.
+The simulated person's rules use the usual features, so each variant has a function that recovers those from the shown
+ones.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from understudy_lab.teachers.person import Seen, Wish
 from understudy_lab.teachers.teacher import LessonPlan
 
 Translate: TypeAlias = Callable[[SessionView], Mapping[str, float]]
-"""What of the usual features a person knows of a screen that does not show them."""
+"""A function that recovers usual features from a view that does not show them."""
 
 
 @feature(Continuous(), unit="rad")
@@ -56,7 +56,7 @@ kit = usual_kit + Kit.from_parts(signed_angle_to, round_angle_to, sine_to, cosin
 
 
 def with_angle_as(*features: str) -> tuple[LessonPlan, ...]:
-    """The usual topics, with these features in place of the angle."""
+    """Return the usual plans with these features in place of the angle."""
 
     def angle(screen: SessionView) -> Mapping[str, float]:
         values = [screen.features[name] for name in features]
@@ -67,7 +67,7 @@ def with_angle_as(*features: str) -> tuple[LessonPlan, ...]:
 
 
 def with_all_features() -> tuple[LessonPlan, ...]:
-    """The usual topics, each with every feature of the kit, of every target, in the order of the kit."""
+    """Return the usual plans, each with every feature of the kit for every target, in the order of the kit."""
     chosen = []
     for topic in TOPICS:
         targets = [*(["A"] if topic.name == "goto" else []), *usual_kit.targets]
@@ -81,7 +81,7 @@ def with_all_features() -> tuple[LessonPlan, ...]:
 
 
 def with_features_of_all() -> tuple[LessonPlan, ...]:
-    """The usual topics, each with every feature that any of the four lessons needs."""
+    """Return the usual plans, each with every feature that any of the four lessons needs."""
     own = ("done", "food_left", "food_stored", "food_below_me", "at_station")
     goto, *others = TOPICS
     return (
@@ -91,7 +91,7 @@ def with_features_of_all() -> tuple[LessonPlan, ...]:
 
 
 def without_flags() -> tuple[LessonPlan, ...]:
-    """The usual topics, but no automaton sees the flag of the one below: it has to tell by other readings."""
+    """Return the usual plans without flags of lower automata as features, so that other features must replace them."""
     goto, harvest, deposit, forage = TOPICS
 
     def at_food(screen: SessionView) -> Mapping[str, float]:
@@ -114,7 +114,7 @@ def without_flags() -> tuple[LessonPlan, ...]:
 
 
 def _choosing(topic: LessonPlan, features: Sequence[str]) -> LessonPlan:
-    """The topic with other features chosen for its lesson."""
+    """Return the plan with other features for its lesson."""
 
     def choose(library: Library) -> Lesson:
         lesson = topic.choose(library)
@@ -125,7 +125,7 @@ def _choosing(topic: LessonPlan, features: Sequence[str]) -> LessonPlan:
 
 
 def _seen_as(topic: LessonPlan, translate: Translate) -> LessonPlan:
-    """The topic for a person who translates what they see."""
+    """Return the plan with rules that first translate the view."""
 
     def known(screen: SessionView) -> SessionView:
         return replace(screen, features={**screen.features, **translate(screen)})

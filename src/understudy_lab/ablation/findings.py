@@ -1,4 +1,4 @@
-"""What follows from the rows: each variant beside the one it is set against."""
+"""The findings: each variant compared with its reference."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ MEASURES = {
     "presses": "presses",
     "teaching time": "teaching_seconds",
 }
-"""What variants are compared by."""
+"""The measures by which variants are compared."""
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Each variant beside what it is set against."""
+    """Compare each variant with its reference, and summarize."""
     found = {name: summarize_variant(rows, name) for name in VARIANTS}
     seeds = sorted({row["task"]["seed"] for row in rows})
     return StudyFindings(
@@ -67,7 +67,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
 
 
 def values(rows: Sequence[Row], name: str, measure: str) -> list[float]:
-    """One measure of all teachings of a variant, in order of their seeds; what is absent is 0."""
+    """Return one measure of all teachings of a variant, in order of seeds; missing values are 0."""
     mine = sorted(
         (row for row in rows if row["task"]["variant"] == name), key=lambda row: int(row["task"]["seed"])
     )
@@ -75,9 +75,7 @@ def values(rows: Sequence[Row], name: str, measure: str) -> list[float]:
 
 
 def summarize_variant(rows: Sequence[Row], name: str) -> dict[str, Any]:
-    """A variant in numbers: medians (means of shares of successes), and in what it differs from what it is set
-    against.
-    """
+    """Return the medians of a variant (means for success shares), and its differences from its reference."""
     against = VARIANTS[name].against
     differs = []
     for said, measure in MEASURES.items():
@@ -166,7 +164,7 @@ NOTES = (
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Success, speed and presses of every teaching, a line for each variant."""
+    """Draw success, speed and presses of every teaching, a row for each variant."""
     figure, axes = panels(3, wide=3.6, tall=6.2)
     for panel, (measure, said, scale) in zip(axes, DRAWN, strict=True):
         _lines(panel, rows, measure, scale)

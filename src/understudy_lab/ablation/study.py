@@ -1,4 +1,4 @@
-"""The experiment: many teachings of each variant, beside as many of what it is set against, from the same seeds."""
+"""The experiment: many teachings of each variant and of its reference, with the same seeds."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ SEEDS = range(56_000, 56_020)
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each variant with each teaching seed; the variants of one seed share what they are judged by."""
+    """Return one task per variant and seed; the variants of one seed share their test worlds."""
     return [{"variant": name, "seed": seed} for seed in plan.seeds for name in VARIANTS]
 
 
 def work(task: Task) -> Row:
-    """One teaching of a variant; with its lessons where it is the base."""
+    """Run and test one teaching of a variant; only the base keeps its lessons."""
     row = measure_variant(task["variant"], task["seed"])
     return row if task["variant"] == BASE else {key: row[key] for key in row if key != "lessons"}
 

@@ -1,4 +1,4 @@
-"""What is taken away or changed: each variant differs from the one it is set against in one thing."""
+"""The variants: each differs from its reference in one thing."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from understudy_lab.teachers.person import ReactionTime, Seen, SimulatedPerson, 
 from understudy_lab.teachers.teacher import LessonPlan, MakesPerson
 
 ATTENTIVE_S, AWAY_S = 8.0, 4.0
-"""How long a person looks, and looks away, on average, s."""
+"""The mean times in s for which a person looks, and looks away."""
 CONTENT_S = 0.6
-"""How long a person sees a robot do right before they say so, s."""
+"""The time in s of right behavior after which a person confirms it."""
 
 
 class Inattentive(SimulatedPerson):
-    """Looks away a third of the time, for spans that are drawn exponentially, and presses only while looking."""
+    """A person who looks away a third of the time, for exponentially drawn spans, and presses only while looking."""
 
     def __init__(self, draws: np.random.Generator, reaction: ReactionTime = ReactionTime()) -> None:
         super().__init__(draws, reaction)
@@ -43,20 +43,20 @@ class Inattentive(SimulatedPerson):
         super()._consider(session, wished if self._looking else None, now)
 
     def _turned(self, session: Session) -> None:
-        """They look away, or back."""
+        """Do nothing when the person looks away or back; subclasses may tell the session."""
 
 
 class Candid(Inattentive):
-    """Looks away as often, but says so: "I am not watching"."""
+    """An inattentive person who switches "watching" off in the session while looking away."""
 
     def _turned(self, session: Session) -> None:
         session.is_watching = self._looking
 
 
 class Confirming(SimulatedPerson):
-    """Says of every state they directed the robot to that it should go on so, a moment later.
+    """A person who confirms each state that they directed the robot to, a moment later.
 
-    So a person would have to teach if staying were not recorded automatically.
+    A person would have to teach in this way if staying were not recorded automatically.
     """
 
     def __init__(self, draws: np.random.Generator, reaction: ReactionTime = ReactionTime()) -> None:
@@ -71,7 +71,7 @@ class Confirming(SimulatedPerson):
     def test(
         self, session: Session, complaint: Wish, *, until: Seen, limit_s: float, patience_s: float
     ) -> TryResult:
-        """Let the robot try; after a correction see whether it goes well, and confirm that."""
+        """Let the robot try; after a correction observe whether it works, and confirm that."""
         self._confirm_at = None
         verdict = super().test(session, complaint, until=until, limit_s=limit_s, patience_s=patience_s)
         if verdict is TryResult.CORRECTED:
@@ -105,9 +105,9 @@ SILENT = "not watched"
 
 @dataclass(frozen=True)
 class Variant:
-    """One way to teach foraging: what it is about, what it is set against, and what is different.
+    """One way to teach foraging: its subject, its reference, and the differences.
 
-    `drawn` tells whether the leaves of what was learned draw in the end: by votes, or by corrected votes.
+    `drawn` selects randomized leaves at the end: by votes, by corrected votes, or none.
     """
 
     about: str
@@ -122,12 +122,12 @@ class Variant:
 def _options(
     options: Mapping[str, LearnerOptions] = WATCHED, **changed: object
 ) -> Mapping[str, LearnerOptions]:
-    """The options of all lessons with something changed."""
+    """Return the options of all lessons with changes."""
     return {name: replace(each, **changed) for name, each in options.items()}  # type: ignore[arg-type]
 
 
 def _late(seconds: float) -> Mapping[str, LearnerOptions]:
-    """The usual options, but for a demonstrator known to be this late."""
+    """Return the usual options with this reaction time in s."""
     return {**WATCHED, "goto": replace(WATCHED["goto"], reaction_s=seconds)}
 
 

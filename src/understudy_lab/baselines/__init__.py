@@ -1,1 +1,1 @@
-"""Other learners on the same demonstrations: what a few decisions, or a few seconds, are worth to each."""
+"""The experiment with other learners on the same tasks: success by number of decisions and by time."""

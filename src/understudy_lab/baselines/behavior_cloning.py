@@ -1,4 +1,4 @@
-"""Behavior cloning with PyTorch (Pomerleau 1988): a small net, several of them at once since each step is small."""
+"""Behavior cloning with PyTorch (Pomerleau 1988): small nets, trained together because each step is small."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def fit_nets(
     rate: float = 3e-3,
     decay: float = 1e-2,
 ) -> list[MlpWeights]:
-    """A net of two hidden layers for each lesson: AdamW, a cosine schedule (Loshchilov and Hutter 2017, 2019).
+    """Train a net of two hidden layers for each lesson: AdamW, a cosine schedule (Loshchilov and Hutter 2017, 2019).
 
-    Each net sees the ticks of its own lesson only.
+    Each net sees only the ticks of its own lesson.
     """
     import torch
 
@@ -61,7 +61,7 @@ def fit_nets(
 
 
 def _layer(torch: Any, nets: int, before: int, after: int, draws: Any) -> tuple[Any, Any]:
-    """Weights [nets, before, after] (He et al. 2015) and offsets [nets, 1, after]."""
+    """Draw weights [nets, before, after] (He et al. 2015) and offsets [nets, 1, after]."""
     weights = torch.randn((nets, before, after), generator=draws) * (2.0 / before) ** 0.5
     return weights.requires_grad_(), torch.zeros((nets, 1, after), requires_grad=True)
 
@@ -71,7 +71,7 @@ def _padded(x: Any, width: int) -> Any:
 
 
 def _net(layers: Sequence[tuple[Any, Any]], k: int, lesson: LabeledTicks) -> MlpWeights:
-    """One of the nets by itself, as wide as its lesson."""
+    """Return net number k as plain arrays, as wide as its lesson."""
     plain = [[each[k].detach().numpy().astype(np.float64) for each in layer] for layer in layers]
     plain[0][0] = plain[0][0][: lesson.x.shape[1]]
     plain[-1] = [each[:, : len(lesson.behaviors)] for each in plain[-1]]

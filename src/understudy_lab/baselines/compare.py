@@ -1,4 +1,4 @@
-"""One teaching of one task, learned by some of the learners, and what came of it at each number of decisions."""
+"""Comparison of learners on one task with one seed: success at each number of decisions."""
 
 from __future__ import annotations
 
@@ -26,15 +26,16 @@ from understudy_lab.baselines.tasks import EXERCISES, BaselineTask
 Learn: TypeAlias = Callable[[RecordedTicks], OnboardPolicy]
 
 MOST_WORLDS = 25
-"""So many worlds there are in a round, at most."""
+"""The largest number of worlds in a round."""
 
 
 def aggregate_rounds(
     exercise: BaselineTask, seed: int, learn: Learn, *, rounds: Sequence[int]
 ) -> RecordedTicks:
-    """All ticks of rounds that each end with so many decisions; the first round is demonstrated.
+    """Return all ticks of rounds that each end at a number of decisions; the first round is demonstrated.
 
-    In the others the teacher demonstrates in every other world: a policy that gets nowhere shows nothing of the rest.
+    In later rounds the policy drives in every other world and is labeled; the teacher demonstrates in the others,
+    because a policy that makes no progress reveals nothing of the rest.
     """
     demonstrator = Demonstrator(exercise, seed)
     for decisions in rounds:
@@ -49,7 +50,7 @@ def aggregate_rounds(
 def success_of_policies(
     exercise: BaselineTask, policies: Sequence[Policy], seeds: Sequence[int]
 ) -> list[float]:
-    """The share of the worlds in which each policy succeeds."""
+    """Return the share of worlds in which each policy succeeds."""
     world = exercise.world([seed for _ in policies for seed in seeds])
     keys, each = list_reading_keys(world), len(seeds)
     channels = [channel.name for channel in world.channels]
@@ -71,7 +72,7 @@ def success_of_policies(
 def success_of_libraries(
     exercise: BaselineTask, taught: Sequence[LibraryAt], seeds: Sequence[int]
 ) -> list[float]:
-    """The same for libraries; none succeeds that does not have the whole task yet."""
+    """Return the share of worlds in which each library succeeds; 0 without an automaton for the whole task."""
     root = exercise.topics[-1].name
     whole = [each for each in taught if root in each.library.taught]
     if not whole:
@@ -88,17 +89,17 @@ def _shares(well: np.ndarray[tuple[int], np.dtype[np.bool_]], parts: int) -> lis
 
 
 BUDGETS = (10, 25, 50, 100, 200)
-"""Decisions of the demonstrator after which everybody is judged."""
+"""The numbers of the demonstrator's decisions after which all learners are tested."""
 WORLDS = 20
 ROUND_STEPS = 400
-"""How long a net is trained in between, for a round of DAgger."""
+"""The training steps of a net for a round of DAgger."""
 
 Found: TypeAlias = dict[str, Any]
 
 UNDERSTUDY, TREE, NEAREST, PERCEPTRON = "understudy", "tree", "nearest", "perceptron"
 CLONING, DAGGER = "cloning", "dagger"
 CHOSEN = ", chosen features"
-"""What follows the name of a learner that has only the readings which Understudy's teacher chose."""
+"""The suffix of learners that get only the features which Understudy's teacher chose."""
 LEARNERS = (UNDERSTUDY, TREE, NEAREST, PERCEPTRON, CLONING, DAGGER, *(name + CHOSEN for name in CLASSICAL))
 NEURAL = (PERCEPTRON, CLONING, DAGGER, PERCEPTRON + CHOSEN)
 
@@ -113,16 +114,16 @@ MANNERS: Mapping[str, Mapping[str, InputSpec]] = {
     "servoing": dict.fromkeys(LEARNERS, REMEMBERED),
     "walls": dict.fromkeys(LEARNERS, NOW),
 }
-"""What each is given of the demonstrations: the best on tuning seeds."""
+"""The input encoding of each learner by task, the best on tuning seeds."""
 
 
 def worlds_of(seed: int) -> range:
-    """The unseen worlds that all learners of a seed are judged in."""
+    """Return the seeds of the unseen worlds in which all learners of a seed are tested."""
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
 def evaluate_understudy(exercise: BaselineTask, seed: int) -> Found:
-    """Taught as a hierarchy; after its teaching it stays as it is."""
+    """Teach the task as a hierarchy and test it; after the end of the teaching the library does not change."""
     stood = record_libraries(exercise, seed)
     nothing = LibraryAt(0, 0.0, exercise.library())
     points = [[nothing, *(each for each in stood if each.decisions <= budget)][-1] for budget in BUDGETS]
@@ -137,7 +138,7 @@ def evaluate_understudy(exercise: BaselineTask, seed: int) -> Found:
 
 
 def evaluate_classical(exercise: BaselineTask, seed: int) -> Found:
-    """What scikit-learn learns from whole demonstrations; with chosen readings, too, where some were left out."""
+    """Test what scikit-learn learns from whole demonstrations, also with only the chosen features."""
     ticks = record_demonstrations(exercise, seed, BUDGETS[-1])
     given = {"": list(range(len(exercise.kinds))), CHOSEN: exercise.chosen}
     if given[CHOSEN] == given[""]:
@@ -159,7 +160,7 @@ def evaluate_classical(exercise: BaselineTask, seed: int) -> Found:
 
 
 def evaluate_neural(exercise: BaselineTask, seed: int) -> Found:
-    """What PyTorch learns from the same demonstrations, and from labels for what it then does itself."""
+    """Test what PyTorch learns from the same demonstrations, and with labels for its own actions (DAgger)."""
     cloning, dagger = MANNERS[exercise.name][CLONING], MANNERS[exercise.name][DAGGER]
 
     def learn(ticks: RecordedTicks) -> Policy:
@@ -183,11 +184,11 @@ WITH: Mapping[str, Callable[[BaselineTask, int], Found]] = {
     "scikit-learn": evaluate_classical,
     "PyTorch": evaluate_neural,
 }
-"""What learns with what; a piece of work for each."""
+"""The families of learners; each is a task of its own."""
 
 
 def compare_learners(exercise: str, seed: int, *, by: str) -> Found:
-    """By learner: success, seconds and ticks at each number of decisions."""
+    """Return success, seconds and ticks at each number of decisions, by learner of one family."""
     return WITH[by](EXERCISES[exercise], seed)
 
 
@@ -209,7 +210,7 @@ def _policies(
 def _judged(
     exercise: BaselineTask, seed: int, learned: Mapping[str, tuple[RecordedTicks, list[Policy]]]
 ) -> Found:
-    """All policies of all learners side by side, and what each was learned from."""
+    """Test all policies of all learners together, and return the results with the data each was learned from."""
     policies = [policy for _, each in learned.values() for policy in each]
     success = success_of_policies(exercise, policies, worlds_of(seed))
     found: Found = {}

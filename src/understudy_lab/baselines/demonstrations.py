@@ -1,4 +1,4 @@
-"""Demonstrations: whole ones by pressing basic behaviors, labels for a robot that a policy drives, and lessons."""
+"""Demonstrations: complete ones with basic behaviors, labels for a policy that drives, and stages of libraries."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from understudy_lab.teachers.person import Seen, SimulatedPerson
 from understudy_lab.teachers.teacher import FIRST_SEED, LOOK_S, ScriptedTeacher, TeachingCost
 
 SAYING_S = 0.5
-"""How long a robot is shown resting where it is to rest."""
+"""The time in s for which resting is demonstrated at the end."""
 LEFT_S = 25.0
-"""Whoever only labels leaves a robot after so long without another label."""
+"""The time in s without a new label after which a robot driven by a policy is left."""
 
 
 class Demonstrator:
-    """A person who shows an exercise flat, world after world, through one session. Same seed, same ticks."""
+    """A person who demonstrates a task with basic behaviors, world after world; the same seed gives the same ticks."""
 
     def __init__(self, exercise: BaselineTask, seed: int) -> None:
         self._exercise, self._topic = exercise, exercise.flat
@@ -42,18 +42,18 @@ class Demonstrator:
 
     @property
     def presses(self) -> int:
-        """How many presses were made so far."""
+        """The number of presses so far."""
         return self._person.presses
 
     @property
     def ticks(self) -> RecordedTicks:
-        """What was recorded so far."""
+        """The ticks recorded so far."""
         return self._recording.ticks()
 
     def show(self, *, aboard: OnboardPolicy | None = None, most: int = 10**9) -> None:
-        """One world, until the task is done or `most` presses were made.
+        """Demonstrate in one world, until the task is done or `most` presses were made in all.
 
-        With a policy aboard, what is pressed is only a label; a robot that needs no other label for a while is left.
+        With a policy `aboard`, presses are only labels, and the world ends when no other label is needed for a while.
         """
         topic, push = self._topic, self._exercise.pushes[self._worlds % len(self._exercise.pushes)]
         self._worlds += 1
@@ -91,7 +91,7 @@ class Demonstrator:
 
 
 def record_demonstrations(exercise: BaselineTask, seed: int, decisions: int) -> RecordedTicks:
-    """Whole demonstrations with at least so many presses."""
+    """Return whole demonstrations with more than `decisions` presses."""
     demonstrator = Demonstrator(exercise, seed)
     while demonstrator.presses <= decisions:
         demonstrator.show()
@@ -100,7 +100,7 @@ def record_demonstrations(exercise: BaselineTask, seed: int, decisions: int) -> 
 
 @dataclass(frozen=True)
 class LibraryAt:
-    """A library at some time of its teaching."""
+    """A library at one time of its teaching."""
 
     decisions: int
     seconds: float
@@ -108,7 +108,7 @@ class LibraryAt:
 
 
 def record_libraries(exercise: BaselineTask, seed: int) -> list[LibraryAt]:
-    """The library as it stood after each thing that its teacher did."""
+    """Return the library after each step of its teaching."""
     stood: list[LibraryAt] = []
 
     def see(name: str, what: str, account: TeachingCost) -> None:

@@ -1,4 +1,4 @@
-"""How a person shows a whole task with basic behaviors alone, without automata in between."""
+"""Rules by which a simulated person demonstrates a whole task with basic behaviors only."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from understudy_lab.teachers.person import after
 from understudy_lab.teachers.teacher import LessonPlan
 
 FOLLOWING = ("forward", "rotate_right", "veer_left")
-"""The basic behaviors of a robot with its left hand on the wall."""
+"""The basic behaviors of a robot that follows a wall on its left."""
 ASIDE = 0.3
-"""From here on, standing, they would turn before they drive, rad."""
+"""The bearing from which a standing robot turns before it drives, rad."""
 
 
 def show_foraging(screen: SessionView) -> str | None:
-    """Turn to food, drive there, load; when full, or when no food is left, the same with the station."""
+    """Return the next behavior, or None: turn to food, drive, load; when full or no food is left, go to the station."""
     seen, state = screen.features, screen.state
     stored, left = seen["food_stored"], seen["food_left"] == YES
     if state == "unload_food" and stored > 0 and seen["at_station"] == YES:
@@ -41,7 +41,7 @@ def show_foraging(screen: SessionView) -> str | None:
 
 
 def head_for(bearing: float, state: str) -> str | None:
-    """Turn until it faces that way, then drive, and turn again only when it is plainly off."""
+    """Return the next behavior: turn until it faces the bearing (rad), drive, turn again when clearly off."""
     bearing = (bearing + pi) % tau - pi
     toward = "rotate_left" if bearing > 0 else "rotate_right"
     if state.startswith("rotate"):
@@ -75,13 +75,13 @@ FLAT_FORAGE = LessonPlan(
 
 
 class FlatServo:
-    """Find the ball, walk to it, and where it is lost turn to the side where it was last seen."""
+    """The rule of finding the ball and walking to it; a lost ball is searched on the side where it was last seen."""
 
     def __init__(self, search: str = "left") -> None:
         self._search = self._side = search
 
     def __call__(self, screen: SessionView) -> str | None:
-        """The basic behavior it would rather have the robot do."""
+        """Return the basic behavior that the robot should run, or None where the current one is right."""
         x, turning = blob_x(screen), screen.state.startswith("turn")
         if screen.state == "start":
             self._side = self._search
@@ -94,13 +94,13 @@ class FlatServo:
 
 
 class FlatWallFollower:
-    """Go on until a wall is on the hand, along it, turn off where it ends ahead, and veer to it where it is far."""
+    """The rule of wall following: drive to a wall, go along it, turn off at a wall ahead, veer to a far one."""
 
     def __init__(self, hand: str) -> None:
         self._hand, self._seeking = hand, True
 
     def __call__(self, screen: SessionView) -> str | None:
-        """The basic behavior it would rather have the robot do."""
+        """Return the basic behavior that the robot should run, or None where the current one is right."""
         if screen.state == "start":
             self._seeking = True
         doing = {"forward": "seek" if self._seeking else "along"}.get(screen.state, screen.state)

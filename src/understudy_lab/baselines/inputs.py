@@ -1,4 +1,4 @@
-"""What a flat learner is given at a tick: numbers of order one, with what was earlier where that is wanted."""
+"""Inputs of flat learners: normalized numbers for each tick, optionally with those of earlier ticks."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ Floats: TypeAlias = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class InputSpec:
-    """How a flat learner is given its ticks.
+    """The input encoding of a flat learner.
 
-    `lags` are the earlier ticks that it sees, too; `before` whether it sees what the robot did last; `advance` by
-    how many ticks the labels are taken earlier, since people press late; `weigh` whether all behaviors count alike.
+    `lags` are the earlier ticks that are included; `before` includes the last behavior of the robot; `advance` shifts
+    the labels by that many ticks, because people press late; `weigh` gives all behaviors the same total weight.
     """
 
     lags: tuple[int, ...] = ()
@@ -31,10 +31,10 @@ class InputSpec:
 
 
 class Inputs:
-    """Readings [N, K], all or those chosen, as inputs [N, F], scaled to what was seen in `raw`.
+    """The encoding of sensor values [N, K], all or the chosen ones, as inputs [N, F], scaled by the values in `raw`.
 
-    An angle is its sine and cosine, a label a column of its own unless there are two, anything else a number less
-    its mean over its deviation. What is absent is 0, and a column says so for each reading that was ever absent.
+    An angle becomes its sine and cosine; a label gets a column per value, or one if there are two; any other number is
+    standardized. NaN becomes 0, with an extra column for each value that was ever NaN.
     """
 
     def __init__(self, kinds: Sequence[Kind], raw: Raw, chosen: Sequence[int] | None = None) -> None:
@@ -49,7 +49,7 @@ class Inputs:
         self._deviation = np.maximum(np.sqrt(variance), 1e-3)
 
     def __call__(self, raw: Raw) -> Floats:
-        """Inputs [N, F] for readings [N, K]."""
+        """Return inputs [N, F] for sensor values [N, K]."""
         raw = raw[:, self._chosen]
         columns: list[Floats] = []
         missing = np.isnan(raw)
@@ -70,16 +70,16 @@ class Inputs:
 
 
 class Classifier(Protocol):
-    """What was fitted: inputs [N, F] to how likely each of the P learned behaviors is [N, P]."""
+    """A fitted classifier: from inputs [N, F] to the probabilities of the P learned behaviors [N, P]."""
 
     def __call__(self, inputs: Floats, /) -> Floats:
-        """The shares [N, P]."""
+        """Return the probabilities [N, P]."""
         ...
 
 
 @dataclass(frozen=True)
 class LabeledTicks:
-    """What a classifier is fitted to: inputs [T, F], places among `behaviors` [T], and how much each tick counts."""
+    """Training data: inputs [T, F], indices into `behaviors` [T], and the weight of each tick."""
 
     x: Floats
     y: Ints
@@ -96,7 +96,7 @@ def lesson_of(
     basics: int,
     chosen: Sequence[int] | None = None,
 ) -> LabeledTicks:
-    """The ticks as a flat learner is given them, with all readings or those chosen."""
+    """Return ticks as training data of a flat learner, with all sensor values or the chosen ones."""
     inputs = Inputs(kinds, ticks.raw, chosen)
     now = inputs(ticks.raw)
     parts = [now, *(now[_earlier(ticks.episode, lag)] for lag in manner.lags)]
@@ -108,18 +108,18 @@ def lesson_of(
 
 
 def encode_one_hot(behaviors: Ints, basics: int) -> Floats:
-    """Which behavior it is, a column each, with one for resting [N, basics + 1]."""
+    """Encode behaviors in one column each, with one for resting [N, basics + 1]."""
     return np.eye(basics + 1)[np.where(behaviors == RESTING, basics, behaviors)]
 
 
 def _earlier(episode: Ints, lag: int) -> Ints:
-    """Where the tick so many before lies, in the same world: its first where there is none [T]."""
+    """Return the index of the tick `lag` ticks earlier, or of the first one in the same world [T]."""
     first = np.searchsorted(episode, episode, side="left")
     return np.maximum(np.arange(len(episode)) - lag, first).astype(np.int64)
 
 
 class Policy:
-    """A classifier aboard N robots, with the memory that its manner asks for."""
+    """A classifier that drives N robots, with the memory that its encoding needs."""
 
     def __init__(self, lesson: LabeledTicks, classify: Classifier, manner: InputSpec, *, basics: int) -> None:
         self._lesson, self._classify, self._manner, self._basics = lesson, classify, manner, basics
@@ -127,12 +127,12 @@ class Policy:
         self.begin()
 
     def begin(self) -> None:
-        """Forget what was before."""
+        """Clear the memory of earlier ticks."""
         self._past: list[Floats] = []
         self._before: Ints | None = None
 
     def decide(self, raw: Raw) -> Ints:
-        """Which behavior each robot is to run [N], by its index, or RESTING."""
+        """Return the index of the behavior that each robot is to run, or RESTING [N]."""
         now = self._lesson.inputs(raw)
         lags, parts = self._manner.lags, [now]
         if lags:

@@ -1,7 +1,7 @@
-"""A body whose ticks are written down while somebody presses: what was sensed, what the demonstrator wanted done.
+"""A body that records each tick of a demonstration: the sensor values and the behavior that the person wants.
 
-The session drives it like any other body, so that whoever presses does so through the session alone. With a policy
-aboard (DAgger, Ross et al. 2011) the robot does what the policy says, and what is pressed is only a label.
+A session drives it like any other body. With a policy aboard (DAgger, Ross et al. 2011) the robot does what the policy
+decides, and presses are only labels.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ Robots: TypeAlias = World | Walker
 
 Ints = NDArray[np.int64]
 Raw = NDArray[np.float64]
-"""Readings [N, K], absent is NaN."""
+"""Sensor values [N, K], NaN where absent."""
 
 RESTING = -1
-"""No basic behavior: every channel at rest."""
+"""The index that stands for no behavior, with every channel at rest."""
 
 
 class OnboardPolicy(Protocol):
-    """A policy that decides instead of whoever presses."""
+    """A policy that drives the robot instead of the person."""
 
     def begin(self) -> None:
-        """Forget: the robot was put into another world."""
+        """Clear the memory, because the robot was put into another world."""
         ...
 
     def decide(self, raw: Raw) -> Ints:
-        """Which behavior to run, by its index, or RESTING, for each row of readings."""
+        """Return the index of the behavior to run, or RESTING, for each row of sensor values."""
         ...
 
 
@@ -56,7 +56,7 @@ class RecordedTicks:
         return len(self.wanted)
 
     def upto(self, decisions: int) -> Self:
-        """The ticks until the press after so many."""
+        """Return the ticks recorded with at most `decisions` presses."""
         kept = int(np.searchsorted(self.decisions, decisions, side="right"))
         return self[:kept]
 
@@ -64,16 +64,16 @@ class RecordedTicks:
         return type(self)(*(getattr(self, name)[part] for name in self.__dataclass_fields__))
 
     def advanced(self, ticks: int) -> Ints:
-        """What was wanted so many ticks later in the same world: people press late."""
+        """Return the behavior wanted `ticks` ticks later in the same world, because people press late."""
         later = np.minimum(np.arange(len(self)) + ticks, len(self) - 1)
         return np.where(self.episode[later] == self.episode, self.wanted[later], self.wanted)
 
 
 class RecordingWorld:
-    """A world of one robot whose ticks are written down, once somebody has pressed.
+    """A world of one robot whose ticks are recorded from the first press on.
 
-    `make` makes a world from a seed; `basics` are the commands of the basic behaviors; `count` says how many presses
-    were made so far, `spent` how many seconds they took.
+    `make` makes a world from a seed; `basics` are the commands of the basic behaviors; `count` returns the number of
+    presses so far, `spent` the seconds they took.
     """
 
     def __init__(
@@ -98,22 +98,22 @@ class RecordingWorld:
 
     @property
     def agents(self) -> int:
-        """One."""
+        """The number of robots, 1."""
         return self._world.agents
 
     @property
     def readings(self) -> Sequence[Reading]:
-        """What it can sense."""
+        """The sensor values of the robot."""
         return self._world.readings
 
     @property
     def targets(self) -> Sequence[str]:
-        """What readings can be of."""
+        """The targets of its sensors."""
         return self._world.targets
 
     @property
     def channels(self) -> Sequence[Channel]:
-        """What it obeys."""
+        """The command channels of the robot."""
         return self._world.channels
 
     @property
@@ -123,15 +123,15 @@ class RecordingWorld:
 
     @property
     def time_s(self) -> float:
-        """The world's clock, s."""
+        """The simulated time, s."""
         return self._world.time_s
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """As the world."""
+        """Return the sensor values of the world."""
         return self._world.sense(keys)
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Another world; another episode begins."""
+        """Start another world and another episode."""
         self._world = self._make(seeds)
         self._episode += 1
         self._begin()
@@ -142,7 +142,7 @@ class RecordingWorld:
             self.aboard.begin()
 
     def act(self, commands: Commands) -> None:
-        """Write the tick down, and obey: what is pressed, or the policy aboard."""
+        """Record the tick, and execute the pressed command or that of the policy aboard."""
         percept = self._world.sense(self._keys)
         raw = [float(percept[key][0]) for key in self._keys]
         wanted = self._basics.get(
@@ -160,7 +160,7 @@ class RecordingWorld:
         self._world.act({name: np.array([value]) for name, value in doing.items()})
 
     def ticks(self) -> RecordedTicks:
-        """What was written down."""
+        """Return the recorded ticks."""
         raw, wanted, before, decisions, episode, seconds = zip(*self._rows, strict=True)
         return RecordedTicks(
             np.array(raw),

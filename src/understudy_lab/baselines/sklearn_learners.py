@@ -1,4 +1,4 @@
-"""Flat learners of scikit-learn: a tree, the nearest neighbors, a multilayer perceptron."""
+"""Flat learners of scikit-learn: a tree, nearest neighbors, a multilayer perceptron."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from understudy_lab.baselines.inputs import Classifier, Floats, LabeledTicks
 
 Fit: TypeAlias = Callable[[LabeledTicks, int], Classifier]
-"""Fits a classifier to a lesson, with a seed."""
+"""A function that fits a classifier to training data with a seed."""
 
 
 def fit_tree(lesson: LabeledTicks, seed: int, *, leaf: int = 5) -> Classifier:
-    """CART by entropy (Breiman et al. 1984), with at least so many ticks in a leaf."""
+    """Fit a CART tree by entropy (Breiman et al. 1984), with at least `leaf` ticks in a leaf."""
     from sklearn.tree import DecisionTreeClassifier
 
     tree = DecisionTreeClassifier(criterion="entropy", min_samples_leaf=leaf, random_state=seed)
@@ -31,7 +31,7 @@ def fit_tree(lesson: LabeledTicks, seed: int, *, leaf: int = 5) -> Classifier:
 
 
 def fit_nearest(lesson: LabeledTicks, seed: int, *, neighbors: int = 5) -> Classifier:
-    """The majority of the nearest ticks (Fix and Hodges 1951), among all of them."""
+    """Fit a classifier by the majority of the nearest ticks (Fix and Hodges 1951)."""
     from sklearn.neighbors import KDTree
 
     tree, places = KDTree(lesson.x), np.arange(len(lesson.behaviors))
@@ -47,7 +47,7 @@ def fit_nearest(lesson: LabeledTicks, seed: int, *, neighbors: int = 5) -> Class
 
 
 def fit_perceptron(lesson: LabeledTicks, seed: int, *, alpha: float = 1e-4, steps: int = 1_500) -> Classifier:
-    """Two hidden layers of 64 (Rumelhart et al. 1986), by Adam."""
+    """Fit a perceptron with two hidden layers of 64 (Rumelhart et al. 1986), trained with Adam."""
     from sklearn.neural_network import MLPClassifier
 
     if len(lesson.behaviors) == 1:
@@ -61,13 +61,13 @@ def fit_perceptron(lesson: LabeledTicks, seed: int, *, alpha: float = 1e-4, step
 
 
 class MlpWeights:
-    """A net of rectified layers, by their weights and offsets."""
+    """A net of rectified linear layers, by weights and offsets."""
 
     def __init__(self, layers: list[tuple[Floats, Floats]]) -> None:
         self._layers = layers
 
     def __call__(self, inputs: Floats) -> Floats:
-        """How likely each place is, for each row (softmax)."""
+        """Return the probability of each behavior for each row (softmax)."""
         *hidden, (weights, offset) = self._layers
         for before, beside in hidden:
             inputs = np.maximum(inputs @ before + beside, 0.0)

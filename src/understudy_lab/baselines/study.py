@@ -1,4 +1,4 @@
-"""The experiment: the same tasks taught to everybody, success against decisions and against seconds."""
+"""The experiment: the same tasks taught to all learners, success by number of decisions and by seconds."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ TEACHINGS = range(55_000, 55_020)
 INSTALL = format_install_command("baselines")
 MODULES = {"scikit-learn": "sklearn", "PyTorch": "torch"}
 AT, AHEAD, WORST = 100, 30.0, ("forage", "servoing")
-"""At so many decisions, so many percentage points ahead of the best net, on these."""
+"""The goal: decisions, lead over the best net in percentage points, and the tasks concerned."""
 FIRST_S = 10
-"""Where figures begin; what took less is drawn there."""
+"""The start of the time axis in s; shorter times are drawn there."""
 TIMES_S = (30, 60, 120, 240, 480)
-"""Seconds of the demonstrator's time after which success is told, too."""
+"""The times in s of the demonstrator at which success is reported."""
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each task with each family of learners that is here, for each seed."""
+    """Return one task per exercise, installed family of learners, and seed."""
     here = [by for by in WITH if by not in MODULES or find_spec(MODULES[by]) is not None]
     return [
         {"task": name, "with": by, "seed": seed} for seed in plan.seeds for name in EXERCISES for by in here
@@ -49,17 +49,17 @@ def tasks(plan: StudyPlan) -> list[Task]:
 
 
 def work(task: Task) -> Row:
-    """What each learner of a family comes to."""
+    """Run all learners of a family on one exercise."""
     return {"learners": compare_learners(task["task"], task["seed"], by=task["with"])}
 
 
 def get_success_at_decisions(found: Mapping[str, Any], decisions: int) -> float:
-    """Success after so many decisions."""
+    """Return the success after a number of decisions."""
     return float(found["success"][BUDGETS.index(decisions)])
 
 
 def get_success_at_seconds(found: Mapping[str, Any], seconds: float) -> float:
-    """Success after so many seconds: that of the last judged decisions which were over by then."""
+    """Return the success at the last tested number of decisions that took at most `seconds`."""
     spent = [
         share for share, until in zip(found["success"], found["seconds"], strict=True) if until <= seconds
     ]
@@ -67,7 +67,7 @@ def get_success_at_seconds(found: Mapping[str, Any], seconds: float) -> float:
 
 
 def collect_results(rows: Sequence[Row], task: str) -> dict[str, list[Mapping[str, Any]]]:
-    """What each learner came to in a task, seed by seed."""
+    """Return the results of each learner in one exercise, by seed."""
     found: dict[str, list[Mapping[str, Any]]] = {}
     for learner in LEARNERS:
         each = [
@@ -81,7 +81,7 @@ def collect_results(rows: Sequence[Row], task: str) -> dict[str, list[Mapping[st
 
 
 def best_net(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> str | None:
-    """The net with the highest mean success after so many decisions; None where there is none."""
+    """Return the net with the highest mean success after a number of decisions, or None without nets."""
     nets = [name for name in NEURAL if name in found]
     return max(
         nets,
@@ -91,7 +91,7 @@ def best_net(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Who succeeds after how many decisions, and after how many seconds."""
+    """Summarize success by number of decisions and by seconds."""
     found = {task: collect_results(rows, task) for task in EXERCISES}
     seeds = sorted({row["task"]["seed"] for row in rows})
     return StudyFindings(
@@ -166,7 +166,7 @@ def _by_seconds(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]]) -> 
 
 
 def _behind(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[ResultTable, ...]:
-    """Where Understudy loses: the highest mean success of any other learner, where it is higher."""
+    """Return a table of where another learner has a higher mean success than Understudy."""
     limits = (
         ("by number of decisions", "", BUDGETS, get_success_at_decisions),
         ("by demonstration time", " s", TIMES_S, get_success_at_seconds),
@@ -191,7 +191,7 @@ def _behind(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> t
 
 
 def _gained(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[ResultTable, ...]:
-    """What flat learners gain where they have chosen features only, seed by seed."""
+    """Return a table of what flat learners gain with only the chosen features, by seed."""
     rows = []
     for task, each in found.items():
         for name in (name for name in each if name + CHOSEN in each):
@@ -217,7 +217,7 @@ def _signed(values: Sequence[float]) -> str:
 
 
 def _best(means: Mapping[str, float]) -> str:
-    """Who is ahead of Understudy, and by how much: "tree 95.2 : 30.0 %"; nobody: "–"."""
+    """Format the learner ahead of Understudy with both values, "tree 95.2 : 30.0 %", or "–" without one."""
     best, ours = max(means, key=lambda name: means[name], default=UNDERSTUDY), means.get(UNDERSTUDY, 0.0)
     return f"{best} {100 * means[best]:.1f} : {100 * ours:.1f} %" if means.get(best, 0.0) > ours else "–"
 
@@ -230,7 +230,7 @@ NAMES = {"goto": "GoTo", "forage": "Forage", "servoing": "Servoing", "walls": "W
 
 
 def measure_lead(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> dict[str, Any] | None:
-    """How far Understudy's success lies above the best net's, percentage points, with a 95 % interval and p."""
+    """Return Understudy's lead over the best net in percentage points, with a 95 % interval and p."""
     net = best_net(found, decisions)
     if net is None or UNDERSTUDY not in found:
         return None
@@ -248,7 +248,7 @@ def measure_lead(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: in
 
 
 def write_headline(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> str:
-    """In a sentence or two."""
+    """Return the headline of the experiment."""
     parts = []
     for task, each in found.items():
         lead = measure_lead(each, AT)
@@ -263,7 +263,7 @@ def write_headline(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]
 
 
 def goals(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[StudyGoal, ...]:
-    """What was to be reached: at 100 decisions 30 points above the best net."""
+    """Return the goals: 30 points above the best net at 100 decisions."""
     made = []
     for task in WORST:
         lead = measure_lead(found[task], AT)
@@ -283,7 +283,7 @@ def goals(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tup
 
 
 def notes(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[str, ...]:
-    """Who had which readings, and how much was labeled."""
+    """Return notes on the features of each learner and on the number of labels."""
     same = [NAMES[task] for task, each in found.items() if TREE in each and TREE + CHOSEN not in each]
     labeled = ", ".join(
         f"{NAMES[task]} {np.median([one['ticks'][BUDGETS.index(AT)] for one in each[DAGGER]]):.0f}"
@@ -308,9 +308,9 @@ def notes(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tup
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Success against decisions, and against seconds: medians, with a band that holds half of the seeds.
+    """Draw median success over decisions and over seconds, with a band that holds half of the seeds.
 
-    Dashed: with the readings only that Understudy's teacher chose.
+    Dashed lines are learners with only the features that Understudy's teacher chose.
     """
     names = list(EXERCISES)
     figure, axes = panels(2 * len(names), rows=2, wide=3.2, tall=2.6)

@@ -1,4 +1,4 @@
-"""What is learned: worlds to practice and to be judged in, how Understudy is taught it, how a person shows it flat."""
+"""The exercises: practice and test worlds, Understudy's lesson plans, and the flat demonstration."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from understudy_lab.teachers.teacher import LessonPlan, PushAway
 
 
 class RoomsWorld(World):
-    """Random rooms side by side, a robot in each."""
+    """Random rooms side by side, with a robot in each."""
 
     def __init__(self, seeds: Sequence[int]) -> None:
         self.plots = [room(seed) for seed in seeds]
@@ -45,7 +45,7 @@ class RoomsWorld(World):
 
 
 def closes_the_loop(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
-    """Whether each robot goes all along the wall of its room in time, and never far from it."""
+    """Return whether each robot follows the whole wall of its room in time without leaving it."""
     rooms = cast(RoomsWorld, world)
     tracks = record(rooms, lambda: rooms.act(decide(rooms.sense(keys))), WALL_LIMIT_S)
     return ~np.isnan(judge_wall_following(tracks, rooms.plots, LEFT).seconds)
@@ -57,7 +57,7 @@ Judge: TypeAlias = Callable[[Robots, DecideCommands, Sequence[ReadingKey]], NDAr
 
 @dataclass(frozen=True)
 class BaselineTask:
-    """One task, to be learned by everybody: `topics` teach it to Understudy as a hierarchy, `flat` shows it whole."""
+    """One exercise for all learners: `topics` teach it to Understudy as a hierarchy, `flat` demonstrates it whole."""
 
     name: str
     kit: Kit
@@ -70,18 +70,18 @@ class BaselineTask:
     options: Mapping[str, LearnerOptions]
     targets: Mapping[str, str] = field(default_factory=dict)
     rests: bool = False
-    """Whether resting is something to be learned: the robot has to say when it is there."""
+    """Whether resting has to be learned, because the robot must report its arrival by resting."""
     pushes: tuple[PushAway | None, ...] = (None,)
-    """Who drives the robot off its way, world after world, as in Understudy's lessons."""
+    """The pushes by world, in cyclic order, as in Understudy's lessons."""
 
     @property
     def commands(self) -> list[Mapping[str, float]]:
-        """What each of its basic behaviors commands."""
+        """The commands of each basic behavior."""
         return [self.kit.behaviors[name].command for name in self.basics]
 
     @property
     def kinds(self) -> list[Kind]:
-        """The kind of each reading that its robots have."""
+        """The kind of each sensor value of the robots."""
         robots = self.world([0])
         return [
             reading.kind
@@ -91,7 +91,7 @@ class BaselineTask:
 
     @property
     def chosen(self) -> list[int]:
-        """Which readings its lessons are about, of the targets they bind: what Understudy's teacher chose."""
+        """The indices of the sensor values that Understudy's lessons use, for the targets that they bind."""
         library = self.library()
         for topic in self.topics:
             library = library.with_automaton(TrainedAutomaton(topic.choose(library).automaton))
@@ -100,7 +100,7 @@ class BaselineTask:
         return sorted(keys.index(get_feature_key(feature)) for feature in features)
 
     def library(self) -> Library:
-        """What there is before anything is taught."""
+        """Return the library before anything is taught."""
         return Library(self.kit)
 
 
@@ -108,11 +108,11 @@ ARENA = make_practice_worlds()["an arena"]
 GOTO_S = 60.0
 LOST_S = 90.0
 SERVOING = 1.5
-"""So many times the time of a robot written by hand: twice is enough for policies that turn the wrong way."""
+"""The time limit relative to the hand-written robot; 2 would suffice for policies that turn the wrong way."""
 
 
 def near_the_station(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
-    """Whether each robot, when it first rests, is within reach of the station, and rests in time."""
+    """Return whether each robot first rests within reach of the station, and in time."""
     there = np.zeros(world.agents, np.bool_)
     moving = np.ones(world.agents, np.bool_)
     for _ in range(round(GOTO_S / world.tick_s)):
@@ -128,9 +128,9 @@ def near_the_station(world: Robots, decide: DecideCommands, keys: Sequence[Readi
 
 
 def brings_all_home(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
-    """Whether each robot brings all food home within three times the time of a forager written by hand.
+    """Return whether each robot brings all food home within three times the time of the hand-written controller.
 
-    One that neither loads nor unloads anything for so long that it could have crossed the arena twice is lost.
+    A robot fails early when it neither loads nor unloads for the time in which it could cross the arena twice.
     """
     last = np.floor(_limits(tuple(world.seeds)) / world.tick_s)
     stored = np.full(world.agents, np.nan)
@@ -151,7 +151,7 @@ def brings_all_home(world: Robots, decide: DecideCommands, keys: Sequence[Readin
 
 @lru_cache(4)
 def _limits(seeds: tuple[int, ...]) -> Column:
-    """Three times what a forager written by hand takes in each world, s."""
+    """Return three times the time of the hand-written controller in each world, s."""
     known = list(dict.fromkeys(seeds))
     by_hand = evaluate_expert(ForageSettings(), known)
     seconds = 3.0 * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
@@ -159,9 +159,9 @@ def _limits(seeds: tuple[int, ...]) -> Column:
 
 
 def reaches_the_ball(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
-    """Whether each robot is within 15 cm of the ball within SERVOING times the time of one written by hand.
+    """Return whether each robot is within 15 cm of the ball within SERVOING times the time of the hand-written one.
 
-    Every other one, the one written by hand too, is pushed aside on its way.
+    Half of the robots, also the hand-written ones, are pushed aside on their way.
     """
     body = cast(Soccer, world)
     by_hand = _servoed(tuple(body.seeds))
@@ -173,14 +173,14 @@ def reaches_the_ball(world: Robots, decide: DecideCommands, keys: Sequence[Readi
 
 
 def _pushes(body: Soccer) -> dict[int, soccer.Disturbance]:
-    """Who is pushed: two worlds in four, by their seeds, one to each side."""
+    """Return the pushes by world: two worlds in four, by their seeds, one to each side."""
     sides = {1: PUSHED_LEFT, 3: PUSHED_RIGHT}
     return {row: sides[seed % 4] for row, seed in enumerate(body.seeds) if seed % 4 in sides}
 
 
 @lru_cache(4)
 def _servoed(seeds: tuple[int, ...]) -> Column:
-    """What a robot written by hand takes in each world, s."""
+    """Return the time of the hand-written robot in each world, s."""
     known = list(dict.fromkeys(seeds))
     body = Soccer(known)
     seconds = dict(zip(known, approach_by_hand(body, pushes=_pushes(body)).tolist(), strict=True))

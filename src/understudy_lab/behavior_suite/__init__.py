@@ -1,1 +1,1 @@
-"""A repertoire of behaviors, each taught from few examples and judged beside one written by hand (paper 4.1)."""
+"""The experiment with a suite of behaviors, each taught from few examples and compared with a hand-written one."""

@@ -1,4 +1,4 @@
-"""Tracking and acquiring a target that walks: get there, and stay with it."""
+"""The task of reaching a walking target and staying with it."""
 
 from __future__ import annotations
 
@@ -57,12 +57,12 @@ FACING, ASTRAY = 0.12, 0.5
 
 
 def show(screen: SessionView) -> str | None:
-    """Turn to it, drive to it, wait beside it, and go after it where it leaves."""
+    """Return the next state, or None: turn to the hare, drive to it, wait beside it, follow when it leaves."""
     return _wanted(screen, astray=ASTRAY, near=NEAR_M, far=FAR_M)
 
 
 def complain(screen: SessionView) -> str | None:
-    """Where it drives past the hare, turns on past it, runs it over, or lets it go."""
+    """Return the state to correct to, or None: driving or turning past the hare, hitting it, or losing it."""
     return _wanted(screen, astray=1.6 * ASTRAY, near=0.3, far=1.0)
 
 
@@ -111,7 +111,7 @@ TOPIC = LessonPlan(
 
 
 class ExpertChase:
-    """Turns to the hare, drives, waits beside it."""
+    """A hand-written controller that turns to the hare, drives, and waits beside it."""
 
     keys: Sequence[ReadingKey] = (("range", "hare"), ("bearing", "hare"))
 
@@ -120,7 +120,7 @@ class ExpertChase:
         self._resting = np.zeros(world.agents, np.bool_)
 
     def decide(self, percept: Percept) -> Commands:
-        """What each robot does now."""
+        """Return the commands of all robots for this tick."""
         distance = percept["range", "hare"]
         self._resting = distance < np.where(self._resting, FAR_M, NEAR_M)
         turn = self._turning.toward(wrap_signed(percept["bearing", "hare"]), ~self._resting)
@@ -128,7 +128,7 @@ class ExpertChase:
 
 
 def judge(tracks: GroundTruth) -> TaskResult:
-    """When the hare was acquired, and the share of the time after that spent with it; done where at least 95 %."""
+    """Return when the hare was reached, and the share of the time after that spent with it; success from 95 %."""
     far = distance(tracks)
     seconds = tracks.first(far <= ACQUIRED_M)
     begin = np.nan_to_num(seconds / tracks.tick_s, nan=0.0).round().astype(np.int64)
@@ -139,7 +139,7 @@ def judge(tracks: GroundTruth) -> TaskResult:
 
 
 def bound(tracks: GroundTruth) -> Column:
-    """When a rover that knew all the hare's ways, and need not turn, would have it [W], s."""
+    """Return the earliest time in s [W] at which a rover that knew the hare's path could reach it without turning."""
     x, y = tracks.objects_x[:, :, 0], tracks.objects_y[:, :, 0]
     far = np.hypot(x - tracks.x[0], y - tracks.y[0]) - ACQUIRED_M
     driven = SPEED * tracks.tick_s * np.arange(len(x))[:, None]
@@ -147,7 +147,7 @@ def bound(tracks: GroundTruth) -> Column:
 
 
 def distance(tracks: GroundTruth) -> Table:
-    """From the rover to the hare [T+1, W], m."""
+    """Return the distance from the rover to the hare [T+1, W], m."""
     far: Table = np.hypot(tracks.objects_x[:, :, 0] - tracks.x, tracks.objects_y[:, :, 0] - tracks.y)
     return far
 

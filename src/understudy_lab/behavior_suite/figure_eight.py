@@ -1,4 +1,4 @@
-"""A figure eight around two targets: circle A on one hand, B on the other, in turn."""
+"""The task of driving a figure eight around two targets: circle A on one side, B on the other, in turn."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ LEAST, STRAIGHT, BACK, MOST = 0.12, 0.35, 0.85, 1.65
 until it is between straight and back; so it comes nearer leg by leg, and in the end goes around it.
 """
 LEAVING = (0.2, 0.7)
-"""Where the other pole is, on the side that it will be on, when it is time to leave for it, rad."""
+"""The bearings of the other pole, toward its future side, at which to leave for it, rad."""
 
 
 def choose_circling_action(state: str, aside: float, side: int, slack: float = 0.0) -> str | None:
-    """What a person wants of a robot that circles a pole on one side, where it is so far aside on that side."""
+    """Return the next state of a robot that circles a pole seen `aside` rad to the given side, or None."""
     toward, off = f"veer_{SIDES[side]}", f"veer_{SIDES[-side]}"
     if aside > MOST + slack:
         return toward
@@ -70,7 +70,7 @@ def choose_circling_action(state: str, aside: float, side: int, slack: float = 0
 
 
 def circle(side: int) -> LessonPlan:
-    """Circling A, which stays on one side."""
+    """Return the plan of circling A, which stays on one side."""
     name, across = f"circle_{SIDES[side]}", PushAway("forward", f"veer_{SIDES[side]}", 2.2)
 
     def show(screen: SessionView) -> str | None:
@@ -105,12 +105,12 @@ def _straight(screen: SessionView) -> bool:
 
 
 def _at(side: int, least: float, most: float) -> Seen:
-    """The pole so far aside on that side, rad."""
+    """Return a predicate: the pole is between `least` and `most` rad to the given side."""
     return lambda screen: least < side * bearing(screen) < most
 
 
 def lap(side: int) -> LessonPlan:
-    """Around A until B comes ahead, to be passed on the other side."""
+    """Return the plan of going around A until B comes ahead, to be passed on the other side."""
     name, circling = f"lap_{SIDES[side]}", f"circle_{SIDES[side]}"
 
     def wanted(screen: SessionView, least: float) -> str | None:
@@ -146,12 +146,12 @@ def lap(side: int) -> LessonPlan:
 
 
 def _turned_from(screen: SessionView) -> bool:
-    """B is behind."""
+    """Return whether B is behind the robot."""
     return abs(bearing(screen, "B")) > 1.5
 
 
 LAPS = alternate_moves("lap_left", "lap_right")
-"""A lap around A, then one around B, over and over."""
+"""The rule that alternates between a lap around A and one around B."""
 
 EIGHT = LessonPlan(
     "eight",
@@ -172,7 +172,7 @@ EIGHT = LessonPlan(
 
 
 class ExpertFigureEight:
-    """The same by hand, reacting at once."""
+    """A hand-written controller for the same task that reacts at once."""
 
     keys: Sequence[ReadingKey] = (("bearing", "red_pole"), ("bearing", "blue_pole"))
 
@@ -181,7 +181,7 @@ class ExpertFigureEight:
         self._steer = np.zeros(world.agents)
 
     def decide(self, percept: Percept) -> Commands:
-        """What each robot does now."""
+        """Return the commands of all robots for this tick."""
         red, blue = wrap_signed(percept["bearing", "red_pole"]), -wrap_signed(percept["bearing", "blue_pole"])
         other = np.where(self._first, blue, red)
         self._first ^= (LEAVING[0] < other) & (other < LEAVING[1])
@@ -194,13 +194,13 @@ class ExpertFigureEight:
 
 
 def judge(tracks: GroundTruth) -> TaskResult:
-    """When two eights were whole: behind A, behind B, and so on, five times in all; and how many there were."""
+    """Return when two eights were complete (behind A, behind B, and so on, five times), and how many there were."""
     count = count_reached_in_turn(find_passings(tracks))
     return TaskResult(tracks.first(count > 2 * EIGHTS), {"eights": np.maximum(count[-1] - 1, 0) / 2})
 
 
 def find_passings(tracks: GroundTruth) -> Yes:
-    """Whether the line behind A was crossed counter-clockwise, that behind B clockwise [T+1, W, 2], within 2 m."""
+    """Return whether the line behind A (counter-clockwise) and B (clockwise) was crossed within 2 m [T+1, W, 2]."""
     a, b = (
         np.stack([tracks.objects_x[:, :, k], tracks.objects_y[:, :, k]])
         for k in (slot_of("red"), slot_of("blue"))
@@ -210,13 +210,13 @@ def find_passings(tracks: GroundTruth) -> Yes:
 
 
 def slot_of(color: str) -> int:
-    """Where a pole is among the objects of a world, each class with its spare ones after it."""
+    """Return the index of a pole among a world's objects, where each class is followed by its spare ones."""
     world = World(SCENARIO, [0])
     return int(world.rules.classes["first"][world.names.classes.index(f"{color}_pole")])
 
 
 def _crossed(place: Table, pole: Table, other: Table, side: int) -> Yes:
-    """Crossings of the line from a pole away from the other one, seen from above counter-clockwise (1) or clockwise."""
+    """Return the crossings of the line from a pole away from the other, counter-clockwise (1) or clockwise (-1)."""
     away = (pole - other) / np.hypot(*(pole - other))
     off = place - pole
     along = off[0] * away[0] + off[1] * away[1]
@@ -227,7 +227,7 @@ def _crossed(place: Table, pole: Table, other: Table, side: int) -> Yes:
 
 
 def bound(tracks: GroundTruth) -> Column:
-    """The straight lines from pole to pole, four times, at full speed [W], s."""
+    """Return the time in s [W] of the straight lines from pole to pole, four times, at full speed."""
     red, blue = slot_of("red"), slot_of("blue")
     x, y = tracks.objects_x[0], tracks.objects_y[0]
     apart: Column = np.hypot(x[:, red] - x[:, blue], y[:, red] - y[:, blue])

@@ -1,5 +1,6 @@
-"""Plots: random rooms, or single obstacles, side by side in one large world, with a robot each: worlds that differ
-in their walls, and run as one.
+"""Random rooms or obstacles, one per robot, side by side in one large world.
+
+So robots with different walls run in one simulation. A plot is the square of one robot.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ from understudy_lab.behavior_suite.task import SONAR, rover
 from understudy_lab.behavior_suite.tracks import Table, distance_to_line, length_of
 
 WIDE_M = 11.0
-"""A plot is this wide: nothing in one is heard in another."""
+"""The width of a plot in m, so large that no sensor reaches the next plot."""
 BEFORE_M = 4.2
-"""How far from the middle of an obstacle a robot begins."""
+"""The distance in m from the middle of an obstacle at which a robot starts."""
 
 
 @dataclass(frozen=True)
 class RoomLayout:
-    """A closed line of corners [P, 2], counter-clockwise around the middle of the plot, m; and where a robot starts.
+    """A closed line of corners [P, 2], counter-clockwise around the middle of the plot, m, and the robot's start pose.
 
     The middle lies in the obstacle, or in the room.
     """
@@ -36,21 +37,21 @@ class RoomLayout:
 
 
 def rotate_corners(corners: Table, angle: float) -> Table:
-    """Corners [P, 2] turned around the origin."""
+    """Rotate corners [P, 2] around the origin by an angle in rad."""
     cosine, sine = np.cos(angle), np.sin(angle)
     found: Table = corners @ np.array([[cosine, sine], [-sine, cosine]])
     return found
 
 
 def is_inside(corners: Table, x: float, y: float) -> bool:
-    """Whether a closed line goes around a point."""
+    """Return whether a closed line encloses a point."""
     angles = np.arctan2(corners[:, 1] - y, corners[:, 0] - x)
     steps = (np.roll(angles, -1) - angles + pi) % tau - pi
     return bool(abs(steps.sum()) > pi)
 
 
 def room(seed: int) -> RoomLayout:
-    """A room whose corners may be cut, square or slanted; the robot stands anywhere in it."""
+    """Draw a room whose corners may be cut, square or slanted, with the robot anywhere in it."""
     draws = np.random.default_rng([seed, 2])
     wide, high = draws.uniform(4.5, 7.0, 2)
     corners: list[tuple[float, float]] = []
@@ -71,7 +72,7 @@ def room(seed: int) -> RoomLayout:
 
 
 def convex(seed: int) -> RoomLayout:
-    """A convex obstacle with three to seven corners; the robot stands before it, and looks at it."""
+    """Draw a convex obstacle with three to seven corners, with the robot in front of it."""
     draws = np.random.default_rng([seed, 3])
     count = int(draws.integers(3, 8))
     angles = (np.arange(count) + draws.uniform(-0.25, 0.25, count)) * tau / count
@@ -80,7 +81,7 @@ def convex(seed: int) -> RoomLayout:
 
 
 def concave(seed: int) -> RoomLayout:
-    """An obstacle in the form of an L or a U, with room for the robot in it; the robot stands before it."""
+    """Draw an L- or U-shaped obstacle with room for the robot in it, with the robot in front of it."""
     draws = np.random.default_rng([seed, 4])
     a, b = draws.uniform(2.2, 3.0, 2)
     thick = draws.uniform(0.3, 0.5)
@@ -110,12 +111,12 @@ def _before(corners: Table, draws: np.random.Generator) -> RoomLayout:
 
 
 def build_world(plots: Sequence[RoomLayout], *, solid: bool) -> World:
-    """A world with a plot for each robot: rooms with walls, or solid obstacles."""
+    """Make a world with a plot for each robot: rooms with walls, or solid obstacles."""
     return World(make_scenario(plots, solid=solid), [0])
 
 
 def make_scenario(plots: Sequence[RoomLayout], *, solid: bool) -> Scenario:
-    """The scenario of such a world."""
+    """Return the scenario with a plot for each robot: rooms with walls, or solid obstacles."""
     columns = ceil(sqrt(len(plots)))
     size = (columns * WIDE_M, ceil(len(plots) / columns) * WIDE_M)
     walls, obstacles, starts = [], [], []
@@ -141,7 +142,7 @@ ROVER = rover("forward", "rotate_left", "rotate_right", "veer_left", "veer_right
 
 
 def middles(count: int) -> Table:
-    """Where the middles of so many plots are [count, 2], m."""
+    """Return the middles of the first plots [count, 2], m."""
     columns = ceil(sqrt(count))
     numbers = np.arange(float(count))
     found: Table = (np.stack([numbers % columns, numbers // columns], axis=1) + 0.5) * WIDE_M
@@ -149,7 +150,7 @@ def middles(count: int) -> Table:
 
 
 def measure_line_distances(x: Table, y: Table, plots: Sequence[RoomLayout]) -> tuple[Table, Table]:
-    """How far the robots' tracks [T, W] are from the lines of their plots, and how far along these, m."""
+    """Return how far the robots' tracks [T, W] are from the lines of their plots, and where along these, m."""
     found = [
         distance_to_line(x[:, w] - mx, y[:, w] - my, plot.corners)
         for w, ((mx, my), plot) in enumerate(zip(middles(len(plots)), plots, strict=True))
@@ -158,5 +159,5 @@ def measure_line_distances(x: Table, y: Table, plots: Sequence[RoomLayout]) -> t
 
 
 def lengths(plots: Sequence[RoomLayout]) -> Column:
-    """How long the lines of plots are, m."""
+    """Return the length of each plot's line, m."""
     return np.array([length_of(plot.corners) for plot in plots])

@@ -1,4 +1,4 @@
-"""Scavenging: look around for things, drive up to what is seen until it is picked up, look around again."""
+"""The task of collecting objects: look around, drive up to a visible object until it is picked up, repeat."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ def _toward(off: float) -> str:
 
 
 def show_approach(screen: SessionView) -> str | None:
-    """Turn until it is in the middle of the picture, drive on."""
+    """Return the next state of the approach, or None: turn until the object is in the middle of the image, drive."""
     return _approached(screen, ASIDE, CENTERED)
 
 
 def complain_approach(screen: SessionView) -> str | None:
-    """Where it drives past it, or turns on past it."""
+    """Return the state to correct the approach to, or None: where the robot drives or turns past the object."""
     return _approached(screen, WAY_ASIDE, -20.0)
 
 
@@ -85,7 +85,7 @@ def _beside(side: int) -> Seen:
 
 
 def _at(side: int) -> Situation:
-    """A can well aside in the picture."""
+    """Return a situation with a can well to one side of the image."""
     return Situation("cans", {"A": "can"}, _beside(side), after(4.0))
 
 
@@ -108,12 +108,12 @@ APPROACH = LessonPlan(
 
 
 def show_scavenge(screen: SessionView) -> str | None:
-    """Look around; approach what is seen; wander where a whole turn showed nothing."""
+    """Return the next state, or None: look around, approach a visible can, wander after a turn without one."""
     return _scavenged(screen, patience=1.0)
 
 
 def complain_scavenge(screen: SessionView) -> str | None:
-    """Where it does not take what it sees, or looks or wanders for far too long or too short."""
+    """Return the state to correct to, or None: ignoring a visible can, looking or wandering too long or too short."""
     return _scavenged(screen, patience=1.4)
 
 
@@ -146,7 +146,7 @@ SCAVENGE = LessonPlan(
 
 
 def practice(name: str, seed: int) -> World:
-    """Many cans, or few that have to be looked for."""
+    """Return a practice world: many cans, or few that have to be searched for."""
     if name == "cans":
         return World(SCENARIO, [seed])
     few = ObjectClass(name="can", count=3, color="red", apart=0.4, capture=CaptureRule(range=TOUCH_M))
@@ -154,7 +154,7 @@ def practice(name: str, seed: int) -> World:
 
 
 class ExpertScavenger:
-    """Looks around, turns to what it sees, drives there; wanders after a whole turn without anything."""
+    """A hand-written controller: look around, turn to a visible can, drive to it; wander after a turn without one."""
 
     keys: Sequence[ReadingKey] = (("blob_x", "can"),)
 
@@ -164,7 +164,7 @@ class ExpertScavenger:
         self._wandering = np.zeros(world.agents, np.bool_)
 
     def decide(self, percept: Percept) -> Commands:
-        """What each robot does now."""
+        """Return the commands of all robots for this tick."""
         off = percept["blob_x", "can"] - MIDDLE
         seen = ~np.isnan(off)
         off = np.nan_to_num(off)
@@ -180,15 +180,16 @@ class ExpertScavenger:
 
 
 def judge(tracks: GroundTruth) -> TaskResult:
-    """When nine of ten cans were picked up; and the share of all that were."""
+    """Return when nine of ten cans were picked up, and the share of all cans that were."""
     taken = np.isnan(tracks.objects_x[:, :, :CANS]).sum(axis=2)
     return TaskResult(tracks.first(taken >= ENOUGH), {"share picked up": taken[-1] / CANS})
 
 
 def bound(tracks: GroundTruth) -> Column:
-    """The shortest lines that join nine cans to the start, less the touch at either end, at full speed [W], s.
+    """Return the least time in s [W] to touch nine cans at full speed.
 
-    No way to nine cans is shorter than the nine shortest edges of the minimum spanning tree of all (Kruskal 1956).
+    No path to nine cans is shorter than the nine shortest edges of the minimum spanning tree of all (Kruskal 1956),
+    less the touching distance at either end.
     """
     return np.array(
         [

@@ -1,4 +1,4 @@
-"""The experiment: every behavior of the repertoire taught many times, each teaching judged on its own unseen worlds."""
+"""The experiment: every behavior of the suite taught many times, each teaching tested in its own unseen worlds."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TEACHINGS = range(51_000, 51_020)
-"""The teaching seeds of the published result: nobody had looked at any of them before."""
+"""The teaching seeds of the published result; none was used during development."""
 
 FEATS: Mapping[str, BehaviorTask] = {
     feat.name: feat
@@ -44,17 +44,17 @@ SUCCESS, RATIO, EXAMPLES = 0.95, 0.85, 60
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Each behavior with each seed."""
+    """Return one task per behavior and seed."""
     return [{"behavior": name, "seed": seed} for name in FEATS for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
-    """One behavior taught once, and judged."""
+    """Teach one behavior once and test it."""
     return row_of(FEATS[task["behavior"]], task["seed"])
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """What each behavior comes to over its teachings."""
+    """Summarize each behavior over its teachings."""
     groups = group_by_behavior(rows)
     behaviors = {name: summarize_teachings(of) for name, of in groups.items()}
     goals = tuple(goal for name, of in behaviors.items() for goal in goals_of(name, of))
@@ -114,7 +114,7 @@ NOTE = (
 
 
 def group_by_behavior(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Rows by behavior."""
+    """Group rows by behavior."""
     found: dict[str, list[Row]] = {}
     for row in rows:
         found.setdefault(row["task"]["behavior"], []).append(row)
@@ -122,12 +122,12 @@ def group_by_behavior(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 
 def ratios(rows: Sequence[Row]) -> list[float]:
-    """How fast each teaching is beside the hand-written controller."""
+    """Return the speed of each teaching relative to the hand-written controller."""
     return [row["ratio"] or 0.0 for row in rows]
 
 
 def summarize_teachings(rows: Sequence[Row]) -> dict[str, Any]:
-    """Medians and spread over teachings: the taught automaton is the unit, never the world."""
+    """Return medians and spread over teachings; the unit is the taught automaton, not the world."""
     success = np.array([row["success"] for row in rows])
     reaching = success >= SUCCESS
     return {
@@ -145,18 +145,18 @@ def summarize_teachings(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def summarize_values(values: Numbers) -> dict[str, float]:
-    """Smallest, median and largest, and a 95 % interval of the median."""
+    """Return minimum, median, maximum, and a 95 % interval of the median."""
     low, high = interval_of_median(values)
     return {**spread(values), "low": round(low, 4), "high": round(high, 4)}
 
 
 def format_behavior_name(name: str) -> str:
-    """A behavior's name in words."""
+    """Format a behavior's name as words."""
     return name.replace("_", ", ")
 
 
 def make_taught_row(name: str, rows: Sequence[Row], of: Mapping[str, Any]) -> list[str]:
-    """A behavior's row of the first table."""
+    """Return a behavior's row of the first table."""
     return [
         format_behavior_name(name),
         f"{of['teachings_reaching_95']} of {of['of']}",
@@ -170,14 +170,14 @@ def make_taught_row(name: str, rows: Sequence[Row], of: Mapping[str, Any]) -> li
 
 
 def format_interval(of: Mapping[str, float], *, digits: int = 0, unit: str = "") -> str:
-    """What was `summarize_values`: "98 % [97–99] (93–100)"."""
+    """Format the result of `summarize_values`, for example "98 % [97–99] (93–100)"."""
     middle, *rest = (f"{of[what]:.{digits}f}" for what in ("median", "low", "high", "min", "max"))
     low, high, smallest, largest = rest
     return f"{middle}{unit} [{low}–{high}] ({smallest}–{largest})"
 
 
 def make_expert_row(name: str, rows: Sequence[Row]) -> list[str]:
-    """A behavior's row of the second table."""
+    """Return a behavior's row of the second table."""
     feat = FEATS[name]
     return [
         format_behavior_name(name),
@@ -189,7 +189,7 @@ def make_expert_row(name: str, rows: Sequence[Row]) -> list[str]:
 
 
 def lessons(name: str, rows: Sequence[Row]) -> list[list[str]]:
-    """A behavior's rows of the third table."""
+    """Return a behavior's rows of the third table."""
     found = []
     for k, lesson in enumerate(rows[0]["lessons"]):
         same = [row["lessons"][k] for row in rows]
@@ -200,7 +200,7 @@ def lessons(name: str, rows: Sequence[Row]) -> list[list[str]]:
 
 
 def goals_of(name: str, of: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
-    """What a behavior was to reach, beside what it came to: medians over teachings."""
+    """Return each goal of a behavior with the measured median over teachings."""
     success, ratio, examples = (of[what]["median"] for what in ("success", "ratio", "examples"))
     return (
         StudyGoal(
@@ -222,7 +222,7 @@ def goals_of(name: str, of: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
 
 
 def list_failed_teachings(groups: Mapping[str, Sequence[Row]]) -> list[str]:
-    """The teachings that did not come right, told."""
+    """Return a sentence on the teachings below 95 % success, or an empty list."""
     found = {
         format_behavior_name(name): [row["success"] for row in of if row["success"] < SUCCESS]
         for name, of in groups.items()
@@ -232,7 +232,7 @@ def list_failed_teachings(groups: Mapping[str, Sequence[Row]]) -> list[str]:
 
 
 def list_uncertain_goals(behaviors: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Which goals lie within the intervals of what was measured."""
+    """Return the goals whose threshold lies within the interval of the measured value."""
     asked = {"success": SUCCESS, "ratio": RATIO, "examples": EXAMPLES}
     found = [
         f"{format_behavior_name(name)}, {what}"
@@ -244,7 +244,7 @@ def list_uncertain_goals(behaviors: Mapping[str, Mapping[str, Any]]) -> list[str
 
 
 def describe_discarded_lessons(rows: Sequence[Row]) -> str:
-    """What counts of lessons that did not come right and were begun anew."""
+    """Return a sentence on how lessons count that were discarded and started again."""
     anew = [row for row in rows if any(lesson["attempts"] > 1 for lesson in row["lessons"])]
     each = ", ".join(
         f"{format_behavior_name(row['task']['behavior'])}, {row['examples']} examples kept, "
@@ -266,7 +266,7 @@ SHOWN: Mapping[str, tuple[str, float, Callable[[Row], float]]] = {
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Success, speed and examples of every teaching, by behavior."""
+    """Draw success, speed and examples of every teaching, by behavior."""
     groups = group_by_behavior(rows)
     figure, found = panels(3, rows=3, wide=7.2, tall=2.1)
     names = {name: format_behavior_name(name).replace(", ", "\n") for name in groups}

@@ -1,4 +1,4 @@
-"""One behavior of the suite: how it is taught, its hand-written expert, and how it is judged."""
+"""A behavior of the suite: its lessons, its hand-written controller, and its test."""
 
 from __future__ import annotations
 
@@ -24,39 +24,39 @@ from understudy_lab.teachers.teacher import LessonPlan, MakesBody
 
 
 class Expert(Protocol):
-    """A controller written by hand, for N robots at once, that does one basic behavior at a time."""
+    """A hand-written controller for N robots that runs one basic behavior at a time."""
 
     @property
     def keys(self) -> Sequence[ReadingKey]:
-        """What it reads."""
+        """The sensor values that the controller needs."""
         ...
 
     def decide(self, percept: Percept) -> Commands:
-        """What each robot does now."""
+        """Return the commands of all robots for this tick."""
         ...
 
 
 @dataclass(frozen=True)
 class TaskResult:
-    """How W worlds went: columns [W]. A world is a success where it was done in time."""
+    """The results of W worlds as columns [W]; a world is a success if the task was completed in time."""
 
     seconds: Column
-    """How long it took; absent where it was not done."""
+    """The time until completion, s; NaN where it was not completed."""
     measures: Mapping[str, Column] = field(default_factory=lambda: MappingProxyType({}))
-    """What else was measured, by name."""
+    """Further measured columns, by name."""
 
 
 @dataclass(frozen=True)
 class TaskTrial:
-    """Unseen worlds for one teaching: what they are, how to judge what was done in them, and what none can beat."""
+    """The test of one teaching: unseen worlds, a time limit in s, a judge, and a lower bound."""
 
     world: World
     seconds: float
     judge: Callable[[GroundTruth], TaskResult]
     bound: Callable[[GroundTruth], Column]
-    """Seconds [W] that no robot can beat."""
+    """A function that returns a lower bound on the time in s [W]."""
     bindings: Sequence[Mapping[str, str]] = ({},)
-    """What the parameters stand for, for each robot of a world in turn."""
+    """The bindings of the behavior's parameters for each robot of a world."""
 
 
 MakesTrial: TypeAlias = Callable[[Sequence[int]], TaskTrial]
@@ -64,7 +64,7 @@ MakesTrial: TypeAlias = Callable[[Sequence[int]], TaskTrial]
 
 @dataclass(frozen=True)
 class BehaviorTask:
-    """One behavior of the repertoire; `behavior` is the last of its topics."""
+    """One behavior of the suite with everything needed to teach and test it."""
 
     name: str
     does: str
@@ -79,7 +79,7 @@ class BehaviorTask:
 
     @property
     def behavior(self) -> str:
-        """The automaton that is judged."""
+        """The name of the tested automaton, the last of the topics."""
         return self.topics[-1].name
 
 
@@ -105,7 +105,7 @@ CAMERA = Camera(range=3.0, noise_x=1.0)
 def rover(
     *moves: str, sensor: Sonar | TargetLocator | Camera = LOCATOR, team: str | None = None
 ) -> RobotType:
-    """A rover with one sensor, and some of the moves."""
+    """Return a rover with one sensor and some of the moves."""
     return RobotType(
         radius=RADIUS,
         speed=SPEED,
@@ -119,12 +119,12 @@ def rover(
 
 
 def bearing(screen: SessionView, of: str = "A") -> float:
-    """Signed bearing of a target on the screen, left positive, rad."""
+    """Return the bearing of a target in rad, positive to the left, between -pi and pi."""
     return (screen.features[f"angle_to({of})"] + pi) % tau - pi
 
 
 def alternate_moves(first: str, second: str) -> Wish:
-    """One, and when that is done the other, over and over."""
+    """Return a rule that alternates between two states, changing when the present one is done."""
 
     def wish(screen: SessionView) -> str | None:
         if screen.state == "start":
@@ -137,7 +137,7 @@ def alternate_moves(first: str, second: str) -> Wish:
 
 
 class TurnController:
-    """Turns until it faces something to half a tick's turn, then not before it is off by more than `astray` (rad)."""
+    """A rule that turns to within half a tick's turn of a target, and again only when it is off by `astray` rad."""
 
     facing = 0.55 * radians(TURNING_DEG) * TICK_S
 
@@ -146,7 +146,7 @@ class TurnController:
         self._turn = np.zeros(agents)
 
     def toward(self, off: Column, go: Yes) -> Column:
-        """Which way to turn now [N], where it is to `go`: 1 left, -1 right, 0 not."""
+        """Return the direction to turn now [N] for the robots in `go`: 1 left, -1 right, 0 none."""
         off = np.where(go, off, 0.0)
         keep_on = (self._turn != 0.0) & (np.abs(off) > self.facing)
         begin = (self._turn == 0.0) & (np.abs(off) > self._astray)

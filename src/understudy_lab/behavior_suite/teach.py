@@ -1,4 +1,4 @@
-"""Teaching one feat, and judging what was taught beside the hand-written controller: one row of the experiment."""
+"""Teaching of one behavior and its comparison with the hand-written controller: one row of the experiment."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ WORLDS = 100
 
 
 def worlds_of(seed: int) -> range:
-    """The unseen worlds that a teaching is judged on; no two teachings share one."""
+    """Return the seeds of the unseen worlds of a teaching; no two teachings share one."""
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
 def teach(feat: BehaviorTask, seed: int) -> TeachingResult:
-    """Teach its automata, one after the other. Same seed, same library."""
+    """Teach the automata of a behavior one after another; the same seed gives the same library."""
     return ScriptedTeacher(Library(feat.kit), feat.practice, seed, options=feat.options).teach(*feat.topics)
 
 
 def make_taught_controller(trial: TaskTrial, library: Library, behavior: str) -> GroundTruth:
-    """What robots do that all run a taught behavior, each with its own bindings."""
+    """Run the taught behavior in all worlds, each robot with its own bindings, and return the tracks."""
     programs = [link(library, behavior, binding) for binding in trial.bindings]
     engine = Engine(trial.world, programs * (trial.world.agents // len(programs)))
     return record(trial.world, engine.tick, trial.seconds)
 
 
 def make_expert_controller(trial: TaskTrial, feat: BehaviorTask) -> GroundTruth:
-    """What robots do that run the controller written by hand."""
+    """Run the hand-written controller in all worlds, and return the tracks."""
     world, hand = trial.world, feat.hand(trial.world)
     return record(world, lambda: world.act(hand.decide(world.sense(hand.keys))), trial.seconds)
 
 
 def row_of(feat: BehaviorTask, seed: int) -> dict[str, Any]:
-    """Teach and judge: plain data."""
+    """Teach and test one behavior, and return the result as plain data."""
     teaching = teach(feat, seed)
     trial = feat.trial(worlds_of(seed))
     taught = trial.judge(make_taught_controller(trial, teaching.library, feat.behavior))
@@ -69,22 +69,22 @@ def row_of(feat: BehaviorTask, seed: int) -> dict[str, Any]:
 
 
 def share_done(judged: TaskResult) -> float:
-    """The share of worlds in which it was done in time."""
+    """Return the share of worlds in which the task was completed in time."""
     return float((~np.isnan(judged.seconds)).mean())
 
 
 def compare_speed(taught: TaskResult, hand: TaskResult) -> float | None:
-    """How fast it is beside the one written by hand: median over the worlds where that one did it; 0 where not done."""
+    """Return the median speed relative to the expert, over worlds that the expert completed; a failure counts 0."""
     known = ~np.isnan(hand.seconds)
     return compute_median(np.nan_to_num(hand.seconds / taught.seconds)[known])
 
 
 def measures(judged: TaskResult) -> Mapping[str, Any]:
-    """All that was measured, seconds first."""
+    """Return all measured columns by name, seconds first."""
     return {"seconds": judged.seconds, **judged.measures}
 
 
 def compute_median(column: Any) -> float | None:
-    """The median of what is there; None where nothing is."""
+    """Return the median of the values that are not NaN, or None if there are none."""
     known = column[~np.isnan(column)]
     return round(float(np.median(known)), 4) if len(known) else None

@@ -1,6 +1,6 @@
-"""Tracks: where everything in worlds side by side truly was at every tick, and what can be said of that.
+"""Tracks: the true positions of all robots and objects at every tick, and measures computed from them.
 
-Measures take and give columns; a time that never came is absent (NaN).
+Measures take and return columns; a time that never came is NaN.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ Yes = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class GroundTruth:
-    """True places, m, before the first tick and after each: of N robots [T+1, N] and K objects per world [T+1, B, K].
+    """True positions, m, at the start and after each tick: N robots [T+1, N] and K objects per world [T+1, B, K].
 
-    An object that is not there is absent.
+    The position of an absent object is NaN.
     """
 
     tick_s: float
@@ -33,16 +33,16 @@ class GroundTruth:
     objects_y: Table
 
     def first(self, holds: Yes) -> Column:
-        """When each column of [T+1, W] first holds, s; absent where it never does."""
+        """Return the time in s at which each column of [T+1, W] first holds; NaN if it never does."""
         return np.where(holds.any(axis=0), holds.argmax(axis=0) * self.tick_s, np.nan)
 
     def ticks(self, seconds: float) -> int:
-        """How many ticks that is."""
+        """Return the number of ticks in a time in s."""
         return round(seconds / self.tick_s)
 
 
 def record(world: World, tick: Callable[[], None], seconds: float) -> GroundTruth:
-    """Let worlds go on for so long, tick by tick."""
+    """Run worlds for a time in s, calling `tick` for each tick, and return their tracks."""
     ticks = round(seconds / world.tick_s)
     robots = np.empty((2, ticks + 1, world.agents))
     objects = np.empty((2, ticks + 1, *world.state.objects.shape))
@@ -58,7 +58,7 @@ def record(world: World, tick: Callable[[], None], seconds: float) -> GroundTrut
 
 
 def has_held_for(holds: Yes, ticks: int) -> Yes:
-    """Whether it holds now and held for the last so many ticks [T, W]; never before there were as many."""
+    """Return whether a condition holds now and held for the last `ticks` ticks [T, W]."""
     counts = np.cumsum(np.vstack([np.zeros_like(holds[:1], np.int64), holds]), axis=0)
     found = np.zeros_like(holds)
     found[ticks:] = counts[ticks + 1 :] - counts[: len(counts) - ticks - 1] == ticks + 1
@@ -66,14 +66,14 @@ def has_held_for(holds: Yes, ticks: int) -> Yes:
 
 
 def count_turns(x: Table, y: Table, around_x: Column, around_y: Column) -> Table:
-    """How often each track [T, W] has gone around a point [W] by then, counter-clockwise positive."""
+    """Return how often each track [T, W] has gone around a point [W] so far, counter-clockwise positive."""
     angle = np.unwrap(np.arctan2(y - around_y, x - around_x), axis=0)
     turned: Table = (angle - angle[0]) / tau
     return turned
 
 
 def measure_gain(gone: Table, near: Yes) -> Table:
-    """How much of a measure [T, W] was gained since it was last not near [T, W]; nothing while it is not."""
+    """Return how much a measure [T, W] has grown since `near` [T, W] was last false; 0 while it is false."""
     rows = np.arange(len(gone))[:, None]
     begun = np.maximum.accumulate(np.where(near, -1, rows), axis=0) + 1
     since: Table = gone - np.take_along_axis(gone, np.minimum(begun, rows), axis=0)
@@ -81,7 +81,7 @@ def measure_gain(gone: Table, near: Yes) -> Table:
 
 
 def count_reached_in_turn(reached: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Of places [T, W, K] to be reached in turn, over and over: how many were, by each tick [T, W]."""
+    """Return how many places [T, W, K], to be reached in cyclic order, were reached by each tick [T, W]."""
     ticks, worlds, places = reached.shape
     count = np.zeros((ticks, worlds), np.int64)
     rows, now = np.arange(worlds), np.zeros(worlds, np.int64)
@@ -92,7 +92,7 @@ def count_reached_in_turn(reached: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def medians(values: Table) -> Column:
-    """The median of what is present in each column of [T, W]; absent where nothing is."""
+    """Return the median of each column of [T, W] without NaN; NaN for a column of only NaN."""
     present = ~np.isnan(values).all(axis=0)
     found = np.full(values.shape[1], np.nan)
     found[present] = np.nanmedian(values[:, present], axis=0)
@@ -100,12 +100,12 @@ def medians(values: Table) -> Column:
 
 
 def wrap_signed(angle: Column) -> Column:
-    """Angles from -pi to pi, left positive."""
+    """Wrap angles to the range from -pi to pi, left positive."""
     return (angle + pi) % tau - pi
 
 
 def distance_to_line(x: Table, y: Table, corners: Table) -> tuple[Table, Table]:
-    """How far points are from a closed line of corners [P, 2], and how far along it the nearest point of it is, m."""
+    """Return the distance of points from a closed line of corners [P, 2], and the nearest position along it, m."""
     following = np.roll(corners, -1, axis=0)
     edges = following - corners
     lengths = np.hypot(edges[:, 0], edges[:, 1])
@@ -121,6 +121,6 @@ def distance_to_line(x: Table, y: Table, corners: Table) -> tuple[Table, Table]:
 
 
 def length_of(corners: Table) -> float:
-    """The length of a closed line of corners [P, 2], m."""
+    """Return the length of a closed line of corners [P, 2], m."""
     edges = np.roll(corners, -1, axis=0) - corners
     return float(np.hypot(edges[:, 0], edges[:, 1]).sum())

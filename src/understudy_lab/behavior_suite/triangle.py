@@ -1,4 +1,4 @@
-"""Three robots that line up in an equilateral triangle: one automaton for all, each with its own A and B."""
+"""The task of forming an equilateral triangle: three robots run one automaton, each with its own A and B."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SIDE_M, WITHIN_M, WITHIN_DEG = 2.0, 0.4, 12.0
 HELD_S, LIMIT_S = 5.0, 90.0
 ROBOTS = ("ant", "bee", "cat")
 BINDINGS = tuple({"A": ROBOTS[k - 2], "B": ROBOTS[k - 1]} for k in range(3))
-"""Each robot's A and B are the two after it."""
+"""The bindings of each robot: A and B are the two robots after it."""
 
 SCENARIO = Scenario(
     name="triangle",
@@ -67,7 +67,7 @@ def _turned(screen: SessionView, facing: float) -> str | None:
 
 
 def complain_face(screen: SessionView) -> str | None:
-    """Where it turns on past it, idles, or says too early that it is there."""
+    """Return the state to correct facing to, or None: turning past the target, idling, or `done` too early."""
     off = bearing(screen)
     if screen.state == "start":
         return _turned(screen, FACING)
@@ -101,7 +101,7 @@ FACE = LessonPlan(
 
 
 def choose_settling_action(screen: SessionView, slack: float) -> str | None:
-    """What a person wants who lets this much (m) pass: face A, drive on or back, and say when the distance is right."""
+    """Return the next state, or None, for an allowed error of `slack` m: face A, drive on or back, raise `done`."""
     off = screen.features["distance_to(A)"] - SIDE_M
     if screen.state in ("start", "done"):
         return "done" if abs(off) < GOES_M + (slack if screen.state == "done" else 0.0) else "face"
@@ -136,11 +136,11 @@ SETTLE = LessonPlan(
 
 
 complain_line_up = alternate_moves("settle_A", "settle_B")
-"""Where it does not go on to the other, who may have moved."""
+"""The correction: where the robot does not go on to the other robot, which may have moved."""
 
 
 def show_line_up(screen: SessionView) -> str | None:
-    """Settle with A, then with B, over and over, until it has been seen twice."""
+    """Return the next state, or None: settle with A, then with B, repeatedly, until this was shown twice."""
     return None if screen.examples >= SEEN_TWICE else complain_line_up(screen)
 
 
@@ -163,13 +163,13 @@ LINE_UP = LessonPlan(
 
 
 def practice(name: str, seed: int) -> World:
-    """Two robots wait two meters apart; the third is anywhere."""
+    """Return a world in which two robots wait two meters apart and the third is anywhere."""
     waiting = (RobotGroup(type="bee", at=((6.0, 7.0, 0.0),)), RobotGroup(type="cat", at=((8.0, 7.0, 0.0),)))
     return World(replace(SCENARIO, robots=(SCENARIO.robots[0], *waiting)), [seed])
 
 
 class ExpertTriangle:
-    """The same by hand, reacting at once."""
+    """A hand-written controller for the same task that reacts at once."""
 
     keys: Sequence[ReadingKey] = tuple((what, name) for name in ROBOTS for what in ("range", "bearing"))
 
@@ -180,7 +180,7 @@ class ExpertTriangle:
         self._a, self._b = ([ROBOTS.index(BINDINGS[k % 3][of]) for k in range(world.agents)] for of in "AB")
 
     def decide(self, percept: Percept) -> Commands:
-        """What each robot does now."""
+        """Return the commands of all robots for this tick."""
         rows = np.arange(len(self._going))
         far = np.stack([percept["range", name] for name in ROBOTS])
         off = wrap_signed(np.stack([percept["bearing", name] for name in ROBOTS]))
@@ -197,7 +197,7 @@ class ExpertTriangle:
 
 
 def sides(tracks: GroundTruth) -> Table:
-    """The sides of each triangle [3, T+1, B], m: the first is across from the first robot."""
+    """Return the sides of each triangle [3, T+1, B], m; the first is opposite the first robot."""
     x, y = (each.reshape(len(each), -1, 3) for each in (tracks.x, tracks.y))
     return np.stack(
         [np.hypot(x[..., k - 2] - x[..., k - 1], y[..., k - 2] - y[..., k - 1]) for k in range(3)]
@@ -205,13 +205,13 @@ def sides(tracks: GroundTruth) -> Table:
 
 
 def angles(lengths: Table) -> Table:
-    """The angles of triangles from their sides [3, ...], rad, by the law of cosines."""
+    """Return the angles of triangles from their sides [3, ...], rad, by the law of cosines."""
     a, b, c = (np.roll(lengths, -k, axis=0) for k in range(3))
     return np.arccos(np.clip((b**2 + c**2 - a**2) / np.maximum(2 * b * c, 1e-9), -1.0, 1.0))
 
 
 def judge(tracks: GroundTruth) -> TaskResult:
-    """When sides and angles had been right for five seconds; and how far off the worst angle was at the end."""
+    """Return when sides and angles had been right for five seconds, and the largest error of an angle at the end."""
     lengths = sides(tracks)
     off = np.degrees(np.abs(angles(lengths) - pi / 3)).max(axis=0)
     right = (np.abs(lengths - SIDE_M).max(axis=0) <= WITHIN_M) & (off <= WITHIN_DEG)
@@ -221,7 +221,7 @@ def judge(tracks: GroundTruth) -> TaskResult:
 
 
 def bound(tracks: GroundTruth) -> Column:
-    """When the side that is farthest off could be right, its ends going straight, and the time it is to hold [W], s."""
+    """Return the least time in s [W]: to correct the worst side at full speed, and to hold the triangle."""
     off = np.abs(sides(tracks)[:, 0] - SIDE_M).max(axis=0) - WITHIN_M
     seconds: Column = np.maximum(0.0, off) / (2 * SPEED) + HELD_S
     return seconds

@@ -1,4 +1,4 @@
-"""Following walls and circling obstacles with two sonars: how they are taught, and their experts."""
+"""The tasks of following walls and circling obstacles with two sonars: lesson plans and hand-written controllers."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ AHEAD = "sonar_ahead"
 
 
 def choose_wall_action(state: str, ahead: float, beside: float, hand: str, slack: float = 0.0) -> str | None:
-    """What a person wants the robot to do, who lets this much (m) pass."""
+    """Return the next state of a wall follower for an allowed error of `slack` m, or None."""
     away, near = f"rotate_{OTHER[hand]}", f"veer_{hand}"
     if state == "start":
         return "seek"
@@ -59,7 +59,7 @@ def choose_wall_action(state: str, ahead: float, beside: float, hand: str, slack
 
 
 def make_wall_topic(name: str, hand: str, practice: str, *, cases: int, seconds: float) -> LessonPlan:
-    """Following a wall with one hand on it: seek one, go along it, veer to it, turn off where it ends ahead."""
+    """Return the plan of following a wall on one side: find it, go along it, veer to it, turn off at a wall ahead."""
     beside = f"sonar_{hand}"
 
     def pressing(slack: float) -> Callable[[SessionView], str | None]:
@@ -81,7 +81,7 @@ def make_wall_topic(name: str, hand: str, practice: str, *, cases: int, seconds:
 
 
 class ExpertWallFollower:
-    """The same with the same sonars, reacting at once."""
+    """A hand-written controller with the same sonars that reacts at once."""
 
     def __init__(self, world: World, hand: str) -> None:
         self.keys: Sequence[ReadingKey] = ((AHEAD, None), (f"sonar_{hand}", None))
@@ -90,7 +90,7 @@ class ExpertWallFollower:
         self._turning, self._veering = np.zeros((2, world.agents), np.bool_)
 
     def decide(self, percept: Percept) -> Commands:
-        """What each robot does now."""
+        """Return the commands of all robots for this tick."""
         ahead, beside = (percept[key] for key in self.keys)
         self._turning = ahead < np.where(self._turning, CLEAR_M, BLOCKED_M)
         self._seeking &= ~self._turning & (beside > WELL_M)
@@ -103,7 +103,7 @@ class ExpertWallFollower:
 
 
 def make_wall_expert(hand: str) -> Callable[[World], Expert]:
-    """Makes the controller for one hand."""
+    """Return a function that makes the controller for a wall on the given side."""
     return lambda world: ExpertWallFollower(world, hand)
 
 
@@ -111,7 +111,7 @@ NEAR_M, CIRCLING_LIMIT_S = 1.0, 90.0
 
 
 def judge_circling(tracks: GroundTruth, plots: Sequence[RoomLayout]) -> TaskResult:
-    """When it was once around since it was last a meter away from the obstacle; and how far away it was till then."""
+    """Return when the robot had circled the obstacle within 1 m of it, and its distance until then."""
     far, _ = measure_line_distances(tracks.x, tracks.y, plots)
     middle = middles(len(plots))
     gone = measure_gain(count_turns(tracks.x, tracks.y, middle[:, 0], middle[:, 1]), far <= NEAR_M)
@@ -122,8 +122,10 @@ def judge_circling(tracks: GroundTruth, plots: Sequence[RoomLayout]) -> TaskResu
 
 
 def compute_circling_bound(tracks: GroundTruth, plots: Sequence[RoomLayout]) -> Column:
-    """To within a meter, then around the obstacle's convex hull, the rover's radius away, less the meter that closing
-    the loop may save, at full speed [W], s.
+    """Return the least time in s [W] to reach and circle the obstacle at full speed.
+
+    The path leads to within a meter, then around the convex hull at the rover's radius, less the meter that closing the
+    loop may save.
     """
     far, _ = measure_line_distances(tracks.x[:1], tracks.y[:1], plots)
     loops = np.array([length_of(hull(plot.corners)) for plot in plots]) + tau * RADIUS
@@ -132,7 +134,7 @@ def compute_circling_bound(tracks: GroundTruth, plots: Sequence[RoomLayout]) -> 
 
 
 def hull(corners: Table) -> Table:
-    """The corners [P, 2] of the convex hull, counter-clockwise (Andrew 1979)."""
+    """Return the corners [P, 2] of the convex hull, counter-clockwise (Andrew 1979)."""
     points = sorted((float(x), float(y)) for x, y in corners)
 
     def half(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -184,7 +186,7 @@ AT_WALL_M, WALL_LIMIT_S = 1.0, 120.0
 
 
 def judge_wall_following(tracks: GroundTruth, plots: Sequence[RoomLayout], hand: str) -> TaskResult:
-    """When the loop was closed since the wall was last farther away than it may be; and how far it was till then."""
+    """Return when the loop was closed without leaving the wall, and the distance from it until then."""
     far, along = measure_line_distances(tracks.x, tracks.y, plots)
     way, whole = (1.0 if hand == RIGHT else -1.0), lengths(plots)
     gone = measure_gain(way * _unwrapped(along, whole), far <= AT_WALL_M)
@@ -198,12 +200,12 @@ def judge_wall_following(tracks: GroundTruth, plots: Sequence[RoomLayout], hand:
 
 
 def _unwrapped(along: Table, whole: Column) -> Table:
-    """How far along in all, where the line begins anew after its whole length."""
+    """Return the total distance along a line, also where its position restarts after the whole length."""
     return np.unwrap(along / whole * tau, axis=0) * whole / tau
 
 
 def compute_wall_following_bound(tracks: GroundTruth, plots: Sequence[RoomLayout]) -> Column:
-    """The straight line to within 1 m, then around the room shrunk by that, at full speed [W], s."""
+    """Return the least time in s [W]: straight to within 1 m of the wall, then around the room 1 m inside."""
     far, _ = measure_line_distances(tracks.x[:1], tracks.y[:1], plots)
     inner = np.array([compute_corner_savings(plot.corners) for plot in plots])
     seconds: Column = (np.maximum(0.0, far[0] - AT_WALL_M) + lengths(plots) - inner) / SPEED
@@ -211,7 +213,7 @@ def compute_wall_following_bound(tracks: GroundTruth, plots: Sequence[RoomLayout
 
 
 def compute_corner_savings(corners: Table) -> float:
-    """What a way 1 m inside the corners [P, 2] is shorter by, m: at those that go out; others save nothing."""
+    """Return by how much a path 1 m inside the corners [P, 2] is shorter, m; only convex corners save length."""
     edges = np.roll(corners, -1, axis=0) - corners
     angles = np.arctan2(edges[:, 1], edges[:, 0])
     bends = (np.roll(angles, -1) - angles + pi) % tau - pi

@@ -1,4 +1,4 @@
-"""Patrolling waypoints: go to one, then to each in turn with its done flag, round after round."""
+"""The task of patrolling waypoints: go to each in turn, using the done flag, round after round."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ SCENARIO = Scenario(
 
 
 def _beside(side: int, nearest: float, farthest: float) -> Seen:
-    """The post to the left (1) or right (-1), this near or far, m."""
+    """Return a predicate: the post is to the left (1) or right (-1), between `nearest` and `farthest` m away."""
 
     def suits(screen: SessionView) -> bool:
         return 0.8 < side * bearing(screen) < 2.6 and nearest < screen.features["distance_to(A)"] < farthest
@@ -80,14 +80,14 @@ GOTO = replace(
         ),
     ),
 )
-"""As for foraging, with posts."""
+"""The plan of GoTo as for foraging, with posts as targets."""
 
 ROUNDS = [f"goto({name})" for name in NAMES]
 STATES = [f"to_{name}" for name in NAMES]
 
 
 def show(screen: SessionView) -> str | None:
-    """To the next post where the robot says that it is there."""
+    """Return the next state, or None: go to the next post when GoTo is done."""
     if screen.state == "start":
         return STATES[0]
     if screen.features["done"] != YES:
@@ -117,7 +117,7 @@ PATROL = LessonPlan(
 
 
 class ExpertWaypoints:
-    """Turns to the post at hand and drives there, then to the next."""
+    """A hand-written controller that turns to the present post, drives there, and goes on to the next."""
 
     keys: Sequence[ReadingKey] = tuple((reading, name) for reading in ("range", "bearing") for name in NAMES)
 
@@ -126,7 +126,7 @@ class ExpertWaypoints:
         self._next = np.zeros(world.agents, np.int64)
 
     def decide(self, percept: Percept) -> Commands:
-        """What each robot does now."""
+        """Return the commands of all robots for this tick."""
         rows = np.arange(len(self._next))
         distances = np.stack([percept["range", name] for name in NAMES])
         self._next = (self._next + (distances[self._next, rows] < THERE_M - 0.05)) % POSTS
@@ -136,7 +136,7 @@ class ExpertWaypoints:
 
 
 def judge(tracks: GroundTruth) -> TaskResult:
-    """When two laps were complete, each post passed within half a meter and in turn; and how many laps there were."""
+    """Return when two laps were complete, and how many laps there were; each post counts in turn within 0.5 m."""
     x, y = tracks.objects_x[:, :, :POSTS], tracks.objects_y[:, :, :POSTS]
     reached = np.hypot(x - tracks.x[:, :, None], y - tracks.y[:, :, None]) <= THERE_M
     count = count_reached_in_turn(reached)
@@ -144,7 +144,7 @@ def judge(tracks: GroundTruth) -> TaskResult:
 
 
 def bound(tracks: GroundTruth) -> Column:
-    """The straight lines from post to post, less the half meter at either end, at full speed [W], s."""
+    """Return the time in s [W] of the straight lines from post to post, less 0.5 m at either end, at full speed."""
     posts: Table = np.stack([tracks.objects_x[0, :, :POSTS], tracks.objects_y[0, :, :POSTS]])
     begin = np.stack([tracks.x[0], tracks.y[0]])
     first = np.maximum(0.0, np.hypot(*(posts[:, :, 0] - begin)) - THERE_M)

@@ -29,7 +29,7 @@ __all__ = ["decide", "grid", "limit_threads", "sonar", "step"]
 def grid(
     x: Floats, y: Floats, cells: int, first: Ints, members: Ints, grid_x: Floats, grid_y: Floats
 ) -> None:
-    """Sort robots by cell: those of cell c become members[first[c]:first[c + 1]], with their positions in grid_x, grid_y."""
+    """Sort robots by cell: those of cell c become members[first[c]:first[c + 1]], their positions grid_x and grid_y."""
     first[:] = 0
     for i in range(len(x)):
         first[cell(y[i], cells) * cells + cell(x[i], cells) + 1] += 1
@@ -62,7 +62,7 @@ def nearest_robot(
     grid_y: Floats,
     sight: float,
 ) -> tuple[float, float, float]:
-    """Return offset and squared range (m, m²) of the nearest other robot in sight; NaN and sight² if none is."""
+    """Return offset (m) and squared range (m²) of the nearest other robot in sight; NaN and infinity if none is."""
     column, row = cell(x, cells), cell(y, cells)
     best, dx, dy = sight * sight, nan, nan
     for ring in range(1, ceil(sight / CELL) + 1):

@@ -169,7 +169,7 @@ def _peer() -> _PyTreesForager:
 
 
 def readings(count: int) -> list[tuple[float, ...]]:
-    """Return sensor values (range, bearing, food stored) of a robot that turns to food, drives there, and starts again."""
+    """Return sensor values (range, bearing, food stored) of a robot that turns to food, drives there, and repeats."""
     turn = [(5.0, 3.0 - 0.1 * tick, 3.0) for tick in range(28)]
     drive = [(5.0 - 0.1 * tick, 0.2, 3.0) for tick in range(45)]
     left = [*turn, *drive]

@@ -110,7 +110,7 @@ def medians(repeats: int, **measured: Callable[[], object]) -> dict[str, float]:
 
 
 def continuous(count: int, *, noise: float, seed: int = 0) -> Data:
-    """Draw three continuous features [n, 3], two of which decide between four outcomes [n], with some random outcomes."""
+    """Draw three continuous features [n, 3], two of which decide between four outcomes [n], some of them random."""
     random = np.random.default_rng(seed)
     values = random.random((count, 3)) * 10
     outcomes = (values[:, 0] > 5).astype(np.int64) + 2 * (values[:, 1] > 3)

@@ -198,7 +198,7 @@ def _toward(angle: str, ahead: float) -> TreeBranch:
 
 
 def make_full_library(manners: TaskParams = TaskParams()) -> Library:
-    """Return the behavior `errand`: visit beacon after beacon, around obstacles, and give way to robots that are near."""
+    """Return the behavior `errand`: visit beacon after beacon, around obstacles, and give way to near robots."""
     return _library(_steer(manners), _dodge(manners), _travel(manners), _give_way(manners), _errand(manners))
 
 
@@ -240,7 +240,7 @@ def _travel(m: TaskParams) -> Automaton:
 
 
 def _steer(m: TaskParams) -> Automaton:
-    """Return an automaton that steers to a gap; the angle to keep a way is wider than that to take it, against oscillation."""
+    """Return an automaton that steers to the beacon, with a wider angle while driving to prevent oscillation."""
     wide = {"start": 0.3, "forward": 0.45, "left": 0.15, "right": 0.15}
     return _automaton(
         "steer",

@@ -52,7 +52,7 @@ def _other(state: str, wanted: str) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class OneLayer:
-    """The rule for one layer: turn, drive, load; turn, drive, unload; states are separate for food and home or `shared`.
+    """The rule for one layer: turn, drive, load; turn, drive, unload; states are separate by target or `shared`.
 
     `patience` multiplies the angle by which the robot has to be off before it is corrected.
     """

@@ -1,1 +1,1 @@
-"""Scripted teachers: press as a person would, through the session's public interface alone."""
+"""Scripted teachers that press buttons as a person would, through the session's public interface only."""

@@ -17,26 +17,26 @@ from understudy.training.session import Session
 from understudy.training.trainee import Mode, SessionView
 
 Wish: TypeAlias = Callable[[SessionView], str | None]
-"""The state a person would rather have the robot in; None, or the current one, where they are content."""
+"""A function that returns the state that the robot should be in; None or the current one means no change."""
 
 KEEP = "(keep)"
-"""The wish that the robot keeps doing what it does, which a person says once each time it comes to that."""
+"""The wish to confirm the current state, which a person does once each time it occurs."""
 
 Seen: TypeAlias = Callable[[SessionView], bool]
 
 
 def has_raised_flag(screen: SessionView) -> bool:
-    """The automaton says that it is finished."""
+    """Return whether the automaton has raised a flag."""
     return screen.flag is not None
 
 
 def after(seconds: float) -> Seen:
-    """So long after the world began."""
+    """Return a predicate: at least `seconds` have passed since the world began."""
     return lambda screen: screen.time_s >= seconds
 
 
 class TryResult(Enum):
-    """How watching ended."""
+    """The outcome of watching a robot."""
 
     ENOUGH = auto()  # what they waited for, with nothing to complain of
     CORRECTED = auto()  # they had to press while testing
@@ -49,7 +49,7 @@ FIDGETS, FIDGETING = 30, 0.2
 
 @dataclass(frozen=True, slots=True)
 class ReactionTime:
-    """How long a person takes from making up their mind to the press, s: normal, but never under `least_s`."""
+    """The delay in s between a decision and the press: normally distributed, at least `least_s`."""
 
     mean_s: float = 0.25
     spread_s: float = 0.1
@@ -57,7 +57,7 @@ class ReactionTime:
 
 
 class SimulatedPerson:
-    """Someone who watches one session at a time and presses now and then; counts the seconds and the presses."""
+    """A person who watches one session at a time and presses buttons; seconds and presses are counted."""
 
     def __init__(self, draws: np.random.Generator, reaction: ReactionTime = ReactionTime()) -> None:
         self.reaction = reaction

@@ -25,13 +25,13 @@ MakesBody: TypeAlias = Callable[[str, int], Body]
 """Makes a world for one robot to practice in, by the name of the practice and a seed; it can be reset."""
 
 LooksBack: TypeAlias = Callable[[Session], None]
-"""What is done with a session before the robot is let try."""
+"""A function that is applied to a session before the robot tries by itself."""
 
 MakesPerson: TypeAlias = Callable[[np.random.Generator, ReactionTime], SimulatedPerson]
 """Makes the person who teaches, from what they draw from and how fast they react."""
 
 LOOK_S = 1.0
-"""How long it takes to look at a fresh world and pass it over, s."""
+"""The time in s to look at a new world and reject it."""
 
 PATIENCE_S = 30.0
 """How long a person watches a robot go on in one and the same way before they step in, s."""
@@ -95,7 +95,7 @@ class LessonPlan:
 
 @dataclass(slots=True)
 class TeachingCost:
-    """What teaching one automaton took so far, thrown-away lessons included; `examples` are those kept."""
+    """The cost of teaching one automaton so far, with discarded lessons; `examples` counts only those kept."""
 
     examples: int = 0
     presses: int = 0
@@ -105,7 +105,7 @@ class TeachingCost:
 
 @dataclass(frozen=True, slots=True)
 class TeachingResult:
-    """A taught library, and what it took by automaton."""
+    """A taught library, and the cost by automaton."""
 
     library: Library
     accounts: Mapping[str, TeachingCost]
