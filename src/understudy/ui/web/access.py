@@ -23,7 +23,7 @@ EVERYWHERE = ("0.0.0.0", "::")
 
 @dataclass(frozen=True)
 class ListenAddress:
-    """Where the studio listens; `token` is what it asks for, None on this machine's own address."""
+    """The address the studio listens on; `token` is required of browsers, None on the loopback address."""
 
     listener: socket.socket
     host: str
@@ -31,20 +31,20 @@ class ListenAddress:
 
     @property
     def port(self) -> int:
-        """The port, which may be another than was asked for."""
+        """The port in use, which may differ from the requested one."""
         port: int = self.listener.getsockname()[1]
         return port
 
     @property
     def link(self) -> str:
-        """What to open in a browser."""
+        """The link to open in a browser."""
         host = socket.gethostname() if self.host in EVERYWHERE else self.host
         host = f"[{host}]" if ":" in host else host
         return f"http://{host}:{self.port}/" + (f"?token={self.token}" if self.token else "")
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach an address."""
+    """Return whether only this machine can reach an address."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

@@ -22,9 +22,9 @@ MOST_KEYS = 1_000
 
 
 class Client:
-    """One page, and what waits to be sent to it: answers in order, and the newest of everything else.
+    """A connected page and the messages queued for it: all answers in order, and only the newest scene, news and frame.
 
-    A page that reads slowly misses frames in between; nobody waits for it.
+    A page that reads slowly skips frames; it does not delay other pages.
     """
 
     def __init__(self, key: str, wall: WallClock) -> None:
@@ -40,7 +40,7 @@ class Client:
         self._frame: bytes | None = None
 
     def allow_message(self) -> bool:
-        """Count a message; whether the page keeps to the rate."""
+        """Count a received message and return whether it is within the message rate; close a page far above the rate."""
         now = self._wall()
         passed, self.spoke_s = now - self.spoke_s, now
         self._allowance = min(float(PER_SECOND), self._allowance + passed * PER_SECOND) - 1
@@ -53,7 +53,7 @@ class Client:
         return False
 
     def send_reply(self, text: bytes) -> None:
-        """An answer, which must arrive."""
+        """Queue an answer, which is never skipped; close a page on which too many answers wait."""
         self._texts.append(text)
         if len(self._texts) > MOST_WAITING:
             self._texts.clear()
@@ -63,18 +63,18 @@ class Client:
     def show(
         self, *, scene: bytes | None = None, news: bytes | None = None, frame: bytes | None = None
     ) -> None:
-        """Something new to see, in place of what it has not taken yet."""
+        """Queue a scene, session news or frame in place of an unsent one of the same sort."""
         self._scene, self._news = scene or self._scene, news or self._news
         self._frame = frame or self._frame
         self.waits.set()
 
     def close(self) -> None:
-        """Let it go."""
+        """Mark the connection for closing."""
         self.closing = True
         self.waits.set()
 
     def next(self) -> tuple[bytes, bool] | None:
-        """What is to be sent next, and whether as binary; None where nothing waits."""
+        """Remove and return the next queued message and whether it is binary; None if nothing is queued."""
         if self._texts:
             return self._texts.popleft(), False
         if self._scene is not None:
@@ -90,7 +90,7 @@ class Client:
 
 
 class Clients:
-    """All pages; at most one of them directs."""
+    """All connected pages; at most one of them (`director`) is in control."""
 
     def __init__(self, wall: WallClock) -> None:
         self._wall = wall
@@ -105,7 +105,10 @@ class Clients:
         return iter(tuple(self._here))
 
     def connect(self, key: str | None) -> Client:
-        """A page connects. It directs where nobody does, or where the one that directs is itself, cut off."""
+        """Register a new page and return its client.
+
+        It gets control if no page has it, or if `key` is that of the page in control, which reconnects.
+        """
         former = self.director
         returned = former is not None and key == former.key
         if returned or key not in self._keys or key is None:
@@ -121,7 +124,7 @@ class Clients:
         return viewer
 
     def disconnect(self, viewer: Client) -> bool:
-        """A page is gone; whether it was the one that directed."""
+        """Remove a page and return whether it was in control."""
         self._here.pop(viewer, None)
         directed = viewer is self.director
         if directed:
@@ -129,7 +132,7 @@ class Clients:
         return directed
 
     def take_control(self, viewer: Client) -> None:
-        """Become director."""
+        """Give a page control; SessionError if another page has it and was not silent for long enough."""
         if self.director is not None and self.director is not viewer:
             silent_s = self._wall() - self.director.spoke_s
             if silent_s < SILENT_S:
@@ -140,12 +143,12 @@ class Clients:
         self.director = viewer
 
     def hand_over_control(self, viewer: Client) -> None:
-        """No longer direct."""
+        """Release the control of a page; SessionError if it is not in control."""
         self.refuse_others(viewer)
         self.director = None
 
     def refuse_others(self, viewer: Client) -> None:
-        """SessionError unless it directs."""
+        """Raise SessionError unless a page is in control."""
         if viewer is not self.director:
             raise SessionError(
                 "this page is not in control: take over first"

@@ -25,14 +25,14 @@ MOST_BYTES = 64 * 1024 * 1024
 
 
 class RunData(Data, frozen=True, kw_only=True):
-    """A run of the world: from when of its time one can go back in it."""
+    """A run of the world, with the earliest time (s) that can be rewound to."""
 
     number: int
     from_s: float
 
 
 class RewindPoint(NamedTuple):
-    """A moment, when it was (s of the world's time), and how much room it takes."""
+    """A moment of a run: its time (s of the world), its snapshot, and the size of the snapshot (bytes)."""
 
     time_s: float
     instant: SessionSnapshot
@@ -40,7 +40,7 @@ class RewindPoint(NamedTuple):
 
 
 class RewindBuffer:
-    """The moments of one run of one session, oldest first."""
+    """The stored moments of one run of a session, oldest first."""
 
     def __init__(self) -> None:
         self._frames: deque[RewindPoint] = deque()
@@ -49,7 +49,7 @@ class RewindBuffer:
         self._shown: dict[tuple[int, int | None], float | None] = {}  # when; None: not in this run
 
     def append(self, session: Session) -> None:
-        """A tick passed. Where time went back before, what came after is forgotten."""
+        """Store the present moment if it is due; drop moments at or after its time, which a rewind left behind."""
         now = session.body.time_s
         while self._frames and self._frames[-1].time_s >= now:
             self._size -= self._frames.pop().size
@@ -71,14 +71,14 @@ class RewindBuffer:
         self._shown = {each: shown.get(each, now) for each in map(_which, examples)}
 
     def find_before_time(self, time_s: float) -> RewindPoint:
-        """The last moment kept before a time, or the first there is; SessionError where there is none."""
+        """Return the last stored moment before a time (s), or the first one; SessionError if none is stored."""
         if not self._frames:
             raise SessionError("there is nothing to go back to yet: let the run continue for a moment")
         times = [frame.time_s for frame in self._frames]
         return self._frames[max(0, bisect_right(times, time_s + 1e-9) - 1)]
 
     def find_before_example(self, number: int) -> RewindPoint | None:
-        """The moment before an example was shown; None where it is not kept, or was in another run."""
+        """Return the stored moment before an example was given; None if it is not stored or belongs to another run."""
         shown = next((time for (each, _), time in self._shown.items() if each == number), None)
         if shown is None:
             return None
@@ -86,7 +86,7 @@ class RewindBuffer:
         return frame if frame.time_s <= shown else None
 
     def clear(self, examples: Sequence[Example]) -> None:
-        """Another run begins; these examples were shown before it."""
+        """Begin a new run; `examples` are those given before it."""
         self._frames.clear()
         self._size = 0
         self._shown, self._examples = {}, None
@@ -94,19 +94,19 @@ class RewindBuffer:
 
 
 def _which(example: Example) -> tuple[int, int | None]:
-    """Tells an example from one that was undone and had its number."""
+    """Return a key that distinguishes an example from an undone one with the same number."""
     return example.number, example.moment
 
 
 class QuestionData(Data, frozen=True, kw_only=True):
-    """What waits for an answer, and the state that it would go to."""
+    """The question that waits for an answer, and the proposed next state."""
 
     sentence: str
     next: str
 
 
 class UnsureMarkData(Data, frozen=True, kw_only=True):
-    """A moment at which it was unsure and went on."""
+    """A moment at which the automaton was uncertain and continued."""
 
     number: int
     time_s: float
@@ -116,7 +116,7 @@ class UnsureMarkData(Data, frozen=True, kw_only=True):
 
 
 class AskingData(Data, frozen=True, kw_only=True):
-    """What it does where it is unsure, the question that waits, and the moments at which it would still be unsure."""
+    """The query policy, the question that waits, and the marked moments at which the automaton is still uncertain."""
 
     when: AskWhenName
     question: QuestionData | None
@@ -125,7 +125,7 @@ class AskingData(Data, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class UncertainMoment:
-    """A question that was not waited at; `run` is the number of its run, None where that was left for another."""
+    """A marked question that did not pause the run; `run` is the number of its run, None if that run was left."""
 
     number: int
     question: Question
@@ -133,7 +133,7 @@ class UncertainMoment:
 
     @property
     def data(self) -> UnsureMarkData:
-        """For a page."""
+        """The marked moment as the page shows it."""
         question = self.question
         return UnsureMarkData(
             number=self.number, time_s=question.time_s, run=self.run, sentence=question.sentence
@@ -141,7 +141,7 @@ class UncertainMoment:
 
 
 class UncertainMoments:
-    """The marks of one session, oldest first."""
+    """The marked moments of one session, oldest first."""
 
     def __init__(self) -> None:
         self._marks: tuple[UncertainMoment, ...] = ()
@@ -150,7 +150,7 @@ class UncertainMoments:
         self._number, self._run, self._now = 0, 0, 0.0
 
     def update(self, marked: Sequence[Question], run: int, now: float) -> None:
-        """A tick passed. Where time went back before, what came after is in no run any more."""
+        """Add a newly marked question; detach the marks that a rewind left behind from their run."""
         if run == self._run and now < self._now:
             self._marks = tuple(
                 replace(mark, run=None) if mark.run == run and mark.question.time_s >= now else mark
@@ -162,14 +162,14 @@ class UncertainMoments:
             self._marks = (*self._marks, UncertainMoment(self._number, marked[-1], run))[-len(marked) :]
 
     def data(self, coach: CoachController) -> AskingData:
-        """For a page."""
+        """Return the query policy, the waiting question and the open marks as the page shows them."""
         question = coach.question
         asked = None if question is None else QuestionData(sentence=question.sentence, next=question.next)
         marks = [mark.data for mark in self._still(coach.asking)]
         return AskingData(when=coach.asking.when.value, question=asked, marks=marks)
 
     def _still(self, asking: UncertaintyQueries) -> tuple[UncertainMoment, ...]:
-        """Those at which it would be unsure now, too."""
+        """Return the marked moments at which the present automaton would still be uncertain."""
         examples, marks = asking.session.examples, self._marks
         if examples is not self._for[0] or marks is not self._for[1]:
             self._for = examples, marks
@@ -177,7 +177,7 @@ class UncertainMoments:
         return self._open
 
     def find(self, number: int) -> UncertainMoment:
-        """The mark of a number; SessionError where there is none."""
+        """Return the mark with a number; SessionError if there is none."""
         for mark in self._marks:
             if mark.number == number:
                 return mark
