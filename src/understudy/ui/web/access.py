@@ -52,7 +52,7 @@ def is_loopback(host: str) -> bool:
 
 
 def listen(host: str, port: int, token: str | None) -> ListenAddress:
-    """Take the port, or the next free one; other machines need a token."""
+    """Listen on a port or the next free one; an address that other machines can reach gets a token if none is given."""
     if not token:
         token = None if is_loopback(host) else token_urlsafe(18)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET

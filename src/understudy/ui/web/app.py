@@ -78,7 +78,7 @@ def make_app(
 
 
 def serve(studio: StudioServer, address: ListenAddress, *, ready: Callable[[], None] = lambda: None) -> None:
-    """Serve until a signal ends it; then the journal is complete."""
+    """Serve the studio until a signal ends it; the journal is complete then."""
     hosts = LOOPBACK if is_loopback(address.host) else None
     config = uvicorn.Config(
         make_app(studio, token=address.token, hosts=hosts),

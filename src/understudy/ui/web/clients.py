@@ -1,4 +1,4 @@
-"""Viewers: the pages that look on, and the one among them that directs."""
+"""The pages connected to the studio, their queues of messages, and which of them is in control."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from understudy.errors import SessionError
 from understudy.ui.controller.clock import WallClock
 
 SILENT_S = 30.0
-"""How long a director may be silent before another may take its place."""
+"""Seconds without a message after which another page may take control."""
 PER_SECOND = 200
-"""Messages a page may send."""
+"""Messages per second that a page may send."""
 MOST_REFUSED = 2_000
-"""A page that sends so many more than it may is shown the door."""
+"""Number of messages above the rate after which a page is disconnected."""
 MOST_WAITING = 500
-"""Answers that may wait for a page that does not read."""
+"""Number of unsent answers after which a page is disconnected."""
 MOST_KEYS = 1_000
 
 
@@ -40,7 +40,10 @@ class Client:
         self._frame: bytes | None = None
 
     def allow_message(self) -> bool:
-        """Count a received message and return whether it is within the message rate; close a page far above the rate."""
+        """Count a received message and return whether it is within the message rate.
+
+        A page that exceeds the rate by far is closed.
+        """
         now = self._wall()
         passed, self.spoke_s = now - self.spoke_s, now
         self._allowance = min(float(PER_SECOND), self._allowance + passed * PER_SECOND) - 1

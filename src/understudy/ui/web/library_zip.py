@@ -42,7 +42,7 @@ _UNUSABLE = (BadZipFile, EOFError, NotImplementedError, OSError, RuntimeError, V
 
 
 def zip_library(folder: Path) -> bytes:
-    """The documents of a library's folder; no former versions, no journals, no trash."""
+    """Return a zip of the documents of a library's folder, without former versions, journals and trash."""
     made = BytesIO()
     with convert_os_errors(folder, "packing the library"), ZipFile(made, "w", ZIP_DEFLATED) as archive:
         for path in list_documents(folder) if folder.exists() else ():
@@ -52,7 +52,7 @@ def zip_library(folder: Path) -> bytes:
 
 
 def unzip_library(data: bytes, kit: Kit) -> Library:
-    """The automata in a zip; FileError for the first thing in it that is no document of this kit."""
+    """Return the automata in a zip; FileError for the first file in it that is no document of this kit."""
     library = Library(kit)
     left = MOST_UNPACKED
     try:
@@ -90,7 +90,7 @@ def _check_name(member: ZipInfo) -> None:
 
 
 def _read(archive: ZipFile, member: ZipInfo, most: int) -> bytes:
-    """What a file of the zip holds, read no further than it may be long."""
+    """Return the content of a file in the zip; FileError if it is too long."""
     with archive.open(member) as file:
         content = file.read(min(most, MOST_DOCUMENT) + 1)
     if len(content) > MOST_DOCUMENT:
@@ -136,7 +136,7 @@ HEADERS = {
 
 
 class NameTaken(SessionError, json_type="AlreadyThere"):
-    """The library has other automata of these names."""
+    """The library already has different automata with these names."""
 
     def __init__(self, names: list[str]) -> None:
         self.names = names
@@ -144,7 +144,7 @@ class NameTaken(SessionError, json_type="AlreadyThere"):
 
 
 def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection], str | None]) -> Route:
-    """The route of a studio's library; `refusal` says why somebody may not come."""
+    """Return the route that exports and imports the library; `refusal` returns why a connection is refused, or None."""
 
     def not_directing(request: Request) -> str | None:
         director, key = studio.viewers.director, request.query_params.get("key", "")
@@ -196,7 +196,7 @@ def _error(status: int, problem: str) -> Response:
 
 
 def import_automata(host: SessionHost, given: Library, taken: str) -> str:
-    """Save automata into the library, all or none; what came of it in a sentence."""
+    """Save all automata into the library, or none, and return a sentence about the result."""
     host.refresh_library()
     here = host.library_view
     different = [name for name, taught in given.taught.items() if _taken(here, taught)]
@@ -221,7 +221,7 @@ def import_automata(host: SessionHost, given: Library, taken: str) -> str:
 
 
 def _taken(library_view: LibraryView, taught: TrainedAutomaton) -> bool:
-    """Whether the library has another automaton of this name; SessionError where it has one of a name like it."""
+    """Return whether the library has a different automaton of this name; SessionError for a similar name."""
     name = taught.automaton.name
     if name in library_view.library.taught or name in library_view.problems:
         path = library_view.folder / f"{make_file_stem(name)}.json"

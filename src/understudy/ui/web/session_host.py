@@ -373,13 +373,13 @@ class SessionHost:
         return StatusMessage(f"Back at {now}; the lesson is unchanged, and the run continues from here")
 
     def note_world_change(self) -> None:
-        """The world was changed otherwise than by a tick."""
+        """Mark frame and scene as changed, after a change of the world that was not a tick."""
         self.frame_version += 1
         self.scene_version += 1
 
     @keep_status
     def edit_world(self, change: Callable[[World], object], what: str) -> StatusMessage:
-        """Change the world by hand."""
+        """Change the simulated world by hand and return `what` as the message; SessionError for real robots."""
         if isinstance(self.world, DigitalTwin):
             raise SessionError(f"real robots and objects cannot be moved here: {CARRY}")
         try:
@@ -392,7 +392,7 @@ class SessionHost:
     # Opening and closing
 
     def replace_session(self, opened: OpenSession, said: str) -> None:
-        """Put another session in place of the present one, whose journal is not needed any more."""
+        """Open a session in place of the present one, whose journal is finished."""
         asked = QueryPolicy.NEVER if self.trainer is None else self.trainer.coach.asking.when
         self._leave()
         self._idling.pause(True)
@@ -408,7 +408,7 @@ class SessionHost:
         self.note_world_change()
 
     def select_agents(self, sort: str | None, agent: int) -> None:
-        """Close the present session and select the robots (None) or a sort of squads, and one agent of them, for training."""
+        """Close the present session and select another group of agents for training: robots (None) or a sort of squads."""
         self._leave()
         self.sort, self.agent = sort, agent
         self.doing = ActivityNames()

@@ -1,1 +1,1 @@
-"""What the studio does with each message of the page."""
+"""The handlers of the page's messages."""

@@ -29,7 +29,7 @@ class PressSaysData(Data, frozen=True, kw_only=True):
 
 
 class AdviceData(Data, frozen=True, kw_only=True):
-    """One thing the coach says of a lesson."""
+    """One piece of advice about a lesson."""
 
     kind: str
     sentence: str
@@ -43,14 +43,14 @@ class AdviceData(Data, frozen=True, kw_only=True):
 
 
 class LateData(Data, frozen=True, kw_only=True):
-    """How late presses seem to come."""
+    """The estimated reaction time of the demonstrator (s), with the evidence for it."""
 
     reaction_s: float
     sentence: str
 
 
 class AdviceReply(Data, frozen=True, kw_only=True):
-    """What the lesson lacks, most useful first; or that the page is to ask again in a moment."""
+    """The advice about the lesson, most useful first; or `later`, if the page is to ask again in a moment."""
 
     later: bool | UnsetType = UNSET
     advice: list[AdviceData] | UnsetType = UNSET
@@ -58,14 +58,14 @@ class AdviceReply(Data, frozen=True, kw_only=True):
 
 
 class SituationReply(Data, frozen=True, kw_only=True):
-    """What came of setting up a situation, and the number of the run that begins there."""
+    """A description of the situation that was set up, and the number of the run that begins there."""
 
     sentence: str
     run: int
 
 
 def handle_advise(host: SessionHost, _: m.RequestAdvice) -> AdviceReply:
-    """Say what the lesson lacks, most useful first, and how late presses seem to come; or that this takes longer."""
+    """Return advice, most useful first, and the estimated reaction time; or `later` if this takes longer."""
     trainer = host.active_trainer
     said = trainer.coach.compute_report(host.executor, patience_s=PATIENCE_S)
     if said is None:
@@ -103,7 +103,7 @@ def _late(said: AdviceReport) -> LateData | None:
 
 
 def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> SituationReply:
-    """Put the robot where the advice of a sentence is about, and let time stand still there."""
+    """Put the robot into the situation that a piece of advice is about, and pause there."""
     trainer = host.active_trainer
     said = trainer.coach.last_report
     given = () if said is None or said.lesson.automaton is not trainer.session.automaton else said.advice
@@ -118,12 +118,12 @@ def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> Sit
 
 
 def handle_set_query_policy(host: SessionHost, message: m.SetQueryPolicy) -> None:
-    """Choose what it does in testing where it is unsure."""
+    """Set what the automaton does in testing where it is uncertain."""
     coach.change_query_policy(host.active_trainer, QueryPolicy(message.when))
 
 
 def handle_go_to_uncertain(host: SessionHost, message: m.GoToUncertain) -> None:
-    """Go back to a marked moment, where the question waits for an answer."""
+    """Go back to a marked moment and ask its question there."""
     trainer = host.active_trainer
     mark = host.unsure.find(message.number)
     question = mark.question

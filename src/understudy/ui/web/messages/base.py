@@ -22,11 +22,11 @@ Index: TypeAlias = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 
 
 class Data(Struct, frozen=True):
-    """Something that the studio shows; a struct `ExampleData` is the type `Example` on the page."""
+    """A message part that the studio sends; a struct `ExampleData` is the type `Example` on the page."""
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="do"):
-    """What all messages have: a number that the answer repeats."""
+    """A request of a page; its number `id` is repeated in the answer."""
 
     id: Id
     by_anyone: ClassVar[bool] = False
@@ -53,7 +53,7 @@ _KEYS = {"targets": "a parameter", "values": "a feature", "renamed": "a state"}
 
 
 def describe_schema_error(problem: str) -> str | None:
-    """What a schema found wrong, as a sentence; None where it is no mistake in typing."""
+    """Return a schema error as a sentence; None if it is not about a value that a person typed."""
     found = _FOUND.fullmatch(problem)
     if found is None:
         return None

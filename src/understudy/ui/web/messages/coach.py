@@ -1,4 +1,4 @@
-"""What a page may say to the coach."""
+"""The requests of the page to the coach."""
 
 from __future__ import annotations
 

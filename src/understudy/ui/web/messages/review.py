@@ -1,6 +1,4 @@
-"""What a page may say to look back: why, what lessons promise and whether they keep it, unseen worlds, versions,
-simplifying.
-"""
+"""The requests of the page about explanations, expectations, tests, versions and pruning."""
 
 from __future__ import annotations
 
@@ -49,18 +47,19 @@ class TestLesson(Message, frozen=True, kw_only=True, tag="test"):
 
 
 class EvaluateSession(Message, frozen=True, kw_only=True, tag="evaluate"):
-    """Try what is in training, as it stands, in worlds that it was not taught in: 1 to 1000 of them."""
+    """Evaluate the automaton in training, as it stands, in 1 to 1000 unseen worlds."""
 
     count: Index = 100
 
 
 class CancelEvaluation(Message, frozen=True, kw_only=True, tag="cancel_evaluation"):
-    """Cancel the evaluation in unseen worlds, or put its result away."""
+    """Cancel the evaluation in unseen worlds, or drop its result."""
 
 
 class SaveAutomaton(Message, frozen=True, kw_only=True, tag="save"):
-    """Save the automaton; a name saves a copy under it. What no longer works is said first, unless it is to be saved
-    `anyway`.
+    """Save the automaton, or a copy of it if a name is given.
+
+    If something that worked no longer does, it is saved only with `anyway`.
     """
 
     name: NameField | None = None

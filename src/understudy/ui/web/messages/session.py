@@ -1,4 +1,4 @@
-"""What a page may say: one JSON object per message, checked down to the field before anything happens."""
+"""The requests of the page: one JSON object per message, validated completely before it is executed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SpeedFactor: TypeAlias = float | Literal["fastest"]
 
 
 class PressState(Message, frozen=True, kw_only=True, tag="press"):
-    """Direct to a state; a correction in testing."""
+    """Direct the robot to a state; in testing this is a correction."""
 
     state: Call
 
@@ -46,11 +46,11 @@ class ToggleMode(Message, frozen=True, kw_only=True, tag="turn"):
 
 
 class Undo(Message, frozen=True, kw_only=True, tag="undo"):
-    """Take back the last step that changed the lesson."""
+    """Undo the last step that changed the lesson."""
 
 
 class Redo(Message, frozen=True, kw_only=True, tag="redo"):
-    """Do the last undone step again."""
+    """Redo the last undone step."""
 
 
 class Pause(Message, frozen=True, kw_only=True, tag="pause"):
@@ -80,7 +80,7 @@ class RestartAutomaton(Message, frozen=True, kw_only=True, tag="restart"):
 
 
 class Rewind(Message, frozen=True, kw_only=True, tag="rewind"):
-    """Go back to a moment of the run: a time of the world (s), or when an example was shown."""
+    """Go back to a moment of the run: a time of the world (s), or just before an example was given."""
 
     time_s: float | None = None
     example: Index | None = None
@@ -147,7 +147,7 @@ class ReleaseExamples(Message, frozen=True, kw_only=True, tag="release"):
 
 
 class EditExample(Message, frozen=True, kw_only=True, tag="edit"):
-    """Change an example's state, next state, or values, which are written as they are shown."""
+    """Change an example's state, next state, or values; values are written as the page shows them."""
 
     number: Index
     state: Call | None = None
@@ -313,7 +313,7 @@ REQUESTS: tuple[type[Message], ...] = tuple(
 
 
 class InvalidMessage(UnderstudyError, json_type="UnusableMessage"):
-    """A message that is not one of those a page may send."""
+    """A message that is not a valid request."""
 
     def __init__(self, *, problem: str) -> None:
         self.problem = problem
@@ -321,7 +321,7 @@ class InvalidMessage(UnderstudyError, json_type="UnusableMessage"):
 
 
 class InvalidField(InvalidMessage, json_type="UnusableField"):
-    """A message with something that a person typed and that cannot be used."""
+    """A request with an invalid value that a person typed."""
 
     def __init__(self, *, problem: str) -> None:
         self.problem = problem
@@ -337,7 +337,7 @@ _number = msgspec.json.Decoder(_Numbered).decode
 
 
 def parse_message(text: str | bytes) -> Message:
-    """The message a page sent; UnusableMessage where it is none."""
+    """Return the request in a message; raise InvalidMessage if it is not valid."""
     if len(text) > MOST_BYTES or (isinstance(text, str) and len(text.encode(errors="replace")) > MOST_BYTES):
         raise InvalidMessage(problem=f"it is longer than {MOST_BYTES} bytes")
     try:
@@ -348,7 +348,7 @@ def parse_message(text: str | bytes) -> Message:
 
 
 def find_message_number(text: str | bytes) -> int | None:
-    """The number of a message that could not be read, so that its answer can say which it was."""
+    """Return the number of an invalid message for its answer; None if it has no readable number."""
     if len(text) > MOST_BYTES:
         return None
     try:

@@ -1,4 +1,4 @@
-"""Reasons: why what is trained does what it does, on all levels, as data for a page."""
+"""Explain the present decisions of all levels, as data for the page."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from understudy.ui.web.views.session import ExampleKindName
 
 
 class ResponsibleData(Data, frozen=True, kw_only=True):
-    """An example that is behind a decision."""
+    """An example that is responsible for a decision."""
 
     number: int
     kind: ExampleKindName
@@ -31,7 +31,7 @@ class ResponsibleData(Data, frozen=True, kw_only=True):
 
 
 class BehindData(Data, frozen=True, kw_only=True):
-    """What a decision read, and the examples responsible."""
+    """The readings on which a decision is based, and the responsible examples."""
 
     automaton: str
     says: str
@@ -46,7 +46,7 @@ class BehindData(Data, frozen=True, kw_only=True):
 
 
 class LevelData(BehindData, frozen=True, kw_only=True):
-    """What an automaton decides now."""
+    """The present decision of the automaton on one level."""
 
     state: str
     since_s: float
@@ -61,14 +61,14 @@ class SwitchedData(BehindData, frozen=True, kw_only=True):
 
 
 class ReasonsReply(Data, frozen=True, kw_only=True):
-    """What every level decides now, the topmost first, and the last switch of any of them."""
+    """The present decision of every level, topmost first, and the last switch of any level."""
 
     levels: list[LevelData]
     last: SwitchedData | None
 
 
 def handle_explain(host: SessionHost, _: RequestExplanation) -> ReasonsReply:
-    """Explain what every level decides now, what held and who showed it; and the last switch of any of them."""
+    """Explain the present decision of every level, with the responsible examples, and the last switch of any level."""
     trainer = host.active_trainer
     levels = trainer.explainer.explain_levels()
     return ReasonsReply(
@@ -98,7 +98,7 @@ def _last(trainer: Trainer) -> SwitchedData | None:
 
 
 def _behind(trainer: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
-    """The fields of `BehindData` beside what is said."""
+    """Return the fields of `BehindData` other than `automaton` and `says`."""
     if reason is None:
         return {"read": "", "by_hand": False, "here": False, "examples": [], "more": 0}
     data = DecisionData.from_reason(reason)
@@ -112,7 +112,7 @@ def _behind(trainer: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
 
 
 def _examples(data: DecisionData) -> list[ResponsibleData]:
-    """Those that were said first, then what was recorded by itself, what was watched last."""
+    """Return the examples responsible for a decision, those recorded from silence last."""
     return [
         ResponsibleData(
             number=each.number, kind=each.kind.value, correction=each.correction, time_s=each.shown_s

@@ -1,6 +1,4 @@
-"""Show whether the lessons of a library still hold, in how many unseen worlds what is trained succeeds, what saving
-would break, and what pruning would change.
-"""
+"""Test lessons, evaluate in unseen worlds, find regressions before saving, and preview pruning, as data for the page."""
 
 from __future__ import annotations
 
@@ -51,7 +49,7 @@ SAVED = "it was saved"
 
 
 class PromiseTestedData(Data, frozen=True, kw_only=True):
-    """What became of an outcome that the lesson promises."""
+    """The result of testing an expected outcome of the lesson."""
 
     said: str
     took_s: float | None
@@ -60,7 +58,7 @@ class PromiseTestedData(Data, frozen=True, kw_only=True):
 
 
 class TestedData(Data, frozen=True, kw_only=True):
-    """An automaton tested on its lesson."""
+    """The result of testing an automaton on its lesson."""
 
     name: str
     works: bool
@@ -74,13 +72,13 @@ class TestedData(Data, frozen=True, kw_only=True):
 
 
 class LessonTestReply(Data, frozen=True, kw_only=True):
-    """An automaton tested on its lesson."""
+    """The result of testing an automaton on its lesson."""
 
     tested: TestedData
 
 
 def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestReply:
-    """Test one automaton on its lesson, beside what it was: what is trained counts as it stands."""
+    """Test an automaton on its lesson and compare it with its former version; unsaved changes count."""
     name, library = message.name, _present(host)
     library.automaton(name)
     formers = {each: _former(host, each) for each in list_dependencies(library, name)}
@@ -92,13 +90,13 @@ def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestRepl
 
 
 def _present(host: SessionHost) -> Library:
-    """The library, with what is trained as it stands."""
+    """Return the library with the automaton in training in its present state."""
     trainer, library = host.trainer, host.library_view.library
     return library if trainer is None else library.with_automaton(trainer.session.make_trained_automaton())
 
 
 def _former(host: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]:
-    """What an automaton was before, and what that is called: the last former version, or what is saved."""
+    """Return the name and the automaton of the state to compare with: the saved one, or the last former version."""
     trainer, saved = host.trainer, host.library_view.library.taught.get(name)
     if trainer is not None and name == trainer.name and trainer.has_unsaved_changes:
         return SAVED, saved
@@ -127,14 +125,14 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
 
 
 def find_unsaved_regressions(host: SessionHost) -> tuple[str, ...]:
-    """What worked with what is saved and no longer does with what is trained, also in what is above it."""
+    """Return what worked with the saved automaton and no longer does, including in the automata that use it."""
     library, taught = host.library_view.library, host.active_trainer.session.make_trained_automaton()
     known = host.groups.collect_libraries(host.sort, host.agent, library)
     return find_regressions_since_saved(host.library_view.folder, library, taught, known)
 
 
 def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> StatusMessage:
-    """Try what is trained, as it stands, in worlds that were not on the page; the one that is goes on meanwhile."""
+    """Start an evaluation of the automaton in training in worlds that the page has not shown."""
     trainer, scenario = host.active_trainer, host.world.scenario
     if not 1 <= message.count <= MOST_WORLDS:
         problem, remedy = f"is {message.count}", f"give one from 1 to {MOST_WORLDS}"
@@ -169,14 +167,14 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
 
 
 def handle_cancel_evaluation(host: SessionHost, _: CancelEvaluation) -> StatusMessage | None:
-    """Cancel the evaluation in unseen worlds, or put its result away."""
+    """Cancel the evaluation in unseen worlds, or drop its result."""
     running = host.evaluation is not None and host.evaluation.is_running
     host.end_evaluation()
     return StatusMessage("Test cancelled") if running else None
 
 
 def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMessage:
-    """Go to where an outcome was promised, the automaton afresh; nothing is recorded."""
+    """Restore the moment at which an outcome was expected, with the automaton restarted; record nothing."""
     trainer = host.active_trainer
     outcome = lesson_actions.find_expectation(trainer, message.outcome)
     if outcome.scenario != format_scenario(host.world.scenario) or outcome.sort != (host.sort or ""):
@@ -193,14 +191,14 @@ def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMess
 
 
 class LeavesData(Data, frozen=True, kw_only=True):
-    """How many answers all trees have."""
+    """The number of leaves of all trees, before and after pruning."""
 
     before: int
     after: int
 
 
 class StateConditionsData(Data, frozen=True, kw_only=True):
-    """When a state is left, in words."""
+    """The conditions for leaving a state, in words, before and after pruning."""
 
     state: str
     before: list[str]
@@ -208,7 +206,7 @@ class StateConditionsData(Data, frozen=True, kw_only=True):
 
 
 class ChangedDecisionData(Data, frozen=True, kw_only=True):
-    """An example that would be decided otherwise."""
+    """An example at which the pruned automaton decides differently."""
 
     number: int
     state: str
@@ -218,14 +216,14 @@ class ChangedDecisionData(Data, frozen=True, kw_only=True):
 
 
 class MomentsData(Data, frozen=True, kw_only=True):
-    """Moments of the second before presses, and at how many of them it would decide otherwise."""
+    """The number of moments in the second before presses, and at how many the decision changes."""
 
     all: int
     changed: int
 
 
 class SimplerData(Data, frozen=True, kw_only=True):
-    """What the automaton would be with fewer questions."""
+    """A preview of the automaton with fewer splits."""
 
     pruning: float
     suggested: PruningSuggestion | None
@@ -241,13 +239,13 @@ class SimplerData(Data, frozen=True, kw_only=True):
 
 
 class SimplifyReply(Data, frozen=True, kw_only=True):
-    """What the automaton would be with fewer questions."""
+    """A preview of the automaton with fewer splits."""
 
     simpler: SimplerData
 
 
 def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> SimplifyReply:
-    """Show conditions before and after, and the decisions that would change; nothing is changed yet."""
+    """Return the conditions before and after pruning and the decisions that would change, without changing anything."""
     found = preview_pruning(host.active_trainer, message.pruning)
     changed = sum(each.moments for each in found.replayed.changes)
     return SimplifyReply(

@@ -51,7 +51,7 @@ class TrainedData(Data, frozen=True, kw_only=True):
 
 
 class CutOffData(Data, frozen=True, kw_only=True):
-    """A lesson that was cut off before it was saved; opening it goes on with it."""
+    """A session that was interrupted before it was saved; opening it resumes it."""
 
     name: str
     examples: int
@@ -70,7 +70,7 @@ class LibraryData(Data, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class LibraryView:
-    """A library's folder looked at file by file, so that one bad file does not hide the others."""
+    """The content of a library's folder, read file by file so that one invalid file does not hide the others."""
 
     folder: Path
     library: Library
@@ -79,20 +79,20 @@ class LibraryView:
     trash: tuple[str, ...]
 
     def refuse_new(self, name: str, *, remedy: str) -> None:
-        """SessionError where an automaton may not be called so from now on."""
+        """Raise SessionError if a new automaton may not have this name."""
         if any(each in NOT_IN_NAMES for each in name):
             problem = "goto(A) binds a target, and a=b names a state"
             raise SessionError(f"{name!r} cannot be the name of a state: {problem}; leave out ( ) , and =")
         self.refuse_taken(name, remedy=remedy)
 
     def refuse_taken(self, name: str, *, remedy: str) -> None:
-        """SessionError where the folder has a document of this name, or of one that is like it."""
+        """Raise SessionError if the folder has a document of this or a similar name."""
         for other in [*self.library.taught, *self.problems]:
             if normalize_name(other) == normalize_name(name):
                 raise SessionError(f"the library has {other} already: {remedy}")
 
     def find_automaton(self, name: str) -> TrainedAutomaton:
-        """The automaton of this name as it is in the library."""
+        """Return the automaton of this name as it is in the library."""
         if name in self.problems:
             raise SessionError(self.problems[name])
         if name not in self.library.taught:
@@ -102,7 +102,7 @@ class LibraryView:
         return self.library.taught[name]
 
     def data(self, cut_off: list[CutOffData]) -> LibraryData:
-        """What a page shows of it, with the interrupted lessons."""
+        """Return the library as the page shows it, with the interrupted sessions."""
         return LibraryData(
             folder=str(self.folder),
             basic=list(self.library.kit.behaviors),
@@ -137,7 +137,7 @@ class LibraryView:
         )
 
     def _why_not(self, name: str) -> str | None:
-        """Why an automaton could not be run; None where it could."""
+        """Return why an automaton cannot be run; None if it can."""
         targets = self.library.kit.targets
         bound = {parameter: next(iter(targets), "") for parameter in self.library.parameters(name)}
         try:
@@ -148,7 +148,7 @@ class LibraryView:
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse what is no folder and cannot become one."""
+    """Raise FileError if a path is not a folder and cannot become one."""
     with convert_os_errors(folder, "opening the library"):
         there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     if not there.is_dir():
@@ -160,7 +160,7 @@ def check_folder(folder: Path) -> None:
 
 
 def read_library_folder(folder: Path, kit: Kit) -> LibraryView:
-    """A library's folder as it is now; empty where it is still to be made."""
+    """Read a library's folder; the result is empty if the folder does not exist yet."""
     trash = tuple(sorted({name for name, _, _ in _trashed(folder)}))
     if not folder.exists():
         return LibraryView(folder, Library(kit), {}, trash)
@@ -175,7 +175,7 @@ def save_copy(library_view: LibraryView, taught: TrainedAutomaton, name: str) ->
 
 
 def make_renamed_copy(library_view: LibraryView, taught: TrainedAutomaton, name: str) -> TrainedAutomaton:
-    """An automaton under another name; refused where that is a basic behavior's, or it would contain itself."""
+    """Return a copy of an automaton under another name; refuse a name that the library cannot accept."""
     automaton, lesson = replace(taught.automaton, name=name), taught.lesson
     if lesson is not None:
         lesson = replace(lesson, automaton=replace(lesson.automaton, name=name))
@@ -206,7 +206,7 @@ def move_to_trash(library_view: LibraryView, name: str) -> None:
 
 
 def restore_from_trash(library_view: LibraryView, name: str) -> None:
-    """Bring back what was removed last under a name."""
+    """Restore the document that was trashed last under a name."""
     kept = [(number, path) for known, number, path in _trashed(library_view.folder) if known == name]
     if not kept:
         raise UnknownName(what="automaton", name=name, where="the trash", known=list(library_view.trash))
@@ -218,7 +218,7 @@ def restore_from_trash(library_view: LibraryView, name: str) -> None:
 
 
 def _trashed(folder: Path) -> list[tuple[str, int, Path]]:
-    """What the trash holds: name, how manyth of that name, file."""
+    """Return the name, number and path of each file in the trash."""
     trash = folder / TRASH
     if not trash.is_dir():
         return []

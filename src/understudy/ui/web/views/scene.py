@@ -1,4 +1,4 @@
-"""The scene: what of a world does not change from tick to tick, and what its kit has, as data for a page."""
+"""Describe the parts of world and kit that do not change from tick to tick, as data for the page."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class DiscData(Data, frozen=True, kw_only=True):
 
 
 class RangeArcData(Data, frozen=True, kw_only=True):
-    """An arc in which a sensor measures a distance, a beam where both angles are one; relative to the heading."""
+    """The arc in which a sensor measures a distance, relative to the robot's heading; both angles are equal for a beam."""
 
     name: str
     from_deg: float
@@ -63,7 +63,7 @@ class RangeArcData(Data, frozen=True, kw_only=True):
 
 
 class CameraData(Data, frozen=True, kw_only=True):
-    """What a robot's camera covers."""
+    """The field of view of a robot's camera."""
 
     view_deg: float
     range: float | None
@@ -71,7 +71,7 @@ class CameraData(Data, frozen=True, kw_only=True):
 
 
 class FeatureData(Data, frozen=True, kw_only=True):
-    """A feature with what its values are."""
+    """A feature with its unit and the kind of its values."""
 
     label: str
     unit: str
@@ -89,7 +89,7 @@ class KitFeatureData(FeatureData, frozen=True, kw_only=True):
 
 
 class KitBehaviorData(Data, frozen=True, kw_only=True):
-    """A behavior of the kit: its name, and what a call leaves open."""
+    """A behavior of the kit and its parameters."""
 
     name: str
     parameters: list[str]
@@ -105,7 +105,7 @@ class SquadSortData(Data, frozen=True, kw_only=True):
 
 
 class SceneData(Data, frozen=True, kw_only=True):
-    """What of a world does not change from tick to tick, and what its kit has."""
+    """The parts of world and kit that do not change from tick to tick."""
 
     scenario: str
     width: float
@@ -137,7 +137,7 @@ class SceneData(Data, frozen=True, kw_only=True):
 
 
 def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> SceneData:
-    """Everything a page needs in order to draw a world and to choose from a kit."""
+    """Return everything the page needs to draw a world and to choose from a kit."""
     view, scenario = world.view(), world.scenario
     kinds = [scenario.types[name] for name in world.names.types]
     discs = zip(view.discs.x, view.discs.y, view.discs.radius, view.discs.color, strict=True)
@@ -184,14 +184,14 @@ def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> Scen
 
 
 def _eyes(world: Ground) -> list[int]:
-    """The real robots that have a camera."""
+    """Return the numbers of the real robots that have a camera."""
     if not isinstance(world, DigitalTwin):
         return []
     return [number for number, robot in enumerate(world.fleet) if robot.senses.camera is not None]
 
 
 def describe_kind(kind: Kind) -> dict[str, Any]:
-    """The fields of `FeatureData` that say what a kind is."""
+    """Return the fields of `FeatureData` that describe a kind of values."""
     if isinstance(kind, Categorical):
         return {"kind": "categorical", "labels": list(kind.labels)}
     if isinstance(kind, Toroidal):
@@ -235,5 +235,5 @@ def _cameras(kind: RobotType) -> list[CameraData]:
 
 
 def _finite(number: float | None) -> float | None:
-    """A number as JSON has it: none that is infinite or absent."""
+    """Return a number, or None if it is infinite, NaN or None, which JSON cannot represent."""
     return None if number is None or isnan(number) or isinf(number) else number

@@ -1,4 +1,4 @@
-"""A picture of a session: what a page shows of it, put together again only where it changed."""
+"""Describe a session as data for the page; rebuild the lesson's part only when the lesson changes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class NestedStateData(Data, frozen=True, kw_only=True):
 
 
 class WayData(Data, frozen=True, kw_only=True):
-    """When it goes from one state to another."""
+    """The conditions for switching from one state to another."""
 
     from_: str = field(name="from")
     to: str
@@ -53,13 +53,13 @@ class NestedAutomatonData(Data, frozen=True, kw_only=True):
 
 
 class NestedAutomata:
-    """The trained automata that an automaton runs, directly or through others, each put in words once."""
+    """A cache of descriptions of the trained automata that an automaton runs, directly or through others."""
 
     def __init__(self) -> None:
         self._known: dict[str, tuple[Automaton, NestedAutomatonData]] = {}
 
     def describe_nested(self, automaton: Automaton, library: Library) -> dict[str, NestedAutomatonData]:
-        """By name, what a page draws of them."""
+        """Return, by name, the descriptions of all trained automata that an automaton runs."""
         found: dict[str, NestedAutomatonData] = {}
         left = [automaton]
         while left:
@@ -92,7 +92,7 @@ def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> Nes
 
 
 def state_fields(state: State, library: Library) -> dict[str, Any]:
-    """The fields of `NestedStateData`."""
+    """Return the fields of `NestedStateData`."""
     return {
         "name": state.name,
         "flag": state.flag is not None,
@@ -104,7 +104,10 @@ def state_fields(state: State, library: Library) -> dict[str, Any]:
 def list_exits(
     automaton: Automaton, function: Transition, directed: Sequence[str], vectors: Vectors
 ) -> Iterator[tuple[str, list[str]]]:
-    """Where a transition function learned from such vectors leads, and when; of a classifier, where it was directed."""
+    """Yield each next state of a transition function and its conditions in words.
+
+    For a classifier the next states are those in `directed`, without conditions.
+    """
     if not isinstance(function, Tree):
         for following in directed:
             yield following, [BY_CLASSIFIER]
@@ -127,7 +130,7 @@ class StateData(NestedStateData, frozen=True, kw_only=True):
 
 
 class EdgeData(WayData, frozen=True, kw_only=True):
-    """What was learned, and from which examples."""
+    """A learned switch between states, with the examples that taught it."""
 
     examples: list[int]
 
@@ -163,14 +166,14 @@ class DoubtData(Data, frozen=True, kw_only=True):
 
 
 class BehaviorCallData(Data, frozen=True, kw_only=True):
-    """A behavior, and what its parameters stand for."""
+    """A behavior and the targets of its parameters."""
 
     behavior: str
     targets: dict[str, str]
 
 
 class LessonData(Data, frozen=True, kw_only=True):
-    """What of a session changes only with the lesson."""
+    """The part of a session that changes only with the lesson."""
 
     parameters: list[str]
     states: list[StateData]
@@ -195,7 +198,7 @@ class LessonData(Data, frozen=True, kw_only=True):
 
 
 class FailedWorldData(Data, frozen=True, kw_only=True):
-    """An unseen world in which what was tried did not succeed."""
+    """An unseen world in which the evaluated automaton did not succeed."""
 
     seed: int
     problem: str
@@ -203,7 +206,7 @@ class FailedWorldData(Data, frozen=True, kw_only=True):
 
 
 class EvaluationResultData(Data, frozen=True, kw_only=True):
-    """In how many unseen worlds it succeeded, and where it did not."""
+    """The number of unseen worlds in which the automaton succeeded, and those in which it failed."""
 
     success: str
     """What counts as success, in words."""
@@ -219,7 +222,7 @@ class EvaluationResultData(Data, frozen=True, kw_only=True):
 
 
 class EvaluationData(Data, frozen=True, kw_only=True):
-    """What is in training, tried in unseen worlds as it was when that began."""
+    """An evaluation in unseen worlds of the automaton in training, as it was at the start."""
 
     called: str
     """What is tried: goto(station)."""
@@ -235,7 +238,7 @@ class EvaluationData(Data, frozen=True, kw_only=True):
 
 
 class SessionData(LessonData, frozen=True, kw_only=True):
-    """The automaton under training."""
+    """The state of the open session."""
 
     name: str
     targets: dict[str, str]
@@ -262,7 +265,7 @@ class SessionData(LessonData, frozen=True, kw_only=True):
 
 
 class SessionViewBuilder:
-    """Makes the page's data of one session."""
+    """A builder of the page's data of one session."""
 
     def __init__(self, trainer: Trainer) -> None:
         self._trainer = trainer
@@ -278,7 +281,7 @@ class SessionViewBuilder:
         asking: AskingData,
         evaluation: EvaluationData | UnsetType = UNSET,
     ) -> SessionData:
-        """The session as it is now."""
+        """Return the data of the session in its present state."""
         trainer, view = self._trainer, self._trainer.session_view
         return SessionData(
             **structs.asdict(self._taught()),
@@ -303,7 +306,7 @@ class SessionViewBuilder:
         )
 
     def _taught(self) -> LessonData:
-        """What changes only with the lesson."""
+        """Return the part that changes only with the lesson."""
         lesson, learned = self._trainer.explainer.learn_lesson()
         if lesson is not self._of or self._lesson is None:
             self._of = lesson
@@ -335,7 +338,7 @@ class SessionViewBuilder:
 
 
 def describe_evaluation(found: Evaluation) -> EvaluationResultData:
-    """What came of trying a behavior in unseen worlds."""
+    """Return the result of an evaluation in unseen worlds as the page shows it."""
     missed = "goal not reached" if found.flag is None else f"not {found.flag}"
     rows = zip(found.seeds, found.taught.finished.tolist(), found.taught.limit_s.tolist(), strict=True)
     failed = [
@@ -407,7 +410,7 @@ def _time(lesson: Lesson, example: Example) -> float | None:
 
 
 def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[EdgeData]:
-    """Where what was learned leads, and when, with the examples that showed it."""
+    """Yield the learned switches between states with their conditions and examples."""
     for state, function in learned.items():
         led: dict[str, list[int]] = {}
         for example in lesson.examples:

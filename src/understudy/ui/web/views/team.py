@@ -1,4 +1,4 @@
-"""Who can be trained - the robots, or the coordinators of a sort of squads - and what they know."""
+"""List the groups of agents that can be trained, robots or the coordinators of squads, and find their libraries."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ from understudy.ui.web.views.scene import SquadSortData
 
 
 class TrainableGroups:
-    """The team of a scenario: the robots' automata are in `folder`, those of squads in one of their name inside; so are
-    those of each type of robots where types differ.
+    """The robots and sorts of squads of a scenario, with their library folders.
+
+    Robots' automata are in `folder`; those of squads, and of robot types that differ, in a subfolder of their name.
     """
 
     def __init__(self, scenario: Scenario, folder: Path, kit: Kit) -> None:
@@ -36,7 +37,7 @@ class TrainableGroups:
         return [squad.name for squad, _ in reversed(self.tree.squads)]
 
     def agents(self, sort: str | None) -> int:
-        """How many robots there are (None), or squads of a sort; UnknownName where there is no such sort."""
+        """Return the number of robots (None) or of squads of a sort; UnknownName if there is no such sort."""
         if sort is None:
             return len(self.tree.type_of)
         self._check(sort)
@@ -47,16 +48,16 @@ class TrainableGroups:
             raise UnknownName(what="sort of squads", name=sort, where="this scenario", known=self.squads)
 
     def type_of(self, agent: int) -> str:
-        """The type of a robot."""
+        """Return the type of a robot."""
         return self.tree.types[self.tree.type_of[agent]]
 
     def have_same_library(self, one: int, other: int) -> bool:
-        """Whether two robots know the same."""
+        """Return whether two robots use the same library folder."""
         places = find_type_folders(self._scenario, self._folder, self._kit)
         return places[self.type_of(one)][0] == places[self.type_of(other)][0]
 
     def read_library(self, sort: str | None, agent: int = 0) -> LibraryView:
-        """The library of a robot (None), or of a sort of squads; UnknownName where there is no such sort."""
+        """Read the library of a robot (None) or of a sort of squads; UnknownName if there is no such sort."""
         if sort is None:
             where, kit = find_type_folders(self._scenario, self._folder, self._kit)[self.type_of(agent)]
             return read_library_folder(where, kit)
@@ -64,7 +65,7 @@ class TrainableGroups:
         return read_library_folder(self._folder / sort, self._known()[sort].kit)
 
     def body(self, world: Ground, sort: str | None) -> Ground | CoordinatorBody:
-        """What is trained: the robots of a world, or the squads of a sort with all below them."""
+        """Return the body to train: the world's robots (None), or the coordinators of a sort of squads."""
         if sort is None:
             return world
         radio = self._scenario.radio
@@ -75,7 +76,7 @@ class TrainableGroups:
         return CoordinatorBody(team, sort)
 
     def collect_libraries(self, sort: str | None, agent: int, library: Library) -> Libraries:
-        """What everybody knows, by sort of agents, with `library` as that of a robot (None) or of a sort of squads."""
+        """Return the library of every sort of agents, with `library` in place of that of a robot (None) or sort of squads."""
         if sort is not None:
             return {**self._known(), sort: library}
         places = find_type_folders(self._scenario, self._folder, self._kit)
@@ -91,7 +92,7 @@ class TrainableGroups:
         return collect_libraries(self._scenario, robots, lambda name, kit: look(self._folder / name, kit))
 
     def data(self) -> list[SquadSortData]:
-        """The squads, the topmost first, with the robots that are in each, those of squads below among them."""
+        """Return the sorts of squads, topmost first, with all robots of each squad."""
         robots: dict[str, list[list[int]]] = {}
         found: list[SquadSortData] = []
         for squad, lists in self.tree.squads:
@@ -107,14 +108,14 @@ class TrainableGroups:
 
 
 class ActivityNames:
-    """What robots do, as numbers that a page is told the names of."""
+    """A numbering of the robots' activities; frames contain the numbers, the session's data the names."""
 
     def __init__(self) -> None:
         self.names: list[str] = []
         self._numbers: dict[str, int] = {}
 
     def numbers(self, paths: list[tuple[str, ...]]) -> list[int]:
-        """A number for what each robot does."""
+        """Return the number of each robot's activity."""
         return [self._number(path) for path in paths]
 
     def _number(self, path: tuple[str, ...]) -> int:
