@@ -25,13 +25,14 @@ export type Request =
   | { do: "visit"; outcome: Index }
   /** Test an automaton on its lesson, with the unsaved state of what is in training. */
   | { do: "test"; name: NameField }
-  /** Try what is in training, as it stands, in worlds that it was not taught in: 1 to 1000 of them. */
+  /** Evaluate the automaton in training, as it stands, in 1 to 1000 unseen worlds. */
   | { do: "evaluate"; count?: Index }
-  /** Cancel the evaluation in unseen worlds, or put its result away. */
+  /** Cancel the evaluation in unseen worlds, or drop its result. */
   | { do: "cancel_evaluation" }
   /**
-   * Save the automaton; a name saves a copy under it. What no longer works is said first, unless it is to be saved
-   * `anyway`.
+   * Save the automaton, or a copy of it if a name is given.
+   *
+   * If something that worked no longer does, it is saved only with `anyway`.
    */
   | { do: "save"; name?: NameField | null; anyway?: boolean }
   /** Preview the automaton with fewer splits; the best number of splits unless one is given. */
@@ -42,15 +43,15 @@ export type Request =
   | { do: "versions"; name: NameField }
   /** Compare a former version with another, or with the present one. */
   | { do: "changes"; name: NameField; version: Index; to?: Index | null }
-  /** Direct to a state; a correction in testing. */
+  /** Direct the robot to a state; in testing this is a correction. */
   | { do: "press"; state: Call }
   /** Confirm the current state. */
   | { do: "confirm" }
   /** Switch between training and testing. */
   | { do: "turn" }
-  /** Take back the last step that changed the lesson. */
+  /** Undo the last step that changed the lesson. */
   | { do: "undo" }
-  /** Do the last undone step again. */
+  /** Redo the last undone step. */
   | { do: "redo" }
   /** Pause or resume. */
   | { do: "pause"; paused: boolean }
@@ -62,7 +63,7 @@ export type Request =
   | { do: "reset"; seed?: Seed | null }
   /** Restart the automaton and leave the robot where it is. */
   | { do: "restart" }
-  /** Go back to a moment of the run: a time of the world (s), or when an example was shown. */
+  /** Go back to a moment of the run: a time of the world (s), or just before an example was given. */
   | { do: "rewind"; time_s?: number | null; example?: Index | null }
   /** Bind parameters to other targets. */
   | { do: "stand_for"; targets: Targets }
@@ -110,7 +111,7 @@ export type Request =
       /** At least 1, at most 200 items. */
       numbers: readonly Index[];
     }
-  /** Change an example's state, next state, or values, which are written as they are shown. */
+  /** Change an example's state, next state, or values; values are written as the page shows them. */
   | {
       do: "edit";
       number: Index;
@@ -173,7 +174,7 @@ export type Request =
   /** Release control. */
   | { do: "hand_over" };
 
-/** What answers a request: that it was done, or why not. */
+/** The answer to a request: whether it succeeded, or the error message. */
 export interface Answer
   extends
     Partial<NotSavedReply>,
@@ -235,7 +236,7 @@ export type NameListField = readonly NameField[];
 /** A feature's value as it is shown: 3.42 m, −31°, yes, or nothing. At most 150 letters. */
 export type ValueField = string;
 
-/** The regressions that kept the automaton from being saved. */
+/** The regressions because of which the automaton was not saved. */
 export interface NotSavedReply {
   worse: readonly string[];
 }
@@ -245,37 +246,37 @@ export interface VersionsReply {
   versions: readonly Version[];
 }
 
-/** What changed between two versions. */
+/** The differences between two versions. */
 export interface ChangesReply {
   changes: readonly Change[];
   moved: readonly Moved[];
 }
 
-/** What the lesson lacks, most useful first; or that the page is to ask again in a moment. */
+/** The advice about the lesson, most useful first; or `later`, if the page is to ask again in a moment. */
 export interface AdviceReply {
   later?: boolean;
   advice?: readonly Advice[];
   late?: Late | null;
 }
 
-/** What came of setting up a situation, and the number of the run that begins there. */
+/** A description of the situation that was set up, and the number of the run that begins there. */
 export interface SituationReply {
   sentence: string;
   run: number;
 }
 
-/** What every level decides now, the topmost first, and the last switch of any of them. */
+/** The present decision of every level, topmost first, and the last switch of any level. */
 export interface ReasonsReply {
   levels: readonly Level[];
   last: Switched | null;
 }
 
-/** An automaton tested on its lesson. */
+/** The result of testing an automaton on its lesson. */
 export interface LessonTestReply {
   tested: Tested;
 }
 
-/** What the automaton would be with fewer questions. */
+/** A preview of the automaton with fewer splits. */
 export interface SimplifyReply {
   simpler: Simpler;
 }
@@ -301,7 +302,7 @@ export interface SceneNews {
   scene: Scene;
 }
 
-/** What is trained, and around it. */
+/** The state of the open session, the library, the run and the connected pages. */
 export interface SessionNews {
   is: "desk";
   library: Library;
@@ -328,14 +329,14 @@ export interface Version {
   saved: string | null;
 }
 
-/** What changed in one respect. */
+/** The differences of two versions in one topic. */
 export interface Change {
   topic: string;
   /** Lines that begin with + (new), - (gone), or neither. */
   lines: readonly string[];
 }
 
-/** When it goes from one state to another: what is gone of that, what is new, and because of which examples. */
+/** A switch between two states whose conditions changed: those gone, those new, and the responsible examples. */
 export interface Moved {
   from: string;
   to: string;
@@ -345,7 +346,7 @@ export interface Moved {
   examples: readonly ExampleAttribution[];
 }
 
-/** One thing the coach says of a lesson. */
+/** One piece of advice about a lesson. */
 export interface Advice {
   kind: string;
   sentence: string;
@@ -358,13 +359,13 @@ export interface Advice {
   place: boolean;
 }
 
-/** How late presses seem to come. */
+/** The estimated reaction time of the demonstrator (s), with the evidence for it. */
 export interface Late {
   reaction_s: number;
   sentence: string;
 }
 
-/** What an automaton decides now. */
+/** The present decision of the automaton on one level. */
 export interface Level extends Behind {
   state: string;
   since_s: number;
@@ -377,7 +378,7 @@ export interface Switched extends Behind {
   time_s: number;
 }
 
-/** An automaton tested on its lesson. */
+/** The result of testing an automaton on its lesson. */
 export interface Tested {
   name: string;
   works: boolean;
@@ -390,7 +391,7 @@ export interface Tested {
   else: readonly string[];
 }
 
-/** What the automaton would be with fewer questions. */
+/** A preview of the automaton with fewer splits. */
 export interface Simpler {
   pruning: number;
   /** Null where there are too few examples to tell. */
@@ -405,14 +406,14 @@ export interface Simpler {
   moments: Moments;
 }
 
-/** The colors of a thing: hues (degrees; from > to crosses red), shares of saturation and of value. */
+/** The range of a color: hue (degrees; from > to crosses red), saturation and value (each from 0 to 1). */
 export interface Color {
   hue_deg: readonly [number, number];
   saturation: readonly [number, number];
   value: readonly [number, number];
 }
 
-/** What of a world does not change from tick to tick, and what its kit has. */
+/** The parts of world and kit that do not change from tick to tick. */
 export interface Scene {
   scenario: string;
   width: number;
@@ -452,7 +453,7 @@ export interface Library {
   cut_off: readonly CutOff[];
 }
 
-/** The automaton under training. */
+/** The state of the open session. */
 export interface Session extends Lesson {
   name: string;
   targets: Readonly<Record<string, string>>;
@@ -491,17 +492,18 @@ export interface RobotStatus {
   stopped: string;
 }
 
-/** A run of the world: from when of its time one can go back in it. */
+/** A run of the world, with the earliest time (s) that can be rewound to. */
 export interface Run {
   number: number;
   from_s: number;
 }
 
 /**
- * An example behind a change: what `happened` to it, and `how` it is behind the change.
+ * An example that caused a change: what `happened` to it, and `how` it is connected with the change.
  *
- * It is "new", "gone", "edited", "in quarantine", "let out", "read anew" where the lesson's features or reaction time
- * changed, or "shown anew" where another press has its number now, as in a lesson begun anew.
+ * `happened` is "new", "gone", "edited", "in quarantine", "let out", "read anew" if the lesson's features or
+ * reaction time changed, or "shown anew" if its number now belongs to another press, as in a lesson that was started
+ * again.
  */
 export interface ExampleAttribution {
   number: number;
@@ -515,7 +517,7 @@ export interface PressSays {
   next: string;
 }
 
-/** What a decision read, and the examples responsible. */
+/** The readings on which a decision is based, and the responsible examples. */
 export interface Behind {
   automaton: string;
   says: string;
@@ -529,7 +531,7 @@ export interface Behind {
   more: number;
 }
 
-/** What became of an outcome that the lesson promises. */
+/** The result of testing an expected outcome of the lesson. */
 export interface PromiseTested {
   said: string;
   took_s: number | null;
@@ -538,7 +540,7 @@ export interface PromiseTested {
 }
 
 /**
- * The pruning with the fewest wrong decisions, and the simplest of several.
+ * The suggested pruning: the one with the fewest wrong decisions, the strongest of equals.
  *
  * `wrong` and `wrong_pruned` are how many of the `left_out` press-made examples are decided wrongly by trees
  * learned without them: without pruning and with it.
@@ -550,20 +552,20 @@ export interface PruningSuggestion {
   wrong_pruned: number;
 }
 
-/** How many answers all trees have. */
+/** The number of leaves of all trees, before and after pruning. */
 export interface Leaves {
   before: number;
   after: number;
 }
 
-/** When a state is left, in words. */
+/** The conditions for leaving a state, in words, before and after pruning. */
 export interface StateConditions {
   state: string;
   before: readonly string[];
   after: readonly string[];
 }
 
-/** An example that would be decided otherwise. */
+/** An example at which the pruned automaton decides differently. */
 export interface ChangedDecision {
   number: number;
   state: string;
@@ -572,7 +574,7 @@ export interface ChangedDecision {
   after: string | null;
 }
 
-/** Moments of the second before presses, and at how many of them it would decide otherwise. */
+/** The number of moments in the second before presses, and at how many the decision changes. */
 export interface Moments {
   all: number;
   changed: number;
@@ -610,7 +612,7 @@ export interface Disc {
   color: string | null;
 }
 
-/** An arc in which a sensor measures a distance, a beam where both angles are one; relative to the heading. */
+/** The arc in which a sensor measures a distance, relative to the robot's heading; both angles are equal for a beam. */
 export interface RangeArc {
   name: string;
   from_deg: number;
@@ -618,7 +620,7 @@ export interface RangeArc {
   range: number;
 }
 
-/** What a robot's camera covers. */
+/** The field of view of a robot's camera. */
 export interface Camera {
   view_deg: number;
   /** m; null: as far as anything is. */
@@ -630,7 +632,7 @@ export interface KitFeature extends Feature {
   parameters: readonly string[];
 }
 
-/** A behavior of the kit: its name, and what a call leaves open. */
+/** A behavior of the kit and its parameters. */
 export interface KitBehavior {
   name: string;
   parameters: readonly string[];
@@ -661,14 +663,14 @@ export interface Trained {
   why_not: string | null;
 }
 
-/** A lesson that was cut off before it was saved; opening it goes on with it. */
+/** A session that was interrupted before it was saved; opening it resumes it. */
 export interface CutOff {
   name: string;
   examples: number;
   began: string;
 }
 
-/** What of a session changes only with the lesson. */
+/** The part of a session that changes only with the lesson. */
 export interface Lesson {
   parameters: readonly string[];
   states: readonly State[];
@@ -700,20 +702,20 @@ export interface Doubt {
   suspects: readonly Suspect[];
 }
 
-/** A behavior, and what its parameters stand for. */
+/** A behavior and the targets of its parameters. */
 export interface BehaviorCall {
   behavior: string;
   targets: Readonly<Record<string, string>>;
 }
 
-/** What it does where it is unsure, the question that waits, and the moments at which it would still be unsure. */
+/** The query policy, the question that waits, and the marked moments at which the automaton is still uncertain. */
 export interface Asking {
   when: AskWhenName;
   question: Question | null;
   marks: readonly UnsureMark[];
 }
 
-/** What is in training, tried in unseen worlds as it was when that began. */
+/** An evaluation in unseen worlds of the automaton in training, as it was at the start. */
 export interface Evaluation {
   /** What is tried: goto(station). */
   called: string;
@@ -730,7 +732,7 @@ export interface Evaluation {
 
 export type Tone = "" | "correction" | "error" | "recorded";
 
-/** An example that is behind a decision. */
+/** An example that is responsible for a decision. */
 export interface Responsible {
   number: number;
   kind: ExampleKindName;
@@ -738,7 +740,7 @@ export interface Responsible {
   time_s: number | null;
 }
 
-/** A feature with what its values are. */
+/** A feature with its unit and the kind of its values. */
 export interface Feature {
   label: string;
   unit: string;
@@ -770,7 +772,7 @@ export interface Example {
   quarantined: string;
 }
 
-/** What was learned, and from which examples. */
+/** A learned switch between states, with the examples that taught it. */
 export interface Edge extends Way {
   examples: readonly number[];
 }
@@ -787,13 +789,13 @@ export interface Suspect {
   reason: string;
 }
 
-/** What waits for an answer, and the state that it would go to. */
+/** The question that waits for an answer, and the proposed next state. */
 export interface Question {
   sentence: string;
   next: string;
 }
 
-/** A moment at which it was unsure and went on. */
+/** A moment at which the automaton was uncertain and continued. */
 export interface UnsureMark {
   number: number;
   time_s: number;
@@ -802,7 +804,7 @@ export interface UnsureMark {
   sentence: string;
 }
 
-/** In how many unseen worlds it succeeded, and where it did not. */
+/** The number of unseen worlds in which the automaton succeeded, and those in which it failed. */
 export interface EvaluationResult {
   /** What counts as success, in words. */
   success: string;
@@ -832,7 +834,7 @@ export interface NestedState {
 
 export type Arrow = "down" | "left" | "right" | "up";
 
-/** When it goes from one state to another. */
+/** The conditions for switching from one state to another. */
 export interface Way {
   from: string;
   to: string;
@@ -840,7 +842,7 @@ export interface Way {
   when: readonly string[];
 }
 
-/** An unseen world in which what was tried did not succeed. */
+/** An unseen world in which the evaluated automaton did not succeed. */
 export interface FailedWorld {
   seed: number;
   /** What went wrong, and after how long. */
