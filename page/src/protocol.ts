@@ -186,11 +186,11 @@ export interface Answer
     Partial<LessonTestReply>,
     Partial<SimplifyReply>,
     Partial<ColorReply> {
-  /** The number of the request; null where that could not be read. */
+  /** The number of the request; null if it could not be read. */
   re: number | null;
   ok?: boolean;
   error?: string;
-  /** How long a press took until it was in the journal. */
+  /** The time from receiving a press until it was in the journal, ms. */
   ms?: number;
 }
 
@@ -206,7 +206,7 @@ export type AskWhenName = "mark" | "never" | "pause";
 /** Whole, at least 0, at most 2,147,483,647. */
 export type Index = number;
 
-/** What a state runs, or a feature of targets: a name and what it is called with, as goto(station). At least 1, at most 1,000 letters. */
+/** A behavior or feature with its targets, such as goto(station). At least 1, at most 1,000 letters. */
 export type Call = string;
 
 /** At least 1, at most 150 letters. */
@@ -218,13 +218,13 @@ export type Seconds = number;
 /** How many examples each leaf of a question must set right for the question to stay. At least 0, at most 1,000,000. */
 export type Pruning = number;
 
-/** Set the speed: a multiple of real time, or as fast as possible. */
+/** A simulation speed: a multiple of real time, or as fast as possible. */
 export type SpeedFactor = number | "fastest";
 
 /** Whole, at least 0, at most 9,007,199,254,740,991. */
 export type Seed = number;
 
-/** What parameters stand for, by parameter. */
+/** The target of each parameter. */
 export type Targets = Readonly<Record<NameField, NameField>>;
 
 /** At most 200 items. */
@@ -233,7 +233,7 @@ export type Calls = readonly Call[];
 /** At most 200 items. */
 export type NameListField = readonly NameField[];
 
-/** A feature's value as it is shown: 3.42 m, −31°, yes, or nothing. At most 150 letters. */
+/** A feature's value as the page shows it: 3.42 m, −31°, yes, or nothing. At most 150 letters. */
 export type ValueField = string;
 
 /** The regressions because of which the automaton was not saved. */
@@ -312,9 +312,9 @@ export interface SessionNews {
   paused: boolean;
   speed: SpeedFactor;
   seed: number | null;
-  /** The sort of squads whose coordinator is trained; null: a robot is. */
+  /** The sort of squads whose coordinator is in training; null for a robot. */
   sort: string | null;
-  /** The robots, where they are real. */
+  /** The states of the real robots; empty in simulation. */
   robots: readonly RobotStatus[];
   run: Run;
   /** Whether any client has control. */
@@ -332,7 +332,7 @@ export interface Version {
 /** The differences of two versions in one topic. */
 export interface Change {
   topic: string;
-  /** Lines that begin with + (new), - (gone), or neither. */
+  /** Lines that begin with + (added), - (removed), or neither. */
   lines: readonly string[];
 }
 
@@ -350,12 +350,12 @@ export interface Moved {
 export interface Advice {
   kind: string;
   sentence: string;
-  /** From 0 to 1; above 0.5 it is plainly worth following. */
+  /** The importance from 0 to 1; advice above 0.5 is clearly worth following. */
   weight: number;
   examples: readonly number[];
-  /** What a press says that looks like a slip. */
+  /** The press that is probably a slip; null for other advice. */
   says: PressSays | null;
-  /** Whether it can be set up. */
+  /** Whether the situation can be set up. */
   place: boolean;
 }
 
@@ -385,23 +385,23 @@ export interface Tested {
   examples: number;
   /** In the order of the lesson. */
   outcomes: readonly PromiseTested[];
-  /** What worked before and no longer does. */
+  /** The regressions: what worked before and no longer does. */
   worse: readonly string[];
-  /** What else is decided otherwise than before. */
+  /** The other decisions that differ from the former version. */
   else: readonly string[];
 }
 
 /** A preview of the automaton with fewer splits. */
 export interface Simpler {
   pruning: number;
-  /** Null where there are too few examples to tell. */
+  /** Null if there are too few examples for a suggestion. */
   suggested: PruningSuggestion | null;
-  /** So many examples would be enough. */
+  /** The number of examples needed for a suggestion. */
   enough: number;
   leaves: Leaves;
   states: readonly StateConditions[];
   decisions: readonly ChangedDecision[];
-  /** How many were replayed. */
+  /** The number of examples replayed. */
   examples: number;
   moments: Moments;
 }
@@ -420,7 +420,7 @@ export interface Scene {
   height: number;
   tick_s: number;
   seed: number;
-  /** The names of the robots, where they are real. */
+  /** The names of the real robots; empty in simulation. */
   real: readonly string[];
   /** The numbers of the real robots that have a camera. */
   eyes: readonly number[];
@@ -467,15 +467,15 @@ export interface Session extends Lesson {
   redoable: string | null;
   unsaved: boolean;
   taught: number;
-  /** Whether silence is consent now, in a lesson with watched examples. */
+  /** Whether examples are recorded from silence now. */
   watching: boolean;
   doubt: Doubt | null;
-  /** What the robots run that are not trained; null: they idle. */
+  /** The behavior of the robots not in training; null if they idle. */
   others: BehaviorCall | null;
-  /** What robots do that a trained coordinator orders about, by the numbers in frames. */
+  /** The names of the robots' activities, indexed by the numbers in frames. */
   doing: readonly string[];
   asking: Asking;
-  /** Left out where nothing was tried in unseen worlds. */
+  /** Omitted if nothing was evaluated in unseen worlds. */
   evaluation?: Evaluation;
 }
 
@@ -521,13 +521,13 @@ export interface PressSays {
 export interface Behind {
   automaton: string;
   says: string;
-  /** What it read, in words. */
+  /** The readings in words. */
   read: string;
   by_hand: boolean;
-  /** Whether its examples are those of the lesson that is open. */
+  /** Whether the examples belong to the open lesson. */
   here: boolean;
   examples: readonly Responsible[];
-  /** How many examples there are beyond these. */
+  /** The number of further examples, which are not listed. */
   more: number;
 }
 
@@ -535,7 +535,7 @@ export interface Behind {
 export interface PromiseTested {
   said: string;
   took_s: number | null;
-  /** Why it did not come; empty where it did. */
+  /** Why the outcome did not occur; empty if it did. */
   problem: string;
 }
 
@@ -600,7 +600,7 @@ export interface ObjectClass {
   pushable: boolean;
   /** Whether this is a marker that a person placed. */
   marker: boolean;
-  /** Whether it makes sense to add one. */
+  /** Whether the page offers to add one. */
   offered: boolean;
 }
 
@@ -612,7 +612,7 @@ export interface Disc {
   color: string | null;
 }
 
-/** The arc in which a sensor measures a distance, relative to the robot's heading; both angles are equal for a beam. */
+/** The arc of a distance sensor relative to the robot's heading; both angles are equal for a beam. */
 export interface RangeArc {
   name: string;
   from_deg: number;
@@ -623,7 +623,7 @@ export interface RangeArc {
 /** The field of view of a robot's camera. */
 export interface Camera {
   view_deg: number;
-  /** m; null: as far as anything is. */
+  /** The range in m; null if it is unlimited. */
   range: number | null;
 }
 
@@ -642,7 +642,7 @@ export interface KitBehavior {
 export interface SquadSort {
   name: string;
   doc: string;
-  /** For each squad the robots in it, those of squads below among them. */
+  /** The robots of each squad, including those of its subordinate squads. */
   squads: readonly (readonly number[])[];
 }
 
@@ -650,16 +650,16 @@ export interface SquadSort {
 export interface Trained {
   name: string;
   parameters: readonly string[];
-  /** What its states run. */
+  /** The behaviors that its states run. */
   runs: readonly string[];
-  /** What it can say: done, failed, or any name. */
+  /** The flags that it can raise: done, failed, or any name. */
   flags: readonly string[];
   examples: number;
-  /** How many former versions there are. */
+  /** The number of former versions. */
   versions: number;
-  /** Whether it could be run. */
+  /** Whether it can be run. */
   complete: boolean;
-  /** Why it could not. */
+  /** Why it cannot be run; null if it can. */
   why_not: string | null;
 }
 
@@ -679,14 +679,14 @@ export interface Lesson {
   edges: readonly Edge[];
   /** The automata it runs, directly or through others, by name. */
   nested: Readonly<Record<string, NestedAutomaton>>;
-  /** Whether silence is consent in this lesson. */
+  /** Whether the lesson also records examples from silence. */
   watched: boolean;
   reaction_s: number;
   /** Whether a correction puts bad examples in quarantine by itself. */
   unlearning: boolean;
-  /** What it can raise: done, failed, or any name. */
+  /** The flags that it can raise: done, failed, or any name. */
   flags: readonly string[];
-  /** What the lesson promises: "done within 20 s in forage, A = station". */
+  /** The expected outcomes, such as "done within 20 s in forage, A = station". */
   outcomes: readonly string[];
   /** How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees. */
   pruning: number | null;
@@ -717,16 +717,16 @@ export interface Asking {
 
 /** An evaluation in unseen worlds of the automaton in training, as it was at the start. */
 export interface Evaluation {
-  /** What is tried: goto(station). */
+  /** The behavior and its targets, such as goto(station). */
   called: string;
   /** The edition of the lesson that it was learned from. */
   edition: number;
   worlds: number;
-  /** How many worlds are through. */
+  /** The number of worlds finished. */
   through: number;
-  /** Null while it runs, and where it could not be tried. */
+  /** Null while the evaluation runs, and if it failed with an error. */
   result: EvaluationResult | null;
-  /** Why it could not be tried; empty where it could. */
+  /** The error that ended the evaluation; empty if there was none. */
   problem: string;
 }
 
@@ -745,9 +745,9 @@ export interface Feature {
   label: string;
   unit: string;
   kind: KindName;
-  /** Of categorical ones: the names of the values. */
+  /** The names of the values of a categorical feature. */
   labels?: readonly string[];
-  /** Of toroidal ones. */
+  /** The period of a toroidal feature. */
   period?: number;
 }
 
@@ -765,10 +765,10 @@ export interface Example {
   values: readonly string[];
   kind: ExampleKindName;
   correction: boolean;
-  /** When it was shown, in the time of its world; null where it was typed. */
+  /** When the example was given, in s of the world's time; null if it was typed. */
   time_s: number | null;
   contradicts: boolean;
-  /** Why it teaches nothing for now; empty where it teaches. */
+  /** Why the example is in quarantine; empty if it is not. */
   quarantined: string;
 }
 
@@ -799,7 +799,7 @@ export interface Question {
 export interface UnsureMark {
   number: number;
   time_s: number;
-  /** Null where that run was left. */
+  /** The number of the run; null if that run was left. */
   run: number | null;
   sentence: string;
 }
@@ -838,7 +838,7 @@ export type Arrow = "down" | "left" | "right" | "up";
 export interface Way {
   from: string;
   to: string;
-  /** In words, a line for each way that leads there. */
+  /** The conditions in words, one line for each alternative. */
   when: readonly string[];
 }
 

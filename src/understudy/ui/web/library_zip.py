@@ -30,11 +30,11 @@ from understudy.ui.web.session_host import SessionHost, describe_error
 from understudy.ui.web.views.library import LibraryView
 
 MOST_PACKED = 16 * 2**20
-"""Bytes of a zip that is taken in."""
+"""The greatest size of an uploaded zip, in bytes."""
 MOST_UNPACKED = 64 * 2**20
-"""Bytes of all that is in it."""
+"""The greatest total size of the files in a zip, in bytes."""
 MOST_DOCUMENT = 16 * 2**20
-"""Bytes of one document in it."""
+"""The greatest size of one document in a zip, in bytes."""
 MOST_FILES = 1_000
 UNCHANGED = "nothing was changed"
 _UNUSABLE = (BadZipFile, EOFError, NotImplementedError, OSError, RuntimeError, ValueError, ZlibError)
@@ -126,7 +126,7 @@ def _wrong(where: str, problem: str, remedy: str) -> FileError:
 
 
 Taken: TypeAlias = Literal["refuse", "replace", "keep"]
-"""What becomes of automata that the library has already, but different."""
+"""How to treat automata of which the library has a different one: refuse, replace, or keep the library's."""
 PATH = "/library.zip"
 HEADERS = {
     "Cache-Control": "no-store",

@@ -27,7 +27,7 @@ from understudy.ui.web.views import session as session_view
 SUFFIX = "Data"
 """A struct called `ExampleData` is the interface `Example`."""
 WIDTH = 110
-"""Letters in a line, as the page's source is formatted."""
+"""The line length of the page's source, in characters."""
 
 
 class _Alias(NamedTuple):

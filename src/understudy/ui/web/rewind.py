@@ -19,9 +19,9 @@ from understudy.ui.web.messages.coach import AskWhenName
 
 EVERY_S = 0.5
 KEPT_S = 300.0
-"""How long a moment is kept, s of the world's time."""
+"""How long a moment is stored, s of the world's time."""
 MOST_BYTES = 64 * 1024 * 1024
-"""What all moments together may take; of a large world fewer are kept."""
+"""The greatest size of all stored moments together; fewer moments of a large world fit."""
 
 
 class RunData(Data, frozen=True, kw_only=True):
@@ -111,7 +111,7 @@ class UnsureMarkData(Data, frozen=True, kw_only=True):
     number: int
     time_s: float
     run: int | None
-    """Null where that run was left."""
+    """The number of the run; null if that run was left."""
     sentence: str
 
 

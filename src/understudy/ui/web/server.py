@@ -27,9 +27,9 @@ from understudy.ui.web.views.session import SessionData
 
 FRAME_S = 1 / 60
 REST_S = 0.002
-"""What a beat leaves at least for what pages say, however long it took."""
+"""The least pause (s) between two steps of the main loop, in which messages are received."""
 SESSION_S = 1 / 20
-"""How often the session is shown at most, but for what was pressed."""
+"""The least time (s) between two updates of the session, except after a message."""
 LEFT = "Paused: no page is in control"
 LEFT_ROBOTS = "no page is in control in the studio"
 _encode = msgspec.json.Encoder().encode
@@ -62,9 +62,9 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
     speed: m.SpeedFactor
     seed: int | None
     sort: str | None
-    """The sort of squads whose coordinator is trained; null: a robot is."""
+    """The sort of squads whose coordinator is in training; null for a robot."""
     robots: list[RobotStatus]
-    """The robots, where they are real."""
+    """The states of the real robots; empty in simulation."""
     run: RunData
     directed: bool
     """Whether any client has control."""
@@ -76,11 +76,11 @@ class AnswerData(Data, frozen=True, kw_only=True):
     """The answer to a request: whether it succeeded, or the error message."""
 
     re: int | None
-    """The number of the request; null where that could not be read."""
+    """The number of the request; null if it could not be read."""
     ok: bool | UnsetType = UNSET
     error: str | UnsetType = UNSET
     ms: float | UnsetType = UNSET
-    """How long a press took until it was in the journal."""
+    """The time from receiving a press until it was in the journal, ms."""
 
 
 class StudioServer:

@@ -408,7 +408,7 @@ class SessionHost:
         self.note_world_change()
 
     def select_agents(self, sort: str | None, agent: int) -> None:
-        """Close the present session and select another group of agents for training: robots (None) or a sort of squads."""
+        """Close the present session and select robots (None) or a sort of squads for training."""
         self._leave()
         self.sort, self.agent = sort, agent
         self.doing = ActivityNames()

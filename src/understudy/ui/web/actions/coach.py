@@ -18,7 +18,7 @@ from understudy.ui.web.rewind import RewindPoint
 from understudy.ui.web.session_host import SessionHost
 
 PATIENCE_S = 0.05
-"""So long a page's question is waited at; a large lesson takes longer, and is looked over beside the world."""
+"""How long to wait for the advice (s) before the page is told to ask again."""
 
 
 class PressSaysData(Data, frozen=True, kw_only=True):
@@ -34,12 +34,12 @@ class AdviceData(Data, frozen=True, kw_only=True):
     kind: str
     sentence: str
     weight: float
-    """From 0 to 1; above 0.5 it is plainly worth following."""
+    """The importance from 0 to 1; advice above 0.5 is clearly worth following."""
     examples: list[int]
     says: PressSaysData | None
-    """What a press says that looks like a slip."""
+    """The press that is probably a slip; null for other advice."""
     place: bool
-    """Whether it can be set up."""
+    """Whether the situation can be set up."""
 
 
 class LateData(Data, frozen=True, kw_only=True):

@@ -89,11 +89,11 @@ TRAINER_ACTIONS: Mapping[type[Message], Callable[..., object]] = MappingProxyTyp
 )
 """By message, the action on the trainer that does what it asks for, where that needs nothing but its fields."""
 MODULES = (session, world, library, coach, explanation, lesson_test, camera)
-"""Those that have handlers of the other messages."""
+"""The modules that define the handlers of the other messages."""
 HANDLERS: Mapping[type[Message], Handler] = MappingProxyType(
     {
         **{message: make_trainer_handler(action) for message, action in TRAINER_ACTIONS.items()},
         **find_handlers(*MODULES),
     }
 )
-"""What does what a message asks for, by the type of the message."""
+"""The handler of each type of message."""

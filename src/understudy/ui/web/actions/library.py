@@ -134,7 +134,7 @@ class ChangeData(Data, frozen=True, kw_only=True):
 
     topic: str
     lines: list[str]
-    """Lines that begin with + (new), - (gone), or neither."""
+    """Lines that begin with + (added), - (removed), or neither."""
 
 
 class MovedData(Data, frozen=True, kw_only=True):

@@ -29,7 +29,7 @@ from understudy.ui.web.session_host import SessionHost
 
 
 def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, discard: bool) -> None:
-    """Begin the training of a new automaton; SessionError if the open one has unsaved changes and `discard` is not set."""
+    """Begin a new automaton; SessionError if the open one has unsaved changes that are not to be discarded."""
     _refuse_unsaved(host, discard=discard)
     host.refresh_library()
     host.refresh_interrupted()

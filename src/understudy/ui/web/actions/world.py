@@ -8,7 +8,7 @@ from understudy.ui.web.messages import session as m
 from understudy.ui.web.session_host import SessionHost
 
 FOOD = 10
-"""Units in a source of food that somebody adds."""
+"""Units of food in a source that a person adds."""
 
 
 def handle_move_robot(host: SessionHost, message: m.MoveRobot) -> None:

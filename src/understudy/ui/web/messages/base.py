@@ -11,13 +11,13 @@ Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 NameField: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Call: TypeAlias = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
-"""What a state runs, or a feature of targets: a name and what it is called with, as goto(station)."""
+"""A behavior or feature with its targets, such as goto(station)."""
 ValueField: TypeAlias = Annotated[str, Meta(max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
-"""A feature's value as it is shown: 3.42 m, −31°, yes, or nothing."""
+"""A feature's value as the page shows it: 3.42 m, −31°, yes, or nothing."""
 Calls: TypeAlias = Annotated[list[Call], Meta(max_length=200)]
 NameListField: TypeAlias = Annotated[list[NameField], Meta(max_length=200)]
 Targets: TypeAlias = dict[NameField, NameField]
-"""What parameters stand for, by parameter."""
+"""The target of each parameter."""
 Index: TypeAlias = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 
 
@@ -30,7 +30,7 @@ class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag
 
     id: Id
     by_anyone: ClassVar[bool] = False
-    """Whether a page may send it that only watches."""
+    """Whether a page that is not in control may send this message."""
 
 
 _FOUND = re.compile(r"(Expected .*) - at (`key` in )?`\$\.(\w+)(?:\[(\d+|\.\.\.)\])?`")

@@ -24,11 +24,11 @@ from understudy.ui.web.messages.base import (
 )
 
 MOST_BYTES = 64 * 1024
-"""How long a message may be."""
+"""The greatest length of a message, in bytes."""
 
 
 SpeedFactor: TypeAlias = float | Literal["fastest"]
-"""Set the speed: a multiple of real time, or as fast as possible."""
+"""A simulation speed: a multiple of real time, or as fast as possible."""
 
 
 class PressState(Message, frozen=True, kw_only=True, tag="press"):
@@ -309,7 +309,7 @@ _MODULES = (__name__, review.__name__, coach.__name__)
 REQUESTS: tuple[type[Message], ...] = tuple(
     each for each in Message.__subclasses__() if each.__module__ in _MODULES
 )
-"""All that a page may send."""
+"""The types of all requests."""
 
 
 class InvalidMessage(UnderstudyError, json_type="UnusableMessage"):

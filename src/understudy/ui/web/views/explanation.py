@@ -36,13 +36,13 @@ class BehindData(Data, frozen=True, kw_only=True):
     automaton: str
     says: str
     read: str
-    """What it read, in words."""
+    """The readings in words."""
     by_hand: bool
     here: bool
-    """Whether its examples are those of the lesson that is open."""
+    """Whether the examples belong to the open lesson."""
     examples: list[ResponsibleData]
     more: int
-    """How many examples there are beyond these."""
+    """The number of further examples, which are not listed."""
 
 
 class LevelData(BehindData, frozen=True, kw_only=True):

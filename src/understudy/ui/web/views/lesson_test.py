@@ -1,4 +1,4 @@
-"""Test lessons, evaluate in unseen worlds, find regressions before saving, and preview pruning, as data for the page."""
+"""Test lessons, evaluate in unseen worlds, find regressions before saving, and preview pruning for the page."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class PromiseTestedData(Data, frozen=True, kw_only=True):
     said: str
     took_s: float | None
     problem: str
-    """Why it did not come; empty where it did."""
+    """Why the outcome did not occur; empty if it did."""
 
 
 class TestedData(Data, frozen=True, kw_only=True):
@@ -66,9 +66,9 @@ class TestedData(Data, frozen=True, kw_only=True):
     outcomes: list[PromiseTestedData]
     """In the order of the lesson."""
     worse: list[str]
-    """What worked before and no longer does."""
+    """The regressions: what worked before and no longer does."""
     else_: list[str] = field(name="else")
-    """What else is decided otherwise than before."""
+    """The other decisions that differ from the former version."""
 
 
 class LessonTestReply(Data, frozen=True, kw_only=True):
@@ -227,14 +227,14 @@ class SimplerData(Data, frozen=True, kw_only=True):
 
     pruning: float
     suggested: PruningSuggestion | None
-    """Null where there are too few examples to tell."""
+    """Null if there are too few examples for a suggestion."""
     enough: int
-    """So many examples would be enough."""
+    """The number of examples needed for a suggestion."""
     leaves: LeavesData
     states: list[StateConditionsData]
     decisions: list[ChangedDecisionData]
     examples: int
-    """How many were replayed."""
+    """The number of examples replayed."""
     moments: MomentsData
 
 

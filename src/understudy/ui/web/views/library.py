@@ -38,16 +38,16 @@ class TrainedData(Data, frozen=True, kw_only=True):
     name: str
     parameters: list[str] = field(default_factory=list)
     runs: list[str] = field(default_factory=list)
-    """What its states run."""
+    """The behaviors that its states run."""
     flags: list[str] = field(default_factory=list)
-    """What it can say: done, failed, or any name."""
+    """The flags that it can raise: done, failed, or any name."""
     examples: int = 0
     versions: int = 0
-    """How many former versions there are."""
+    """The number of former versions."""
     complete: bool
-    """Whether it could be run."""
+    """Whether it can be run."""
     why_not: str | None
-    """Why it could not."""
+    """Why it cannot be run; null if it can."""
 
 
 class CutOffData(Data, frozen=True, kw_only=True):
@@ -75,7 +75,7 @@ class LibraryView:
     folder: Path
     library: Library
     problems: dict[str, str]
-    """Why a document does not open, by the name its file has."""
+    """Why a document cannot be opened, by the name of its file."""
     trash: tuple[str, ...]
 
     def refuse_new(self, name: str, *, remedy: str) -> None:

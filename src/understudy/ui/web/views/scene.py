@@ -41,7 +41,7 @@ class ObjectClassData(Data, frozen=True, kw_only=True):
     marker: bool
     """Whether this is a marker that a person placed."""
     offered: bool
-    """Whether it makes sense to add one."""
+    """Whether the page offers to add one."""
 
 
 class DiscData(Data, frozen=True, kw_only=True):
@@ -54,7 +54,7 @@ class DiscData(Data, frozen=True, kw_only=True):
 
 
 class RangeArcData(Data, frozen=True, kw_only=True):
-    """The arc in which a sensor measures a distance, relative to the robot's heading; both angles are equal for a beam."""
+    """The arc of a distance sensor relative to the robot's heading; both angles are equal for a beam."""
 
     name: str
     from_deg: float
@@ -67,7 +67,7 @@ class CameraData(Data, frozen=True, kw_only=True):
 
     view_deg: float
     range: float | None
-    """m; null: as far as anything is."""
+    """The range in m; null if it is unlimited."""
 
 
 class FeatureData(Data, frozen=True, kw_only=True):
@@ -77,9 +77,9 @@ class FeatureData(Data, frozen=True, kw_only=True):
     unit: str
     kind: KindName
     labels: list[str] | UnsetType = UNSET
-    """Of categorical ones: the names of the values."""
+    """The names of the values of a categorical feature."""
     period: float | UnsetType = UNSET
-    """Of toroidal ones."""
+    """The period of a toroidal feature."""
 
 
 class KitFeatureData(FeatureData, frozen=True, kw_only=True):
@@ -101,7 +101,7 @@ class SquadSortData(Data, frozen=True, kw_only=True):
     name: str
     doc: str
     squads: list[list[int]]
-    """For each squad the robots in it, those of squads below among them."""
+    """The robots of each squad, including those of its subordinate squads."""
 
 
 class SceneData(Data, frozen=True, kw_only=True):
@@ -113,7 +113,7 @@ class SceneData(Data, frozen=True, kw_only=True):
     tick_s: float
     seed: int
     real: list[str]
-    """The names of the robots, where they are real."""
+    """The names of the real robots; empty in simulation."""
     eyes: list[int]
     """The numbers of the real robots that have a camera."""
     holds: bool

@@ -23,7 +23,7 @@ from understudy.ui.web.rewind import AskingData
 from understudy.ui.web.views.scene import FeatureData, describe_kind
 
 MOST_LISTED = 100
-"""So many worlds in which it failed are listed."""
+"""The greatest number of failed worlds that are listed."""
 
 
 class NestedStateData(Data, frozen=True, kw_only=True):
@@ -42,7 +42,7 @@ class WayData(Data, frozen=True, kw_only=True):
     from_: str = field(name="from")
     to: str
     when: list[str]
-    """In words, a line for each way that leads there."""
+    """The conditions in words, one line for each alternative."""
 
 
 class NestedAutomatonData(Data, frozen=True, kw_only=True):
@@ -106,7 +106,7 @@ def list_exits(
 ) -> Iterator[tuple[str, list[str]]]:
     """Yield each next state of a transition function and its conditions in words.
 
-    For a classifier the next states are those in `directed`, without conditions.
+    A classifier has no conditions to show: its next states are those in `directed`, with a note instead.
     """
     if not isinstance(function, Tree):
         for following in directed:
@@ -145,10 +145,10 @@ class ExampleData(Data, frozen=True, kw_only=True):
     kind: ExampleKindName
     correction: bool
     time_s: float | None
-    """When it was shown, in the time of its world; null where it was typed."""
+    """When the example was given, in s of the world's time; null if it was typed."""
     contradicts: bool
     quarantined: str
-    """Why it teaches nothing for now; empty where it teaches."""
+    """Why the example is in quarantine; empty if it is not."""
 
 
 class SuspectData(Data, frozen=True, kw_only=True):
@@ -183,14 +183,14 @@ class LessonData(Data, frozen=True, kw_only=True):
     nested: dict[str, NestedAutomatonData]
     """The automata it runs, directly or through others, by name."""
     watched: bool
-    """Whether silence is consent in this lesson."""
+    """Whether the lesson also records examples from silence."""
     reaction_s: float
     unlearning: bool
     """Whether a correction puts bad examples in quarantine by itself."""
     flags: list[str]
-    """What it can raise: done, failed, or any name."""
+    """The flags that it can raise: done, failed, or any name."""
     outcomes: list[str]
-    """What the lesson promises: "done within 20 s in forage, A = station"."""
+    """The expected outcomes, such as "done within 20 s in forage, A = station"."""
     pruning: float | None
     """How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees."""
     edition: int
@@ -225,16 +225,16 @@ class EvaluationData(Data, frozen=True, kw_only=True):
     """An evaluation in unseen worlds of the automaton in training, as it was at the start."""
 
     called: str
-    """What is tried: goto(station)."""
+    """The behavior and its targets, such as goto(station)."""
     edition: int
     """The edition of the lesson that it was learned from."""
     worlds: int
     through: int
-    """How many worlds are through."""
+    """The number of worlds finished."""
     result: EvaluationResultData | None
-    """Null while it runs, and where it could not be tried."""
+    """Null while the evaluation runs, and if it failed with an error."""
     problem: str
-    """Why it could not be tried; empty where it could."""
+    """The error that ended the evaluation; empty if there was none."""
 
 
 class SessionData(LessonData, frozen=True, kw_only=True):
@@ -253,15 +253,15 @@ class SessionData(LessonData, frozen=True, kw_only=True):
     unsaved: bool
     taught: int
     watching: bool
-    """Whether silence is consent now, in a lesson with watched examples."""
+    """Whether examples are recorded from silence now."""
     doubt: DoubtData | None
     others: BehaviorCallData | None
-    """What the robots run that are not trained; null: they idle."""
+    """The behavior of the robots not in training; null if they idle."""
     doing: list[str]
-    """What robots do that a trained coordinator orders about, by the numbers in frames."""
+    """The names of the robots' activities, indexed by the numbers in frames."""
     asking: AskingData
     evaluation: EvaluationData | UnsetType = UNSET
-    """Left out where nothing was tried in unseen worlds."""
+    """Omitted if nothing was evaluated in unseen worlds."""
 
 
 class SessionViewBuilder:

@@ -76,7 +76,7 @@ class TrainableGroups:
         return CoordinatorBody(team, sort)
 
     def collect_libraries(self, sort: str | None, agent: int, library: Library) -> Libraries:
-        """Return the library of every sort of agents, with `library` in place of that of a robot (None) or sort of squads."""
+        """Return the library of every sort of agents; `library` replaces that of a robot (None) or sort of squads."""
         if sort is not None:
             return {**self._known(), sort: library}
         places = find_type_folders(self._scenario, self._folder, self._kit)
