@@ -84,8 +84,9 @@ export type Request =
       discard?: boolean;
     }
   /**
-   * Change states, features or options of the lesson. Keep the examples that still apply, also those of states
-   * `renamed`.
+   * Change states, features or options of the lesson.
+   *
+   * Examples that still apply are kept, also those of states in `renamed` (former name to new name).
    */
   | {
       do: "choose";

@@ -22,7 +22,7 @@ MOST_KEYS = 1_000
 
 
 class Client:
-    """A connected page and the messages queued for it: all answers in order, and only the newest scene, news and frame.
+    """A connected page with its queued messages: all answers, and the newest scene, news and frame.
 
     A page that reads slowly skips frames; it does not delay other pages.
     """

@@ -115,8 +115,9 @@ class NewAutomaton(Message, frozen=True, kw_only=True, tag="new"):
 
 
 class ChangeDesign(Message, frozen=True, kw_only=True, tag="choose"):
-    """Change states, features or options of the lesson. Keep the examples that still apply, also those of states
-    `renamed`.
+    """Change states, features or options of the lesson.
+
+    Examples that still apply are kept, also those of states in `renamed` (former name to new name).
     """
 
     states: Calls
