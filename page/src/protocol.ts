@@ -25,14 +25,14 @@ export type Request =
   | { do: "visit"; outcome: Index }
   /** Test an automaton on its lesson, with the unsaved state of what is in training. */
   | { do: "test"; name: NameField }
-  /** Evaluate the automaton in training in 1 to 1000 unseen worlds. */
+  /** Evaluate the automaton in training, as it stands, in 1 to 1000 unseen worlds. */
   | { do: "evaluate"; count?: Index }
   /** Cancel the evaluation in unseen worlds, or drop its result. */
   | { do: "cancel_evaluation" }
   /**
-   * Save the automaton; a name saves a copy under it.
+   * Save the automaton, or a copy of it if a name is given.
    *
-   * Lost outcomes are reported first, unless it is to be saved `anyway`.
+   * If something that worked no longer does, it is saved only with `anyway`.
    */
   | { do: "save"; name?: NameField | null; anyway?: boolean }
   /** Preview the automaton with fewer splits; the best number of splits unless one is given. */
@@ -43,15 +43,15 @@ export type Request =
   | { do: "versions"; name: NameField }
   /** Compare a former version with another, or with the present one. */
   | { do: "changes"; name: NameField; version: Index; to?: Index | null }
-  /** Direct to a state; a correction in testing. */
+  /** Direct the robot to a state; in testing this is a correction. */
   | { do: "press"; state: Call }
   /** Confirm the current state. */
   | { do: "confirm" }
   /** Switch between training and testing. */
   | { do: "turn" }
-  /** Undo the last change of the lesson. */
+  /** Undo the last step that changed the lesson. */
   | { do: "undo" }
-  /** Redo the last undone change. */
+  /** Redo the last undone step. */
   | { do: "redo" }
   /** Pause or resume. */
   | { do: "pause"; paused: boolean }
@@ -63,7 +63,7 @@ export type Request =
   | { do: "reset"; seed?: Seed | null }
   /** Restart the automaton and leave the robot where it is. */
   | { do: "restart" }
-  /** Go back to a moment of the run: a time of the world (s), or that of an example. */
+  /** Go back to a moment of the run: a time of the world (s), or just before an example was given. */
   | { do: "rewind"; time_s?: number | null; example?: Index | null }
   /** Bind parameters to other targets. */
   | { do: "stand_for"; targets: Targets }
@@ -86,7 +86,7 @@ export type Request =
   /**
    * Change states, features or options of the lesson.
    *
-   * Examples that still apply are kept, also those of states `renamed`.
+   * Examples that still apply are kept, also those of states in `renamed` (former name to new name).
    */
   | {
       do: "choose";
@@ -112,7 +112,7 @@ export type Request =
       /** At least 1, at most 200 items. */
       numbers: readonly Index[];
     }
-  /** Change an example's state, next state, or values, which are written as they are shown. */
+  /** Change an example's state, next state, or values; values are written as the page shows them. */
   | {
       do: "edit";
       number: Index;
@@ -175,7 +175,7 @@ export type Request =
   /** Release control. */
   | { do: "hand_over" };
 
-/** The reply to a request: that it was carried out, or why not. */
+/** The answer to a request: whether it succeeded, or the error message. */
 export interface Answer
   extends
     Partial<NotSavedReply>,
@@ -187,11 +187,11 @@ export interface Answer
     Partial<LessonTestReply>,
     Partial<SimplifyReply>,
     Partial<ColorReply> {
-  /** The number of the request; null where that could not be read. */
+  /** The number of the request; null if it could not be read. */
   re: number | null;
   ok?: boolean;
   error?: string;
-  /** How long a press took until it was in the journal. */
+  /** The time from receiving a press until it was in the journal, ms. */
   ms?: number;
 }
 
@@ -207,7 +207,7 @@ export type AskWhenName = "mark" | "never" | "pause";
 /** Whole, at least 0, at most 2,147,483,647. */
 export type Index = number;
 
-/** What a state runs, or a feature of targets: a name and what it is called with, as goto(station). At least 1, at most 1,000 letters. */
+/** A behavior or feature with its targets, such as goto(station). At least 1, at most 1,000 letters. */
 export type Call = string;
 
 /** At least 1, at most 150 letters. */
@@ -219,13 +219,13 @@ export type Seconds = number;
 /** How many examples each leaf of a question must set right for the question to stay. At least 0, at most 1,000,000. */
 export type Pruning = number;
 
-/** Set the speed: a multiple of real time, or as fast as possible. */
+/** A simulation speed: a multiple of real time, or as fast as possible. */
 export type SpeedFactor = number | "fastest";
 
 /** Whole, at least 0, at most 9,007,199,254,740,991. */
 export type Seed = number;
 
-/** What parameters stand for, by parameter. */
+/** The target of each parameter. */
 export type Targets = Readonly<Record<NameField, NameField>>;
 
 /** At most 200 items. */
@@ -234,10 +234,10 @@ export type Calls = readonly Call[];
 /** At most 200 items. */
 export type NameListField = readonly NameField[];
 
-/** A feature's value as it is shown: 3.42 m, −31°, yes, or nothing. At most 150 letters. */
+/** A feature's value as the page shows it: 3.42 m, −31°, yes, or nothing. At most 150 letters. */
 export type ValueField = string;
 
-/** The regressions that kept the automaton from being saved. */
+/** The regressions because of which the automaton was not saved. */
 export interface NotSavedReply {
   worse: readonly string[];
 }
@@ -247,37 +247,37 @@ export interface VersionsReply {
   versions: readonly Version[];
 }
 
-/** The changes between two versions. */
+/** The differences between two versions. */
 export interface ChangesReply {
   changes: readonly Change[];
   moved: readonly Moved[];
 }
 
-/** What the lesson lacks, most useful first; or that the page is to ask again in a moment. */
+/** The advice about the lesson, most useful first; or `later`, if the page is to ask again in a moment. */
 export interface AdviceReply {
   later?: boolean;
   advice?: readonly Advice[];
   late?: Late | null;
 }
 
-/** The result of setting up a situation, and the number of the run that begins there. */
+/** A description of the situation that was set up, and the number of the run that begins there. */
 export interface SituationReply {
   sentence: string;
   run: number;
 }
 
-/** The present decision of every level, the topmost first, and the last switch of any level. */
+/** The present decision of every level, topmost first, and the last switch of any level. */
 export interface ReasonsReply {
   levels: readonly Level[];
   last: Switched | null;
 }
 
-/** An automaton tested on its lesson. */
+/** The result of testing an automaton on its lesson. */
 export interface LessonTestReply {
   tested: Tested;
 }
 
-/** The automaton with fewer tests. */
+/** A preview of the automaton with fewer splits. */
 export interface SimplifyReply {
   simpler: Simpler;
 }
@@ -303,7 +303,7 @@ export interface SceneNews {
   scene: Scene;
 }
 
-/** A change of the session, or of its surroundings. */
+/** The state of the open session, the library, the run and the connected pages. */
 export interface SessionNews {
   is: "desk";
   library: Library;
@@ -313,9 +313,9 @@ export interface SessionNews {
   paused: boolean;
   speed: SpeedFactor;
   seed: number | null;
-  /** The sort of squads whose coordinator is trained; null: a robot is. */
+  /** The sort of squads whose coordinator is in training; null for a robot. */
   sort: string | null;
-  /** The robots, where they are real. */
+  /** The states of the real robots; empty in simulation. */
   robots: readonly RobotStatus[];
   run: Run;
   /** Whether any client has control. */
@@ -330,14 +330,14 @@ export interface Version {
   saved: string | null;
 }
 
-/** The changes in one respect. */
+/** The differences of two versions in one topic. */
 export interface Change {
   topic: string;
-  /** Lines that begin with + (new), - (gone), or neither. */
+  /** Lines that begin with + (added), - (removed), or neither. */
   lines: readonly string[];
 }
 
-/** The changes of a transition between two states: conditions that are gone or new, and the examples responsible. */
+/** A switch between two states whose conditions changed: those gone, those new, and the responsible examples. */
 export interface Moved {
   from: string;
   to: string;
@@ -347,26 +347,26 @@ export interface Moved {
   examples: readonly ExampleAttribution[];
 }
 
-/** One suggestion of the coach. */
+/** One piece of advice about a lesson. */
 export interface Advice {
   kind: string;
   sentence: string;
-  /** From 0 to 1; above 0.5 it is plainly worth following. */
+  /** The importance from 0 to 1; advice above 0.5 is clearly worth following. */
   weight: number;
   examples: readonly number[];
-  /** What a press says that looks like a slip. */
+  /** The press that is probably a slip; null for other advice. */
   says: PressSays | null;
-  /** Whether it can be set up. */
+  /** Whether the situation can be set up. */
   place: boolean;
 }
 
-/** An estimate of how late presses come. */
+/** The estimated reaction time of the demonstrator (s), with the evidence for it. */
 export interface Late {
   reaction_s: number;
   sentence: string;
 }
 
-/** The present decision of an automaton. */
+/** The present decision of the automaton on one level. */
 export interface Level extends Behind {
   state: string;
   since_s: number;
@@ -379,49 +379,49 @@ export interface Switched extends Behind {
   time_s: number;
 }
 
-/** An automaton tested on its lesson. */
+/** The result of testing an automaton on its lesson. */
 export interface Tested {
   name: string;
   works: boolean;
   examples: number;
   /** In the order of the lesson. */
   outcomes: readonly PromiseTested[];
-  /** What worked before and no longer does. */
+  /** The regressions: what worked before and no longer does. */
   worse: readonly string[];
-  /** What else is decided otherwise than before. */
+  /** The other decisions that differ from the former version. */
   else: readonly string[];
 }
 
-/** The automaton with fewer tests. */
+/** A preview of the automaton with fewer splits. */
 export interface Simpler {
   pruning: number;
-  /** Null where there are too few examples to tell. */
+  /** Null if there are too few examples for a suggestion. */
   suggested: PruningSuggestion | null;
-  /** So many examples would be enough. */
+  /** The number of examples needed for a suggestion. */
   enough: number;
   leaves: Leaves;
   states: readonly StateConditions[];
   decisions: readonly ChangedDecision[];
-  /** How many were replayed. */
+  /** The number of examples replayed. */
   examples: number;
   moments: Moments;
 }
 
-/** The colors of an object: hues (degrees; from > to crosses red), shares of saturation and of value. */
+/** The range of a color: hue (degrees; from > to crosses red), saturation and value (each from 0 to 1). */
 export interface Color {
   hue_deg: readonly [number, number];
   saturation: readonly [number, number];
   value: readonly [number, number];
 }
 
-/** The data of a world that do not change from tick to tick, and its kit. */
+/** The parts of world and kit that do not change from tick to tick. */
 export interface Scene {
   scenario: string;
   width: number;
   height: number;
   tick_s: number;
   seed: number;
-  /** The names of the robots, where they are real. */
+  /** The names of the real robots; empty in simulation. */
   real: readonly string[];
   /** The numbers of the real robots that have a camera. */
   eyes: readonly number[];
@@ -454,7 +454,7 @@ export interface Library {
   cut_off: readonly CutOff[];
 }
 
-/** The automaton in training. */
+/** The state of the open session. */
 export interface Session extends Lesson {
   name: string;
   targets: Readonly<Record<string, string>>;
@@ -468,15 +468,15 @@ export interface Session extends Lesson {
   redoable: string | null;
   unsaved: boolean;
   taught: number;
-  /** Whether silence is consent now, in a lesson with watched examples. */
+  /** Whether examples are recorded from silence now. */
   watching: boolean;
   doubt: Doubt | null;
-  /** What the robots run that are not trained; null: they idle. */
+  /** The behavior of the robots not in training; null if they idle. */
   others: BehaviorCall | null;
-  /** What robots do that a trained coordinator orders about, by the numbers in frames. */
+  /** The names of the robots' activities, indexed by the numbers in frames. */
   doing: readonly string[];
   asking: Asking;
-  /** Left out where nothing was tried in unseen worlds. */
+  /** Omitted if nothing was evaluated in unseen worlds. */
   evaluation?: Evaluation;
 }
 
@@ -493,7 +493,7 @@ export interface RobotStatus {
   stopped: string;
 }
 
-/** A run of the world, with the earliest time to which it can be rewound. */
+/** A run of the world, with the earliest time (s) that can be rewound to. */
 export interface Run {
   number: number;
   from_s: number;
@@ -518,25 +518,25 @@ export interface PressSays {
   next: string;
 }
 
-/** The readings behind a decision, and the examples responsible. */
+/** The readings on which a decision is based, and the responsible examples. */
 export interface Behind {
   automaton: string;
   says: string;
-  /** What it read, in words. */
+  /** The readings in words. */
   read: string;
   by_hand: boolean;
-  /** Whether its examples are those of the lesson that is open. */
+  /** Whether the examples belong to the open lesson. */
   here: boolean;
   examples: readonly Responsible[];
-  /** How many examples there are beyond these. */
+  /** The number of further examples, which are not listed. */
   more: number;
 }
 
-/** The result of an expected outcome. */
+/** The result of testing an expected outcome of the lesson. */
 export interface PromiseTested {
   said: string;
   took_s: number | null;
-  /** Why it did not come; empty where it did. */
+  /** Why the outcome did not occur; empty if it did. */
   problem: string;
 }
 
@@ -553,20 +553,20 @@ export interface PruningSuggestion {
   wrong_pruned: number;
 }
 
-/** The number of leaves of all trees. */
+/** The number of leaves of all trees, before and after pruning. */
 export interface Leaves {
   before: number;
   after: number;
 }
 
-/** The conditions on which a state is left. */
+/** The conditions for leaving a state, in words, before and after pruning. */
 export interface StateConditions {
   state: string;
   before: readonly string[];
   after: readonly string[];
 }
 
-/** An example that would be decided differently. */
+/** An example at which the pruned automaton decides differently. */
 export interface ChangedDecision {
   number: number;
   state: string;
@@ -575,7 +575,7 @@ export interface ChangedDecision {
   after: string | null;
 }
 
-/** The moments of the second before presses, and how many of them would be decided differently. */
+/** The number of moments in the second before presses, and at how many the decision changes. */
 export interface Moments {
   all: number;
   changed: number;
@@ -601,7 +601,7 @@ export interface ObjectClass {
   pushable: boolean;
   /** Whether this is a marker that a person placed. */
   marker: boolean;
-  /** Whether it makes sense to add one. */
+  /** Whether the page offers to add one. */
   offered: boolean;
 }
 
@@ -613,7 +613,7 @@ export interface Disc {
   color: string | null;
 }
 
-/** An arc in which a sensor measures a distance, relative to the heading; both angles are equal for a beam. */
+/** The arc of a distance sensor relative to the robot's heading; both angles are equal for a beam. */
 export interface RangeArc {
   name: string;
   from_deg: number;
@@ -624,7 +624,7 @@ export interface RangeArc {
 /** The field of view of a robot's camera. */
 export interface Camera {
   view_deg: number;
-  /** m; null: as far as anything is. */
+  /** The range in m; null if it is unlimited. */
   range: number | null;
 }
 
@@ -633,7 +633,7 @@ export interface KitFeature extends Feature {
   parameters: readonly string[];
 }
 
-/** A behavior of the kit: its name and its open parameters. */
+/** A behavior of the kit and its parameters. */
 export interface KitBehavior {
   name: string;
   parameters: readonly string[];
@@ -643,7 +643,7 @@ export interface KitBehavior {
 export interface SquadSort {
   name: string;
   doc: string;
-  /** For each squad the robots in it, those of squads below among them. */
+  /** The robots of each squad, including those of its subordinate squads. */
   squads: readonly (readonly number[])[];
 }
 
@@ -651,27 +651,27 @@ export interface SquadSort {
 export interface Trained {
   name: string;
   parameters: readonly string[];
-  /** What its states run. */
+  /** The behaviors that its states run. */
   runs: readonly string[];
-  /** What it can say: done, failed, or any name. */
+  /** The flags that it can raise: done, failed, or any name. */
   flags: readonly string[];
   examples: number;
-  /** How many former versions there are. */
+  /** The number of former versions. */
   versions: number;
-  /** Whether it could be run. */
+  /** Whether it can be run. */
   complete: boolean;
-  /** Why it could not. */
+  /** Why it cannot be run; null if it can. */
   why_not: string | null;
 }
 
-/** An interrupted lesson with unsaved examples; opening it resumes it. */
+/** A session that was interrupted before it was saved; opening it resumes it. */
 export interface CutOff {
   name: string;
   examples: number;
   began: string;
 }
 
-/** The data of a session that change only with the lesson. */
+/** The part of a session that changes only with the lesson. */
 export interface Lesson {
   parameters: readonly string[];
   states: readonly State[];
@@ -680,14 +680,14 @@ export interface Lesson {
   edges: readonly Edge[];
   /** The automata it runs, directly or through others, by name. */
   nested: Readonly<Record<string, NestedAutomaton>>;
-  /** Whether silence is consent in this lesson. */
+  /** Whether the lesson also records examples from silence. */
   watched: boolean;
   reaction_s: number;
   /** Whether a correction puts bad examples in quarantine by itself. */
   unlearning: boolean;
-  /** What it can raise: done, failed, or any name. */
+  /** The flags that it can raise: done, failed, or any name. */
   flags: readonly string[];
-  /** What the lesson promises: "done within 20 s in forage, A = station". */
+  /** The expected outcomes, such as "done within 20 s in forage, A = station". */
   outcomes: readonly string[];
   /** How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees. */
   pruning: number | null;
@@ -703,37 +703,37 @@ export interface Doubt {
   suspects: readonly Suspect[];
 }
 
-/** A behavior with its targets. */
+/** A behavior and the targets of its parameters. */
 export interface BehaviorCall {
   behavior: string;
   targets: Readonly<Record<string, string>>;
 }
 
-/** The policy for uncertain decisions, the open question, and the marked moments that are still uncertain. */
+/** The query policy, the question that waits, and the marked moments at which the automaton is still uncertain. */
 export interface Asking {
   when: AskWhenName;
   question: Question | null;
   marks: readonly UnsureMark[];
 }
 
-/** The evaluation in unseen worlds of the automaton as it was at the start. */
+/** An evaluation in unseen worlds of the automaton in training, as it was at the start. */
 export interface Evaluation {
-  /** What is tried: goto(station). */
+  /** The behavior and its targets, such as goto(station). */
   called: string;
   /** The edition of the lesson that it was learned from. */
   edition: number;
   worlds: number;
-  /** How many worlds are through. */
+  /** The number of worlds finished. */
   through: number;
-  /** Null while it runs, and where it could not be tried. */
+  /** Null while the evaluation runs, and if it failed with an error. */
   result: EvaluationResult | null;
-  /** Why it could not be tried; empty where it could. */
+  /** The error that ended the evaluation; empty if there was none. */
   problem: string;
 }
 
 export type Tone = "" | "correction" | "error" | "recorded";
 
-/** An example behind a decision. */
+/** An example that is responsible for a decision. */
 export interface Responsible {
   number: number;
   kind: ExampleKindName;
@@ -741,14 +741,14 @@ export interface Responsible {
   time_s: number | null;
 }
 
-/** A feature with its kind. */
+/** A feature with its unit and the kind of its values. */
 export interface Feature {
   label: string;
   unit: string;
   kind: KindName;
-  /** Of categorical ones: the names of the values. */
+  /** The names of the values of a categorical feature. */
   labels?: readonly string[];
-  /** Of toroidal ones. */
+  /** The period of a toroidal feature. */
   period?: number;
 }
 
@@ -766,14 +766,14 @@ export interface Example {
   values: readonly string[];
   kind: ExampleKindName;
   correction: boolean;
-  /** When it was shown, in the time of its world; null where it was typed. */
+  /** When the example was given, in s of the world's time; null if it was typed. */
   time_s: number | null;
   contradicts: boolean;
-  /** Why it teaches nothing for now; empty where it teaches. */
+  /** Why the example is in quarantine; empty if it is not. */
   quarantined: string;
 }
 
-/** A learned transition, with the examples behind it. */
+/** A learned switch between states, with the examples that taught it. */
 export interface Edge extends Way {
   examples: readonly number[];
 }
@@ -790,22 +790,22 @@ export interface Suspect {
   reason: string;
 }
 
-/** A question that waits for an answer, and the state of the uncertain decision. */
+/** The question that waits for an answer, and the proposed next state. */
 export interface Question {
   sentence: string;
   next: string;
 }
 
-/** A moment at which the decision was uncertain, and the run continued. */
+/** A moment at which the automaton was uncertain and continued. */
 export interface UnsureMark {
   number: number;
   time_s: number;
-  /** Null where that run was left. */
+  /** The number of the run; null if that run was left. */
   run: number | null;
   sentence: string;
 }
 
-/** The number of unseen worlds in which the automaton succeeded, and those in which it did not. */
+/** The number of unseen worlds in which the automaton succeeded, and those in which it failed. */
 export interface EvaluationResult {
   /** What counts as success, in words. */
   success: string;
@@ -835,15 +835,15 @@ export interface NestedState {
 
 export type Arrow = "down" | "left" | "right" | "up";
 
-/** The conditions of a transition between two states. */
+/** The conditions for switching from one state to another. */
 export interface Way {
   from: string;
   to: string;
-  /** In words, a line for each way that leads there. */
+  /** The conditions in words, one line for each alternative. */
   when: readonly string[];
 }
 
-/** An unseen world in which the automaton did not succeed. */
+/** An unseen world in which the evaluated automaton did not succeed. */
 export interface FailedWorld {
   seed: number;
   /** What went wrong, and after how long. */

@@ -23,7 +23,7 @@ EVERYWHERE = ("0.0.0.0", "::")
 
 @dataclass(frozen=True)
 class ListenAddress:
-    """The address that the studio listens on; `token` is required from callers, None on this computer's own address."""
+    """The address the studio listens on; `token` is required of browsers, None on the loopback address."""
 
     listener: socket.socket
     host: str
@@ -31,7 +31,7 @@ class ListenAddress:
 
     @property
     def port(self) -> int:
-        """The port, which may differ from the requested one."""
+        """The port in use, which may differ from the requested one."""
         port: int = self.listener.getsockname()[1]
         return port
 
@@ -44,7 +44,7 @@ class ListenAddress:
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether only this computer can reach an address."""
+    """Return whether only this machine can reach an address."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -52,7 +52,7 @@ def is_loopback(host: str) -> bool:
 
 
 def listen(host: str, port: int, token: str | None) -> ListenAddress:
-    """Listen on the port, or the next free one; other computers need a token."""
+    """Listen on a port or the next free one; an address that other machines can reach gets a token if none is given."""
     if not token:
         token = None if is_loopback(host) else token_urlsafe(18)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET

@@ -23,7 +23,7 @@ from understudy.ui.web.server import StudioServer
 STATIC = Path(__file__).parent / "static"
 NOT_BUILT = "The studio's page is not built: run make page, then load this again.\n"
 REFUSED = 4403
-"""The code a socket is closed with that may not connect."""
+"""The code with which a refused WebSocket is closed."""
 MOST_PAGES = 100
 MOST_FRAME = 256 * 1024
 """Bytes of one message of a page after which the connection is closed; one that is only too long gets an answer."""
@@ -42,7 +42,10 @@ def make_app(
     hosts: Collection[str] | None = LOOPBACK,
     static: Path = STATIC,
 ) -> Starlette:
-    """Make the application. `hosts` are its accepted host names (None: any), `token` is the required token."""
+    """Return the web application of a studio.
+
+    `hosts` are the accepted host names (None: any); `token` is the required token (None: none is required).
+    """
 
     async def page(_: Request) -> Response:
         index = static / "index.html"
@@ -78,7 +81,7 @@ def make_app(
 
 
 def serve(studio: StudioServer, address: ListenAddress, *, ready: Callable[[], None] = lambda: None) -> None:
-    """Serve until a signal ends it; then the journal is complete."""
+    """Serve the studio until a signal ends it; the journal is complete then."""
     hosts = LOOPBACK if is_loopback(address.host) else None
     config = uvicorn.Config(
         make_app(studio, token=address.token, hosts=hosts),

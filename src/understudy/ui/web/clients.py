@@ -1,4 +1,4 @@
-"""The connected pages, and the one among them that is in control."""
+"""The pages connected to the studio, their queues of messages, and which of them is in control."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from understudy.errors import SessionError
 from understudy.ui.controller.clock import WallClock
 
 SILENT_S = 30.0
-"""How long a director may be silent before another may take its place."""
+"""Seconds without a message after which another page may take control."""
 PER_SECOND = 200
-"""Messages a page may send."""
+"""Messages per second that a page may send."""
 MOST_REFUSED = 2_000
-"""A page that sends so many more than it may is shown the door."""
+"""Number of messages above the rate after which a page is disconnected."""
 MOST_WAITING = 500
-"""Answers that may wait for a page that does not read."""
+"""Number of unsent answers after which a page is disconnected."""
 MOST_KEYS = 1_000
 
 
 class Client:
-    """One page, with the data to be sent to it: replies in order, and the newest of everything else.
+    """A connected page with its queued messages: all answers, and the newest scene, news and frame.
 
-    A page that reads slowly misses frames, and does not delay others.
+    A page that reads slowly skips frames; it does not delay other pages.
     """
 
     def __init__(self, key: str, wall: WallClock) -> None:
@@ -40,7 +40,10 @@ class Client:
         self._frame: bytes | None = None
 
     def allow_message(self) -> bool:
-        """Count a message, and return whether the page keeps to the rate."""
+        """Count a received message and return whether it is within the message rate.
+
+        A page that exceeds the rate by far is closed.
+        """
         now = self._wall()
         passed, self.spoke_s = now - self.spoke_s, now
         self._allowance = min(float(PER_SECOND), self._allowance + passed * PER_SECOND) - 1
@@ -53,7 +56,7 @@ class Client:
         return False
 
     def send_reply(self, text: bytes) -> None:
-        """Queue a reply, which must arrive."""
+        """Queue an answer, which is never skipped; close a page on which too many answers wait."""
         self._texts.append(text)
         if len(self._texts) > MOST_WAITING:
             self._texts.clear()
@@ -63,18 +66,18 @@ class Client:
     def show(
         self, *, scene: bytes | None = None, news: bytes | None = None, frame: bytes | None = None
     ) -> None:
-        """Queue new data to display, in place of data that was not sent yet."""
+        """Queue a scene, session news or frame in place of an unsent one of the same sort."""
         self._scene, self._news = scene or self._scene, news or self._news
         self._frame = frame or self._frame
         self.waits.set()
 
     def close(self) -> None:
-        """Close the connection."""
+        """Mark the connection for closing."""
         self.closing = True
         self.waits.set()
 
     def next(self) -> tuple[bytes, bool] | None:
-        """Return what is to be sent next, and whether as binary; None if there is nothing."""
+        """Remove and return the next queued message and whether it is binary; None if nothing is queued."""
         if self._texts:
             return self._texts.popleft(), False
         if self._scene is not None:
@@ -90,7 +93,7 @@ class Client:
 
 
 class Clients:
-    """All connected pages; at most one of them is in control."""
+    """All connected pages; at most one of them (`director`) is in control."""
 
     def __init__(self, wall: WallClock) -> None:
         self._wall = wall
@@ -105,7 +108,10 @@ class Clients:
         return iter(tuple(self._here))
 
     def connect(self, key: str | None) -> Client:
-        """Connect a page. It gets control if no page has it, or if it is the page in control that connects again."""
+        """Register a new page and return its client.
+
+        It gets control if no page has it, or if `key` is that of the page in control, which reconnects.
+        """
         former = self.director
         returned = former is not None and key == former.key
         if returned or key not in self._keys or key is None:
@@ -121,7 +127,7 @@ class Clients:
         return viewer
 
     def disconnect(self, viewer: Client) -> bool:
-        """Disconnect a page, and return whether it was in control."""
+        """Remove a page and return whether it was in control."""
         self._here.pop(viewer, None)
         directed = viewer is self.director
         if directed:
@@ -129,7 +135,7 @@ class Clients:
         return directed
 
     def take_control(self, viewer: Client) -> None:
-        """Give control to a page."""
+        """Give a page control; SessionError if another page has it and was not silent for long enough."""
         if self.director is not None and self.director is not viewer:
             silent_s = self._wall() - self.director.spoke_s
             if silent_s < SILENT_S:
@@ -140,12 +146,12 @@ class Clients:
         self.director = viewer
 
     def hand_over_control(self, viewer: Client) -> None:
-        """Take control from a page."""
+        """Release the control of a page; SessionError if it is not in control."""
         self.refuse_others(viewer)
         self.director = None
 
     def refuse_others(self, viewer: Client) -> None:
-        """Raise SessionError unless the page is in control."""
+        """Raise SessionError unless a page is in control."""
         if viewer is not self.director:
             raise SessionError(
                 "this page is not in control: take over first"

@@ -49,7 +49,10 @@ def encode_frame(
     sonar: Sequence[float] = (),
     doing: Sequence[int] = (),
 ) -> bytes:
-    """Encode one moment. `state` is the index of the state of robot `agent`; `doing` has those of all robots."""
+    """Encode the world at one moment as bytes; `state` is the index of the state of robot `agent`.
+
+    `doing` holds one activity number per robot; it may be empty.
+    """
     header = np.zeros((), HEADER)
     counts = len(view.robots), len(view.objects), len(features)
     header[()] = (KIND, bits, *counts, view.time_s, state, agent, tick & 0xFFFFFFFF)

@@ -30,11 +30,11 @@ from understudy.ui.web.session_host import SessionHost, describe_error
 from understudy.ui.web.views.library import LibraryView
 
 MOST_PACKED = 16 * 2**20
-"""Bytes of a zip that is taken in."""
+"""The greatest size of an uploaded zip, in bytes."""
 MOST_UNPACKED = 64 * 2**20
-"""Bytes of all that is in it."""
+"""The greatest total size of the files in a zip, in bytes."""
 MOST_DOCUMENT = 16 * 2**20
-"""Bytes of one document in it."""
+"""The greatest size of one document in a zip, in bytes."""
 MOST_FILES = 1_000
 UNCHANGED = "nothing was changed"
 _UNUSABLE = (BadZipFile, EOFError, NotImplementedError, OSError, RuntimeError, ValueError, ZlibError)
@@ -42,7 +42,7 @@ _UNUSABLE = (BadZipFile, EOFError, NotImplementedError, OSError, RuntimeError, V
 
 
 def zip_library(folder: Path) -> bytes:
-    """Zip the documents of a library's folder, without former versions, journals and trash."""
+    """Return a zip of the documents of a library's folder, without former versions, journals and trash."""
     made = BytesIO()
     with convert_os_errors(folder, "packing the library"), ZipFile(made, "w", ZIP_DEFLATED) as archive:
         for path in list_documents(folder) if folder.exists() else ():
@@ -52,7 +52,7 @@ def zip_library(folder: Path) -> bytes:
 
 
 def unzip_library(data: bytes, kit: Kit) -> Library:
-    """Read the automata of a zip; FileError for the first member that is not a document of this kit."""
+    """Return the automata in a zip; FileError for the first file in it that is no document of this kit."""
     library = Library(kit)
     left = MOST_UNPACKED
     try:
@@ -90,7 +90,7 @@ def _check_name(member: ZipInfo) -> None:
 
 
 def _read(archive: ZipFile, member: ZipInfo, most: int) -> bytes:
-    """Read a member of the zip, no further than the permitted length."""
+    """Return the content of a file in the zip; FileError if it is too long."""
     with archive.open(member) as file:
         content = file.read(min(most, MOST_DOCUMENT) + 1)
     if len(content) > MOST_DOCUMENT:
@@ -126,7 +126,7 @@ def _wrong(where: str, problem: str, remedy: str) -> FileError:
 
 
 Taken: TypeAlias = Literal["refuse", "replace", "keep"]
-"""What becomes of automata that the library has already, but different."""
+"""How to treat automata of which the library has a different one: refuse, replace, or keep the library's."""
 PATH = "/library.zip"
 HEADERS = {
     "Cache-Control": "no-store",
@@ -136,7 +136,7 @@ HEADERS = {
 
 
 class NameTaken(SessionError, json_type="AlreadyThere"):
-    """The library has other automata with these names."""
+    """The library already has different automata with these names."""
 
     def __init__(self, names: list[str]) -> None:
         self.names = names
@@ -144,7 +144,7 @@ class NameTaken(SessionError, json_type="AlreadyThere"):
 
 
 def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection], str | None]) -> Route:
-    """Make the route of a studio's library; `refusal` returns why a connection is not accepted."""
+    """Return the route that exports and imports the library; `refusal` returns why a connection is refused, or None."""
 
     def not_directing(request: Request) -> str | None:
         director, key = studio.viewers.director, request.query_params.get("key", "")
@@ -196,7 +196,7 @@ def _error(status: int, problem: str) -> Response:
 
 
 def import_automata(host: SessionHost, given: Library, taken: str) -> str:
-    """Save automata to the library, all or none, and return the result in a sentence."""
+    """Save all automata into the library, or none, and return a sentence about the result."""
     host.refresh_library()
     here = host.library_view
     different = [name for name, taught in given.taught.items() if _taken(here, taught)]
@@ -221,7 +221,7 @@ def import_automata(host: SessionHost, given: Library, taken: str) -> str:
 
 
 def _taken(library_view: LibraryView, taught: TrainedAutomaton) -> bool:
-    """Return whether the library has a different automaton with this name; SessionError for one in other case."""
+    """Return whether the library has a different automaton of this name; SessionError for a similar name."""
     name = taught.automaton.name
     if name in library_view.library.taught or name in library_view.problems:
         path = library_view.folder / f"{make_file_stem(name)}.json"

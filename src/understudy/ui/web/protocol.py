@@ -27,7 +27,7 @@ from understudy.ui.web.views import session as session_view
 SUFFIX = "Data"
 """A struct called `ExampleData` is the interface `Example`."""
 WIDTH = 110
-"""Letters in a line, as the page's source is formatted."""
+"""The line length of the page's source, in characters."""
 
 
 class _Alias(NamedTuple):
@@ -50,7 +50,7 @@ class TypeScript:
         self._declared: set[str] = set()
 
     def text(self) -> str:
-        """Return the module, with all types that were referred to."""
+        """Return the source of the module with all declarations that are referred to."""
         while self._waiting:
             each = self._waiting.pop(0)
             if isinstance(each, _Alias):
@@ -103,9 +103,9 @@ class TypeScript:
         return f"{{\n{indent(''.join(lines), '    ')}  }}"
 
     def _fields(self, struct: type[Any], *, without: set[str], sent: bool = False) -> list[str]:
-        """Return a line for each field, below its comment.
+        """Return the declarations of the fields, each below its comment.
 
-        A request may leave out fields with a default; the studio leaves out only fields that are UNSET.
+        A sent request may omit fields with a default; the studio's messages omit only fields that are UNSET.
         """
         found, comments = mi.type_info(struct), _field_comments(struct)
         lines = []
@@ -121,7 +121,7 @@ class TypeScript:
         return lines
 
     def type_of(self, kind: mi.Type) -> str:
-        """Return a type in TypeScript, by its name if it has one."""
+        """Return the TypeScript type: its alias if there is one, else written out."""
         return self._named(kind) or self._type(kind)
 
     def _named(self, kind: mi.Type) -> str | None:
@@ -161,7 +161,7 @@ class TypeScript:
         raise TypeError(f"no TypeScript type for {kind}")
 
     def _union(self, kind: mi.UnionType) -> str:
-        """Return a union, with null last."""
+        """Return a union type with null last."""
         null_last = sorted(kind.types, key=lambda each: isinstance(each, mi.NoneType))
         return " | ".join(map(self.type_of, null_last))
 
@@ -187,7 +187,7 @@ def _field_comments(struct: type[Any]) -> dict[str, str]:
 
 
 def _comments_below(statements: list[ast.stmt]) -> Iterator[tuple[str, str]]:
-    """Yield the names of declarations with the strings below them."""
+    """Yield the name and docstring of each declaration that has a string below it."""
     for declared, after in pairwise(statements):
         match declared, after:
             case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
@@ -195,7 +195,7 @@ def _comments_below(statements: list[ast.stmt]) -> Iterator[tuple[str, str]]:
 
 
 def _limits(kind: mi.Type) -> str:
-    """Describe the limits of a value; "" if there are none."""
+    """Return the limits of a value in words; "" if there are none."""
     match kind:
         case mi.IntType():
             return _between(kind.ge, kind.le, what="Whole")
@@ -232,7 +232,7 @@ ALIASES = (base, session, review, coach, scene, session_view, status, key_bindin
 
 
 def format_protocol() -> str:
-    """Format all messages between page and studio as a TypeScript module."""
+    """Return all messages between page and studio as a TypeScript module."""
     module = TypeScript(HEADER, ALIASES)
     module.requests("Request", session.REQUESTS, without="id")
     module.interface(AnswerData, partly=list_reply_types(*handler_table.MODULES))

@@ -19,20 +19,20 @@ from understudy.ui.web.messages.coach import AskWhenName
 
 EVERY_S = 0.5
 KEPT_S = 300.0
-"""How long a moment is kept, s of the world's time."""
+"""How long a moment is stored, s of the world's time."""
 MOST_BYTES = 64 * 1024 * 1024
-"""What all moments together may take; of a large world fewer are kept."""
+"""The greatest size of all stored moments together; fewer moments of a large world fit."""
 
 
 class RunData(Data, frozen=True, kw_only=True):
-    """A run of the world, with the earliest time to which it can be rewound."""
+    """A run of the world, with the earliest time (s) that can be rewound to."""
 
     number: int
     from_s: float
 
 
 class RewindPoint(NamedTuple):
-    """A moment, its time on the world's clock (s), and its size in memory."""
+    """A moment of a run: its time (s of the world), its snapshot, and the size of the snapshot (bytes)."""
 
     time_s: float
     instant: SessionSnapshot
@@ -40,7 +40,7 @@ class RewindPoint(NamedTuple):
 
 
 class RewindBuffer:
-    """The moments of one run of a session, oldest first."""
+    """The stored moments of one run of a session, oldest first."""
 
     def __init__(self) -> None:
         self._frames: deque[RewindPoint] = deque()
@@ -49,7 +49,7 @@ class RewindBuffer:
         self._shown: dict[tuple[int, int | None], float | None] = {}  # when; None: not in this run
 
     def append(self, session: Session) -> None:
-        """Add the moment after a tick. If the run was rewound, later moments are dropped."""
+        """Store the present moment if it is due; drop moments at or after its time, which a rewind left behind."""
         now = session.body.time_s
         while self._frames and self._frames[-1].time_s >= now:
             self._size -= self._frames.pop().size
@@ -71,14 +71,14 @@ class RewindBuffer:
         self._shown = {each: shown.get(each, now) for each in map(_which, examples)}
 
     def find_before_time(self, time_s: float) -> RewindPoint:
-        """Find the last moment before a time, or the first one; SessionError if there is none."""
+        """Return the last stored moment before a time (s), or the first one; SessionError if none is stored."""
         if not self._frames:
             raise SessionError("there is nothing to go back to yet: let the run continue for a moment")
         times = [frame.time_s for frame in self._frames]
         return self._frames[max(0, bisect_right(times, time_s + 1e-9) - 1)]
 
     def find_before_example(self, number: int) -> RewindPoint | None:
-        """Find the moment before an example was recorded; None if it was not kept, or belongs to another run."""
+        """Return the stored moment before an example was given; None if it is not stored or belongs to another run."""
         shown = next((time for (each, _), time in self._shown.items() if each == number), None)
         if shown is None:
             return None
@@ -86,7 +86,7 @@ class RewindBuffer:
         return frame if frame.time_s <= shown else None
 
     def clear(self, examples: Sequence[Example]) -> None:
-        """Begin another run; these examples were recorded before it."""
+        """Begin a new run; `examples` are those given before it."""
         self._frames.clear()
         self._size = 0
         self._shown, self._examples = {}, None
@@ -99,24 +99,24 @@ def _which(example: Example) -> tuple[int, int | None]:
 
 
 class QuestionData(Data, frozen=True, kw_only=True):
-    """A question that waits for an answer, and the state of the uncertain decision."""
+    """The question that waits for an answer, and the proposed next state."""
 
     sentence: str
     next: str
 
 
 class UnsureMarkData(Data, frozen=True, kw_only=True):
-    """A moment at which the decision was uncertain, and the run continued."""
+    """A moment at which the automaton was uncertain and continued."""
 
     number: int
     time_s: float
     run: int | None
-    """Null where that run was left."""
+    """The number of the run; null if that run was left."""
     sentence: str
 
 
 class AskingData(Data, frozen=True, kw_only=True):
-    """The policy for uncertain decisions, the open question, and the marked moments that are still uncertain."""
+    """The query policy, the question that waits, and the marked moments at which the automaton is still uncertain."""
 
     when: AskWhenName
     question: QuestionData | None
@@ -125,7 +125,7 @@ class AskingData(Data, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class UncertainMoment:
-    """A question that was only marked; `run` is the number of its run, None if that run was left."""
+    """A marked question that did not pause the run; `run` is the number of its run, None if that run was left."""
 
     number: int
     question: Question
@@ -133,7 +133,7 @@ class UncertainMoment:
 
     @property
     def data(self) -> UnsureMarkData:
-        """Return the moment as data for a page."""
+        """The marked moment as the page shows it."""
         question = self.question
         return UnsureMarkData(
             number=self.number, time_s=question.time_s, run=self.run, sentence=question.sentence
@@ -150,7 +150,7 @@ class UncertainMoments:
         self._number, self._run, self._now = 0, 0, 0.0
 
     def update(self, marked: Sequence[Question], run: int, now: float) -> None:
-        """Add the moments of a tick. If the run was rewound, later moments belong to no run."""
+        """Add a newly marked question; detach the marks that a rewind left behind from their run."""
         if run == self._run and now < self._now:
             self._marks = tuple(
                 replace(mark, run=None) if mark.run == run and mark.question.time_s >= now else mark
@@ -162,14 +162,14 @@ class UncertainMoments:
             self._marks = (*self._marks, UncertainMoment(self._number, marked[-1], run))[-len(marked) :]
 
     def data(self, coach: CoachController) -> AskingData:
-        """Return the moments as data for a page."""
+        """Return the query policy, the waiting question and the open marks as the page shows them."""
         question = coach.question
         asked = None if question is None else QuestionData(sentence=question.sentence, next=question.next)
         marks = [mark.data for mark in self._still(coach.asking)]
         return AskingData(when=coach.asking.when.value, question=asked, marks=marks)
 
     def _still(self, asking: UncertaintyQueries) -> tuple[UncertainMoment, ...]:
-        """Return the moments that are still uncertain with the present lesson."""
+        """Return the marked moments at which the present automaton would still be uncertain."""
         examples, marks = asking.session.examples, self._marks
         if examples is not self._for[0] or marks is not self._for[1]:
             self._for = examples, marks
@@ -177,7 +177,7 @@ class UncertainMoments:
         return self._open
 
     def find(self, number: int) -> UncertainMoment:
-        """Find the moment with this number; SessionError if there is none."""
+        """Return the mark with a number; SessionError if there is none."""
         for mark in self._marks:
             if mark.number == number:
                 return mark

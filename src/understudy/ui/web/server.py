@@ -1,4 +1,4 @@
-"""The studio's server: runs the host's ticks in real time, updates every page, and replies to messages."""
+"""The studio's server: run the ticks that are due, update every connected page, and answer its messages."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from understudy.ui.web.views.session import SessionData
 
 FRAME_S = 1 / 60
 REST_S = 0.002
-"""What a beat leaves at least for what pages say, however long it took."""
+"""The least pause (s) between two steps of the main loop, in which messages are received."""
 SESSION_S = 1 / 20
-"""How often the session is shown at most, but for what was pressed."""
+"""The least time (s) between two updates of the session, except after a message."""
 LEFT = "Paused: no page is in control"
 LEFT_ROBOTS = "no page is in control in the studio"
 _encode = msgspec.json.Encoder().encode
@@ -52,7 +52,7 @@ class SceneNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="scene"
 
 
 class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk"):
-    """A change of the session, or of its surroundings."""
+    """The state of the open session, the library, the run and the connected pages."""
 
     library: LibraryData
     desk: SessionData | None
@@ -62,9 +62,9 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
     speed: m.SpeedFactor
     seed: int | None
     sort: str | None
-    """The sort of squads whose coordinator is trained; null: a robot is."""
+    """The sort of squads whose coordinator is in training; null for a robot."""
     robots: list[RobotStatus]
-    """The robots, where they are real."""
+    """The states of the real robots; empty in simulation."""
     run: RunData
     directed: bool
     """Whether any client has control."""
@@ -73,18 +73,18 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
 
 
 class AnswerData(Data, frozen=True, kw_only=True):
-    """The reply to a request: that it was carried out, or why not."""
+    """The answer to a request: whether it succeeded, or the error message."""
 
     re: int | None
-    """The number of the request; null where that could not be read."""
+    """The number of the request; null if it could not be read."""
     ok: bool | UnsetType = UNSET
     error: str | UnsetType = UNSET
     ms: float | UnsetType = UNSET
-    """How long a press took until it was in the journal."""
+    """The time from receiving a press until it was in the journal, ms."""
 
 
 class StudioServer:
-    """A session host and its pages. `wall` is the clock for the rate and the timeouts of messages."""
+    """The server of one session host and all connected pages; `wall` is the clock (s) for message rates and updates."""
 
     def __init__(self, host: SessionHost, *, wall: WallClock = monotonic) -> None:
         self.host, self.viewers, self._wall = host, Clients(wall), wall
@@ -98,7 +98,7 @@ class StudioServer:
     # Pages
 
     async def serve(self, websocket: WebSocket) -> None:
-        """Hear a page and show it everything, until it is gone."""
+        """Exchange messages with a page until it disconnects."""
         viewer = self.connect(websocket.query_params.get("key"))
         sending = asyncio.create_task(_send(viewer, websocket))
         hearing = asyncio.create_task(self._hear_all(viewer, websocket))
@@ -124,7 +124,7 @@ class StudioServer:
             await asyncio.sleep(0)  # a page that sends without pause keeps nobody else waiting
 
     def connect(self, key: str | None) -> Client:
-        """Connect a page, and send it everything."""
+        """Register a page that connects, queue the scene, session and frame for it, and return its client."""
         former = self.viewers.director
         viewer = self.viewers.connect(key)
         if former is not None and viewer is self.viewers.director:
@@ -138,7 +138,7 @@ class StudioServer:
         return viewer
 
     def disconnect(self, viewer: Client) -> None:
-        """Disconnect a page; if it was in control, pause."""
+        """Remove a page; if it was in control, pause and disarm real robots."""
         viewer.close()
         if self.viewers.disconnect(viewer):
             self.host.robots.disarm(LEFT_ROBOTS)
@@ -146,7 +146,7 @@ class StudioServer:
         self.show()
 
     def handle_text(self, viewer: Client, text: str | bytes) -> None:
-        """Handle a message of a page, and reply."""
+        """Execute the message of a page and queue the answer."""
         began = perf_counter()
         number: int | None = None
         try:
@@ -171,9 +171,9 @@ class StudioServer:
         self.show()
 
     def _do(self, viewer: Client, message: Message) -> Data | None:
-        """Carry out a message, and return the fields of the reply.
+        """Execute a message and return the fields of the answer.
 
-        UnderstudyError if that is not possible; nothing has changed then.
+        Raises UnderstudyError if it cannot be executed.
         """
         if isinstance(message, m.TakeControl):
             self.viewers.take_control(viewer)
@@ -194,7 +194,7 @@ class StudioServer:
     # Time
 
     async def run(self) -> None:
-        """Go on until cancelled; the journal is complete at the end."""
+        """Run the studio until cancelled, then close the session so that its journal is complete."""
         try:
             while True:
                 began = perf_counter()
@@ -204,13 +204,13 @@ class StudioServer:
             self.host.close()
 
     def run_due_ticks(self) -> None:
-        """Take the ticks that are due, and update the pages."""
+        """Run the ticks that are due and send the changes to the pages."""
         self.host.run_due_ticks()
         if len(self.viewers):
             self.show(session=self._wall() >= self._due_s)
 
     def show(self, *, session: bool = True) -> None:
-        """Send every page what is new. An error is reported once, and pauses the run."""
+        """Send every page the changes; on a new error, pause and show its message."""
         try:
             self._show(session=session)
         except Exception as error:
@@ -231,7 +231,7 @@ class StudioServer:
                     viewer.show(frame=frame)
 
     def _see_rebuilt(self) -> tuple[SceneData, LibraryData]:
-        """Return the present scene and library, and send pages a scene that changed."""
+        """Return the present scene and library; send pages the scene if it changed."""
         if self._seen is None or self.host.scene_version != self._rebuilt:
             self._rebuilt = self.host.scene_version
             before, self._seen = self._seen, (self.host.scene(), self.host.library())
@@ -242,7 +242,7 @@ class StudioServer:
         return self._seen
 
     def _show_session(self, library: LibraryData) -> SessionNewsData:
-        """Send the session to every page, if it changed."""
+        """Send the session's data to every page if it changed, and return it."""
         self._due_s = self._wall() + SESSION_S
         host, director = self.host, self.viewers.director
         shown = SessionNewsData(
@@ -268,7 +268,7 @@ class StudioServer:
 
 
 def _to(shown: SessionNewsData, *, directs: bool) -> SessionNewsData:
-    """Return the data for a page in control, or for one that is not."""
+    """Return a copy of the session news for a page that is in control, or is not."""
     return msgspec.structs.replace(shown, directs=directs)
 
 
@@ -285,7 +285,7 @@ async def _send(viewer: Client, websocket: WebSocket) -> None:
 
 
 def _stops(text: str | bytes) -> bool:
-    """Return whether a message stops robots; such messages are exempt from the rate limit."""
+    """Return whether a message is an emergency stop, which is accepted above the message rate, too."""
     try:
         return isinstance(text, str) and isinstance(m.parse_message(text), m.EmergencyStop)
     except m.InvalidMessage:

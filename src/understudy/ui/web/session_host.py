@@ -1,4 +1,4 @@
-"""The studio's host: one world, one library, and at most one trainer with an open session."""
+"""Hold the state of the studio: one world, one library, and at most one open training session."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _log = logging.getLogger(__name__)
 
 
 def describe_error(error: Exception) -> str:
-    """Describe an error in a sentence; an internal error is logged, too."""
+    """Return a sentence that describes an error; internal errors are also logged."""
     if isinstance(error, UnderstudyError):
         return str(error)
     _log.error("an internal error", exc_info=error)
@@ -62,13 +62,13 @@ def describe_error(error: Exception) -> str:
 
 
 def _as_on_the_page(text: str) -> str:
-    """Adapt an error of a world to the page: robots count from 1, and positions have centimeters."""
+    """Return a world's message with robots counted from 1 and long numbers rounded to two decimals."""
     text = _ROBOT.sub(lambda found: f"robot {int(found[1]) + 1}", text)
     return _LONG.sub(lambda found: f"{float(found[0]):.2f}", text)
 
 
 class UnseenWorldsEvaluation:
-    """The evaluation of the lesson in unseen worlds, in a thread of its own, while the world on the page continues."""
+    """An evaluation of the automaton in training in unseen worlds, run in a thread of its own."""
 
     def __init__(
         self, called: str, edition: int, *, worlds: int, evaluate: Callable[[Progress], Evaluation]
@@ -81,15 +81,15 @@ class UnseenWorldsEvaluation:
 
     @property
     def is_running(self) -> bool:
-        """Whether it has not ended yet."""
+        """Whether the evaluation has neither a result nor an error yet; a cancelled one stays running."""
         return self.data.result is None and not self.data.problem
 
     def cancel(self) -> None:
-        """Cancel the evaluation; it has no result then."""
+        """Cancel the evaluation at its next progress report; it gets no result."""
         self._cancelled = True
 
     def take_status(self) -> StatusMessage | None:
-        """Return the result as a status message, once; None before and afterwards."""
+        """Return the message about the finished evaluation on the first call after its end, else None."""
         data = self.data
         if self.is_running or not self._untold:
             return None
@@ -118,7 +118,7 @@ class UnseenWorldsEvaluation:
 class SessionHost:
     """The world, the library and the trainer of one studio.
 
-    `frame_version` grows whenever a frame would look different, `scene_version` whenever the scene or the library does.
+    `frame_version` grows whenever the frame changes, `scene_version` whenever the scene or the library changes.
     """
 
     def __init__(
@@ -160,12 +160,12 @@ class SessionHost:
 
     @property
     def trainer(self) -> Trainer | None:
-        """The trainer; None if no session is open."""
+        """The trainer of the open session; None if no session is open."""
         return None if self.open_session is None else self.open_session.trainer
 
     @property
     def active_trainer(self) -> Trainer:
-        """The trainer; SessionError if no session is open."""
+        """The trainer of the open session; raises SessionError if no session is open."""
         if self.open_session is None:
             raise SessionError(NOTHING[0].lower() + NOTHING[1:])
         return self.open_session.trainer
@@ -184,7 +184,7 @@ class SessionHost:
 
     @property
     def other_behavior(self) -> BehaviorCallData | None:
-        """The behavior of the agents that are not trained; None: they idle."""
+        """The behavior that the robots not in training run; None if they idle."""
         doing = None if self.trainer is None else self.trainer.session.other_agents.behavior_call
         if doing is None or doing.behavior is None:
             return None
@@ -192,12 +192,12 @@ class SessionHost:
 
     @property
     def paused(self) -> bool:
-        """Whether the run is paused."""
+        """Whether the world is paused."""
         return self._idling.paused if self.trainer is None else self.trainer.paused
 
     @property
     def speed(self) -> float:
-        """The speed, as a multiple of real time."""
+        """The simulation speed as a multiple of real time."""
         return self._speed
 
     @property
@@ -206,11 +206,11 @@ class SessionHost:
         return self.world.seeds[0]
 
     def scene(self) -> SceneData:
-        """Return the data that do not change from tick to tick."""
+        """Return the data of world and kit that do not change from tick to tick."""
         return describe_scene(self.world, self.kit, self.groups.data())
 
     def library(self) -> LibraryData:
-        """Return the content of the library's folder when it was last read."""
+        """Return the library folder as it was last read, with the interrupted sessions."""
         left = [
             CutOffData(name=name, examples=each.examples, began=each.began.isoformat())
             for name, each in self.cut_off.items()
@@ -218,7 +218,7 @@ class SessionHost:
         return self.library_view.data(left)
 
     def session_data(self) -> SessionData | None:
-        """Return the session as data for a page."""
+        """Return the open session as the page shows it; None if no session is open."""
         if self._picture is None:
             return None
         asking = self.unsure.data(self.active_trainer.coach)
@@ -228,7 +228,7 @@ class SessionHost:
         )
 
     def frame(self) -> bytes:
-        """Return the present moment as bytes for drawing."""
+        """Encode the present state of the world as a binary frame."""
         trainer = self.trainer
         tick = int(self.world.state.tick[0])
         bits = frames.PAUSED * self.paused
@@ -250,7 +250,7 @@ class SessionHost:
         )
 
     def _doing(self, trainer: Trainer) -> list[int]:
-        """Return the index of what each robot does under the trained coordinator."""
+        """Return for each robot the number of its activity; empty unless a coordinator is in training."""
         body = trainer.session.body
         return self.doing.numbers(body.team.paths) if isinstance(body, CoordinatorBody) else []
 
@@ -268,7 +268,7 @@ class SessionHost:
     # Time
 
     def run_due_ticks(self) -> None:
-        """Take the ticks that are due. An error is reported, and pauses the run."""
+        """Run the ticks that are due; on an error, pause and show its message."""
         trainer = self.trainer
         try:
             for _ in self._idling.ticks() if trainer is None else trainer.ticks():
@@ -284,7 +284,7 @@ class SessionHost:
             self.halt(describe_error(error))
 
     def step(self) -> None:
-        """Take one tick, then pause."""
+        """Run one tick, then pause."""
         self.frame_version += 1
         if self.trainer is None:
             self._idling.step()
@@ -294,14 +294,14 @@ class SessionHost:
             self.note_tick()
 
     def note_tick(self) -> None:
-        """Note that a tick was taken."""
+        """Record the tick that just ran for rewinding and for the uncertain moments."""
         if self.trainer is not None:
             self._keep_moment()
             self.unsure.update(self.trainer.coach.asking.marked, self.run.number, self.world.time_s)
 
     @keep_status
     def halt(self, problem: str) -> StatusMessage:
-        """Report an error and pause; real robots have to be armed again."""
+        """Disarm real robots, pause, and return the problem as an error message."""
         self.robots.disarm(problem)
         self.pause(True)
         return StatusMessage(problem, "error")
@@ -317,14 +317,14 @@ class SessionHost:
             self.status = StatusMessage(why or ("Paused" if paused else "Going on"))
 
     def set_speed(self, speed: float) -> None:
-        """Set the speed, as a multiple of real time."""
+        """Set the simulation speed as a multiple of real time."""
         self._speed = self._idling.pace.speed = check_speed(speed, "the studio", live=self._idling.pace.live)
         if self.trainer is not None:
             self.trainer.set_speed(speed)
 
     @keep_status
     def reset(self, seed: int | None) -> StatusMessage:
-        """Begin the world of a seed."""
+        """Reset the world to a seed, or to its present seed if None."""
         seed = self.seed if seed is None else seed
         if self.trainer is None:
             if isinstance(self.world, DigitalTwin):
@@ -347,18 +347,18 @@ class SessionHost:
             self.rewind_buffer.append(self.trainer.session)
 
     def rewind(self, frame: RewindPoint) -> None:
-        """Go back to a moment of the run and pause there; the lesson stays as it is."""
+        """Go back to a moment of the present run and pause there; the lesson is kept."""
         switches = self.active_trainer.explainer.list_switches_before(frame.time_s)
         self._back(frame.instant)
         self.active_trainer.explainer.restore_switches(switches)
 
     def go_back(self, instant: SessionSnapshot) -> None:
-        """Go back to a moment of this session, which may belong to another run."""
+        """Restore a moment of this session, possibly of an earlier run, and begin a new run there."""
         self._back(instant)
         self._begin_rewind()
 
     def clear_rewind(self) -> None:
-        """Note that the robot or its world was moved, so that earlier moments are out of reach."""
+        """Begin a new run at the present moment, so that nothing before it can be rewound to."""
         self._begin_rewind()
         self.note_world_change()
 
@@ -373,13 +373,13 @@ class SessionHost:
         return StatusMessage(f"Back at {now}; the lesson is unchanged, and the run continues from here")
 
     def note_world_change(self) -> None:
-        """Note a change of the world other than by a tick."""
+        """Mark frame and scene as changed, after a change of the world that was not a tick."""
         self.frame_version += 1
         self.scene_version += 1
 
     @keep_status
     def edit_world(self, change: Callable[[World], object], what: str) -> StatusMessage:
-        """Change the world by hand."""
+        """Change the simulated world by hand and return `what` as the message; SessionError for real robots."""
         if isinstance(self.world, DigitalTwin):
             raise SessionError(f"real robots and objects cannot be moved here: {CARRY}")
         try:
@@ -392,7 +392,7 @@ class SessionHost:
     # Opening and closing
 
     def replace_session(self, opened: OpenSession, said: str) -> None:
-        """Replace the present session, whose journal is no longer needed."""
+        """Open a session in place of the present one, whose journal is finished."""
         asked = QueryPolicy.NEVER if self.trainer is None else self.trainer.coach.asking.when
         self._leave()
         self._idling.pause(True)
@@ -408,7 +408,7 @@ class SessionHost:
         self.note_world_change()
 
     def select_agents(self, sort: str | None, agent: int) -> None:
-        """Select another sort of agents and one of them for training; the present session ends."""
+        """Close the present session and select robots (None) or a sort of squads for training."""
         self._leave()
         self.sort, self.agent = sort, agent
         self.doing = ActivityNames()
@@ -418,11 +418,11 @@ class SessionHost:
 
     @property
     def body(self) -> Ground | CoordinatorBody:
-        """The body that is trained."""
+        """The body in training: the world's robots, or the coordinators of the selected sort of squads."""
         return self.groups.body(self.world, self.sort)
 
     def end_evaluation(self) -> None:
-        """Cancel the evaluation in unseen worlds, or drop its result."""
+        """Cancel a running evaluation in unseen worlds and drop its result."""
         if self.evaluation is not None:
             self.evaluation.cancel()
             self.evaluation = None
@@ -435,7 +435,7 @@ class SessionHost:
             interrupted_sessions.finish_journal(left.journal, self.library_view.folder, left.trainer.name)
 
     def close(self) -> None:
-        """Write everything to disk; unsaved changes are offered next time."""
+        """Close the session; one with unsaved changes is offered for resuming at the next start."""
         self.executor.shutdown(wait=False, cancel_futures=True)
         self.end_evaluation()
         if self.open_session is None:
@@ -447,7 +447,7 @@ class SessionHost:
             self._leave()
 
     def refresh_library(self) -> None:
-        """Read the library's folder again; new behaviors can be used in the lesson at once."""
+        """Read the library folder again and make new automata available to the open session."""
         self.library_view = self.groups.read_library(self.sort, self.agent)
         self.kit = self.library_view.library.kit
         if self.trainer is not None:
@@ -459,7 +459,7 @@ class SessionHost:
         self.scene_version += 1
 
     def refresh_interrupted(self) -> None:
-        """Find interrupted sessions; reading their journals may take a moment."""
+        """Read the journals of interrupted sessions again, which may take a moment."""
         world = self.world.scenario.name
         found = interrupted_sessions.list_interrupted_sessions(
             self.library_view.folder, world, self.library_view.library

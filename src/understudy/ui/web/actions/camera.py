@@ -1,4 +1,4 @@
-"""Images of real robots' cameras for pages, and colors that a person picks in them."""
+"""Serve the images of real robots' cameras to pages, and learn colors that a person clicks in them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NUMBER = "X-Image"
 
 
 def make_camera_route(host: SessionHost, refusal: Callable[[HTTPConnection], str | None]) -> Route:
-    """Make the route of a robot's last camera image; `refusal` returns why a connection is not accepted."""
+    """Return the route of the latest camera images; `refusal` returns why a connection is refused, or None."""
 
     async def serve(request: Request) -> Response:
         problem = refusal(request)
@@ -48,7 +48,7 @@ def make_camera_route(host: SessionHost, refusal: Callable[[HTTPConnection], str
 
 
 class ColorData(Data, frozen=True, kw_only=True):
-    """The colors of an object: hues (degrees; from > to crosses red), shares of saturation and of value."""
+    """The range of a color: hue (degrees; from > to crosses red), saturation and value (each from 0 to 1)."""
 
     hue_deg: tuple[float, float]
     saturation: tuple[float, float]
@@ -62,7 +62,7 @@ class ColorReply(Data, frozen=True, kw_only=True):
 
 
 def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
-    """Learn a color from clicks, detect it from now on, and write it to the robot's file."""
+    """Learn a color from clicks, detect it from now on, and write it into the robot's file."""
     robot, camera = _eye(host, message.robot)
     color = camera.learn_color(message.name, message.image, [(x, y) for x, y in message.points])
     if robot.path.is_file():
@@ -74,7 +74,7 @@ def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
 
 
 def _eye(host: SessionHost, number: int) -> tuple[Robot, LiveCamera]:
-    """Return a robot and its camera."""
+    """Return a real robot and its camera; an error if there is none."""
     if not isinstance(host.world, DigitalTwin):
         raise SessionError("these robots are simulated: their cameras need no calibration")
     robots = host.world.fleet.robots

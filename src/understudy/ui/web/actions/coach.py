@@ -18,7 +18,7 @@ from understudy.ui.web.rewind import RewindPoint
 from understudy.ui.web.session_host import SessionHost
 
 PATIENCE_S = 0.05
-"""So long a page's question is waited at; a large lesson takes longer, and is looked over beside the world."""
+"""How long to wait for the advice (s) before the page is told to ask again."""
 
 
 class PressSaysData(Data, frozen=True, kw_only=True):
@@ -29,28 +29,28 @@ class PressSaysData(Data, frozen=True, kw_only=True):
 
 
 class AdviceData(Data, frozen=True, kw_only=True):
-    """One suggestion of the coach."""
+    """One piece of advice about a lesson."""
 
     kind: str
     sentence: str
     weight: float
-    """From 0 to 1; above 0.5 it is plainly worth following."""
+    """The importance from 0 to 1; advice above 0.5 is clearly worth following."""
     examples: list[int]
     says: PressSaysData | None
-    """What a press says that looks like a slip."""
+    """The press that is probably a slip; null for other advice."""
     place: bool
-    """Whether it can be set up."""
+    """Whether the situation can be set up."""
 
 
 class LateData(Data, frozen=True, kw_only=True):
-    """An estimate of how late presses come."""
+    """The estimated reaction time of the demonstrator (s), with the evidence for it."""
 
     reaction_s: float
     sentence: str
 
 
 class AdviceReply(Data, frozen=True, kw_only=True):
-    """What the lesson lacks, most useful first; or that the page is to ask again in a moment."""
+    """The advice about the lesson, most useful first; or `later`, if the page is to ask again in a moment."""
 
     later: bool | UnsetType = UNSET
     advice: list[AdviceData] | UnsetType = UNSET
@@ -58,14 +58,14 @@ class AdviceReply(Data, frozen=True, kw_only=True):
 
 
 class SituationReply(Data, frozen=True, kw_only=True):
-    """The result of setting up a situation, and the number of the run that begins there."""
+    """A description of the situation that was set up, and the number of the run that begins there."""
 
     sentence: str
     run: int
 
 
 def handle_advise(host: SessionHost, _: m.RequestAdvice) -> AdviceReply:
-    """Send suggestions, most useful first, and the estimate of lateness, or that this takes longer."""
+    """Return advice, most useful first, and the estimated reaction time; or `later` if this takes longer."""
     trainer = host.active_trainer
     said = trainer.coach.compute_report(host.executor, patience_s=PATIENCE_S)
     if said is None:
@@ -103,7 +103,7 @@ def _late(said: AdviceReport) -> LateData | None:
 
 
 def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> SituationReply:
-    """Set up the situation of a suggestion, and pause there."""
+    """Put the robot into the situation that a piece of advice is about, and pause there."""
     trainer = host.active_trainer
     said = trainer.coach.last_report
     given = () if said is None or said.lesson.automaton is not trainer.session.automaton else said.advice
@@ -118,12 +118,12 @@ def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> Sit
 
 
 def handle_set_query_policy(host: SessionHost, message: m.SetQueryPolicy) -> None:
-    """Change what happens in testing at uncertain decisions."""
+    """Set what the automaton does in testing where it is uncertain."""
     coach.change_query_policy(host.active_trainer, QueryPolicy(message.when))
 
 
 def handle_go_to_uncertain(host: SessionHost, message: m.GoToUncertain) -> None:
-    """Go back to a marked moment, where the question waits for an answer."""
+    """Go back to a marked moment and ask its question there."""
     trainer = host.active_trainer
     mark = host.unsure.find(message.number)
     question = mark.question

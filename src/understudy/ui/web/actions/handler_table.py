@@ -26,10 +26,9 @@ Handler: TypeAlias = Callable[[SessionHost, Any], Data | StatusMessage | None]
 
 
 def find_handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:
-    """Find the handlers that modules define, by the message they take.
+    """Return the handlers that modules define, by the type of the message they take.
 
-    A handler is a public function of the host and of a message, by which it is found: by the annotation of its second
-    parameter.
+    A handler is a public function with two annotated parameters: the host and a message.
     """
     found: dict[type[Message], Handler] = {}
     for function, (_, message, _) in _annotated(modules):
@@ -40,13 +39,13 @@ def find_handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:
 
 
 def list_reply_types(*modules: ModuleType) -> list[type[Data]]:
-    """List the types that handlers of modules return as replies."""
+    """Return the types that the handlers of modules return as the fields of an answer."""
     returned = [each for _, (*_, result) in _annotated(modules) for each in get_args(result) or [result]]
     return [each for each in returned if isinstance(each, type) and issubclass(each, Data)]
 
 
 def _annotated(modules: Iterable[ModuleType]) -> Iterator[tuple[Callable[..., Any], list[Any]]]:
-    """Yield the handlers of modules, each with the types of its parameters and of its result."""
+    """Yield the handlers that modules define, each with the types of its host, its message and its result."""
     for module in modules:
         for name, function in vars(module).items():
             if inspect.isfunction(function) and function.__module__ == module.__name__ and name[0] != "_":
@@ -56,9 +55,9 @@ def _annotated(modules: Iterable[ModuleType]) -> Iterator[tuple[Callable[..., An
 
 
 def make_trainer_handler(action: Callable[..., object]) -> Handler:
-    """Make a handler from an action on the trainer that takes the message's fields in order.
+    """Return a handler that calls an action with the trainer and the message's fields, in their order.
 
-    There must be a session. Pages are updated afterwards.
+    The handler raises SessionError if no session is open.
     """
 
     def handle(host: SessionHost, message: Message) -> None:
@@ -90,11 +89,11 @@ TRAINER_ACTIONS: Mapping[type[Message], Callable[..., object]] = MappingProxyTyp
 )
 """By message, the action on the trainer that does what it asks for, where that needs nothing but its fields."""
 MODULES = (session, world, library, coach, explanation, lesson_test, camera)
-"""Those that have handlers of the other messages."""
+"""The modules that define the handlers of the other messages."""
 HANDLERS: Mapping[type[Message], Handler] = MappingProxyType(
     {
         **{message: make_trainer_handler(action) for message, action in TRAINER_ACTIONS.items()},
         **find_handlers(*MODULES),
     }
 )
-"""What does what a message asks for, by the type of the message."""
+"""The handler of each type of message."""

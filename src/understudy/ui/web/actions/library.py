@@ -36,15 +36,15 @@ from understudy.ui.web.views import lesson_test, library
 
 
 class NotSavedReply(Data, frozen=True, kw_only=True):
-    """The regressions that kept the automaton from being saved."""
+    """The regressions because of which the automaton was not saved."""
 
     worse: list[str]
 
 
 def save_current_automaton(host: SessionHost, message: SaveAutomaton) -> NotSavedReply | StatusMessage:
-    """Save the automaton in training; under another name, save a copy.
+    """Save the automaton in training, or a copy of it under another name.
 
-    If outcomes are lost, the reply lists them instead, unless the message says to save `anyway`.
+    If something that worked no longer does, return these regressions instead, unless `anyway` is set.
     """
     trainer, name = host.active_trainer, message.name
     if name is None or name == trainer.name:
@@ -91,7 +91,7 @@ def restore_behavior(host: SessionHost, message: RestoreBehavior) -> StatusMessa
 
 
 def discard_session(host: SessionHost, message: DiscardSession) -> StatusMessage:
-    """Discard an interrupted lesson; its journal is kept among the ended ones."""
+    """Discard an interrupted session; its journal is kept among the finished ones."""
     name = message.name
     host.refresh_interrupted()
     if name not in host.cut_off:
@@ -105,7 +105,7 @@ def discard_session(host: SessionHost, message: DiscardSession) -> StatusMessage
 
 
 def recall_session(host: SessionHost, message: RecallSession) -> StatusMessage:
-    """Offer a discarded lesson again, if it was discarded since the studio started."""
+    """Make a session that was discarded since the start of the studio available again."""
     name = message.name
     if name not in host.discarded:
         where, known = "the discarded lessons", list(host.discarded)
@@ -130,15 +130,15 @@ class VersionsReply(Data, frozen=True, kw_only=True):
 
 
 class ChangeData(Data, frozen=True, kw_only=True):
-    """The changes in one respect."""
+    """The differences of two versions in one topic."""
 
     topic: str
     lines: list[str]
-    """Lines that begin with + (new), - (gone), or neither."""
+    """Lines that begin with + (added), - (removed), or neither."""
 
 
 class MovedData(Data, frozen=True, kw_only=True):
-    """The changes of a transition between two states: conditions that are gone or new, and the examples responsible."""
+    """A switch between two states whose conditions changed: those gone, those new, and the responsible examples."""
 
     from_: str = field(name="from")
     to: str
@@ -149,14 +149,14 @@ class MovedData(Data, frozen=True, kw_only=True):
 
 
 class ChangesReply(Data, frozen=True, kw_only=True):
-    """The changes between two versions."""
+    """The differences between two versions."""
 
     changes: list[ChangeData]
     moved: list[MovedData]
 
 
 def handle_list_versions(host: SessionHost, message: ListVersions) -> VersionsReply:
-    """List the former versions, the latest first, and when each was saved."""
+    """Return the former versions, latest first, and when each was saved."""
     host.library_view.find_automaton(message.name)
     found = reversed(list_versions(host.library_view.folder, message.name))
     return VersionsReply(
@@ -168,9 +168,9 @@ def handle_list_versions(host: SessionHost, message: ListVersions) -> VersionsRe
 
 
 def handle_diff_versions(host: SessionHost, message: DiffVersions) -> ChangesReply:
-    """Compare a former version with another, or with the present one.
+    """Compare a former version with another or the present one.
 
-    The reply has lines by topic, and how switches moved, with the examples responsible.
+    Return the differing lines by topic, and the switches whose conditions changed with the responsible examples.
     """
     name, to = message.name, message.to
     before = _version(host, name, message.version)
@@ -214,7 +214,7 @@ def _version(host: SessionHost, name: str, number: int) -> TrainedAutomaton:
 
 
 def rename_behavior(host: SessionHost, message: RenameBehavior) -> StatusMessage | None:
-    """Give a trained behavior another name, with its former versions; not where others run it by the former one."""
+    """Rename a trained behavior and its former versions; SessionError if another automaton runs it."""
     name, to = message.name, message.to
     here = session.is_saved_in_training(host, name)
     trainer = host.trainer
@@ -236,7 +236,7 @@ def rename_behavior(host: SessionHost, message: RenameBehavior) -> StatusMessage
 
 
 def duplicate_behavior(host: SessionHost, message: DuplicateBehavior) -> StatusMessage:
-    """Copy a trained behavior as the library has it."""
+    """Copy a trained behavior as it is in the library."""
     name, to = message.name, message.to
     host.refresh_library()
     taught = host.library_view.find_automaton(name)

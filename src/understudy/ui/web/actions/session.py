@@ -29,7 +29,7 @@ from understudy.ui.web.session_host import SessionHost
 
 
 def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, discard: bool) -> None:
-    """Begin a new automaton."""
+    """Begin a new automaton; SessionError if the open one has unsaved changes that are not to be discarded."""
     _refuse_unsaved(host, discard=discard)
     host.refresh_library()
     host.refresh_interrupted()
@@ -51,7 +51,7 @@ def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, dis
 
 
 def open_automaton(host: SessionHost, name: str, *, discard: bool) -> None:
-    """Continue training an automaton of the library, or resume an interrupted session."""
+    """Continue the training of an automaton of the library, or resume its interrupted session."""
     _refuse_unsaved(host, discard=discard)
     host.refresh_library()
     host.refresh_interrupted()
@@ -88,14 +88,14 @@ def _go_on_with_cut_off(host: SessionHost, name: str, left: interrupted_sessions
 
 
 def select_squad_sort(host: SessionHost, sort: str | None, agent: int, *, discard: bool) -> None:
-    """Select a sort of squads for training, or robots (None); unsaved changes must be saved or discarded first."""
+    """Select robots (None) or a sort of squads for training; SessionError if unsaved changes are not discarded."""
     _refuse_beyond(host, sort, agent)
     _refuse_unsaved(host, discard=discard)
     host.select_agents(sort, agent)
 
 
 def has_other_library(host: SessionHost, agent: int) -> bool:
-    """Return whether this robot has another library than the one in use, because its type differs."""
+    """Return whether a robot's type has another library than the one in training."""
     there = host.sort is None and agent < host.groups.agents(None)
     return there and not host.groups.have_same_library(host.agent, agent)
 
@@ -108,7 +108,7 @@ def _refuse_beyond(host: SessionHost, sort: str | None, agent: int) -> None:
 
 
 def select_agent(host: SessionHost, agent: int) -> None:
-    """Select the robot to train, as long as the session has no examples."""
+    """Select the robot to train; SessionError once this session has examples of another robot."""
     _refuse_beyond(host, host.sort, agent)
     trainer = host.trainer
     if trainer is None or trainer.robot == agent:
@@ -130,7 +130,7 @@ def select_agent(host: SessionHost, agent: int) -> None:
 
 
 def is_saved_in_training(host: SessionHost, name: str) -> bool:
-    """Return whether an automaton of the library is in training; SessionError if it has unsaved changes."""
+    """Return whether an automaton is the one in training; SessionError if it has unsaved changes."""
     trainer = host.trainer
     if trainer is None or trainer.name != name:
         return False
@@ -140,7 +140,7 @@ def is_saved_in_training(host: SessionHost, name: str) -> bool:
 
 
 def reload_automaton(host: SessionHost, name: str, said: str, *, here: bool) -> StatusMessage | None:
-    """Reload an automaton that changed in the library, if it is in training (`here`)."""
+    """Read the library again after a change; reopen the automaton if it is the one in training (`here`)."""
     host.refresh_library()
     if not here:
         return StatusMessage(said, "recorded")
@@ -149,7 +149,7 @@ def reload_automaton(host: SessionHost, name: str, said: str, *, here: bool) -> 
 
 
 def _reopen(host: SessionHost, name: str, said: str) -> None:
-    """Continue training the automaton as the library has it now, perhaps under another name."""
+    """Reopen the automaton in training as it is in the library, possibly under another name."""
     trainer, paused = host.active_trainer, host.paused
     lesson = host.library_view.find_automaton(name).lesson
     targets = dict(trainer.session_view.targets)
@@ -182,7 +182,7 @@ def _refuse_unsaved(host: SessionHost, *, discard: bool) -> None:
 
 
 def set_other_agents(host: SessionHost, message: SetOtherAgents) -> StatusMessage:
-    """Let the other agents idle (None), or run a behavior of the library with these targets."""
+    """Set what the robots not in training do: idle (None), or run a behavior of the library with these targets."""
     trainer, library = host.active_trainer, host.library_view.library
     behavior, targets = message.behavior, message.targets
     if host.world.robots < 2:
@@ -209,7 +209,7 @@ def set_other_agents(host: SessionHost, message: SetOtherAgents) -> StatusMessag
 
 
 def go_to_example(host: SessionHost, number: int) -> None:
-    """Go back to just before an example was recorded; SessionError if that moment was not kept."""
+    """Go back to just before an example was given; SessionError if that moment is not stored."""
     trainer = host.active_trainer
     if all(example.number != number for example in trainer.session.examples):
         raise SessionError(f"{trainer.name} has no example {number}")
@@ -226,7 +226,7 @@ def go_to_example(host: SessionHost, number: int) -> None:
 
 
 def _before(journal: Path, number: int) -> SnapshotTaken | None:
-    """Return the last snapshot before the press that recorded an example."""
+    """Return the last snapshot before the press that gave an example; None if there is none."""
     snapshot = found = None
     before: dict[int, SnapshotTaken | None] = {}
     for entry in read_journal(journal):
@@ -243,12 +243,12 @@ def _before(journal: Path, number: int) -> SnapshotTaken | None:
 
 
 def handle_press(host: SessionHost, message: m.PressState) -> None:
-    """Direct the robot to a state; while a question is open, the press answers it."""
+    """Direct the robot to a state; if a question is open, the press answers it."""
     _press(host, message.state)
 
 
 def handle_confirm(host: SessionHost, _: m.Confirm) -> None:
-    """Confirm the present state; while a question is open, that answers it."""
+    """Confirm the present state; if a question is open, this answers it."""
     _press(host, None)
 
 
@@ -271,22 +271,22 @@ def handle_pause(host: SessionHost, message: m.Pause) -> None:
 
 
 def handle_step(host: SessionHost, _: m.StepTick) -> None:
-    """Take one tick."""
+    """Run one tick, then pause."""
     host.step()
 
 
 def handle_set_speed(host: SessionHost, message: m.SetSpeed) -> None:
-    """Set the speed."""
+    """Set the simulation speed."""
     host.set_speed(FASTEST if message.speed == "fastest" else message.speed)
 
 
 def handle_reset(host: SessionHost, message: m.ResetWorld) -> None:
-    """Begin the world of a seed."""
+    """Reset the world to a seed."""
     host.reset(message.seed)
 
 
 def handle_rewind(host: SessionHost, message: m.Rewind) -> None:
-    """Go back to a time, or to an example."""
+    """Go back to a time of the run (s), or to just before an example was given."""
     if (message.time_s is None) == (message.example is None):
         problem, remedy = "gives neither or both of a time and an example", "give one of them"
         raise SettingError(where="the studio", setting="rewind", problem=problem, remedy=remedy)
@@ -307,7 +307,7 @@ def handle_new(host: SessionHost, message: m.NewAutomaton) -> None:
 
 
 def _choices(message: m.NewAutomaton | m.ChangeDesign) -> LessonChoices:
-    """Make the choices for a lesson from a message."""
+    """Return the lesson choices that a message contains."""
     said = structs.asdict(message)
     return LessonChoices(
         **{each.name: said[each.name] for each in fields(LessonChoices) if each.name in said}
@@ -315,7 +315,7 @@ def _choices(message: m.NewAutomaton | m.ChangeDesign) -> LessonChoices:
 
 
 def handle_select_agent(host: SessionHost, message: m.SelectAgent) -> None:
-    """Select the robot, or the coordinator, to train."""
+    """Select the robot or the coordinator to train."""
     if message.sort != host.sort or has_other_library(host, message.agent):
         select_squad_sort(host, message.sort, message.agent, discard=message.discard)
     select_agent(host, message.agent)
@@ -329,7 +329,7 @@ def handle_change_design(host: SessionHost, message: m.ChangeDesign) -> None:
 
 
 def handle_edit_example(host: SessionHost, message: m.EditExample) -> None:
-    """Edit an example."""
+    """Change an example's state, next state, or values."""
     features = {str(bound): bound for bound in host.active_trainer.features}
     for label in message.values:
         if label not in features:

@@ -1,4 +1,4 @@
-"""Handle messages about the world: objects that are moved by hand, and real robots."""
+"""Handle messages about the world: move, add and remove things by hand; arm and stop real robots."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from understudy.ui.web.messages import session as m
 from understudy.ui.web.session_host import SessionHost
 
 FOOD = 10
-"""Units in a source of food that somebody adds."""
+"""Units of food in a source that a person adds."""
 
 
 def handle_move_robot(host: SessionHost, message: m.MoveRobot) -> None:
-    """Move a robot."""
+    """Move a robot; without a heading it keeps its own."""
     if message.agent >= host.world.robots:
         problem, remedy = f"is {message.agent + 1}", f"give one from 1 to {host.world.robots}"
         raise SettingError(where="the studio", setting="robot", problem=problem, remedy=remedy)
@@ -31,7 +31,7 @@ def handle_move_object(host: SessionHost, message: m.MoveObject) -> None:
 
 
 def handle_add_object(host: SessionHost, message: m.AddObject) -> None:
-    """Add an object; a source of food has some."""
+    """Add an object of a class; a source of food contains 10 units."""
     kind = message.kind
     classes, rules = host.world.names.classes, host.world.rules.classes
     amount = FOOD if kind in classes and rules["food"][classes.index(kind)] else 0
@@ -75,7 +75,7 @@ def handle_arm(host: SessionHost, _: m.Arm) -> StatusMessage:
 
 
 def handle_emergency_stop(host: SessionHost, _: m.EmergencyStop) -> StatusMessage:
-    """Send real robots a stop at once and disarm them; then pause. Any page may ask for it, also without control."""
+    """Stop and disarm real robots, then pause; any page may request it, also without control."""
     host.robots.stop("stopped in the studio")
     host.pause(True)
     host.frame_version += 1
@@ -83,5 +83,5 @@ def handle_emergency_stop(host: SessionHost, _: m.EmergencyStop) -> StatusMessag
 
 
 def handle_heartbeat(host: SessionHost, message: m.Heartbeat) -> None:
-    """Note that the page in control is there, and whether it reports the hold-to-run key as held."""
+    """Record that the page in control is alive, and whether the hold-to-run key is held down."""
     host.robots.refresh_heartbeat(holding=message.holding)

@@ -11,26 +11,26 @@ Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 NameField: TypeAlias = Annotated[str, Meta(min_length=1, max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Call: TypeAlias = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
-"""What a state runs, or a feature of targets: a name and what it is called with, as goto(station)."""
+"""A behavior or feature with its targets, such as goto(station)."""
 ValueField: TypeAlias = Annotated[str, Meta(max_length=150, pattern=r"^[^\x00-\x1f\x7f]*$")]
-"""A feature's value as it is shown: 3.42 m, −31°, yes, or nothing."""
+"""A feature's value as the page shows it: 3.42 m, −31°, yes, or nothing."""
 Calls: TypeAlias = Annotated[list[Call], Meta(max_length=200)]
 NameListField: TypeAlias = Annotated[list[NameField], Meta(max_length=200)]
 Targets: TypeAlias = dict[NameField, NameField]
-"""What parameters stand for, by parameter."""
+"""The target of each parameter."""
 Index: TypeAlias = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 
 
 class Data(Struct, frozen=True):
-    """Data that the studio sends; a struct `ExampleData` is the type `Example` on the page."""
+    """A message part that the studio sends; a struct `ExampleData` is the type `Example` on the page."""
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="do"):
-    """The base of all messages: a number that the reply repeats."""
+    """A request of a page; its number `id` is repeated in the answer."""
 
     id: Id
     by_anyone: ClassVar[bool] = False
-    """Whether a page may send it that only watches."""
+    """Whether a page that is not in control may send this message."""
 
 
 _FOUND = re.compile(r"(Expected .*) - at (`key` in )?`\$\.(\w+)(?:\[(\d+|\.\.\.)\])?`")
@@ -53,7 +53,7 @@ _KEYS = {"targets": "a parameter", "values": "a feature", "renamed": "a state"}
 
 
 def describe_schema_error(problem: str) -> str | None:
-    """Describe an error of the schema in a sentence; None if it is not a mistake in typing."""
+    """Return a schema error as a sentence; None if it is not about a value that a person typed."""
     found = _FOUND.fullmatch(problem)
     if found is None:
         return None

@@ -1,4 +1,4 @@
-"""Messages of a page about the coach."""
+"""The requests of the page to the coach."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Messages of a page about explanations, expected outcomes, unseen worlds, versions and simplifying."""
+"""The requests of the page about explanations, expectations, tests, versions and pruning."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class TestLesson(Message, frozen=True, kw_only=True, tag="test"):
 
 
 class EvaluateSession(Message, frozen=True, kw_only=True, tag="evaluate"):
-    """Evaluate the automaton in training in 1 to 1000 unseen worlds."""
+    """Evaluate the automaton in training, as it stands, in 1 to 1000 unseen worlds."""
 
     count: Index = 100
 
@@ -57,9 +57,9 @@ class CancelEvaluation(Message, frozen=True, kw_only=True, tag="cancel_evaluatio
 
 
 class SaveAutomaton(Message, frozen=True, kw_only=True, tag="save"):
-    """Save the automaton; a name saves a copy under it.
+    """Save the automaton, or a copy of it if a name is given.
 
-    Lost outcomes are reported first, unless it is to be saved `anyway`.
+    If something that worked no longer does, it is saved only with `anyway`.
     """
 
     name: NameField | None = None

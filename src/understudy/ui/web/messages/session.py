@@ -1,4 +1,4 @@
-"""Messages of a page: one JSON object each, checked down to the field before anything happens."""
+"""The requests of the page: one JSON object per message, validated completely before it is executed."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from understudy.ui.web.messages.base import (
 )
 
 MOST_BYTES = 64 * 1024
-"""How long a message may be."""
+"""The greatest length of a message, in bytes."""
 
 
 SpeedFactor: TypeAlias = float | Literal["fastest"]
-"""Set the speed: a multiple of real time, or as fast as possible."""
+"""A simulation speed: a multiple of real time, or as fast as possible."""
 
 
 class PressState(Message, frozen=True, kw_only=True, tag="press"):
-    """Direct to a state; a correction in testing."""
+    """Direct the robot to a state; in testing this is a correction."""
 
     state: Call
 
@@ -46,11 +46,11 @@ class ToggleMode(Message, frozen=True, kw_only=True, tag="turn"):
 
 
 class Undo(Message, frozen=True, kw_only=True, tag="undo"):
-    """Undo the last change of the lesson."""
+    """Undo the last step that changed the lesson."""
 
 
 class Redo(Message, frozen=True, kw_only=True, tag="redo"):
-    """Redo the last undone change."""
+    """Redo the last undone step."""
 
 
 class Pause(Message, frozen=True, kw_only=True, tag="pause"):
@@ -80,7 +80,7 @@ class RestartAutomaton(Message, frozen=True, kw_only=True, tag="restart"):
 
 
 class Rewind(Message, frozen=True, kw_only=True, tag="rewind"):
-    """Go back to a moment of the run: a time of the world (s), or that of an example."""
+    """Go back to a moment of the run: a time of the world (s), or just before an example was given."""
 
     time_s: float | None = None
     example: Index | None = None
@@ -117,7 +117,7 @@ class NewAutomaton(Message, frozen=True, kw_only=True, tag="new"):
 class ChangeDesign(Message, frozen=True, kw_only=True, tag="choose"):
     """Change states, features or options of the lesson.
 
-    Examples that still apply are kept, also those of states `renamed`.
+    Examples that still apply are kept, also those of states in `renamed` (former name to new name).
     """
 
     states: Calls
@@ -148,7 +148,7 @@ class ReleaseExamples(Message, frozen=True, kw_only=True, tag="release"):
 
 
 class EditExample(Message, frozen=True, kw_only=True, tag="edit"):
-    """Change an example's state, next state, or values, which are written as they are shown."""
+    """Change an example's state, next state, or values; values are written as the page shows them."""
 
     number: Index
     state: Call | None = None
@@ -310,11 +310,11 @@ _MODULES = (__name__, review.__name__, coach.__name__)
 REQUESTS: tuple[type[Message], ...] = tuple(
     each for each in Message.__subclasses__() if each.__module__ in _MODULES
 )
-"""All that a page may send."""
+"""The types of all requests."""
 
 
 class InvalidMessage(UnderstudyError, json_type="UnusableMessage"):
-    """A message that no page may send."""
+    """A message that is not a valid request."""
 
     def __init__(self, *, problem: str) -> None:
         self.problem = problem
@@ -322,7 +322,7 @@ class InvalidMessage(UnderstudyError, json_type="UnusableMessage"):
 
 
 class InvalidField(InvalidMessage, json_type="UnusableField"):
-    """A message with a typed value that cannot be used."""
+    """A request with an invalid value that a person typed."""
 
     def __init__(self, *, problem: str) -> None:
         self.problem = problem
@@ -338,7 +338,7 @@ _number = msgspec.json.Decoder(_Numbered).decode
 
 
 def parse_message(text: str | bytes) -> Message:
-    """Parse the message of a page; InvalidMessage if it is not valid."""
+    """Return the request in a message; raise InvalidMessage if it is not valid."""
     if len(text) > MOST_BYTES or (isinstance(text, str) and len(text.encode(errors="replace")) > MOST_BYTES):
         raise InvalidMessage(problem=f"it is longer than {MOST_BYTES} bytes")
     try:
@@ -349,7 +349,7 @@ def parse_message(text: str | bytes) -> Message:
 
 
 def find_message_number(text: str | bytes) -> int | None:
-    """Find the number of a message that could not be parsed, for the reply."""
+    """Return the number of an invalid message for its answer; None if it has no readable number."""
     if len(text) > MOST_BYTES:
         return None
     try:

@@ -1,4 +1,4 @@
-"""Explanations of the present decisions of all levels, as data for a page."""
+"""Explain the present decisions of all levels, as data for the page."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from understudy.ui.web.views.session import ExampleKindName
 
 
 class ResponsibleData(Data, frozen=True, kw_only=True):
-    """An example behind a decision."""
+    """An example that is responsible for a decision."""
 
     number: int
     kind: ExampleKindName
@@ -31,22 +31,22 @@ class ResponsibleData(Data, frozen=True, kw_only=True):
 
 
 class BehindData(Data, frozen=True, kw_only=True):
-    """The readings behind a decision, and the examples responsible."""
+    """The readings on which a decision is based, and the responsible examples."""
 
     automaton: str
     says: str
     read: str
-    """What it read, in words."""
+    """The readings in words."""
     by_hand: bool
     here: bool
-    """Whether its examples are those of the lesson that is open."""
+    """Whether the examples belong to the open lesson."""
     examples: list[ResponsibleData]
     more: int
-    """How many examples there are beyond these."""
+    """The number of further examples, which are not listed."""
 
 
 class LevelData(BehindData, frozen=True, kw_only=True):
-    """The present decision of an automaton."""
+    """The present decision of the automaton on one level."""
 
     state: str
     since_s: float
@@ -61,14 +61,14 @@ class SwitchedData(BehindData, frozen=True, kw_only=True):
 
 
 class ReasonsReply(Data, frozen=True, kw_only=True):
-    """The present decision of every level, the topmost first, and the last switch of any level."""
+    """The present decision of every level, topmost first, and the last switch of any level."""
 
     levels: list[LevelData]
     last: SwitchedData | None
 
 
 def handle_explain(host: SessionHost, _: RequestExplanation) -> ReasonsReply:
-    """Explain the present decision of every level, and the last switch of any level."""
+    """Explain the present decision of every level, with the responsible examples, and the last switch of any level."""
     trainer = host.active_trainer
     levels = trainer.explainer.explain_levels()
     return ReasonsReply(
@@ -98,7 +98,7 @@ def _last(trainer: Trainer) -> SwitchedData | None:
 
 
 def _behind(trainer: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
-    """Return the fields of `BehindData` other than the sentence."""
+    """Return the fields of `BehindData` other than `automaton` and `says`."""
     if reason is None:
         return {"read": "", "by_hand": False, "here": False, "examples": [], "more": 0}
     data = DecisionData.from_reason(reason)
@@ -112,7 +112,7 @@ def _behind(trainer: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
 
 
 def _examples(data: DecisionData) -> list[ResponsibleData]:
-    """Sort the examples: directives and confirmations first, then defaults, then watched ones."""
+    """Return the examples responsible for a decision, those recorded from silence last."""
     return [
         ResponsibleData(
             number=each.number, kind=each.kind.value, correction=each.correction, time_s=each.shown_s

@@ -1,4 +1,4 @@
-"""Tests of lessons for the page: expected outcomes, unseen worlds, regressions of a save, effects of pruning."""
+"""Test lessons, evaluate in unseen worlds, find regressions before saving, and preview pruning for the page."""
 
 from __future__ import annotations
 
@@ -49,16 +49,16 @@ SAVED = "it was saved"
 
 
 class PromiseTestedData(Data, frozen=True, kw_only=True):
-    """The result of an expected outcome."""
+    """The result of testing an expected outcome of the lesson."""
 
     said: str
     took_s: float | None
     problem: str
-    """Why it did not come; empty where it did."""
+    """Why the outcome did not occur; empty if it did."""
 
 
 class TestedData(Data, frozen=True, kw_only=True):
-    """An automaton tested on its lesson."""
+    """The result of testing an automaton on its lesson."""
 
     name: str
     works: bool
@@ -66,19 +66,19 @@ class TestedData(Data, frozen=True, kw_only=True):
     outcomes: list[PromiseTestedData]
     """In the order of the lesson."""
     worse: list[str]
-    """What worked before and no longer does."""
+    """The regressions: what worked before and no longer does."""
     else_: list[str] = field(name="else")
-    """What else is decided otherwise than before."""
+    """The other decisions that differ from the former version."""
 
 
 class LessonTestReply(Data, frozen=True, kw_only=True):
-    """An automaton tested on its lesson."""
+    """The result of testing an automaton on its lesson."""
 
     tested: TestedData
 
 
 def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestReply:
-    """Test one automaton on its lesson, compared with its former version; in training, the unsaved lesson counts."""
+    """Test an automaton on its lesson and compare it with its former version; unsaved changes count."""
     name, library = message.name, _present(host)
     library.automaton(name)
     formers = {each: _former(host, each) for each in list_dependencies(library, name)}
@@ -90,13 +90,13 @@ def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestRepl
 
 
 def _present(host: SessionHost) -> Library:
-    """Return the library, with the automaton in training as it stands."""
+    """Return the library with the automaton in training in its present state."""
     trainer, library = host.trainer, host.library_view.library
     return library if trainer is None else library.with_automaton(trainer.session.make_trained_automaton())
 
 
 def _former(host: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]:
-    """Return the version to compare an automaton with, and its name: the last former version, or the saved one."""
+    """Return the name and the automaton of the state to compare with: the saved one, or the last former version."""
     trainer, saved = host.trainer, host.library_view.library.taught.get(name)
     if trainer is not None and name == trainer.name and trainer.has_unsaved_changes:
         return SAVED, saved
@@ -125,14 +125,14 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
 
 
 def find_unsaved_regressions(host: SessionHost) -> tuple[str, ...]:
-    """Find outcomes that the saved automaton reaches and the one in training does not, also in its parents."""
+    """Return what worked with the saved automaton and no longer does, including in the automata that use it."""
     library, taught = host.library_view.library, host.active_trainer.session.make_trained_automaton()
     known = host.groups.collect_libraries(host.sort, host.agent, library)
     return find_regressions_since_saved(host.library_view.folder, library, taught, known)
 
 
 def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> StatusMessage:
-    """Evaluate the automaton in training in unseen worlds, while the world on the page continues."""
+    """Start an evaluation of the automaton in training in worlds that the page has not shown."""
     trainer, scenario = host.active_trainer, host.world.scenario
     if not 1 <= message.count <= MOST_WORLDS:
         problem, remedy = f"is {message.count}", f"give one from 1 to {MOST_WORLDS}"
@@ -174,7 +174,7 @@ def handle_cancel_evaluation(host: SessionHost, _: CancelEvaluation) -> StatusMe
 
 
 def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMessage:
-    """Go to the moment of an expected outcome, with the automaton restarted; nothing is recorded."""
+    """Restore the moment at which an outcome was expected, with the automaton restarted; record nothing."""
     trainer = host.active_trainer
     outcome = lesson_actions.find_expectation(trainer, message.outcome)
     if outcome.scenario != format_scenario(host.world.scenario) or outcome.sort != (host.sort or ""):
@@ -191,14 +191,14 @@ def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMess
 
 
 class LeavesData(Data, frozen=True, kw_only=True):
-    """The number of leaves of all trees."""
+    """The number of leaves of all trees, before and after pruning."""
 
     before: int
     after: int
 
 
 class StateConditionsData(Data, frozen=True, kw_only=True):
-    """The conditions on which a state is left."""
+    """The conditions for leaving a state, in words, before and after pruning."""
 
     state: str
     before: list[str]
@@ -206,7 +206,7 @@ class StateConditionsData(Data, frozen=True, kw_only=True):
 
 
 class ChangedDecisionData(Data, frozen=True, kw_only=True):
-    """An example that would be decided differently."""
+    """An example at which the pruned automaton decides differently."""
 
     number: int
     state: str
@@ -216,36 +216,36 @@ class ChangedDecisionData(Data, frozen=True, kw_only=True):
 
 
 class MomentsData(Data, frozen=True, kw_only=True):
-    """The moments of the second before presses, and how many of them would be decided differently."""
+    """The number of moments in the second before presses, and at how many the decision changes."""
 
     all: int
     changed: int
 
 
 class SimplerData(Data, frozen=True, kw_only=True):
-    """The automaton with fewer tests."""
+    """A preview of the automaton with fewer splits."""
 
     pruning: float
     suggested: PruningSuggestion | None
-    """Null where there are too few examples to tell."""
+    """Null if there are too few examples for a suggestion."""
     enough: int
-    """So many examples would be enough."""
+    """The number of examples needed for a suggestion."""
     leaves: LeavesData
     states: list[StateConditionsData]
     decisions: list[ChangedDecisionData]
     examples: int
-    """How many were replayed."""
+    """The number of examples replayed."""
     moments: MomentsData
 
 
 class SimplifyReply(Data, frozen=True, kw_only=True):
-    """The automaton with fewer tests."""
+    """A preview of the automaton with fewer splits."""
 
     simpler: SimplerData
 
 
 def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> SimplifyReply:
-    """Show conditions before and after, and the decisions that would change; nothing is changed yet."""
+    """Return the conditions before and after pruning and the decisions that would change, without changing anything."""
     found = preview_pruning(host.active_trainer, message.pruning)
     changed = sum(each.moments for each in found.replayed.changes)
     return SimplifyReply(

@@ -38,20 +38,20 @@ class TrainedData(Data, frozen=True, kw_only=True):
     name: str
     parameters: list[str] = field(default_factory=list)
     runs: list[str] = field(default_factory=list)
-    """What its states run."""
+    """The behaviors that its states run."""
     flags: list[str] = field(default_factory=list)
-    """What it can say: done, failed, or any name."""
+    """The flags that it can raise: done, failed, or any name."""
     examples: int = 0
     versions: int = 0
-    """How many former versions there are."""
+    """The number of former versions."""
     complete: bool
-    """Whether it could be run."""
+    """Whether it can be run."""
     why_not: str | None
-    """Why it could not."""
+    """Why it cannot be run; null if it can."""
 
 
 class CutOffData(Data, frozen=True, kw_only=True):
-    """An interrupted lesson with unsaved examples; opening it resumes it."""
+    """A session that was interrupted before it was saved; opening it resumes it."""
 
     name: str
     examples: int
@@ -70,29 +70,29 @@ class LibraryData(Data, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class LibraryView:
-    """A library's folder, read file by file, so that one bad file does not hide the others."""
+    """The content of a library's folder, read file by file so that one invalid file does not hide the others."""
 
     folder: Path
     library: Library
     problems: dict[str, str]
-    """Why a document does not open, by the name its file has."""
+    """Why a document cannot be opened, by the name of its file."""
     trash: tuple[str, ...]
 
     def refuse_new(self, name: str, *, remedy: str) -> None:
-        """Raise SessionError if a new automaton cannot have this name."""
+        """Raise SessionError if a new automaton may not have this name."""
         if any(each in NOT_IN_NAMES for each in name):
             problem = "goto(A) binds a target, and a=b names a state"
             raise SessionError(f"{name!r} cannot be the name of a state: {problem}; leave out ( ) , and =")
         self.refuse_taken(name, remedy=remedy)
 
     def refuse_taken(self, name: str, *, remedy: str) -> None:
-        """Raise SessionError if the folder has a document with this name, or one that differs only in case."""
+        """Raise SessionError if the folder has a document of this or a similar name."""
         for other in [*self.library.taught, *self.problems]:
             if normalize_name(other) == normalize_name(name):
                 raise SessionError(f"the library has {other} already: {remedy}")
 
     def find_automaton(self, name: str) -> TrainedAutomaton:
-        """Find the automaton of this name in the library."""
+        """Return the automaton of this name as it is in the library."""
         if name in self.problems:
             raise SessionError(self.problems[name])
         if name not in self.library.taught:
@@ -102,7 +102,7 @@ class LibraryView:
         return self.library.taught[name]
 
     def data(self, cut_off: list[CutOffData]) -> LibraryData:
-        """Return the library as data for a page, with the interrupted lessons."""
+        """Return the library as the page shows it, with the interrupted sessions."""
         return LibraryData(
             folder=str(self.folder),
             basic=list(self.library.kit.behaviors),
@@ -137,7 +137,7 @@ class LibraryView:
         )
 
     def _why_not(self, name: str) -> str | None:
-        """Return why an automaton cannot run, or None."""
+        """Return why an automaton cannot be run; None if it can."""
         targets = self.library.kit.targets
         bound = {parameter: next(iter(targets), "") for parameter in self.library.parameters(name)}
         try:
@@ -148,7 +148,7 @@ class LibraryView:
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse a path that is not a folder and cannot become one."""
+    """Raise FileError if a path is not a folder and cannot become one."""
     with convert_os_errors(folder, "opening the library"):
         there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     if not there.is_dir():
@@ -160,7 +160,7 @@ def check_folder(folder: Path) -> None:
 
 
 def read_library_folder(folder: Path, kit: Kit) -> LibraryView:
-    """Read a library's folder; empty if it does not exist yet."""
+    """Read a library's folder; the result is empty if the folder does not exist yet."""
     trash = tuple(sorted({name for name, _, _ in _trashed(folder)}))
     if not folder.exists():
         return LibraryView(folder, Library(kit), {}, trash)
@@ -175,7 +175,7 @@ def save_copy(library_view: LibraryView, taught: TrainedAutomaton, name: str) ->
 
 
 def make_renamed_copy(library_view: LibraryView, taught: TrainedAutomaton, name: str) -> TrainedAutomaton:
-    """Return the automaton under another name; refuse the name of a basic behavior, and a cycle."""
+    """Return a copy of an automaton under another name; refuse a name that the library cannot accept."""
     automaton, lesson = replace(taught.automaton, name=name), taught.lesson
     if lesson is not None:
         lesson = replace(lesson, automaton=replace(lesson.automaton, name=name))
@@ -206,7 +206,7 @@ def move_to_trash(library_view: LibraryView, name: str) -> None:
 
 
 def restore_from_trash(library_view: LibraryView, name: str) -> None:
-    """Restore the automaton that was removed last under a name."""
+    """Restore the document that was trashed last under a name."""
     kept = [(number, path) for known, number, path in _trashed(library_view.folder) if known == name]
     if not kept:
         raise UnknownName(what="automaton", name=name, where="the trash", known=list(library_view.trash))
@@ -218,7 +218,7 @@ def restore_from_trash(library_view: LibraryView, name: str) -> None:
 
 
 def _trashed(folder: Path) -> list[tuple[str, int, Path]]:
-    """List the files in the trash, with name and count."""
+    """Return the name, number and path of each file in the trash."""
     trash = folder / TRASH
     if not trash.is_dir():
         return []

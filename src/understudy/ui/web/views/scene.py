@@ -1,4 +1,4 @@
-"""The scene: the constant data of a world and its kit, for a page."""
+"""Describe the parts of world and kit that do not change from tick to tick, as data for the page."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ObjectClassData(Data, frozen=True, kw_only=True):
     marker: bool
     """Whether this is a marker that a person placed."""
     offered: bool
-    """Whether it makes sense to add one."""
+    """Whether the page offers to add one."""
 
 
 class DiscData(Data, frozen=True, kw_only=True):
@@ -54,7 +54,7 @@ class DiscData(Data, frozen=True, kw_only=True):
 
 
 class RangeArcData(Data, frozen=True, kw_only=True):
-    """An arc in which a sensor measures a distance, relative to the heading; both angles are equal for a beam."""
+    """The arc of a distance sensor relative to the robot's heading; both angles are equal for a beam."""
 
     name: str
     from_deg: float
@@ -67,19 +67,19 @@ class CameraData(Data, frozen=True, kw_only=True):
 
     view_deg: float
     range: float | None
-    """m; null: as far as anything is."""
+    """The range in m; null if it is unlimited."""
 
 
 class FeatureData(Data, frozen=True, kw_only=True):
-    """A feature with its kind."""
+    """A feature with its unit and the kind of its values."""
 
     label: str
     unit: str
     kind: KindName
     labels: list[str] | UnsetType = UNSET
-    """Of categorical ones: the names of the values."""
+    """The names of the values of a categorical feature."""
     period: float | UnsetType = UNSET
-    """Of toroidal ones."""
+    """The period of a toroidal feature."""
 
 
 class KitFeatureData(FeatureData, frozen=True, kw_only=True):
@@ -89,7 +89,7 @@ class KitFeatureData(FeatureData, frozen=True, kw_only=True):
 
 
 class KitBehaviorData(Data, frozen=True, kw_only=True):
-    """A behavior of the kit: its name and its open parameters."""
+    """A behavior of the kit and its parameters."""
 
     name: str
     parameters: list[str]
@@ -101,11 +101,11 @@ class SquadSortData(Data, frozen=True, kw_only=True):
     name: str
     doc: str
     squads: list[list[int]]
-    """For each squad the robots in it, those of squads below among them."""
+    """The robots of each squad, including those of its subordinate squads."""
 
 
 class SceneData(Data, frozen=True, kw_only=True):
-    """The data of a world that do not change from tick to tick, and its kit."""
+    """The parts of world and kit that do not change from tick to tick."""
 
     scenario: str
     width: float
@@ -113,7 +113,7 @@ class SceneData(Data, frozen=True, kw_only=True):
     tick_s: float
     seed: int
     real: list[str]
-    """The names of the robots, where they are real."""
+    """The names of the real robots; empty in simulation."""
     eyes: list[int]
     """The numbers of the real robots that have a camera."""
     holds: bool
@@ -137,7 +137,7 @@ class SceneData(Data, frozen=True, kw_only=True):
 
 
 def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> SceneData:
-    """Describe a world and its kit for a page."""
+    """Return everything the page needs to draw a world and to choose from a kit."""
     view, scenario = world.view(), world.scenario
     kinds = [scenario.types[name] for name in world.names.types]
     discs = zip(view.discs.x, view.discs.y, view.discs.radius, view.discs.color, strict=True)
@@ -184,14 +184,14 @@ def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> Scen
 
 
 def _eyes(world: Ground) -> list[int]:
-    """List the real robots that have a camera."""
+    """Return the numbers of the real robots that have a camera."""
     if not isinstance(world, DigitalTwin):
         return []
     return [number for number, robot in enumerate(world.fleet) if robot.senses.camera is not None]
 
 
 def describe_kind(kind: Kind) -> dict[str, Any]:
-    """Return the fields of `FeatureData` that describe a kind."""
+    """Return the fields of `FeatureData` that describe a kind of values."""
     if isinstance(kind, Categorical):
         return {"kind": "categorical", "labels": list(kind.labels)}
     if isinstance(kind, Toroidal):
@@ -235,5 +235,5 @@ def _cameras(kind: RobotType) -> list[CameraData]:
 
 
 def _finite(number: float | None) -> float | None:
-    """Return a number for JSON, None if it is infinite or absent."""
+    """Return a number, or None if it is infinite, NaN or None, which JSON cannot represent."""
     return None if number is None or isnan(number) or isinf(number) else number

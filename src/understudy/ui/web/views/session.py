@@ -1,4 +1,4 @@
-"""A session as data for a page, computed again only where it changed."""
+"""Describe a session as data for the page; rebuild the lesson's part only when the lesson changes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from understudy.ui.web.rewind import AskingData
 from understudy.ui.web.views.scene import FeatureData, describe_kind
 
 MOST_LISTED = 100
-"""So many worlds in which it failed are listed."""
+"""The greatest number of failed worlds that are listed."""
 
 
 class NestedStateData(Data, frozen=True, kw_only=True):
@@ -37,12 +37,12 @@ class NestedStateData(Data, frozen=True, kw_only=True):
 
 
 class WayData(Data, frozen=True, kw_only=True):
-    """The conditions of a transition between two states."""
+    """The conditions for switching from one state to another."""
 
     from_: str = field(name="from")
     to: str
     when: list[str]
-    """In words, a line for each way that leads there."""
+    """The conditions in words, one line for each alternative."""
 
 
 class NestedAutomatonData(Data, frozen=True, kw_only=True):
@@ -53,13 +53,13 @@ class NestedAutomatonData(Data, frozen=True, kw_only=True):
 
 
 class NestedAutomata:
-    """The automata under an automaton, directly or through others, each described once."""
+    """A cache of descriptions of the trained automata that an automaton runs, directly or through others."""
 
     def __init__(self) -> None:
         self._known: dict[str, tuple[Automaton, NestedAutomatonData]] = {}
 
     def describe_nested(self, automaton: Automaton, library: Library) -> dict[str, NestedAutomatonData]:
-        """Describe the automata under an automaton, by name."""
+        """Return, by name, the descriptions of all trained automata that an automaton runs."""
         found: dict[str, NestedAutomatonData] = {}
         left = [automaton]
         while left:
@@ -104,7 +104,10 @@ def state_fields(state: State, library: Library) -> dict[str, Any]:
 def list_exits(
     automaton: Automaton, function: Transition, directed: Sequence[str], vectors: Vectors
 ) -> Iterator[tuple[str, list[str]]]:
-    """List the next states of a transition function with their conditions; for a classifier, the directed ones."""
+    """Yield each next state of a transition function and its conditions in words.
+
+    A classifier has no conditions to show: its next states are those in `directed`, with a note instead.
+    """
     if not isinstance(function, Tree):
         for following in directed:
             yield following, [BY_CLASSIFIER]
@@ -127,7 +130,7 @@ class StateData(NestedStateData, frozen=True, kw_only=True):
 
 
 class EdgeData(WayData, frozen=True, kw_only=True):
-    """A learned transition, with the examples behind it."""
+    """A learned switch between states, with the examples that taught it."""
 
     examples: list[int]
 
@@ -142,10 +145,10 @@ class ExampleData(Data, frozen=True, kw_only=True):
     kind: ExampleKindName
     correction: bool
     time_s: float | None
-    """When it was shown, in the time of its world; null where it was typed."""
+    """When the example was given, in s of the world's time; null if it was typed."""
     contradicts: bool
     quarantined: str
-    """Why it teaches nothing for now; empty where it teaches."""
+    """Why the example is in quarantine; empty if it is not."""
 
 
 class SuspectData(Data, frozen=True, kw_only=True):
@@ -163,14 +166,14 @@ class DoubtData(Data, frozen=True, kw_only=True):
 
 
 class BehaviorCallData(Data, frozen=True, kw_only=True):
-    """A behavior with its targets."""
+    """A behavior and the targets of its parameters."""
 
     behavior: str
     targets: dict[str, str]
 
 
 class LessonData(Data, frozen=True, kw_only=True):
-    """The data of a session that change only with the lesson."""
+    """The part of a session that changes only with the lesson."""
 
     parameters: list[str]
     states: list[StateData]
@@ -180,14 +183,14 @@ class LessonData(Data, frozen=True, kw_only=True):
     nested: dict[str, NestedAutomatonData]
     """The automata it runs, directly or through others, by name."""
     watched: bool
-    """Whether silence is consent in this lesson."""
+    """Whether the lesson also records examples from silence."""
     reaction_s: float
     unlearning: bool
     """Whether a correction puts bad examples in quarantine by itself."""
     flags: list[str]
-    """What it can raise: done, failed, or any name."""
+    """The flags that it can raise: done, failed, or any name."""
     outcomes: list[str]
-    """What the lesson promises: "done within 20 s in forage, A = station"."""
+    """The expected outcomes, such as "done within 20 s in forage, A = station"."""
     pruning: float | None
     """How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees."""
     edition: int
@@ -195,7 +198,7 @@ class LessonData(Data, frozen=True, kw_only=True):
 
 
 class FailedWorldData(Data, frozen=True, kw_only=True):
-    """An unseen world in which the automaton did not succeed."""
+    """An unseen world in which the evaluated automaton did not succeed."""
 
     seed: int
     problem: str
@@ -203,7 +206,7 @@ class FailedWorldData(Data, frozen=True, kw_only=True):
 
 
 class EvaluationResultData(Data, frozen=True, kw_only=True):
-    """The number of unseen worlds in which the automaton succeeded, and those in which it did not."""
+    """The number of unseen worlds in which the automaton succeeded, and those in which it failed."""
 
     success: str
     """What counts as success, in words."""
@@ -219,23 +222,23 @@ class EvaluationResultData(Data, frozen=True, kw_only=True):
 
 
 class EvaluationData(Data, frozen=True, kw_only=True):
-    """The evaluation in unseen worlds of the automaton as it was at the start."""
+    """An evaluation in unseen worlds of the automaton in training, as it was at the start."""
 
     called: str
-    """What is tried: goto(station)."""
+    """The behavior and its targets, such as goto(station)."""
     edition: int
     """The edition of the lesson that it was learned from."""
     worlds: int
     through: int
-    """How many worlds are through."""
+    """The number of worlds finished."""
     result: EvaluationResultData | None
-    """Null while it runs, and where it could not be tried."""
+    """Null while the evaluation runs, and if it failed with an error."""
     problem: str
-    """Why it could not be tried; empty where it could."""
+    """The error that ended the evaluation; empty if there was none."""
 
 
 class SessionData(LessonData, frozen=True, kw_only=True):
-    """The automaton in training."""
+    """The state of the open session."""
 
     name: str
     targets: dict[str, str]
@@ -250,19 +253,19 @@ class SessionData(LessonData, frozen=True, kw_only=True):
     unsaved: bool
     taught: int
     watching: bool
-    """Whether silence is consent now, in a lesson with watched examples."""
+    """Whether examples are recorded from silence now."""
     doubt: DoubtData | None
     others: BehaviorCallData | None
-    """What the robots run that are not trained; null: they idle."""
+    """The behavior of the robots not in training; null if they idle."""
     doing: list[str]
-    """What robots do that a trained coordinator orders about, by the numbers in frames."""
+    """The names of the robots' activities, indexed by the numbers in frames."""
     asking: AskingData
     evaluation: EvaluationData | UnsetType = UNSET
-    """Left out where nothing was tried in unseen worlds."""
+    """Omitted if nothing was evaluated in unseen worlds."""
 
 
 class SessionViewBuilder:
-    """Builds the page's data of one session."""
+    """A builder of the page's data of one session."""
 
     def __init__(self, trainer: Trainer) -> None:
         self._trainer = trainer
@@ -278,7 +281,7 @@ class SessionViewBuilder:
         asking: AskingData,
         evaluation: EvaluationData | UnsetType = UNSET,
     ) -> SessionData:
-        """Build the data of the session as it is now."""
+        """Return the data of the session in its present state."""
         trainer, view = self._trainer, self._trainer.session_view
         return SessionData(
             **structs.asdict(self._taught()),
@@ -303,7 +306,7 @@ class SessionViewBuilder:
         )
 
     def _taught(self) -> LessonData:
-        """Build the data that change only with the lesson."""
+        """Return the part that changes only with the lesson."""
         lesson, learned = self._trainer.explainer.learn_lesson()
         if lesson is not self._of or self._lesson is None:
             self._of = lesson
@@ -335,7 +338,7 @@ class SessionViewBuilder:
 
 
 def describe_evaluation(found: Evaluation) -> EvaluationResultData:
-    """Describe the result of an evaluation in unseen worlds."""
+    """Return the result of an evaluation in unseen worlds as the page shows it."""
     missed = "goal not reached" if found.flag is None else f"not {found.flag}"
     rows = zip(found.seeds, found.taught.finished.tolist(), found.taught.limit_s.tolist(), strict=True)
     failed = [
@@ -407,7 +410,7 @@ def _time(lesson: Lesson, example: Example) -> float | None:
 
 
 def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[EdgeData]:
-    """Yield the learned transitions with their conditions and examples."""
+    """Yield the learned switches between states with their conditions and examples."""
     for state, function in learned.items():
         led: dict[str, list[int]] = {}
         for example in lesson.examples:

@@ -1,4 +1,4 @@
-"""The agents that can be trained, robots or the coordinators of a sort of squads, and their libraries."""
+"""List the groups of agents that can be trained, robots or the coordinators of squads, and find their libraries."""
 
 from __future__ import annotations
 
@@ -22,10 +22,9 @@ from understudy.ui.web.views.scene import SquadSortData
 
 
 class TrainableGroups:
-    """The team of a scenario.
+    """The robots and sorts of squads of a scenario, with their library folders.
 
-    The robots' automata are in `folder`. Those of a sort of squads are in a folder of its name inside, and so are those
-    of each type of robots if types differ.
+    Robots' automata are in `folder`; those of squads, and of robot types that differ, in a subfolder of their name.
     """
 
     def __init__(self, scenario: Scenario, folder: Path, kit: Kit) -> None:
@@ -38,7 +37,7 @@ class TrainableGroups:
         return [squad.name for squad, _ in reversed(self.tree.squads)]
 
     def agents(self, sort: str | None) -> int:
-        """Return the number of robots (None), or of squads of a sort; UnknownName for an unknown sort."""
+        """Return the number of robots (None) or of squads of a sort; UnknownName if there is no such sort."""
         if sort is None:
             return len(self.tree.type_of)
         self._check(sort)
@@ -53,12 +52,12 @@ class TrainableGroups:
         return self.tree.types[self.tree.type_of[agent]]
 
     def have_same_library(self, one: int, other: int) -> bool:
-        """Return whether two robots have the same library."""
+        """Return whether two robots use the same library folder."""
         places = find_type_folders(self._scenario, self._folder, self._kit)
         return places[self.type_of(one)][0] == places[self.type_of(other)][0]
 
     def read_library(self, sort: str | None, agent: int = 0) -> LibraryView:
-        """Read the library of a robot (None), or of a sort of squads; UnknownName for an unknown sort."""
+        """Read the library of a robot (None) or of a sort of squads; UnknownName if there is no such sort."""
         if sort is None:
             where, kit = find_type_folders(self._scenario, self._folder, self._kit)[self.type_of(agent)]
             return read_library_folder(where, kit)
@@ -66,7 +65,7 @@ class TrainableGroups:
         return read_library_folder(self._folder / sort, self._known()[sort].kit)
 
     def body(self, world: Ground, sort: str | None) -> Ground | CoordinatorBody:
-        """Return the body to train: the robots of a world, or the squads of a sort with all agents below."""
+        """Return the body to train: the world's robots (None), or the coordinators of a sort of squads."""
         if sort is None:
             return world
         radio = self._scenario.radio
@@ -77,7 +76,7 @@ class TrainableGroups:
         return CoordinatorBody(team, sort)
 
     def collect_libraries(self, sort: str | None, agent: int, library: Library) -> Libraries:
-        """Collect the libraries by sort of agents, with `library` as that of a robot (None) or of a sort of squads."""
+        """Return the library of every sort of agents; `library` replaces that of a robot (None) or sort of squads."""
         if sort is not None:
             return {**self._known(), sort: library}
         places = find_type_folders(self._scenario, self._folder, self._kit)
@@ -93,7 +92,7 @@ class TrainableGroups:
         return collect_libraries(self._scenario, robots, lambda name, kit: look(self._folder / name, kit))
 
     def data(self) -> list[SquadSortData]:
-        """Return the squads, the topmost first, with the robots in each, including those of squads below."""
+        """Return the sorts of squads, topmost first, with all robots of each squad."""
         robots: dict[str, list[list[int]]] = {}
         found: list[SquadSortData] = []
         for squad, lists in self.tree.squads:
@@ -109,14 +108,14 @@ class TrainableGroups:
 
 
 class ActivityNames:
-    """The activities of robots as numbers, with their names."""
+    """A numbering of the robots' activities; frames contain the numbers, the session's data the names."""
 
     def __init__(self) -> None:
         self.names: list[str] = []
         self._numbers: dict[str, int] = {}
 
     def numbers(self, paths: list[tuple[str, ...]]) -> list[int]:
-        """Return a number for the activity of each robot."""
+        """Return the number of each robot's activity."""
         return [self._number(path) for path in paths]
 
     def _number(self, path: tuple[str, ...]) -> int:
