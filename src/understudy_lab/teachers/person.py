@@ -1,6 +1,6 @@
-"""A person at the buttons: sees the screen, makes up their mind, and presses a moment later.
+"""A simulated person who watches the screen, decides, and presses buttons a moment later.
 
-What they know of the robot is `session.view()`; what they do is direct, and switch to testing.
+The person sees the robot through `session.view()` only, and acts only by directing and by switching to testing.
 """
 
 from __future__ import annotations

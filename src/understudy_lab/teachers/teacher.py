@@ -1,8 +1,7 @@
-"""A scripted teacher: one automaton after the other, each shown a little, then tried and only corrected.
+"""A scripted teacher: it teaches one automaton after the other, with a few demonstrations and then only corrections.
 
-A lesson is finished when so many tries in a row needed no correction; one that will not come right is thrown away
-and taught again. Where the robot loses its way in an automaton taught before, the teacher opens that one again and
-corrects it on the spot.
+A lesson is finished when several tries in a row needed no correction. A lesson that does not succeed is discarded and
+taught again. If the robot goes wrong in an automaton that was taught before, the teacher corrects that one on the spot.
 """
 
 from __future__ import annotations
@@ -43,9 +42,7 @@ taught."""
 
 @dataclass(frozen=True, slots=True)
 class Patience:
-    """How many corrections a teacher bears before a lesson is thrown away, how many lessons of one automaton, and how
-    long they teach it at most, s.
-    """
+    """The limits of a teacher: corrections before a lesson is discarded, lessons per automaton, and their time, s."""
 
     corrections: int = 12
     lessons: int = 3
@@ -54,7 +51,7 @@ class Patience:
 
 @dataclass(frozen=True, slots=True)
 class PushAway:
-    """Drive the robot away while it is in a state: a basic behavior, for so long; anyhow if it is not `within_s`."""
+    """A disturbance: while it is in a state, the robot is driven away by a basic behavior for some time."""
 
     during: str
     behavior: str
@@ -64,7 +61,7 @@ class PushAway:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """A situation to show: in which practice, looking how, up to where, and with which targets."""
+    """A situation to demonstrate: its practice, the start, the end, and the targets."""
 
     practice: str
     targets: Mapping[str, str] = field(default_factory=dict)
@@ -76,9 +73,10 @@ class Situation:
 
 @dataclass(frozen=True, slots=True)
 class LessonPlan:
-    """One automaton to teach: what to choose for it, what to show, when to complain, when a try is finished.
+    """The plan for teaching one automaton: its design, the demonstrations, the corrections, and the end of a try.
 
-    The first `shown` of the cases are shown before the first try (None: all); tries are in the practices of all.
+    The first `shown` of the cases are demonstrated before the first try (None: all). Tries use the practices of all
+    cases.
     """
 
     name: str
@@ -126,7 +124,7 @@ Progress: TypeAlias = Callable[[str, str, TeachingCost], None]
 
 
 class ScriptedTeacher:
-    """Teaches topics in turn, each as a state of the next. Same seed, same lessons."""
+    """Teaches topics in turn, each as a possible state of the next. The same seed gives the same lessons."""
 
     def __init__(
         self,
@@ -150,7 +148,7 @@ class ScriptedTeacher:
         self._topics: dict[str, LessonPlan] = {}
 
     def teach(self, *topics: LessonPlan) -> TeachingResult:
-        """Teach the topics; the library with them, and what it took."""
+        """Teach the topics, and return the library with them and the cost."""
         for topic in topics:
             self._topics[topic.name] = topic
             self.accounts[topic.name] = TeachingCost()
@@ -169,7 +167,7 @@ class ScriptedTeacher:
         return self.accounts[topic.name].seconds >= self._patience.seconds
 
     def _teach(self, topic: LessonPlan, lesson: Lesson) -> bool:
-        """One lesson from its beginning; whether it came right."""
+        """Teach one lesson from its beginning, and return whether it succeeded."""
         self.accounts[topic.name].lessons += 1
         for case in topic.cases[: topic.shown]:
             lesson = self._show_case(topic, case, lesson)
@@ -232,7 +230,7 @@ class ScriptedTeacher:
         return verdict
 
     def _correct_below(self, session: Session) -> bool:
-        """Correct the innermost automaton, where it lost its way, in a lesson of its own; whether it needed that."""
+        """Correct the innermost automaton where it went wrong, in a lesson of its own; return whether that was needed."""
         name, targets = innermost(self.library, session)
         if name == session.automaton.name or name not in self._topics:
             return False
@@ -246,7 +244,7 @@ class ScriptedTeacher:
         return True
 
     def _session(self, topic: LessonPlan, lesson: Lesson, case: Situation) -> Session:
-        """A session that goes on with a lesson in a fresh world that suits the case."""
+        """Make a session that continues a lesson in a new world for the case."""
         body = self._make(case.practice, self._seed())
         session = Session(body, self.library, lesson, targets=case.targets)
         while not case.suits(session.view()):
@@ -263,7 +261,7 @@ class ScriptedTeacher:
         return FIRST_SEED + int(self._draws.integers(2**40))
 
     def _settle(self, name: str, session: Session, what: str) -> None:
-        """Book what the person spent, and put the automaton as it is now into the library."""
+        """Add the cost of a session, and put the automaton into the library."""
         account, person = self.accounts[name], self._person
         account.seconds, account.presses = account.seconds + person.seconds, account.presses + person.presses
         person.seconds, person.presses = 0.0, 0
@@ -274,7 +272,7 @@ class ScriptedTeacher:
 
 
 def innermost(library: Library, session: Session) -> tuple[str, Binding]:
-    """The innermost automaton that is running, and what its parameters stand for."""
+    """Return the innermost running automaton and its targets."""
     automaton, binding = session.automaton, Binding(session.view().targets)
     for state_name in session.view().path:
         state = automaton.state(state_name)
