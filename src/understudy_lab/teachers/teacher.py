@@ -230,7 +230,7 @@ class ScriptedTeacher:
         return verdict
 
     def _correct_below(self, session: Session) -> bool:
-        """Correct the innermost automaton where it went wrong, in a lesson of its own; return whether that was needed."""
+        """Correct the innermost automaton in a lesson of its own, and return whether that was needed."""
         name, targets = innermost(self.library, session)
         if name == session.automaton.name or name not in self._topics:
             return False
