@@ -251,7 +251,7 @@ def test_a_file_that_a_person_changed_is_left_and_that_is_said(tmp_path: Path) -
         assert f"Wrote {file}" in simulated_for_a_moment("arena", "--write-files", tmp_path)
     file.write_text(mine := file.read_text() + "# of my own\n")
     said = simulated_for_a_moment("arena", "--write-files", tmp_path)
-    assert "as it is: it says something else; remove it, and it is written anew" in said
+    assert "exists with other content and was left as it is; remove it" in said
     assert file.read_text() == mine
 
 
