@@ -1,4 +1,4 @@
-"""Documents: one readable JSON text per automaton (ARCHITECTURE section 8; docs/formats.md).
+"""Documents: one readable JSON text per automaton (ARCHITECTURE section 8; docs/reference/library-format.md).
 
 Examples are the source. The trees learned from them are stored too, with a hash: they are used if the hash matches,
 otherwise they are learned again from the examples, and this is reported.
@@ -167,7 +167,7 @@ def parse_document(data: bytes, *, path: Path | str, checked: bool = False) -> t
         problem, _, place = str(error).partition(" - at `")
         steps = parse_json_path(place.rstrip("`"))
         raise source.make_error(
-            steps, _lower(problem), "see docs/formats.md for what belongs there"
+            steps, _lower(problem), "see docs/reference/library-format.md for what belongs there"
         ) from error
     except msgspec.DecodeError as error:  # what Python's reader takes and JSON does not: NaN, Infinity
         at = re.search(r"\(byte (\d+)\)", str(error))

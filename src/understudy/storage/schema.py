@@ -1,4 +1,4 @@
-"""The schema of documents, which msgspec checks before anything else uses a file (docs/formats.md).
+"""The schema of documents, which msgspec checks before anything else uses a file (docs/reference/library-format.md).
 
 A document has three parts: the automaton, the lesson from which it was learned, and the trees built from that
 lesson.
