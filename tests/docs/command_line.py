@@ -72,8 +72,8 @@ def _explain(name: str, command: Any) -> Iterator[str]:
 
 
 def _spell(argument: Any) -> str:
-    given = (argument.metavar or argument.name.upper()).strip("[]") + ("..." if argument.nargs == -1 else "")
-    return given if argument.required else f"[{given}]"
+    given = (argument.metavar or argument.name.upper()).removesuffix("...").strip("[]")
+    return (given if argument.required else f"[{given}]") + ("..." if argument.nargs == -1 else "")
 
 
 def _list_names(option: Any) -> str:
