@@ -70,7 +70,9 @@ def _run(name: str) -> bytes:
 
 def _obey(make: Callable[..., World], number: int) -> bytes:
     """A random world whose robots do something else every few ticks."""
-    world, draw = make(number, worlds=2), np.random.default_rng(number)
+    with EVERYTHING:
+        world = make(number, worlds=2)
+    draw = np.random.default_rng(number)
     for _ in range(TICKS // 4):
         commands = random_commands(draw, world)
         for _ in range(4):

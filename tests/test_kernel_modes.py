@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +35,6 @@ def in_mode(chosen: str, *arguments: str) -> str:
     return done.stdout
 
 
-@cache
 def found(chosen: str) -> dict[str, Any]:
     """What comes out of all cases in a mode."""
     read: dict[str, Any] = json.loads(in_mode(chosen, "-m", "tests.kernel_modes"))
@@ -44,15 +42,12 @@ def found(chosen: str) -> dict[str, Any]:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("chosen", [PYTHON, CHECKED])
-def test_modes_agree(chosen: str) -> None:
-    assert found(chosen)["cases"] == found(COMPILED)["cases"]
-
-
-@pytest.mark.long
-def test_plain_python_goes_without_numba() -> None:
-    assert not found(PYTHON)["numba"]
-    assert found(COMPILED)["numba"]
+def test_modes_agree() -> None:
+    compiled, checked, plain = found(COMPILED), found(CHECKED), found(PYTHON)
+    assert checked["cases"] == compiled["cases"]
+    assert plain["cases"] == compiled["cases"]
+    assert compiled["numba"]
+    assert not plain["numba"]
 
 
 @pytest.mark.parametrize(("index", "checked", "python"), BEYOND)

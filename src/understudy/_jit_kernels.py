@@ -15,6 +15,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 MODE = read_kernel_mode()
 
+# Most kernels are called by other kernels only. For these neither machine code is made nor what Python needs to call
+# them: both take long, and the second would unpack all arrays of a world.
+LINKED: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
 if MODE == PYTHON:
     int64: Any = int
     uint64: Any = wrap_64_bits
@@ -22,6 +26,10 @@ if MODE == PYTHON:
     blank: Any = make_plain_records
 else:
     import numba
+
+    from understudy._linked_kernels import LinkedCompiler
+
+    LINKED["pipeline_class"] = LinkedCompiler
 
     int64, uint64, prange = numba.int64, numba.uint64, numba.prange
 
@@ -42,6 +50,7 @@ __all__ = [
     "limit_threads",
     "njit",
     "njit_entry",
+    "njit_inner",
     "prange",
     "uint64",
 ]
@@ -68,10 +77,13 @@ def njit_entry(**options: Any) -> Callable[[F], F]:
     return made
 
 
-# Most kernels are called by other kernels only. What Python needs to call them is left out: it takes long to compile,
-# since it would unpack all arrays of a world.
-inner = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-inlined = njit(error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+def njit_inner(**options: Any) -> Callable[[F], F]:
+    """Compile a kernel that only other kernels call."""
+    return njit(**options, **LINKED)
+
+
+inner = njit_inner(error_model="numpy")
+inlined = njit_inner(error_model="numpy", forceinline=True)
 
 
 def convert_for_kernels(arrays: Any) -> Any:

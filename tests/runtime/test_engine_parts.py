@@ -184,11 +184,10 @@ class Advancing(Played):
         self.advanced += ticks
         for _ in range(ticks):
             percept = self.sense(plan.keys)
-            for agent in range(self.agents):
-                vector = np.array([percept[key][agent] for key in plan.keys])
-                plan.running[agent] = _pulse_kernels.pulse_agent(
-                    agent, vector, self.time_s, plan.tables, plan.stacks
-                )
+            columns = np.array([percept[key] for key in plan.keys]).reshape(len(plan.keys), self.agents)
+            _pulse_kernels.pulse_agents(
+                columns, self.time_s, plan.tables, plan.stacks, plan.running, 0, self.agents
+            )
             channels = [channel.name for channel in self.channels]
             self.act(dict(zip(channels, plan.commands[plan.running].T, strict=True)))
 

@@ -13,7 +13,9 @@ from math import floor, isnan
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import njit
+from understudy._jit_kernels import njit, njit_inner
+
+inner = njit_inner()
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -35,7 +37,7 @@ RATIO, GAIN, GAP, FEATURE, ABSENCE, FIRST, SECOND, HEAVY, TEST, SIDE = 0, 1, 2, 
 Search = tuple[Ints, Ints, Ints, Ints, Ints, Ints, bool, bool, Ints]
 
 
-@njit(cache=True)
+@inner
 def keep_if_better(
     best: Ints, gain: int, split: int, total: int, gap: int, feature: int, test: int, first: int, second: int,
     side: int, heavy: int,
@@ -56,7 +58,7 @@ def keep_if_better(
         best[TEST], best[SIDE] = test, side
 
 
-@njit(cache=True)
+@inner
 def splits_presses(gain: int, here: int, there: int, need_gain: bool) -> bool:
     """Return whether a split separates press-made examples: some on either side, with a gain if `need_gain`."""
     if here == 0 or there == 0:
@@ -64,7 +66,7 @@ def splits_presses(gain: int, here: int, there: int, need_gain: bool) -> bool:
     return not need_gain or gain / UNIT / (here + there) * STEPS >= 0.5
 
 
-@njit(cache=True)
+@inner
 def sum_counts(counts: Ints) -> int:
     """Return the sum of counts."""
     total = 0
@@ -73,7 +75,7 @@ def sum_counts(counts: Ints) -> int:
     return total
 
 
-@njit(cache=True)
+@inner
 def count_outcomes(segment: Ints, y: Ints, weight: Ints, group: Ints, weights: Ints, presses: Ints) -> None:
     """Add a segment's examples, by outcome, to `weights` and (if press-made) to `presses`."""
     for example in segment:
@@ -82,7 +84,7 @@ def count_outcomes(segment: Ints, y: Ints, weight: Ints, group: Ints, weights: I
             presses[y[example]] += 1
 
 
-@njit(cache=True)
+@inner
 def compute_split_gain(table: Ints, all_: Ints, part: Ints) -> int:
     """Return the sum of c log2 c over outcomes for a part of the examples and for the rest, less that for all."""
     total = 0
@@ -91,7 +93,7 @@ def compute_split_gain(table: Ints, all_: Ints, part: Ints) -> int:
     return total
 
 
-@njit(cache=True)
+@inner
 def score_branches(weights: Ints, shown: Ints, feature: int, test: int, side: int, about: Search) -> None:
     """Score a split into several branches, given each branch's weights and press-made examples by outcome."""
     _, _, _, total, pressed, table, watched, need_gain, best = about
@@ -115,7 +117,7 @@ def score_branches(weights: Ints, shown: Ints, feature: int, test: int, side: in
         keep_if_better(best, gain, split, sum_counts(total), int(STEPS), feature, test, 0, 0, side, heavy)
 
 
-@njit(cache=True)
+@inner
 def try_absence_split(segment: Ints, present: int, feature: int, about: Search) -> None:
     """Try the test whether a feature is absent, which holds for the segment's examples from `present` on."""
     y, weight, group, total, _, _, _, _, _ = about
@@ -125,7 +127,7 @@ def try_absence_split(segment: Ints, present: int, feature: int, about: Search) 
     score_branches(weights, shown, feature, ABSENT, 0, about)
 
 
-@njit(cache=True)
+@inner
 def try_label_split(
     column: Floats, segment: Ints, present: int, labels: int, feature: int, about: Search
 ) -> None:
@@ -143,7 +145,7 @@ def try_label_split(
             break
 
 
-@njit(cache=True)
+@inner
 def find_cut_gaps(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints:
     """Return the last position before each gap worth cutting between values; the gap across the seam comes last.
 
@@ -175,7 +177,7 @@ def find_cut_gaps(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints
     return gaps[:kept]
 
 
-@njit(cache=True)
+@inner
 def measure_gap_width(column: Floats, segment: Ints, position: int, period: float) -> float:
     """Return the distance from the value at a position to the next one, round the circle after the last."""
     value = float(column[segment[position]])
@@ -184,7 +186,7 @@ def measure_gap_width(column: Floats, segment: Ints, position: int, period: floa
     return period - value + float(column[segment[0]])
 
 
-@njit(cache=True)
+@inner
 def is_inner_arc(column: Floats, segment: Ints, first: int, second: int, period: float) -> bool:
     """Return whether the arc from the gap after `first` to the gap after `second` is at most half the circle."""
     start = float(column[segment[first]]) + measure_gap_width(column, segment, first, period) * 0.5
@@ -192,7 +194,7 @@ def is_inner_arc(column: Floats, segment: Ints, first: int, second: int, period:
     return floor((stop - start) / period * STEPS + 0.5) <= floor(STEPS * 0.5)
 
 
-@njit(cache=True)
+@inner
 def try_cuts(
     column: Floats, segment: Ints, present: int, arcs: bool, extent: float, feature: int, about: Search
 ) -> None:
@@ -261,7 +263,7 @@ def try_cuts(
                 keep_if_better(best, gain, split, n, gap, feature, test, start, gaps[second], side, heavy)
 
 
-@njit(cache=True)
+@inner
 def is_default_value(column: Floats, segment: Ints, value: float, group: Ints) -> bool:
     """Return whether all examples of the node with this value are defaults."""
     shown = 0
@@ -270,7 +272,7 @@ def is_default_value(column: Floats, segment: Ints, value: float, group: Ints) -
     return shown == 0
 
 
-@njit(cache=True)
+@inner
 def count_present(column: Floats, segment: Ints) -> int:
     """Return the number of a segment's examples whose value is present; absent ones come last."""
     present = len(segment)
@@ -279,7 +281,7 @@ def count_present(column: Floats, segment: Ints) -> int:
     return present
 
 
-@njit(cache=True)
+@inner
 def find_best_split(columns: Floats, order: Ints, form: Ints, extent: Floats, about: Search) -> None:
     """Write the best split of a node into the last element of `about`; its RATIO stays negative if there is none."""
     for feature in range(len(columns)):
@@ -295,7 +297,7 @@ def find_best_split(columns: Floats, order: Ints, form: Ints, extent: Floats, ab
             try_cuts(column, segment, present, form[feature] == CIRCLE, wide, feature, about)
 
 
-@njit(cache=True)
+@inner
 def partition_rows(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
     """Reorder the examples in every row by child, keeping each child's examples sorted."""
     offsets = np.empty(len(sizes), np.int64)
@@ -312,7 +314,7 @@ def partition_rows(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
             row[position] = kept[position]
 
 
-@njit(cache=True)
+@inner
 def assign_to_children(
     column: Floats, segment: Ints, group: Ints, test: int, first: int, second: int, absent: int, flip: bool,
     side: Ints,

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import njit, njit_entry, uint64
+from understudy._jit_kernels import njit, njit_entry, njit_inner, uint64
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -16,10 +16,10 @@ StackArrays = tuple[Ints, Ints, Floats, Floats]
 
 # Nothing here makes an array, so none need be counted: with reference counts (nrt) a pulse takes ten times as long.
 # What is `njit_inlined` becomes part of its callers; they must be `njit_without_counting` too, since it then counts
-# as they do. What is `njit_force_inlined` is compiled by itself first.
+# as they do. What is `njit_force_inlined` has its types inferred by itself first.
 njit_without_counting = njit_entry(cache=True, nogil=True, _nrt=False)
 njit_inlined = njit(cache=True, nogil=True, _nrt=False, inline="always")
-njit_force_inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)
+njit_force_inlined = njit_inner(nogil=True, _nrt=False, forceinline=True)
 
 # As in tables.py, which a kernel file cannot import.
 STAY = -1
@@ -148,7 +148,7 @@ def pulse_agent(agent: int, row: Floats, now: float, tables: TableArrays, stacks
     return descend_levels(which, make_unsigned(0), row, now, tables, stacks)
 
 
-@njit_without_counting
+@njit_inner(nogil=True, _nrt=False)
 def resume_pulse(
     agent: int, level: int, following: int, row: Floats, now: float, tables: TableArrays, stacks: StackArrays
 ) -> int:

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from understudy._jit_kernels import njit
+from understudy._jit_kernels import njit, njit_inner
 from understudy.runtime.engine._pulse_kernels import pulse_agent, start_instance
+
+inner = njit_inner(error_model="numpy", _nrt=False)
 
 # As in leading.py, which a kernel file cannot import.
 ANY, ALL, NONE, COUNT, FRACTION, MEAN, MINIMUM, MAXIMUM, SPREAD = range(9)
@@ -20,7 +22,7 @@ IDLING = 0
 SAME_S = 1e-6
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner
 def read_member(statistic: Any, sources: Any, member: Any, bands: Any) -> float:
     """Read the reading of a member, or whether it has raised the flag."""
     if statistic.of == THERE:
@@ -36,7 +38,7 @@ def read_member(statistic: Any, sources: Any, member: Any, bands: Any) -> float:
     return 1.0 if states[stacks[1][member.row, 0]].flag == source else 0.0
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner
 def compute_member_statistic(
     statistic: Any, sources: Any, lead: Any, bands: Any, low: int, high: int
 ) -> float:
@@ -89,7 +91,7 @@ def compute_member_statistic(
     return math.sqrt(total / number)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner
 def update_timed_statistic(
     statistic: Any, value: float, now: float, last: Any, since: Any, squad: int
 ) -> float:
@@ -110,7 +112,7 @@ def update_timed_statistic(
     return 1.0 if seconds >= statistic.seconds else 0.0
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner
 def survey_members(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
     """Compute all statistics of a squad, and whether any member is left."""
     statistics, sources, members, first, drops = lead[0], lead[1], lead[2], lead[3], lead[4]
@@ -131,7 +133,7 @@ def survey_members(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> 
         mine[2][squad, k] = value
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner
 def start_member(member: Any, duty: int, now: float, roots: Any, bands: Any) -> None:
     """Let a member begin a duty."""
     band, row = bands[member.layer], member.row
@@ -144,7 +146,7 @@ def start_member(member: Any, duty: int, now: float, roots: Any, bands: Any) -> 
         start_instance(row, 0, root, now, band[0], stacks)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner
 def pulse_coordinator(squad: int, now: float, mine: Any, lead: Any, bands: Any) -> None:
     """Pulse a coordinator; if it gives a new order, its members begin it."""
     members, first, ordered = lead[2], lead[3], lead[5]

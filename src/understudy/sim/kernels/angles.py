@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy._jit_kernels import njit
+from understudy._jit_kernels import inlined, njit
 
 TAU = 2.0 * math.pi
 # What a double leaves of each of these.
@@ -75,7 +75,7 @@ def compute_cosine_and_sine(angle: float) -> Any:
     return -cosine if quarter == 1 or quarter == 2 else cosine, -sine if quarter >= 2 else sine
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def cache_heading_vector(robot: Any) -> None:
     """Store the cosine and sine of a robot's heading in its record if the heading changed since the last call."""
     if robot.aim != robot.heading:

@@ -13,7 +13,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import njit
+from understudy._jit_kernels import inner, njit
 
 Records = NDArray[Any]
 
@@ -99,7 +99,7 @@ def project_segments(segments: Records, count: int, tan_half: float, views: Reco
     return end
 
 
-@njit(error_model="numpy")
+@inner
 def insert_cut(views: Records, count: int, left: float, right: float) -> None:
     """Insert the interval [left, right] into the first `count` cuts, which are sorted by their left ends."""
     at = count
@@ -109,7 +109,7 @@ def insert_cut(views: Records, count: int, left: float, right: float) -> None:
     views[at].cut_left, views[at].cut_right = left, right
 
 
-@njit(error_model="numpy")
+@inner
 def find_widest_piece(views: Records, discs: int, end: int, index: int) -> tuple[float, float]:
     """Return left and right end of the widest visible piece of a view, the leftmost of equals; 0, 0 if hidden."""
     view = views[index]

@@ -5,7 +5,7 @@ from typing import Any, TypeAlias
 
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import njit
+from understudy._jit_kernels import inner, njit
 from understudy.sim.kernels.rng import draw_uniform
 
 Records: TypeAlias = NDArray[Any]
@@ -102,7 +102,7 @@ def find_free_place(
     return False, math.nan, math.nan
 
 
-@njit(error_model="numpy")
+@inner
 def _is_free_now(
     x: float,
     y: float,

@@ -8,7 +8,7 @@ whatever the order in which robots are processed. Along things that stay in plac
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, njit, uint64
+from understudy._jit_kernels import inlined, inner, int64, uint64
 from understudy.sim.kernels.angles import cache_heading_vector, compute_cosine_and_sine, wrap_angle
 from understudy.sim.kernels.grid import (
     find_big_cells,
@@ -25,7 +25,7 @@ CLEAR = 1e-9  # m; kept free, so that rounding never makes an overlap
 DRIVING, TURNING = 16, 18  # streams of random draws, two each
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def propose_step(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: int, move: Any) -> None:
     """Compute a robot's step under its commands, without obstacles, into `move`: dx, dy (m), heading; scale is 1.
 
@@ -66,7 +66,7 @@ def propose_step(robot: Any, kind: Any, drive: float, turn: float, seed: int, ti
         move.heading = wrap_angle(robot.heading + angle)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def limit_by_gap(scale: float, nx: float, ny: float, gap: float, dx: float, dy: float, other: float) -> Any:
     """Return the share of a step (dx, dy) that a gap (m) to a thing permits, at most `scale`.
 
@@ -82,7 +82,7 @@ def limit_by_gap(scale: float, nx: float, ny: float, gap: float, dx: float, dy: 
     return min(scale, max(0.0, gap - CLEAR) / both)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def limit_by_disc(scale: float, x: float, y: float, radius: float, move: Any, disc: Any) -> Any:
     """Return the share of a step that a fixed `disc` (x, y, radius) permits a robot at (x, y), at most `scale`."""
     dx, dy = disc[0] - x, disc[1] - y
@@ -95,7 +95,7 @@ def limit_by_disc(scale: float, x: float, y: float, radius: float, move: Any, di
     return limit_by_gap(scale, dx / distance, dy / distance, gap, move.dx, move.dy, 0.0)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def find_nearest_on_segment(x: float, y: float, segment: Any) -> Any:
     """Return the point (x, y) of a segment that is nearest to a place."""
     ex, ey = segment.x1 - segment.x0, segment.y1 - segment.y0
@@ -106,14 +106,14 @@ def find_nearest_on_segment(x: float, y: float, segment: Any) -> Any:
     return segment.x0 + along * ex, segment.y0 + along * ey
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def limit_by_segment(scale: float, x: float, y: float, radius: float, move: Any, segment: Any) -> Any:
     """Return the share of a step that a segment of a wall or polygon permits, at most `scale`."""
     near_x, near_y = find_nearest_on_segment(x, y, segment)
     return limit_by_disc(scale, x, y, radius, move, (near_x, near_y, 0.0))
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def limit_by_bounds(
     scale: float, x: float, y: float, radius: float, move: Any, width: float, height: float
 ) -> float:
@@ -225,7 +225,7 @@ def limit_by_fixed(c: Any, scale: float, x: float, y: float, radius: float, move
     return scale
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def _slid(move: Any, nx: float, ny: float, gap: float) -> Any:
     """Remove from a step its part beyond the gap along the unit vector (nx, ny); return whether there was any."""
     deep = move.dx * nx + move.dy * ny - max(0.0, gap - CLEAR)
@@ -236,7 +236,7 @@ def _slid(move: Any, nx: float, ny: float, gap: float) -> Any:
     return True
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def _slid_along(
     move: Any, x: float, y: float, radius: float, to_x: float, to_y: float, to_radius: float
 ) -> Any:

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, njit, uint64
+from understudy._jit_kernels import inlined, inner, int64, uint64
 from understudy.sim.kernels.angles import TAU, compute_cosine_and_sine
 from understudy.sim.kernels.clearance import find_free_place
 from understudy.sim.kernels.collisions import (
@@ -218,7 +218,7 @@ def _within(c: Any, world: int, x: float, y: float, reach: float) -> Any:
     return False
 
 
-@njit(error_model="numpy")
+@inner
 def _drawn(least: float, most: float, seed: int, item: int, time: int, stream: int, tick_s: float) -> Any:
     """Return a random duration in ticks, at least 1, between `least` and `most` (s)."""
     return max(1, round((least + (most - least) * draw_uniform(seed, item, time, stream)) / tick_s))
@@ -305,7 +305,7 @@ def _walk(c: Any, thing: Any, slot: int, kind: Any, tick: int, seed: int, world:
         thing.heading = TAU * draw_uniform(seed, slot, tick, PLACE)
 
 
-@njit(error_model="numpy")
+@inner
 def limit_by_region(scale: float, x: float, y: float, move: Any, kind: Any) -> Any:
     """Return the share of a step that keeps an object's center in its region, at most `scale`; it may always enter."""
     if move.dx < 0.0:

@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import blank, njit, njit_entry
+from understudy._jit_kernels import blank, inner, njit_entry
 from understudy.kernel_cache import hash_kernel_sources
 from understudy.sim.kernels.clearance import (
     AMOUNT,
@@ -83,7 +83,7 @@ It is small because there are many.
 """
 
 
-@njit(error_model="numpy")
+@inner
 def _crosses(a: Any, b: Any) -> bool:
     """Return whether two segments cross; ends that only touch do not count."""
     a_x, a_y, b_x, b_y = a.x1 - a.x0, a.y1 - a.y0, b.x1 - b.x0, b.y1 - b.y0
@@ -94,7 +94,7 @@ def _crosses(a: Any, b: Any) -> bool:
     return bool(first * second < 0.0 and third * fourth < 0.0)
 
 
-@njit(error_model="numpy")
+@inner
 def _polygons_clear(
     segments: Records, first: int, end: int, other: int, end_other: int, apart: float
 ) -> bool:
@@ -122,14 +122,14 @@ def _polygons_clear(
     )
 
 
-@njit(error_model="numpy")
+@inner
 def _cells(low: float, high: float, cell: float, count: int) -> tuple[int, int]:
     """Return the indices of the first and last cell along an axis that the interval [low, high] (m) overlaps."""
     first = min(count - 1, max(0, int(low / cell)))
     return first, min(count - 1, max(0, int(high / cell)))
 
 
-@njit(error_model="numpy")
+@inner
 def insert_into_grid(grid: Any, x: float, y: float, reach_x: float, reach_y: float, thing: Records) -> Any:
     """Return the grid with a thing added to every cell of the box around (x, y) with these half sides (m)."""
     heads, entries, used, cell = grid
@@ -150,7 +150,7 @@ def insert_into_grid(grid: Any, x: float, y: float, reach_x: float, reach_y: flo
     return heads, entries, used, cell
 
 
-@njit(error_model="numpy")
+@inner
 def _keeps_off(
     thing: Any, groups: Records, x: float, y: float, group: Any, segments: Records, first: int, end: int
 ) -> bool:
@@ -176,7 +176,7 @@ def _keeps_off(
     return bool(_polygons_clear(segments, first, end, thing.first, end_thing, apart))
 
 
-@njit(error_model="numpy")
+@inner
 def is_place_free(
     grid: Any, groups: Records, x: float, y: float, group: Any, segments: Records, first: int, end: int
 ) -> bool:
@@ -201,7 +201,7 @@ Ints: TypeAlias = NDArray[np.int64]
 TAU = 2.0 * math.pi
 
 
-@njit(error_model="numpy")
+@inner
 def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: Records, first: int) -> None:
     """Write the edges of a polygon around (x, y), turned by `turned` (rad), into the segments of a world."""
     cosine, sine = math.cos(turned), math.sin(turned)
@@ -214,7 +214,7 @@ def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: 
         edge.wall = 0
 
 
-@njit(error_model="numpy")
+@inner
 def _in_bounds(
     x: float, y: float, group: Any, width: float, height: float, segments: Records, first: int
 ) -> bool:
@@ -236,7 +236,7 @@ def _in_bounds(
     return True
 
 
-@njit(error_model="numpy")
+@inner
 def _propose(
     group: Any, seed: int, item: int, attempt: int, width: float, height: float, objects: Records
 ) -> tuple[float, float]:
@@ -255,7 +255,7 @@ def _propose(
     return x, y0 + draw_uniform(seed, item, attempt, streams + Y) * (y1 - y0)
 
 
-@njit(error_model="numpy")
+@inner
 def _fill(
     group: Any,
     item: int,
@@ -292,7 +292,7 @@ def _fill(
             thing.due = max(1, round(group.due_least + between * draw_uniform(seed, item, 0, streams + DUE)))
 
 
-@njit(error_model="numpy")
+@inner
 def _with_walls(grid: Any, walls: Records, segments: Records) -> Any:
     """Return the grid with the walls added, which become the first segments of a world."""
     thing = blank(1, ENTRY)
@@ -306,7 +306,7 @@ def _with_walls(grid: Any, walls: Records, segments: Records) -> Any:
     return grid
 
 
-@njit(error_model="numpy")
+@inner
 def _find_place(
     grid: Any,
     groups: Records,
@@ -334,7 +334,7 @@ def _find_place(
     return False, 0.0, 0.0
 
 
-@njit(error_model="numpy")
+@inner
 def _lay_out_world(
     grid: Any,
     groups: Records,
@@ -382,7 +382,7 @@ def _lay_out_world(
     return -1, -1, grid
 
 
-@njit(error_model="numpy")
+@inner
 def _lay_out(
     groups: Records,
     places: Floats,

@@ -8,7 +8,7 @@ does not matter.
 import math
 from typing import Any
 
-from understudy._jit_kernels import inner, njit
+from understudy._jit_kernels import inner
 from understudy.sim.kernels.collisions import STUCK, limit_by_fixed
 from understudy.sim.kernels.nearest import find_nearest_object
 
@@ -68,7 +68,7 @@ def plan_pulled_boxes(c: Any, world: int) -> None:
                     _pull_together(box)
 
 
-@njit(error_model="numpy")
+@inner
 def _pull_together(box: Any) -> None:
     box.dx, box.dy = box.sum_x / FINE / box.count, box.sum_y / FINE / box.count
     along = math.sqrt(box.dx * box.dx + box.dy * box.dy)

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import njit, uint64
+from understudy._jit_kernels import inlined, njit, uint64
 
 Seeds: TypeAlias = NDArray[np.int64]
 Words: TypeAlias = NDArray[np.uint64]
@@ -20,7 +20,7 @@ _WEYL = np.uint64(0x9E3779B97F4A7C15)
 _FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def mix_bits(word: Any) -> Any:
     """Scramble the bits of a 64-bit word with the finalizer of SplitMix64 (Steele, Lea & Flood 2014)."""
     word = uint64(word)
@@ -39,7 +39,7 @@ def draw_uniform(seed: Any, item: Any, tick: Any, stream: Any) -> Any:
     return float(mix_bits(word + weyl) >> uint64(11)) * 2.0**-53
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def draw_normal(seed: Any, item: Any, tick: Any, stream: Any) -> Any:
     """Return a standard normal number (Box & Muller 1958) for such a key; it uses `stream` and `stream` + 1."""
     radius = math.sqrt(-2.0 * math.log(1.0 - draw_uniform(seed, item, tick, stream)))

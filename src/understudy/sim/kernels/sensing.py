@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, njit, uint64
+from understudy._jit_kernels import inlined, inner, int64, uint64
 from understudy.sim.kernels.angles import compute_angle, wrap_angle
 from understudy.sim.kernels.dtypes import (
     ALONG_BEAM,
@@ -164,7 +164,7 @@ def locate_target(c: Any, row: int, world: int, step: Any, offset: Any, calling:
     offset.y = y - robot.y
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def compute_bearing(dx: float, dy: float, heading: float) -> Any:
     """Return the bearing (rad in [0, tau), robot frame) of the offset (dx, dy); 0 for no offset."""
     if dx == 0.0 and dy == 0.0:
@@ -263,7 +263,7 @@ def _claimed(c: Any, row: int, world: int, step: Any, offset: Any) -> Any:
     return 1.0 if is_claimed(c, row, world, x, y, step.signal, step.within) else 0.0
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def add_sensor_noise(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: float) -> Any:
     """Return the readings a and b of a part with noise, misdetections and dropout (NaN) added."""
     stream = step.stream + 8 * part.number
@@ -297,7 +297,7 @@ def add_sensor_noise(step: Any, part: Any, seed: int, item: int, tick: int, a: f
     return a, b
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def is_due(step: Any, tick: int) -> Any:
     """Return whether a step measures in this tick; between its periods its last readings are repeated."""
     return step.period == 1 or tick % step.period == 0

@@ -9,11 +9,11 @@ that point is outside the sector, the nearest visible point is on one of the sec
 
 import math
 
-from understudy._jit_kernels import njit
+from understudy._jit_kernels import inner, njit
 from understudy.sim.sensing.sectors import BEAM, FULL, NARROW
 
 
-@njit(error_model="numpy")
+@inner
 def contains_point(
     x: float, y: float, from_x: float, from_y: float, to_x: float, to_y: float, span: int
 ) -> bool:
@@ -28,7 +28,7 @@ def contains_point(
     return (after and before) if span == NARROW else (after or before)
 
 
-@njit(error_model="numpy")
+@inner
 def cast_ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: float, best: float) -> float:
     """Return the smaller of `best` and the distance (m) along a ray, a unit vector, to a disc around another point."""
     along = ray_x * x + ray_y * y
@@ -39,7 +39,7 @@ def cast_ray_to_disc(ray_x: float, ray_y: float, x: float, y: float, radius: flo
     return best
 
 
-@njit(error_model="numpy")
+@inner
 def cast_ray_to_segment(
     ray_x: float, ray_y: float, x0: float, y0: float, x1: float, y1: float, best: float
 ) -> float:
@@ -129,7 +129,7 @@ def measure_sector_to_segment(
     return cast_ray_to_segment(to_x, to_y, x0, y0, x1, y1, best)
 
 
-@njit(error_model="numpy")
+@inner
 def cast_ray_to_bounds(
     ray_x: float, ray_y: float, left: float, right: float, below: float, above: float, best: float
 ) -> float:
