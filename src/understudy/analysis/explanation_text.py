@@ -67,7 +67,7 @@ def describe_present(decision: Explanation | None, flag: str | None) -> str:
 
 
 def describe_intention(decision: Explanation | None) -> str:
-    """Describe the decision that an automaton would make while a person decides.
+    """Describe, while a person decides, the decision that the automaton itself would make in testing.
 
     `decision` is None if the automaton's flag is raised.
     """

@@ -109,9 +109,10 @@ def _decision(
 
 
 def _decided(rerun: Rerun, post: AgentRef, level: int | None) -> DecisionReason | None:
-    """Return an agent's decision in this tick at a level.
+    """Return what an agent's automaton at a level decided in the replayed tick, and why.
 
-    If `level` is None, it is that of the outermost level that switched.
+    Levels count from 0, the outermost. If `level` is None, it is the outermost one that switched, or the innermost
+    if none did. Return None if that level does not exist or made no decision.
     """
     stood = find_traced_run(post).list_active(post.agent)
     if level is None:

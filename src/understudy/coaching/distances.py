@@ -59,7 +59,7 @@ class FeatureDistances:
 
 
 def _asked(transition: Transition | None, features: int) -> NDArray[np.bool_]:
-    """Return which features the function tests; all of them if it cannot tell."""
+    """Return a mask [F] of the features that a transition function tests; all if it is no tree or has no test."""
     if not isinstance(transition, Tree) or len(transition.nodes) == 1:
         return np.ones(features, np.bool_)
     asked = {node.feature for node in transition.nodes if node.test != TestKind.LEAF}

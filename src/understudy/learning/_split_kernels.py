@@ -95,7 +95,11 @@ def compute_split_gain(table: Ints, all_: Ints, part: Ints) -> int:
 
 @inner
 def score_branches(weights: Ints, shown: Ints, feature: int, test: int, side: int, about: Search) -> None:
-    """Score a split into several branches, given each branch's weights and press-made examples by outcome."""
+    """Compute the gain of a split into branches, and keep the split in `about`'s best if it beats the best so far.
+
+    `weights` and `shown` [branches, outcomes] are the weights of the examples in each branch, and the numbers of
+    press-made ones.
+    """
     _, _, _, total, pressed, table, watched, need_gain, best = about
     presses, branches = sum_counts(pressed), 0
     gain = split = table[sum_counts(total)]

@@ -270,7 +270,7 @@ class _StateDiff:
 
 
 def _name_examples(examples: Sequence[ExampleAttribution]) -> str:
-    """Name the examples that caused a change, with what happened to them; only the first ones by number."""
+    """List the examples that caused a change, such as "examples 3 (new, bounds it) and 2 more"."""
     if not examples:
         return "it is learned otherwise"
     named = [f"{who.number} ({who.happened}, {who.how})" for who in examples[:MOST_NAMED]]

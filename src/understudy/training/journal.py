@@ -70,7 +70,7 @@ class SnapshotTaken(msgspec.Struct, frozen=True, tag="Snapshot"):
 
 
 class PressReceived(msgspec.Struct, frozen=True, tag="Pressed"):
-    """A press, acknowledged once this is on disk."""
+    """The record of a press. The press is acknowledged to the person when this record is on disk."""
 
     press: Press
 

@@ -111,7 +111,7 @@ def _groups(lesson: Lesson) -> Iterator[list[Example]]:
 
 
 def _reaches(example: Example, lesson: Lesson) -> bool:
-    """Return whether an example's record goes back to the longest shift."""
+    """Return whether the readings before an example were recorded for at least the longest shift tried."""
     moment, seconds = example.moment or 0, lesson.record.seconds
     return bool(seconds[moment] - seconds[moment - example.window] >= SHIFTS_S[-1] - 1e-9)
 

@@ -54,7 +54,7 @@ def work(task: Task) -> Row:
 
 
 def get_success_at_decisions(found: Mapping[str, Any], decisions: int) -> float:
-    """Return the success after a number of decisions."""
+    """Return the share of successful trials of a learner that was given this number of labeled decisions."""
     return float(found["success"][BUDGETS.index(decisions)])
 
 

@@ -42,14 +42,14 @@ class PatrolCycle:
 
 
 def captures(tracks: PatrolTracks) -> list[tuple[int, int]]:
-    """Return (world, first tick without the intruder) for each intruder that was removed."""
+    """Return the captures: for each intruder, the number of its world and the first tick after its removal."""
     there = tracks.intruder.there
     gone = there[:-1] & ~there[1:]
     return [(int(world), int(tick) + 1) for tick, world in np.argwhere(gone)]
 
 
 def cycles(tracks: PatrolTracks) -> Iterator[PatrolCycle]:
-    """Yield the cycles of a team, each from the capture of an intruder that one of its squads was attacking.
+    """Yield the cycles of a team. A cycle begins when an intruder is captured that a squad was attacking.
 
     A capture on the way home belongs to the open cycle. A cycle that the boss interrupts is not counted.
     """

@@ -42,7 +42,10 @@ def show_wander(screen: SessionView) -> str | None:
 
 
 def complain_wander(screen: SessionView) -> str | None:
-    """Return the state to correct Wander to, or None: where it stays stuck, does not start, or turns on for long."""
+    """Return the state that Wander should have switched to, or None if nothing is wrong.
+
+    It is wrong if the robot is stuck and does not turn, does not start, or turns for too long.
+    """
     if screen.state == "forward":
         return "left" if yes(screen, "stuck") else None
     return "forward" if screen.state == "start" or screen.features["chance"] > 2 * OFTEN else None

@@ -94,9 +94,10 @@ def _unknown_key(sort: Any, steps: KeySteps, key: str) -> DecodeProblem:
 
 
 def _real_steps(document: Any, message: str, path: str, whole: type[StrictStruct]) -> KeySteps:
-    """Return the keys of a path in an error of msgspec.
+    """Return the keys and indices that lead to an error, from the path in msgspec's message.
 
-    If msgspec omits a key, it is the first one whose table fails in the same way without the others.
+    For the entries of a table msgspec writes `[...]` instead of the key. The key is then found by trial: it is the
+    first one that gives the same error when the table has no other entries.
     """
     steps: KeySteps = ()
     for name, index, left_out in _STEP.findall(path):

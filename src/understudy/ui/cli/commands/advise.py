@@ -104,7 +104,10 @@ def _make_row(each: Advice, lesson: Lesson) -> AdviceRow:
 
 
 def _region(each: Advice, lesson: Lesson) -> dict[str, Any]:
-    """Return, by feature, the value ranges and whether absence belongs; unrestricted features are left out."""
+    """Describe the part of the feature space that an advice is about, as JSON.
+
+    For each feature that is restricted there, the result has the ranges of its values, and whether it may be absent.
+    """
     from math import isinf
 
     from understudy.model.tree_regions import make_full_value_set
