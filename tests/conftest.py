@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from understudy.kernel_cache import ALL_PARTS, PARTS
+
+os.environ.setdefault(PARTS, ALL_PARTS)  # kernels are compiled once for the worlds of all tests
 
 settings.register_profile(
     "untimed", deadline=None

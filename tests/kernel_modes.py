@@ -14,7 +14,6 @@ from hashlib import sha256
 from math import nan
 from random import Random
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 from tests.runtime.random_libraries import played, random_library, random_program
@@ -34,8 +33,6 @@ from understudy_lab.bench.handwritten_baseline import HandwrittenBaseline
 from understudy_lab.tasks.swarm_world import SWARM, make_expert_libraries, of_platoons
 
 TICKS, MOST_ROBOTS, SEEDS = 40, 40, (5, 6)
-EVERYTHING = patch("understudy.sim.world.find_world_contents", lambda scenario, rules: (True,) * 7)
-"""All kernels are compiled for all that can be in a world: once, that is."""
 
 
 def cases() -> Iterator[tuple[str, Callable[[], bytes]]]:
@@ -61,8 +58,7 @@ def _robots(name: str) -> int:
 
 def _run(name: str) -> bytes:
     """A built-in scenario in which all robots do the same simple program."""
-    with EVERYTHING:
-        world = World(load_scenario(name), SEEDS)
+    world = World(load_scenario(name), SEEDS)
     engine = Engine.from_program(world, each_in_turn(world))
     engine.run(TICKS)
     return _state(world)
@@ -70,8 +66,7 @@ def _run(name: str) -> bytes:
 
 def _obey(make: Callable[..., World], number: int) -> bytes:
     """A random world whose robots do something else every few ticks."""
-    with EVERYTHING:
-        world = make(number, worlds=2)
+    world = make(number, worlds=2)
     draw = np.random.default_rng(number)
     for _ in range(TICKS // 4):
         commands = random_commands(draw, world)
@@ -82,8 +77,7 @@ def _obey(make: Callable[..., World], number: int) -> bytes:
 
 def _lead() -> bytes:
     """A platoon under its coordinators."""
-    with EVERYTHING:
-        team = make_team(of_platoons(1), [0], make_expert_libraries(), {SWARM: ("swarm_work", {})})
+    team = make_team(of_platoons(1), [0], make_expert_libraries(), {SWARM: ("swarm_work", {})})
     team.run(TICKS)
     world: Any = team.ground
     return _state(world)

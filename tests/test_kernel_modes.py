@@ -14,7 +14,20 @@ import pytest
 
 from understudy._plain_kernels import Plain, make_plain
 from understudy.errors import SettingError
-from understudy.kernel_cache import CHECKED, COMPILED, MODE, PYTHON, read_kernel_mode
+from understudy.kernel_cache import (
+    ALL_PARTS,
+    CHECKED,
+    COMPILED,
+    MODE,
+    OWN_PARTS,
+    PARTS,
+    PYTHON,
+    read_kernel_mode,
+    read_kernel_parts,
+)
+from understudy.sim.kernel_context import find_world_contents
+from understudy.sim.params import make_world_params
+from understudy.sim.scenario.files import load_scenario
 
 ROOT = Path(__file__).parents[1]
 RECORD = np.dtype([("x", "f8"), ("n", "i4")], align=True)
@@ -26,18 +39,18 @@ BEYOND = [  # index of an array of three -> whether it is refused: in checked mo
 ]
 
 
-def in_mode(chosen: str, *arguments: str) -> str:
+def in_mode(chosen: str, *arguments: str, parts: str = ALL_PARTS) -> str:
     """What a Python prints in which kernels run so."""
     command = [sys.executable, *arguments]
-    given = {**os.environ, MODE: chosen, "PYTHONPATH": os.pathsep.join((str(ROOT), *sys.path))}
+    given = {**os.environ, MODE: chosen, PARTS: parts, "PYTHONPATH": os.pathsep.join((str(ROOT), *sys.path))}
     done = subprocess.run(command, cwd=ROOT, env=given, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
-def found(chosen: str) -> dict[str, Any]:
-    """What comes out of all cases in a mode."""
-    read: dict[str, Any] = json.loads(in_mode(chosen, "-m", "tests.kernel_modes"))
+def found(chosen: str, parts: str = ALL_PARTS) -> dict[str, Any]:
+    """What comes out of all cases in a mode, with these parts of the kernels."""
+    read: dict[str, Any] = json.loads(in_mode(chosen, "-m", "tests.kernel_modes", parts=parts))
     return read
 
 
@@ -46,6 +59,7 @@ def test_modes_agree() -> None:
     compiled, checked, plain = found(COMPILED), found(CHECKED), found(PYTHON)
     assert checked["cases"] == compiled["cases"]
     assert plain["cases"] == compiled["cases"]
+    assert found(PYTHON, OWN_PARTS)["cases"] == compiled["cases"]
     assert compiled["numba"]
     assert not plain["numba"]
 
@@ -61,6 +75,20 @@ def test_index_out_of_bounds(index: int, checked: bool, python: bool) -> None:
     )
     assert in_mode(CHECKED, "-c", code) == ("refused\n" if checked else "")
     assert in_mode(PYTHON, "-c", code) == ("refused\n" if python else "")
+
+
+def test_parts_of_kernels_are_those_of_the_world_unless_all_are_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scenario = load_scenario("arena")
+    rules = make_world_params(scenario)
+    monkeypatch.delenv(PARTS)
+    assert None in find_world_contents(scenario, rules)
+    monkeypatch.setenv(PARTS, ALL_PARTS)
+    assert None not in find_world_contents(scenario, rules)
+    monkeypatch.setenv(PARTS, "none")
+    with pytest.raises(SettingError, match="UNDERSTUDY_KERNEL_PARTS is 'none'; give one of own, all"):
+        read_kernel_parts()
 
 
 def test_unknown_mode_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,12 +24,27 @@ the others count from the array's end.
 """
 
 
+PARTS = "UNDERSTUDY_KERNEL_PARTS"
+OWN_PARTS, ALL_PARTS = "own", "all"
+"""The parts of kernels that are compiled for a world: those that it uses; or all, once for all worlds."""
+
+
 def read_kernel_mode() -> str:
     """Return the mode of kernels in this process, from the environment variable UNDERSTUDY_KERNELS; else COMPILED."""
-    chosen, known = os.environ.get(MODE) or COMPILED, (COMPILED, CHECKED, PYTHON)
+    return _read_choice(MODE, COMPILED, CHECKED, PYTHON)
+
+
+def read_kernel_parts() -> str:
+    """Return the parts to compile, from the environment variable UNDERSTUDY_KERNEL_PARTS; else OWN_PARTS."""
+    return _read_choice(PARTS, OWN_PARTS, ALL_PARTS)
+
+
+def _read_choice(setting: str, *known: str) -> str:
+    """Return the value of an environment variable, or the first of those known if it is not set."""
+    chosen = os.environ.get(setting) or known[0]
     if chosen not in known:
         remedy = f"give one of {', '.join(known)}"
-        raise SettingError(where="environment", setting=MODE, problem=f"is {chosen!r}", remedy=remedy)
+        raise SettingError(where="environment", setting=setting, problem=f"is {chosen!r}", remedy=remedy)
     return chosen
 
 

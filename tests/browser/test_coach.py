@@ -205,6 +205,7 @@ def test_a_press_that_looks_like_a_slip_was_meant_or_is_mended(
         teacher = Teacher(page)
         teacher.click("Open one of the library")
         teacher.click("Open goto")
+        expect(page.get_by_text("Opened goto")).to_be_visible()
         page.get_by_role("tab", name="Coach").click()
         asked = page.get_by_role("listitem").filter(has_text="Did you mean that in forward")
         expect(asked).to_contain_text("Example 9 says done, but examples")

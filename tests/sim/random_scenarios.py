@@ -5,10 +5,9 @@ All is drawn from a `random.Random`: a number says which scenario it was.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from random import Random
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 from msgspec.structs import replace
@@ -71,16 +70,10 @@ def random_world(number: int, *, worlds: int = 1) -> World:
         scenario = random_scenario(random)
         try:
             check_scenario(scenario)
-            return made(scenario, range(number, number + worlds))
+            return World(scenario, range(number, number + worlds))
         except SettingError as error:
             if not any(word in str(error) for word in ("fit", "room", "overlap")):
                 raise
-
-
-def made(scenario: Scenario, seeds: Sequence[int]) -> World:
-    """Worlds whose kernels are those for scenarios that have everything: one compilation for all tests."""
-    with patch("understudy.sim.world.find_world_contents", lambda scenario, rules: (True,) * 7):
-        return World(scenario, seeds)
 
 
 def random_pulling_world(number: int, *, worlds: int = 1) -> World:
@@ -90,7 +83,7 @@ def random_pulling_world(number: int, *, worlds: int = 1) -> World:
         scenario = with_boxes(random, random_scenario(random))
         try:
             check_scenario(scenario)
-            return made(scenario, range(number, number + worlds))
+            return World(scenario, range(number, number + worlds))
         except SettingError as error:
             if not any(word in str(error) for word in ("fit", "room", "overlap")):
                 raise

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from tests.sim.laws import check_state
 from tests.sim.pullers import HandPullers
-from tests.sim.random_scenarios import made
 
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import (
@@ -45,7 +44,7 @@ def arena(
     """A world of 10 m x 8 m with robots at these places (x, y, degrees), and boxes."""
     objects = (ObjectClass(name="box", radius=0.2, at=at, pull=pull), HOME, *more.pop("objects", ()))
     given = {"types": {"rover": ROVER}, "robots": (RobotGroup(type="rover", at=places),), **more}
-    return made(Scenario(size=(10.0, 8.0), objects=objects, **given), (0,))
+    return World(Scenario(size=(10.0, 8.0), objects=objects, **given), (0,))
 
 
 def act(world: World, ticks: int = 1, **commands: Any) -> None:
@@ -293,7 +292,7 @@ def test_a_gathered_box_counts_where_another_takes_its_place() -> None:
 def test_the_boxes_world_can_be_solved() -> None:
     """By robots written by hand, in each of ten worlds: boxes that one can pull, and crates that three must."""
     scenario = load_scenario("boxes")
-    world = made(scenario, range(10))
+    world = World(scenario, range(10))
     hand = HandPullers(world)
     helped = 0
     while np.isnan(world.finished_s).any() and world.time_s < scenario.limit_s:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.sim.random_scenarios import made
 
 from understudy.sim.scenario.schema import (
     ArenaRegion,
@@ -36,7 +35,7 @@ def arena(*places: tuple[float, ...], kind: RobotType | None = None, **more: Any
         robots=(RobotGroup(type="rover", at=places),),
         **more,
     )
-    return made(scenario, (0,))
+    return World(scenario, (0,))
 
 
 def drive(world: World, ticks: int, *, drive: Any = 1.0, turn: Any = 0.0) -> None:
@@ -117,7 +116,7 @@ def noisy(count: int, **noise: Any) -> World:
         types={"rover": RobotType(radius=RADIUS, speed=10 * STEP, turning_deg=90.0, **noise)},
         robots=(RobotGroup(type="rover", at=tuple((5.0, 1.0 + 2.0 * index, 0.0) for index in range(count))),),
     )
-    return made(scenario, (0,))
+    return World(scenario, (0,))
 
 
 def test_noise_of_driving() -> None:
@@ -316,7 +315,7 @@ def test_boxes_in_a_crowd_hardly_overlap(seed: int) -> None:
         robots=(RobotGroup(type="rover", count=12),),
         objects=(ObjectClass(name="box", pushable=True, radius=0.2, count=12),),
     )
-    world = made(scenario, (seed,))
+    world = World(scenario, (seed,))
     draw = np.random.default_rng(seed)
     moved = 0
     for _ in range(200):
@@ -356,7 +355,7 @@ def test_the_world_turned_is_the_same_world(degrees: float) -> None:
             obstacles=(Obstacle(radius=0.5, at=(turned(6.5, 4.4, by),)),),
             objects=(ObjectClass(name="box", pushable=True, radius=0.3, at=(turned(3.0, 4.0, by),)),),
         )
-        return made(scenario, (0,))
+        return World(scenario, (0,))
 
     one, other = world(0.0), world(degrees)
     for tick in range(100):

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.sim.random_scenarios import made
 from tests.sim.test_world_laws import states
 
 from understudy.errors import (
@@ -73,7 +72,7 @@ FOOD, FOOD_SPARE, PILLAR, FLAG = 0, 1, 2, 4
 
 
 def world(seeds: tuple[int, ...] = (0,)) -> World:
-    return made(SCENARIO, seeds)
+    return World(SCENARIO, seeds)
 
 
 def read(body: World, name: str, target: str | None = None, agent: int = 0) -> float:
@@ -284,7 +283,7 @@ def test_bad_snapshots() -> None:
     body = world()
     good = body.snapshot()
     line, _, rest = good.partition(b"\n")
-    other = made(SCENARIO, (0, 1)).snapshot()
+    other = World(SCENARIO, (0, 1)).snapshot()
     ids = body.state.robots["type"].copy()
     body.state.robots["type"] = 9
     of_no_type = body.snapshot()

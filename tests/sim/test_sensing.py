@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 from tests.sim.laws import pieces
-from tests.sim.random_scenarios import made, random_commands, random_world
+from tests.sim.random_scenarios import random_commands, random_world
 from tests.sim.test_collisions import drive
 
 from understudy.errors import SettingError, UnknownName
@@ -73,7 +73,7 @@ def world_of(
         objects=more.pop("objects", (FLAGS,)),
         **more,
     )
-    return made(scenario, (seed,))
+    return World(scenario, (seed,))
 
 
 def read(world: World, name: str, target: str | None = None) -> float:
@@ -100,7 +100,7 @@ def noiseless(number: int) -> World:
         name: replace(kind, sensors=tuple(map(quiet, kind.sensors)))
         for name, kind in noisy.scenario.types.items()
     }
-    world = made(replace(noisy.scenario, types=types), noisy.seeds)
+    world = World(replace(noisy.scenario, types=types), noisy.seeds)
     draw = np.random.default_rng(number)
     world.place_pointer(*draw.uniform(0, 1, 2) * world.scenario.size)
     for _ in range(int(draw.integers(8))):
@@ -389,7 +389,7 @@ def test_a_bumper_feels_all_that_is_near(gap: float) -> None:
         robots=(RobotGroup(type="snail"),),
         obstacles=(Obstacle(radius=0.1, count=20, apart=0.1),),
     )
-    world = made(scenario, (0,))
+    world = World(scenario, (0,))
     robot = world.state.robots[0]
     for disc in world.state.discs[0]:
         for angle in np.linspace(0.0, tau, 50):
@@ -409,7 +409,7 @@ def carrying(**more: Any) -> World:
         ),
         **more,
     )
-    return made(scenario, (0,))
+    return World(scenario, (0,))
 
 
 def test_cargo() -> None:
@@ -612,7 +612,7 @@ def test_nearest_of_many_robots(collides: bool) -> None:
         robots=(RobotGroup(type="rover", at=tuple(places + extra)),),
         targets={"anyone": TargetSpec(robot="any")},
     )
-    world = made(scenario, (0,))
+    world = World(scenario, (0,))
     x, y = world.state.robots["x"], world.state.robots["y"]
     apart = np.hypot(x[:, None] - x, y[:, None] - y)
     np.fill_diagonal(apart, np.inf)

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.sim.random_scenarios import made
 
 from understudy.sim.layout import neighbor_grid
 from understudy.sim.scenario.schema import (
@@ -50,7 +49,7 @@ def line(types: str = "rrb") -> World:
     robots = tuple(RobotGroup(type=kinds[each], at=((1.0 + x, 2.0),)) for x, each in enumerate(types))
     types_ = {"red": RED, "blue": BLUE}
     scenario = Scenario(size=(10.0, 8.0), types=types_, robots=robots, targets=TARGETS, objects=(BOXES,))
-    return made(scenario, (0,))
+    return World(scenario, (0,))
 
 
 def signal(world: World, *raised: float, ticks: int = 1) -> None:
@@ -179,7 +178,7 @@ def test_of_things_equally_near_the_first_counts(spare: int) -> None:
             size=(10.0, 8.0), types={"red": RED}, robots=robots, objects=(boxes,), spare_objects=spare,
             targets={"box": TargetSpec(nearest="box"), "free": TARGETS["free box"]},
         )  # fmt: skip
-        world = made(scenario, (0,))
+        world = World(scenario, (0,))
         ahead = np.arctan2(around[first][1] - 4.0, around[first][0] - 5.0) % (2 * np.pi)
         assert read(world, "bearing", "box") == read(world, "bearing", "free") == [ahead]
 
@@ -193,7 +192,7 @@ def test_many_robots_find_what_comparing_all_finds(
     monkeypatch.setattr(neighbor_grid, "FEW", few)
     robots = (RobotGroup(type="red", count=100), RobotGroup(type="blue", count=100))
     objects = (ObjectClass(name="box", count=boxes),)
-    world = made(
+    world = World(
         Scenario(
             size=(30.0, 20.0),
             types={"red": RED, "blue": BLUE},

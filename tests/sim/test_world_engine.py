@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from tests.runtime.random_libraries import random_tree
-from tests.sim.random_scenarios import made, random_pulling_world, random_world
+from tests.sim.random_scenarios import random_pulling_world, random_world
 from tests.sim.test_world_laws import states
 
 from understudy.model.automaton import START, Automaton, State
@@ -110,7 +110,7 @@ def outcome(world: World, engine: Engine) -> tuple[dict[str, bytes], list[bytes]
 
 def again(world: World) -> World:
     """The same worlds at their beginning."""
-    return made(world.scenario, world.seeds)
+    return World(world.scenario, world.seeds)
 
 
 @pytest.mark.parametrize("number", range(3000, 3040))
@@ -188,10 +188,10 @@ def test_threads_at_work_in_one_world(number: int, small: None) -> None:
         size=(60.0, 60.0),
         robots=(RobotGroup(type=next(iter(world.scenario.types)), count=200),),
     )
-    program = link(random_library(Random(number), made(scenario, (0,)).kit), "a1")
+    program = link(random_library(Random(number), World(scenario, (0,)).kit), "a1")
     expected = None
     for threads in (1, 2, 3):
-        engine = Engine.from_program(made(scenario, (number,)), program)
+        engine = Engine.from_program(World(scenario, (number,)), program)
         engine.run(TICKS, threads=threads)
         found = outcome(engine.body, engine)  # type: ignore[arg-type]
         assert expected in (None, found), threads
@@ -206,7 +206,7 @@ def test_worlds_side_by_side_run_as_alone(number: int, threads: int) -> None:
     engine.run(TICKS, threads=threads)
     size = world.robots
     for index, seed in enumerate(world.seeds):
-        alone = Engine(made(world.scenario, (seed,)), programs[:size])
+        alone = Engine(World(world.scenario, (seed,)), programs[:size])
         alone.run(TICKS)
         rows = slice(index * size, (index + 1) * size)
         for field in (
@@ -232,14 +232,14 @@ def test_worlds_side_by_side_run_as_alone(number: int, threads: int) -> None:
 def test_the_standard_programs(standard: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = full_task(150)
     program = link(make_base_library(), BASE) if standard == "base" else link(make_full_library(), FULL)
-    run = Run.from_program(made(scenario, (1,)), program)
+    run = Run.from_program(World(scenario, (1,)), program)
     for _ in range(60):
         run.tick()
     expected = states(run.body)  # type: ignore[arg-type]
     for few, in_order, threads in ((24, 1000, 1), (1000, 1000, 1), (24, 2, 1), (24, 2, 2), (24, 1000, 2)):
         monkeypatch.setattr(neighbor_grid, "FEW", few)
         monkeypatch.setattr(advancing, "SORTED", in_order)
-        engine = Engine.from_program(made(scenario, (1,)), program)
+        engine = Engine.from_program(World(scenario, (1,)), program)
         engine.run(60, threads=threads)
         assert states(engine.body) == expected, (few, in_order, threads)  # type: ignore[arg-type]
 
@@ -252,7 +252,7 @@ def test_robots_that_stay_sorted_while_they_go(standard: str, monkeypatch: pytes
     for drift, most in ((0.0, 1), (2.0, 7), (10.0, 40)):
         monkeypatch.setattr(neighbor_grid, "DRIFT", drift)
         monkeypatch.setattr(neighbor_grid, "MOST_KEPT", most)
-        engine = Engine.from_program(made(full_task(200), (2,)), program)
+        engine = Engine.from_program(World(full_task(200), (2,)), program)
         engine.run(60, threads=1)
         outcomes.append(states(engine.body))  # type: ignore[arg-type]
     assert outcomes[0] == outcomes[1] == outcomes[2]
@@ -285,7 +285,7 @@ def test_ties_end_the_same_in_any_order(step: float, monkeypatch: pytest.MonkeyP
     percepts = []
     for few in (1, 10_000):
         monkeypatch.setattr(neighbor_grid, "FEW", few)
-        world = made(scenario, (0,))
+        world = World(scenario, (0,))
         percepts.append(world.sense(keys))
     for key in keys:
         assert np.array_equal(percepts[0][key], percepts[1][key], equal_nan=True), key
@@ -294,7 +294,7 @@ def test_ties_end_the_same_in_any_order(step: float, monkeypatch: pytest.MonkeyP
 def test_two_features_of_one_reading() -> None:
     """Both are asked for in one plan, and both hold what was sensed."""
     scenario = lattice(3)
-    kit = made(scenario, (0,)).kit + Kit.from_parts(
+    kit = World(scenario, (0,)).kit + Kit.from_parts(
         Feature("again", kit_feature(scenario, "distance_to").kind, "range", of="A", unit="m"),
     )
     features = [BoundFeature(kit.features[name], Binding(A="anyone")) for name in ("distance_to", "again")]
@@ -313,8 +313,8 @@ def test_two_features_of_one_reading() -> None:
     )
     program = link(Library.from_automata(kit, automaton), "both")
     run, engine = (
-        Run.from_program(made(scenario, (0,)), program),
-        Engine.from_program(made(scenario, (0,)), program),
+        Run.from_program(World(scenario, (0,)), program),
+        Engine.from_program(World(scenario, (0,)), program),
     )
     plan = engine.plan()
     assert plan is not None
@@ -322,13 +322,13 @@ def test_two_features_of_one_reading() -> None:
         run.tick()
     engine.run(10)
     assert states(engine.body) == states(run.body)  # type: ignore[arg-type]
-    assert (run.body.state.robots["x"] != made(scenario, (0,)).state.robots["x"]).any()  # type: ignore[attr-defined]
+    assert (run.body.state.robots["x"] != World(scenario, (0,)).state.robots["x"]).any()  # type: ignore[attr-defined]
 
 
 def test_an_interrupted_run_leaves_whole_ticks(small: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was put in another order is put back: robots, their automata and the clock are of the same tick."""
     program = link(make_base_library(), BASE)
-    engine, other = (Engine.from_program(made(full_task(50), (1,)), program) for _ in range(2))
+    engine, other = (Engine.from_program(World(full_task(50), (1,)), program) for _ in range(2))
 
     def interrupted(*args: Any, **more: Any) -> None:
         run(*args, **more)
@@ -352,13 +352,13 @@ def test_who_is_just_alone_goes_as_far_as_by_ticks() -> None:
         robots=(RobotGroup(type="rover", at=((1.0, 1.0), (3.0, 3.0))),),
         targets={"anyone": TargetSpec(robot="any")},
     )
-    kit = made(scenario, (0,)).kit
+    kit = World(scenario, (0,)).kit
     distance = BoundFeature(kit.features["distance_to"], Binding(A="anyone"))
     ahead = Tree((Node(TestKind.BELOW, 0, 0.0, 0.0, 1, 2, 2), make_leaf(1), make_leaf(1)))
     states_ = (START, State("s", "ahead", Binding({})))
     automaton = Automaton("go", states_, (distance,), (), True, dict.fromkeys(("start", "s"), ahead))
     program = link(Library.from_automata(kit, automaton), "go")
-    ticked, fused = (Engine.from_program(made(scenario, (0,)), program) for _ in range(2))
+    ticked, fused = (Engine.from_program(World(scenario, (0,)), program) for _ in range(2))
     apart = 2.0 * (kind.radius + kind.speed * scenario.tick_s)
     for angle in np.linspace(0.0, tau, 1000, endpoint=False):
         for engine in (ticked, fused):
@@ -373,7 +373,7 @@ def test_who_is_just_alone_goes_as_far_as_by_ticks() -> None:
 
 
 def kit_feature(scenario: Scenario, name: str) -> Feature:
-    feature = made(scenario, (0,)).kit.features[name]
+    feature = World(scenario, (0,)).kit.features[name]
     assert isinstance(feature, Feature)
     return feature
 
@@ -383,7 +383,7 @@ def test_kernels_for_less_do_the_same() -> None:
     scenario = full_task(30)
     program = link(make_full_library(), FULL)
     engines = [
-        Engine.from_program(world, program) for world in (World(scenario, (1, 2)), made(scenario, (1, 2)))
+        Engine.from_program(world, program) for world in (World(scenario, (1, 2)), World(scenario, (1, 2)))
     ]
     for engine in engines:
         engine.run(60)

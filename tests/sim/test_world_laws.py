@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from tests.sim.laws import Kept, check_percept, check_state, check_tick, kept
-from tests.sim.random_scenarios import made, random_commands, random_pulling_world, random_world
+from tests.sim.random_scenarios import random_commands, random_pulling_world, random_world
 
 from understudy.runtime.body import Commands, list_reading_keys
 from understudy.sim.scenario.schema import (
@@ -116,7 +116,7 @@ def test_a_snapshot_goes_on_bit_for_bit(number: int) -> None:
     for each in commands:
         world.act(each)
     after = states(world)
-    for other in (world, made(world.scenario, world.seeds[::-1])):
+    for other in (world, World(world.scenario, world.seeds[::-1])):
         other.restore(there)
         assert other.snapshot() == there
         again = other.sense(keys)
@@ -129,8 +129,8 @@ def test_a_snapshot_goes_on_bit_for_bit(number: int) -> None:
 @pytest.mark.parametrize("number", range(1040, 1090))
 def test_a_world_runs_alone_as_among_others_and_again_by_its_seed(number: int) -> None:
     among = any_world(number, worlds=3)
-    again = made(among.scenario, among.seeds)
-    alone = made(among.scenario, among.seeds[1:2])
+    again = World(among.scenario, among.seeds)
+    alone = World(among.scenario, among.seeds[1:2])
     draw, keys = np.random.default_rng(number), list_reading_keys(among)
     own = slice(among.robots, 2 * among.robots)
     for _ in range(25):
@@ -179,7 +179,7 @@ def test_some_readings_are_as_among_all(number: int) -> None:
 def test_other_seeds_other_worlds() -> None:
     world = random_world(3, worlds=2)
     scenario = replace(world.scenario, name="other")
-    assert states(made(scenario, (1,))) != states(made(scenario, (2,)))
+    assert states(World(scenario, (1,))) != states(World(scenario, (2,)))
 
 
 def onto_another(world: World) -> None:
@@ -235,7 +235,7 @@ def test_the_laws_catch_what_breaks_them(what: str) -> None:
         ),
         spare_objects=0,
     )
-    world = made(scenario, (0,))
+    world = World(scenario, (0,))
     commands = {"drive": np.array([1.0, 0.0]), "turn": np.zeros(2)}
     before = kept(world)
     world.act(commands)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy._jit_kernels import convert_for_kernels
+from understudy.kernel_cache import ALL_PARTS, read_kernel_parts
 from understudy.sim.kernels.dtypes import (
     CAMERA,
     FACTS,
@@ -187,8 +188,9 @@ def find_world_contents(scenario: Scenario, rules: WorldParams) -> tuple[bool | 
     """Return True, or None if absent, for each optional part of the kernels that a scenario needs.
 
     The parts are cameras, range sensors, boxes to push, cargo, objects that appear, vanish or walk, boxes to pull,
-    and signals.
+    and signals. If UNDERSTUDY_KERNEL_PARTS is `all`, every scenario gets every part.
     """
+    everything = read_kernel_parts() == ALL_PARTS
     sensing = {find_sensor_row(sensor).kernels for kind in scenario.types.values() for sensor in kind.sensors}
     classes = rules.classes
     comes, captured = ~np.isnan(classes["away_least"]), ~np.isnan(classes["capture_range"])
@@ -201,7 +203,7 @@ def find_world_contents(scenario: Scenario, rules: WorldParams) -> tuple[bool | 
         (classes["pull"] > 0).any(),
         rules.signals > 0,
     )
-    return tuple(True if there else None for there in found)
+    return tuple(True if there or everything else None for there in found)
 
 
 def _apart(count: int) -> NDArray[np.float64]:

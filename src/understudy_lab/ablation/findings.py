@@ -51,8 +51,8 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 [_told(rows, name) for name in VARIANTS],
             ),
             ResultTable(
-                f"Significant differences (medians; means of success; signed ranks over seeds, p < {SURE}: about "
-                f"one of {len(MEASURES) * (len(VARIANTS) - 1)} by chance)",
+                f"Significant differences between medians (of success, means), in signed-rank tests over seeds at p < "
+                f"{SURE}. About one of {len(MEASURES) * (len(VARIANTS) - 1)} comparisons is significant by chance",
                 ("variant", "compared with", "differences"),
                 [
                     (name, VARIANTS[name].against, ", ".join(found[name]["differs"]) or "none")

@@ -126,8 +126,8 @@ NOTES = (
     "to food and on the way home, and no unnecessary feature. *Told nothing* means one state for each basic behavior, "
     "and all features.",
     "Presses come a quarter of a second late. The teacher of one layer knows this, and presses early when turning. The "
-    "teacher of layers does not, but the lesson of GoTo compensates for 0.2 s. When that teacher pressed early, too, "
-    "it made little difference (see *What else was tried* in the experiment's README).",
+    "teacher of layers does not, but the lesson of GoTo compensates for 0.2 s. Letting that teacher press early as "
+    "well made little difference (see *What else was tried* in the experiment's README).",
     "Why the goal for foraging was missed: four lessons of two to four states take about forty examples even without "
     "repetition, because a switch makes two examples, a directive and its default. A third of what one layer needs is "
     "less than that.",
@@ -143,10 +143,10 @@ def _headline(rows: Sequence[Row], compared: Mapping[str, Any]) -> str:
     return (
         f"Foraging in three layers needs ×{whole['examples']['ratio']:.2f} of the examples that one layer needs: "
         f"{_reached(rows, 'three layers')} teachings in three layers reach 90 % success in four tests in a row, and "
-        f"{_reached(rows, 'one layer')} in one layer. Compared with one layer whose states were not chosen for the "
-        f"task, three layers need ×{untold['examples']['ratio']:.2f}. Approaching and stopping needs "
-        f"×{stop['examples']['ratio']:.2f} as many examples in two automata as in one: layers do not help in a task "
-        "this small."
+        f"{_reached(rows, 'one layer')} in one layer. If the states of the one layer are not chosen for "
+        f"the task, three layers need only ×{untold['examples']['ratio']:.2f} of its examples. Approaching and "
+        f"stopping needs ×{stop['examples']['ratio']:.2f} as many examples in two automata as in one: layers do not "
+        "help in a task this small."
     )
 
 

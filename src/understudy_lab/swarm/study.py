@@ -183,8 +183,8 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
     alone = [(share, row["task"]["seed"]) for share, row in zip(_of_by_hand(rows, ALONE), rows, strict=True)]
     return (
         f"Contribution of each level: with coordinators of squads only, robots gather {squads:.2f} of what all three "
-        f"levels gather; with coordinators of platoons, too, {platoons:.2f}. The top coordinator costs the difference, "
-        "because it first lets everyone spread out. Its only benefit here is that one order moves two hundred robots.",
+        f"levels gather; with coordinators of platoons, too, {platoons:.2f}. The top coordinator costs some yield, "
+        "because it first has all robots spread out. Its only benefit here is that one order moves two hundred robots.",
         f"That a container holds {LOADS['container']} crates is a property of this world, and it decides whether "
         "platoons pay. If a container counts as one crate, or as four (it takes four squads), coordinators of squads "
         "alone gather more, because gathering sixteen robots costs the crates that they leave. With any of these "
