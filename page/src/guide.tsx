@@ -50,7 +50,7 @@ export function TakeUp() {
   if (!tour.left) return null;
   return (
     <button type="button" class="row soft" onClick={() => tour.begin(false)}>
-      Go on with the tour
+      Resume the tour
     </button>
   );
 }

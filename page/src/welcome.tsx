@@ -28,7 +28,7 @@ export function Welcome() {
             disabled={!studio.directs}
             onClick={() => void studio.ask({ do: "open", name: left.name })}
           >
-            Go on with {left.name} ({counted(left.examples, "example")})
+            Resume {left.name} ({counted(left.examples, "example")})
           </button>
           <Discard name={left.name} studio={studio} />
         </span>

@@ -28,7 +28,7 @@ Snap = Callable[[Page, str], None]
 SHOWN, AHEAD, UNSURE = (4, 5), "9", "13"
 """The worlds in which the way was shown, always to the left; one in which A is not behind, and one in which the robot
 is unsure three times."""
-BEHIND = "Show me what to do in forward when A is behind you"
+BEHIND = "Show me what to do in state forward when A is behind you"
 
 
 @pytest.fixture
@@ -73,7 +73,7 @@ def test_what_to_show_next_is_set_up_shown_and_said_no_more(teacher: Teacher, sn
     advice = page.get_by_role("list", name="Advice").get_by_role("listitem")
     behind = advice.filter(has_text=BEHIND)
     behind.get_by_role("button", name="Set up").click()
-    expect(behind).to_contain_text("There it is, in forward, as I meant it")
+    expect(behind).to_contain_text("The situation is set up in state forward")
     expect(teacher.directing("forward")).to_have_attribute("aria-pressed", "true")
     expect(page.get_by_role("button", name="Resume", exact=True)).to_be_visible()
     expect(page.get_by_role("complementary")).to_contain_text(re.compile(r"angle_to\(A\)\s*−?1[3-8]\d°"))
@@ -207,7 +207,7 @@ def test_a_press_that_looks_like_a_slip_was_meant_or_is_mended(
         teacher.click("Open goto")
         expect(page.get_by_text("Opened goto")).to_be_visible()
         page.get_by_role("tab", name="Coach").click()
-        asked = page.get_by_role("listitem").filter(has_text="Did you mean that in forward")
+        asked = page.get_by_role("listitem").filter(has_text="Did you mean this in state forward")
         expect(asked).to_contain_text("Example 9 says done, but examples")
         snap(page, "slip")
         asked.get_by_label("What example 9 was meant to say").select_option("rotate_left")

@@ -157,7 +157,7 @@ def test_a_lesson_that_was_cut_off_is_thrown_away(
     teacher.directing("forward").click()
     teacher.click("Step")
     page.get_by_role("tab", name="Library").click()
-    teacher.click("Go on with goto")
+    teacher.click("Resume goto")
     expect(page.get_by_role("alert")).to_contain_text("goto 2 has changes")
     teacher.click("not now")
     teacher.click("Open goto")

@@ -55,7 +55,7 @@ def test_the_tour_can_be_left_and_taken_up_again(visit: Callable[[], Page]) -> N
     expect(tour).to_have_count(0)
     teacher.press("ArrowLeft")
     teacher.page.reload()
-    teacher.click("Go on with the tour")
+    teacher.click("Resume the tour")
     expect(tour).to_contain_text("2 of 5")
 
 

@@ -34,7 +34,7 @@ def test_most_useful_first_and_each_weight_is_a_share() -> None:
 
 def test_what_was_never_shown_is_asked_for_in_words() -> None:
     sentences = [each.sentence for each in advised(goto(), AdviceKind.GAP)]
-    assert "Show me what to do in forward when A is behind you: I was never shown that." in sentences
+    assert "Show me what to do in state forward when A is behind you: I was never shown that." in sentences
 
 
 @given(tables())
@@ -271,5 +271,5 @@ def test_situations_that_a_robot_came_into_take_the_place_of_imagined_ones() -> 
     behind = np.array([[2.0, radians(degrees)] for degrees in range(160, 200)])
     found = give_advice(lesson, learn(lesson), situations=behind)
     assert {each.sentence for each in found if each.kind is AdviceKind.GAP and each.state == "left"} == {
-        "Show me what to do in left when A is behind you: I was never shown that."
+        "Show me what to do in state left when A is behind you: I was never shown that."
     }

@@ -26,7 +26,7 @@ def slips_of(lesson: Lesson, meant: dict[int, float] | None = None) -> list[Advi
 
 def test_a_press_that_the_others_speak_against_is_asked_about() -> None:
     (asked,) = slips_of(goto((*FAR, *NEAR, SLIP)))
-    assert asked.sentence.startswith("Did you mean that in forward when A is ")
+    assert asked.sentence.startswith("Did you mean this in state forward when A is ")
     assert "Example 8 says done, but examples " in asked.sentence
     assert (asked.state, asked.examples, asked.at) == ("forward", (8,), goto((SLIP,)).examples[0].values)
     assert asked.weight > 0.5
@@ -82,4 +82,4 @@ def test_in_a_stateless_lesson_it_is_asked_of_no_state() -> None:
     pooled = replace(lesson, automaton=replace(lesson.automaton, stateless=True))
     (asked,) = slips_of(pooled)
     assert asked.state == ""
-    assert asked.sentence.startswith("Did you mean that when A is ")
+    assert asked.sentence.startswith("Did you mean this when A is ")

@@ -16,11 +16,11 @@ export function CutOffLesson({ left, studio }: { left: CutOff; studio: Studio })
         <button
           type="button"
           class="small"
-          aria-label={`Go on with ${name}`}
+          aria-label={`Resume ${name}`}
           disabled={!studio.directs}
           onClick={open}
         >
-          Go on
+          Resume
         </button>
         <Discard name={name} studio={studio} />
       </div>

@@ -56,7 +56,7 @@ export function useOpening(studio: Studio, name: string, left?: CutOff): Opening
           {counted(left?.examples ?? 0, "example")}.
         </p>
         <button type="button" class="small" onClick={() => void send()}>
-          Go on with it
+          Resume it
         </button>
         <button type="button" class="small" onClick={() => void openSaved()}>
           Discard it, and open what is saved

@@ -44,7 +44,7 @@ def advise_on_contradictions(survey: LessonAnalysis, kit: Kit | None) -> Iterato
                     yield Advice(
                         AdviceKind.SEPARATING,
                         f"Let me look at {bound}, too: it tells examples {join_names(map(str, numbers))} "
-                        "apart, which are all one to me now.",
+                        "apart, which look the same to me now.",
                         place,
                         0.9,
                         box,
@@ -173,7 +173,7 @@ def advise_on_mislabels(survey: LessonAnalysis, meant: Mapping[int, float]) -> I
         place = survey.place(example.state)
         yield Advice(
             AdviceKind.SLIP,
-            f"Did you mean that{f' in {place}' if place else ''}{when}? {suspect.reason}",
+            f"Did you mean this{f' in state {place}' if place else ''}{when}? {suspect.reason}",
             place,
             0.15 + 0.6 * min(1.0, suspect.doubt),
             box,

@@ -53,7 +53,7 @@ def _gaps(survey: LessonAnalysis, state: str) -> Iterator[Advice]:
             continue
         said = survey.describe_situation(state, widest)
         place = survey.place(state)
-        where = f" in {place}" if place else ""
+        where = f" in state {place}" if place else ""
         once = BEGINNING if place == survey.lesson.automaton.states[0].name else 1.0
         yield Advice(
             AdviceKind.GAP,

@@ -85,10 +85,10 @@ def set_up_situation(
 
 
 def _said(advice: Advice, missed: Sequence[str]) -> str:
-    where = f"in {advice.state}, " if advice.state else ""
     if not missed:
-        return f"There it is, {where}as I meant it: show me what to do."
-    return f"I could not set it up whole: {join_names(missed)} {'is' if len(missed) == 1 else 'are'} not as I meant."
+        where = f" in state {advice.state}" if advice.state else ""
+        return f"The situation is set up{where}: show me what to do."
+    return f"Not fully set up: {join_names(missed)} {'differs' if len(missed) == 1 else 'differ'} from the suggestion."
 
 
 def _tried(

@@ -71,7 +71,8 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         goals=goals(watched),
         notes=(
             f"The hand-written controller takes {bound['median']:.3f} ({bound['min']:.3f} to {bound['max']:.3f}) times "
-            "the lower bound, a time that no robot can beat (medians over the worlds of a teaching).",
+            "the lower bound of the time for robots that always go to the nearest food (medians over the worlds of a "
+            "teaching).",
         ),
         numbers={"methods": methods, "yardstick": bound},
     )

@@ -70,12 +70,12 @@ def test_advice_with_a_place_is_set_up(person: Page, made: StudioServer) -> None
     weights = [each["weight"] for each in given]
     assert weights == sorted(weights, reverse=True)
     chosen = next(each for each in given if each["place"] and "behind you" in each["sentence"])
-    state = chosen["sentence"].split("do in ")[1].split(" ")[0]
+    state = chosen["sentence"].split("in state ")[1].split(" ")[0]
     person.done("pause", paused=False)
     taught = made.host.active_trainer.session_view.examples
     run = made.host.run.number
     answer = person.done("set_up", sentence=chosen["sentence"])
-    assert answer["sentence"] == f"There it is, in {state}, as I meant it: show me what to do."
+    assert answer["sentence"] == f"The situation is set up in state {state}: show me what to do."
     trainer = made.host.active_trainer
     assert (trainer.session_view.state, trainer.session_view.examples, made.host.paused) == (
         state,
@@ -104,7 +104,7 @@ def test_what_cannot_be_set_up_is_said(made: StudioServer) -> None:
         given = advised(person)
         full = next(each for each in given if each["place"] and "food_stored is above" in each["sentence"])
         answer = person.done("set_up", sentence=full["sentence"])
-        assert answer["sentence"] == "I could not set it up whole: food_stored is not as I meant."
+        assert answer["sentence"] == "Not fully set up: food_stored differs from the suggestion."
 
 
 def test_who_looks_on_hears_the_advice_and_may_not_follow_it(made: StudioServer) -> None:
