@@ -47,8 +47,8 @@ test: $(VENV)/.dev ## style, types, layers, and all quick tests (ARGS passes mor
 
 # Timed tests run beside the others, which give way to them.
 test-all: $(VENV)/.dev ## everything that must hold; tests in browsers and with robots are skipped where those are missing
-	@$(CHECKS)
 	@mkdir -p build
+	@$(BIN)/python -m tests.compile_kernels & compiling=$$!; $(CHECKS); checked=$$?; wait $$compiling; exit $$checked
 	nice -n 19 $(BIN)/pytest --numprocesses auto -m "not soak and not timed" $(ARGS) > build/untimed.log 2>&1 & \
 		untimed=$$!; $(BIN)/pytest -m "timed and not soak" $(ARGS); timed=$$?; \
 		wait $$untimed; untimed=$$?; tail -n 60 build/untimed.log; exit $$((timed + untimed))

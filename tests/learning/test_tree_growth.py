@@ -107,13 +107,13 @@ def test_robocup_lessons() -> None:
 @pytest.mark.long
 def test_large_noisy_lesson_repeats_and_is_pure() -> None:
     random = np.random.default_rng(3)
-    values = random.random((3000, 3))
-    values[random.random((3000, 3)) < 0.05] = ABSENT
-    outcomes = random.integers(0, 3, 3000)
+    values = random.random((1500, 3))
+    values[random.random((1500, 3)) < 0.05] = ABSENT
+    outcomes = random.integers(0, 3, 1500)
     kinds: list[Kind] = [Continuous(), Toroidal(1.0), Continuous()]
-    groups = random.integers(0, 2, 3000)
+    groups = random.integers(0, 2, 1500)
     tree = grow_tree(values, outcomes, groups, kinds, states=3)
-    order = random.permutation(3000)
+    order = random.permutation(1500)
     again = grow_tree(values[order], outcomes[order], groups[order], kinds, states=3)
     assert repr(tree) == repr(again)
     rows = [
