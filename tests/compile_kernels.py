@@ -1,4 +1,4 @@
-"""Compile the kernels that most tests use, before several test processes each do it: `python -m tests.compile_kernels`."""
+"""Compile the kernels that most tests use, before several test processes each do it."""
 
 from __future__ import annotations
 
