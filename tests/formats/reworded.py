@@ -52,6 +52,9 @@ REWORDED = [
     (r"(.*): nothing has to be armed", r"\1 and need not be armed"),
     (r"Stopped\. Arm it again .*", "Stopped. Arm the robot again before it can move"),
     (r"(.*) is the one that will be trained", r"\1 will be trained"),
+    (r"Show me what to do in (\w+)(.*)", r"Show me what to do in state \1\2"),
+    (r"Did you mean that in (\w+)(.*)", r"Did you mean this in state \1\2"),
+    (r"(.*), which are all one to me now\.", r"\1, which look the same to me now."),
 ]
 """Pattern of a whole text of 0.1.0, and what takes its place; several may apply, one after the other."""
 
