@@ -628,12 +628,12 @@ export interface Camera {
   range: number | null;
 }
 
-/** A feature of the kit. */
+/** A feature that a new automaton may use, as the page gets it. */
 export interface KitFeature extends Feature {
   parameters: readonly string[];
 }
 
-/** A behavior of the kit and its parameters. */
+/** A basic behavior that the states of a new automaton may run, with its parameters. */
 export interface KitBehavior {
   name: string;
   parameters: readonly string[];

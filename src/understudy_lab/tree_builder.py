@@ -14,10 +14,11 @@ from understudy.model.tree import Node, TestKind, Tree, make_leaf
 
 @dataclass(frozen=True)
 class TreeTest:
-    """A test and what follows on each outcome: another test, or the name of the next state.
+    """A test of one feature, and what follows on yes and on no: another test, or the name of the next state.
 
-    Give one of `below`, `arc` and `absent`; without any, the feature is a flag, tested for yes. An absent value
-    counts as "no". With `absent=True`, "yes" means present and "no" absent.
+    Give one of: `below`, yes if the value is less; `arc`, yes if an angle in radians lies on the way from the first
+    one counterclockwise to the second; `absent=True`, yes if there is a value. Without any of them the feature is a
+    flag, and yes means that it is raised. A missing value counts as no.
     """
 
     feature: str

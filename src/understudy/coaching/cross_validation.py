@@ -44,7 +44,7 @@ class StateFit:
 
     @cached_property
     def press_rows(self) -> NDArray[np.int64]:
-        """The rows made by presses."""
+        """The numbers of the examples that a press of the teacher made."""
         return np.flatnonzero([example.is_from_press for example in self.examples])
 
     def fit_rows(self, kept: Chosen) -> Transition:

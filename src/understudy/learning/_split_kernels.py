@@ -202,7 +202,7 @@ def is_inner_arc(column: Floats, segment: Ints, first: int, second: int, period:
 def try_cuts(
     column: Floats, segment: Ints, present: int, arcs: bool, extent: float, feature: int, about: Search
 ) -> None:
-    """Try every threshold, or every arc between two gaps, with absent values on either side of it.
+    """Try every threshold, or every arc of an angle between two gaps, with absent values on either side of it.
 
     A threshold is treated as an arc that starts before all values.
     """

@@ -215,9 +215,10 @@ class _StateDiff:
         return example.next == (self.state if outcome == STAY else automaton.state_names[outcome])
 
     def _bounding(self, boxes: Mapping[str, Box], taught: TrainedAutomaton, mine: Numbered) -> Iterator[int]:
-        """Yield the examples next to cuts that end one of these conditions and are new.
+        """Yield the numbers of the examples next to new thresholds at the ends of the conditions `boxes`.
 
-        A cut is new if the other version does not have it.
+        A threshold is new if the tree of the other version does not have it. `mine` are this version's examples by
+        number.
         """
         features, tree = taught.automaton.features, taught.automaton.transitions.get(self.state)
         if not (isinstance(tree, Tree) and boxes):

@@ -91,7 +91,7 @@ def get_feature_key(bound: BoundFeature) -> ReadingKey:
 
 
 def read_feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Column:
-    """Read the values [N] of one ground feature from a snapshot, and check the result if it is a function."""
+    """Read the values [N] of one feature, with its targets, from a snapshot; check those of a Python function."""
     feature = get_body_feature(bound)
     what = f"feature {feature.name!r}"
     if feature.function is None:

@@ -169,7 +169,10 @@ def practice(name: str, seed: int) -> World:
 
 
 class ExpertTriangle:
-    """A hand-written controller for the same task that reacts at once."""
+    """A hand-written controller for the triangle of three robots, which reacts without a person's delay.
+
+    Learned automata are compared with it.
+    """
 
     keys: Sequence[ReadingKey] = tuple((what, name) for name in ROBOTS for what in ("range", "bearing"))
 

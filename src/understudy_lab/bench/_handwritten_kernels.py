@@ -91,7 +91,12 @@ def sonar(
     most: float,
     out: Floats,
 ) -> None:
-    """Write to `out` the distance of the nearest obstacle or wall in each sector, from the rim of the robot."""
+    """Write to `out` the distance in m from the robot's rim to the nearest obstacle or wall in each sector.
+
+    The robot, with a radius in m, is at x, y and heads along the unit vector `ahead`. The walls are those of a square
+    with a corner at 0, 0 and this `side`. `obstacles` [K, 3] are discs (x, y, radius); `edges` [S, 4] the unit
+    vectors of each sector's two edges, relative to the heading. A sector with nothing within `most` gets `most`.
+    """
     far = most + radius
     for s in range(len(edges)):
         e = edges[s]

@@ -55,7 +55,7 @@ def interpreter(as_json: Json = False) -> None:
 
 @app.command("swarm")
 def swarm(as_json: Json = False) -> None:
-    """Compare swarms of 100 to 100 000 robots with Mesa 3, VMAS and hand-written code (minutes)."""
+    """Compare swarms of 100 to 100 000 robots with Mesa 3, VMAS and hand-written code (takes minutes)."""
     _measure("swarm", as_json=as_json)
 
 
@@ -73,7 +73,7 @@ def squads(as_json: Json = False) -> None:
 
 @app.command("crowding")
 def crowding(as_json: Json = False) -> None:
-    """Compare robots that all drive to one point with the same task spread out (minutes)."""
+    """Compare robots that all drive to one point with the same task spread out (takes minutes)."""
     _measure("crowding", as_json=as_json)
 
 

@@ -36,7 +36,10 @@ def says_it_arrived(screen: SessionView) -> bool:
 
 
 def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
-    """Return the plans of both variants, by name, for a teacher whose first turn is to the side `search`."""
+    """Return the lesson plans by variant: one automaton for all, or an approach and an automaton above it.
+
+    The teacher first turns to the side `search`, "left" or "right".
+    """
     shown, complained = StatefulServoTeacher(search), StatefulServoTeacher(search, 15.0)
     approach = topic(shown, complained, stateful=True, tries=0)
     approach = replace(approach, cases=approach.cases[:SHOWN])  # the rest is tried out in the whole task

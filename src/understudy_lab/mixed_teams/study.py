@@ -140,7 +140,7 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Draw the yield of each team, complete and after a third of it failed."""
+    """Draw how much food each team brought home, with all its robots and after a third of them failed."""
     figure, (left, right) = panels(2, wide=4.2)
     short = ("mixed,\nled", "mixed,\nalone", "carriers,\nsearching", "carriers,\ngoing back", "scouts")
     dots(left, {said: _rates(rows, name) for said, name in zip(short, NAMES, strict=True)}, "units an hour")

@@ -122,8 +122,10 @@ def sighting_to_capture(tracks: PatrolTracks) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True)
 class BossEncounter:
-    """An encounter with the boss: robots with a clear line to him throughout, and those of them that turned to him.
+    """An encounter of a patrol with the boss, a moving person from whom all robots must run away.
 
+    `in_sight` counts the robots between which and the boss nothing stood until all had to have turned, `turned` those
+    of them that turned to him.
     `resumed_s` is the time from the last sighting of the boss until the patrol went on; NaN if it did not.
     """
 

@@ -199,7 +199,7 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Draw the yield with fewer levels of coordinators, and with fewer and more robots."""
+    """Draw how much was brought home with fewer levels of coordinators, and with fewer and more robots."""
     figure, (left, right) = panels(2, wide=4.2)
     short = ("three\nlevels", "platoons,\nsquads", "squads", "alone,\nanswering", "alone")
     shares = {said: _of_by_hand(rows, way) for said, way in zip(short, WAYS, strict=True)}

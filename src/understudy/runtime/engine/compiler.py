@@ -54,7 +54,10 @@ Kept: TypeAlias = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class StateSlot:
-    """The state of an automaton behind a state's number, with the slots of its counters and timers."""
+    """The state that a number in compiled tables stands for, by names.
+
+    `memory` has the place of each counter and timer of the automaton in the memory of an agent.
+    """
 
     automaton: str
     state: str
@@ -205,7 +208,7 @@ class _TableWriter:
         )
 
     def append_instance(self, number: int) -> None:
-        """Append the records of one instance."""
+        """Append the rows of one instance, an automaton with its targets as one state of the hierarchy runs it."""
         ground, automaton, memory = self.grounds[number], self.automata[number], self.memories[number]
         first = len(self.states)
         sources = [self.source(source, memory) for source in ground.sources]

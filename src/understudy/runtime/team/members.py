@@ -158,7 +158,10 @@ def find_ordered_program(
     duty: Assignment,
     finds: Callable[[str, Binding], Program],
 ) -> Program:
-    """Find the program that an order means for members in a role; DefinitionError if they have no such behavior."""
+    """Find the program that an order means for members in a role; DefinitionError if they have no such behavior.
+
+    `duty` is the behavior, with targets, that the order assigns to the role. `finds` looks up a program by both.
+    """
     what = f"squad {squad.name!r}, order {str(order)!r}"
     try:
         return finds(duty.behavior, duty.binding)

@@ -281,10 +281,11 @@ Sensor: TypeAlias = (
 class RobotType(StrictStruct, frozen=True, kw_only=True):
     """A type of robot: a disc on two wheels, with its sensors and basic behaviors.
 
-    `speed` and `turning_deg` (per s) are those of the commands drive = 1 and turn = 1; the accelerations, if given,
-    limit how fast they are reached. Noise is a share of the motion in each tick. A robot carries up to `capacity`
-    units of food, and loads or unloads one in `load_s` or `unload_s` within `reach`, standing still. A behavior maps
-    channels to their commanded values, and `signal` to the signal that it raises while it runs.
+    Lengths are in m. `speed` (m/s) and `turning_deg` (degrees/s) are those of the commands drive = 1 and turn = 1; the
+    accelerations (per s²), if given, limit how fast they are reached. Noise is a share of the motion in each tick. A
+    robot carries up to `capacity` units of food, and loads or unloads one in `load_s` or `unload_s` within `reach`,
+    standing still. A behavior maps channels to their commanded values, and `signal` to the signal that it raises while
+    it runs.
     """
 
     radius: float = 0.2

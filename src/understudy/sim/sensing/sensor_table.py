@@ -181,7 +181,10 @@ def _list_random_channels(sensor: RandomSensor, context: SensorContext) -> Itera
 
 
 def _list_elapsed_channels(sensor: ElapsedSensor, context: SensorContext) -> Iterator[SensorChannel]:
-    """Yield a channel for each target of the reading whose absence it measures; one if that has no targets."""
+    """Yield the channels of a sensor of the time since another reading was last present.
+
+    There is one for each target of that reading, or a single one if it has no targets.
+    """
     others = [each for each in context.kind.sensors if not isinstance(each, ElapsedSensor)]
     channels = (part for each in others for part in find_sensor_row(each).channels(each, context))
     keys = [key for part in channels for key in part.keys]
@@ -262,7 +265,7 @@ _BY_SPEC: Mapping[type, SensorRow[Any]] = {row.spec: row for row in SENSORS}
 
 
 def find_sensor_row(sensor: SensorBase) -> SensorRow[Any]:
-    """Return the row of the table for a sensor's kind."""
+    """Return how sensors of this one's kind are described, listed in channels and computed: its row of `SENSORS`."""
     return _BY_SPEC[type(sensor)]
 
 

@@ -133,7 +133,7 @@ def _robot_style(view: WorldView, robot: int) -> str:
 
 
 def _sign(view: WorldView, thing: ObjectMark) -> tuple[str, str]:
-    """Return the characters of an object, and their style."""
+    """Return the characters that draw an object in the terminal, and their text style."""
     if thing.units is not None:
         return (str(thing.units), _style(thing.color)) if thing.units else ("×", GONE)
     if thing.square:

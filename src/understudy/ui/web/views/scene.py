@@ -83,13 +83,13 @@ class FeatureData(Data, frozen=True, kw_only=True):
 
 
 class KitFeatureData(FeatureData, frozen=True, kw_only=True):
-    """A feature of the kit."""
+    """A feature that a new automaton may use, as the page gets it."""
 
     parameters: list[str]
 
 
 class KitBehaviorData(Data, frozen=True, kw_only=True):
-    """A behavior of the kit and its parameters."""
+    """A basic behavior that the states of a new automaton may run, with its parameters."""
 
     name: str
     parameters: list[str]
