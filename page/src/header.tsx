@@ -100,7 +100,7 @@ function Saving({ studio }: { studio: Studio }) {
       {desk !== null && (
         <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
           <span class={className("dot", (desk.unsaved || !saved) && "open")} />
-          {desk.unsaved ? "presses saved, not in the library yet" : saved ? "in the library" : "nothing yet"}
+          {desk.unsaved ? "not saved yet" : saved ? "in the library" : "nothing yet"}
         </span>
       )}
       {(told?.viewers ?? 1) > 1 && studio.directs && (
