@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from understudy.kernel_cache import ALL_PARTS, PARTS
+from understudy.jit.settings import ALL_PARTS, COMPILED, MODE, PARTS
 
+os.environ.setdefault(MODE, COMPILED)  # none runs as plain Python at first, and compiles in the background
 os.environ.setdefault(PARTS, ALL_PARTS)  # kernels are compiled once for the worlds of all tests
 
 settings.register_profile(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from understudy.kernel_cache import KERNELS
+from understudy.jit.cache import KERNELS
 
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
@@ -71,34 +71,22 @@ def test_module_says_why_it_exists(module: Path) -> None:
 
 
 @pytest.mark.parametrize("module", MODULES, ids=relative)
-def test_numba_lives_in_kernels_only(module: Path) -> None:
+def test_only_the_package_jit_imports_numba(module: Path) -> None:
     """Ruff bans the import, but a `noqa` would silence it."""
-    assert is_kernels(module) or "numba" not in imports(module)
+    assert module.parent.name == "jit" or "numba" not in imports(module)
 
 
 def test_kernels_are_bare() -> None:
-    """They import other kernels, and what follows edits in those; else math, NumPy and Numba only."""
+    """They import other kernels, and what follows edits in those; else math and NumPy only."""
     kernels = {relative(module): imports(module) for module in MODULES if is_kernels(module)}
-    bare = {"math", "numba", "numpy", "understudy", "sys", "typing", "__future__"}
-    bare |= {"collections", "ctypes", "functools"}
+    bare = {"math", "numpy", "understudy", "typing", "__future__"}
     assert {name: found - bare for name, found in kernels.items() if not found <= bare} == {}
 
 
-@pytest.mark.parametrize("module", [module for module in MODULES if is_kernels(module)], ids=relative)
-def test_a_cached_kernel_notices_edits_elsewhere(module: Path) -> None:
-    """Numba's cache looks at one file: a kernel that is cached and calls others is keyed with their sources."""
-    text = module.read_text()
-    others = set(re.findall(r"^from (understudy\S*) import", text, re.MULTILINE)) - {
-        "understudy._jit_kernels"
-    }
-    if others and "cache=True" in text:
-        assert "kernel_sources" in text
-
-
 def test_kernels_import_nothing_whose_edits_go_unnoticed() -> None:
-    """Of ours, they and the files of records import each other and `compiling` only."""
+    """Of ours, they and the files of records import each other, and what compiled code does not contain."""
     keyed = [module for pattern in KERNELS for module in (ROOT / "src" / "understudy").glob(pattern)]
-    allowed = {module.stem for module in keyed} | {"kernel_cache"}
+    allowed = {module.stem for module in keyed} | {"plain", "settings"}
     for module in keyed:
         found = re.findall(r"^from understudy(?:\.\w+)*\.(\w+) import", module.read_text(), re.MULTILINE)
         assert set(found) <= allowed, relative(module)

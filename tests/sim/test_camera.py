@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from understudy.jit.plain import make_plain
 from understudy.sim.kernels.camera import measure_blob, project_objects, project_segments
 from understudy.sim.kernels.dtypes import SEGMENT, THING, VIEW
 
@@ -33,9 +34,9 @@ def seen(
 ) -> Blob:
     """The blob of a color in a frame of 100 x 100 pixels."""
     tan_half = tan(radians(view_deg / 2.0)) if view_deg != 90.0 else 1.0
-    discs = np.array([(*thing,) for thing in things], THING)
-    walls = np.array([(*segment, 1) for segment in segments], SEGMENT)
-    views = np.zeros(len(discs) + len(walls), VIEW)
+    discs = make_plain(np.array([(*thing,) for thing in things], THING))
+    walls = make_plain(np.array([(*segment, 1) for segment in segments], SEGMENT))
+    views = make_plain(np.zeros(len(discs) + len(walls), VIEW))
     count = project_objects(discs, len(discs), tan_half, 100.0, 100.0, limit_m, views)
     end = project_segments(walls, len(walls), tan_half, views, count)
     return measure_blob(views, count, end, color, tan_half, 100.0, nearest, least_px)

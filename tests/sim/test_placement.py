@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from understudy.errors import SettingError
+from understudy.jit.plain import make_plain
 from understudy.sim.kernels import clearance as space
 from understudy.sim.kernels import rng as draws
 from understudy.sim.kernels.rng import draw_uniform_column
@@ -374,7 +375,9 @@ def test_a_new_free_place_in_a_running_world() -> None:
     for world in range(40):
         rows = robots[world], state.objects[world], state.discs[world], state.segments[world]
         kind = rules.classes[0]
-        args = kind, rules.types, rules.classes, rules.class_of, rules.width, rules.height, *rows
+        args = make_plain(
+            (kind, rules.types, rules.classes, rules.class_of, rules.width, rules.height, *rows)
+        )
         found, x, y = space.find_free_place(world, 0, 1, *args)
         assert found
         assert (found, x, y) == space.find_free_place(world, 0, 1, *args)
@@ -396,7 +399,7 @@ def test_no_free_place_names_the_key() -> None:
 def test_nan_segments_are_no_obstacles() -> None:
     state = laid_out(replace(EMPTY, obstacles=(Obstacle(points=TRIANGLE, count=(0, 1)),)), *range(20))
     absent = next(row for row in state.segments if isnan(row["x0"][0]))
-    assert space.is_clear_of_segments(1.0, 1.0, 5.0, absent, 0, len(absent))
+    assert space.is_clear_of_segments(1.0, 1.0, 5.0, make_plain(absent), 0, len(absent))
     assert isnan(space.measure_to_segment(0.0, 0.0, nan, nan, nan, nan))
 
 
@@ -407,7 +410,7 @@ def test_kernels_agree_with_plain_geometry(point: ArenaPoint) -> None:
     x, y = point[0] + 5.0, point[1] + 4.0
     distance = min(measure_point_to_segment(point, edge) for edge in edges)
     assume(distance > 1e-6)
-    assert space.is_inside_polygons(x, y, rows, 0, len(rows)) == is_point_in_polygon(
+    assert space.is_inside_polygons(x, y, make_plain(rows), 0, len(rows)) == is_point_in_polygon(
         point, [edge[0] for edge in edges]
     )
     assert min(space.measure_to_segment(x, y, *tuple(row)[:4]) for row in rows) == pytest.approx(

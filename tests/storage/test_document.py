@@ -237,8 +237,11 @@ def test_what_could_not_be_opened_again_is_not_stored() -> None:
 
 
 def test_no_pickle() -> None:
-    """Values can be pickled for process pools, but nothing is ever unpickled here."""
-    for module in Path("src").rglob("*.py"):
+    """Values can be pickled for process pools, but nothing is ever unpickled here.
+
+    What is compiled is, since Numba pickles it: from the user's own cache, and from a child process.
+    """
+    for module in (module for module in Path("src").rglob("*.py") if module.parent.name != "jit"):
         assert re.findall(r"import pickle|pickle\.load|Unpickler", module.read_text()) == []
 
 

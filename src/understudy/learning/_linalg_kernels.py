@@ -6,20 +6,22 @@ Linear algebra libraries use several threads, which wait for each other on a bus
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import njit
+from understudy.jit.decorators import njit_entry
 
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True)
+@njit_entry()
 def invert_matrix(matrix: Floats) -> Floats:
     """Invert a symmetric positive definite matrix [n, n] by Gauss-Jordan elimination without pivoting.
 
     Every number is computed in the same order on every machine, so results are reproducible.
     """
     n = len(matrix)
-    swept = matrix.copy()
-    column = np.empty(n)
+    swept, column = np.empty((n, n)), np.empty(n)
+    for row in range(n):
+        for at in range(n):
+            swept[row, at] = matrix[row, at]
     for pivot in range(n):
         over = 1.0 / swept[pivot, pivot]
         for row in range(n):

@@ -13,7 +13,7 @@ from math import floor, isnan
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import njit, njit_inner
+from understudy.jit.decorators import njit_entry, njit_inner
 
 inner = njit_inner()
 
@@ -343,7 +343,7 @@ def assign_to_children(
     return absent if presses > 0 else NOTHING
 
 
-@njit(cache=True)
+@njit_entry()
 def grow_nodes(
     columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int,
     watched: bool, table: Ints,
@@ -359,8 +359,9 @@ def grow_nodes(
     waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, n, NOTHING, NOTHING
     depth, count = 1, 0
     weight = np.ones(n, np.int64)
-    if watched:
-        weight[group != WATCHED] = 10
+    for example in range(n):
+        if watched and group[example] != WATCHED:
+            weight[example] = 10
     side, kept = np.empty(n, np.int64), np.empty(n, np.int64)
     total, pressed, best = np.empty(outcomes, np.int64), np.empty(outcomes, np.int64), np.empty(10, np.int64)
     while depth > 0:
@@ -386,12 +387,13 @@ def grow_nodes(
             continue
         feature, test, first, second = -best[FEATURE], best[TEST], -best[FIRST], -best[SECOND]
         column, segment, children = columns[feature], here[feature], 2
-        values = segment[: count_present(column, segment)]
+        present = count_present(column, segment)
+        values = segment[:present]
         flip = test == ARC and not is_inner_arc(column, values, first, second, extent[feature])
         if test in (BELOW, ARC):
             for end in range(2):
-                position = second if (end == 1) != (flip or test == BELOW) else first
-                lower, upper = column[values[position]], column[values[(position + 1) % len(values)]]
+                position = second if (end == 1) != (flip or test == BELOW) else first  # -1: before all values
+                lower, upper = column[values[position % present]], column[values[(position + 1) % present]]
                 cuts[node, 2 * end], cuts[node, 2 * end + 1] = lower, upper
                 nodes[node, SORT + end] = is_default_value(column, segment, upper, group)
                 nodes[node, SORT + end] -= is_default_value(column, segment, lower, group)

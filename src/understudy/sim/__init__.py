@@ -1,5 +1,1 @@
 """The 2-D simulator: many worlds of robots side by side, made from scenarios, some of which are built in."""
-
-from understudy.kernel_cache import choose_cache_folder
-
-choose_cache_folder()

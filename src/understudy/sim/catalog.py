@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from understudy.errors import UnknownName
-from understudy.kernel_cache import pause_garbage_collection
+from understudy.jit.settings import pause_garbage_collection
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import IDLE_PROGRAM
 from understudy.sim.scenario.files import SUFFIX, add_markers, list_builtin_scenarios, load_scenario

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import convert_for_kernels
-from understudy.kernel_cache import ALL_PARTS, read_kernel_parts
+from understudy.jit.settings import ALL_PARTS, read_kernel_parts
 from understudy.sim.kernels.dtypes import (
     CAMERA,
     FACTS,
@@ -155,9 +154,7 @@ class KernelContext:
             "pieces": np.zeros(segments if seen else 0, SEGMENT),
         }
         facts = _facts(worlds, plan, room, width_of_row=self.rows.shape[1])
-        self.arrays = convert_for_kernels(
-            Arrays(facts, **{name: array.reshape(-1) for name, array in arrays.items()})
-        )
+        self.arrays = Arrays(facts, **{name: array.reshape(-1) for name, array in arrays.items()})
 
 
 def _facts(worlds: KernelWorlds, plan: SensePlan, room: ThreadScratch, *, width_of_row: int) -> Any:

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import MODE
-from understudy.kernel_cache import PYTHON
+from understudy.jit.settings import CHECKED, COMPILED, read_kernel_mode
 from understudy.runtime.body import FusedPlan
 from understudy.runtime.engine.compiler import compile_programs
 from understudy.runtime.engine.tables import Stacks, Tables
@@ -38,6 +37,9 @@ ROBOT_TICKS = 5_000_000
 
 MOST_TICKS = 100
 
+UNCOMPILED_ROBOT_TICKS = 100
+"""The number of robot ticks in plain Python, some 20 ms, after which compiled code may take over."""
+
 
 def advance_worlds(
     kernel_worlds: KernelWorlds,
@@ -53,8 +55,7 @@ def advance_worlds(
     The commands of the plan are a table with columns `COLUMNS`. `threads` None chooses their number.
     """
     rows, worlds = len(kernel_worlds.state.robots), len(kernel_worlds.state.seeds)
-    if MODE == PYTHON:  # in which the threads of a world could not wait for each other
-        threads = 1
+    ticks -= _advance_uncompiled(kernel_worlds, sensing, fused, ticks, until_finished=until_finished)
     if threads is None:
         threads = 1 if rows < ALONE else os.cpu_count() or 1
     threads = min(threads, max(worlds, rows // 64), MOST_THREADS)
@@ -65,6 +66,28 @@ def advance_worlds(
     else:
         for world in range(worlds):
             _together(kernel_worlds, sensing, fused, ticks, threads, world, until_finished=until_finished)
+
+
+def _advance_uncompiled(
+    worlds: KernelWorlds, sensing: SensePlan, fused: FusedPlan, ticks: int, *, until_finished: bool
+) -> int:
+    """Advance all worlds in one thread until the kernel is compiled; return by how many ticks.
+
+    Several threads would gain nothing in plain Python, and could not wait for each other.
+    """
+    if read_kernel_mode() in (COMPILED, CHECKED):
+        return 0
+    context = KernelContext(worlds, sensing, make_thread_scratch(worlds, make_robot_grid(worlds.rules)))
+    count, done = len(worlds.state.seeds), 0
+    portion = max(1, UNCOMPILED_ROBOT_TICKS // max(1, len(worlds.state.robots)))
+    while done < ticks and not _is_compiled(context, fused):
+        ticks_now = min(portion, ticks - done)
+        run_worlds(
+            context, fused.tables, fused.stacks, fused.commands, fused.running, first=0, end=count,
+            ticks=ticks_now, until_finished=until_finished, led=fused.lead,
+        )  # fmt: skip
+        done += ticks_now
+    return done
 
 
 def _chunks(ticks: int, rows: int) -> list[int]:
@@ -259,6 +282,14 @@ def run_worlds(
     tick.run_ticks(
         context.arrays, tick.RUN, first, end, part, parts, context.room.barrier, ticks, until_finished,
         context.rows, tuple(tables), tuple(stacks), commands, running, NOTHING[2], led, *context.has,
+    )  # fmt: skip
+
+
+def _is_compiled(context: KernelContext, fused: FusedPlan) -> bool:
+    """Return whether `run_worlds` runs compiled code for this context and plan."""
+    return tick.run_ticks.is_compiled(
+        context.arrays, tick.RUN, 0, 1, 0, 1, context.room.barrier, 1, False, context.rows, tuple(fused.tables),
+        tuple(fused.stacks), fused.commands, fused.running, NOTHING[2], fused.lead, *context.has,
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import limit_threads, njit, prange
+from understudy.jit.decorators import limit_threads, njit_entry, njit_inner, prange
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -25,7 +25,7 @@ READINGS = 7
 __all__ = ["decide", "grid", "limit_threads", "sonar", "step"]
 
 
-@njit(cache=True)
+@njit_entry()
 def grid(
     x: Floats, y: Floats, cells: int, first: Ints, members: Ints, grid_x: Floats, grid_y: Floats
 ) -> None:
@@ -40,17 +40,18 @@ def grid(
         first[c] -= 1
         members[first[c]], grid_x[first[c]], grid_y[first[c]] = i, x[i], y[i]
     # Each cell's end was counted down to its beginning: move all by one.
-    first[:-1] = first[1:]
-    first[-1] = len(x)
+    for c in range(cells * cells):
+        first[c] = first[c + 1]
+    first[cells * cells] = len(x)
 
 
-@njit(cache=True, inline="always")
+@njit_inner(inline="always")
 def cell(at: float, cells: int) -> int:
     """Return the row or column of a coordinate in m."""
     return min(max(int(at / CELL), 0), cells - 1)
 
 
-@njit(cache=True)
+@njit_inner()
 def nearest_robot(
     i: int,
     x: float,
@@ -78,7 +79,7 @@ def nearest_robot(
     return dx, dy, best if dx == dx else inf
 
 
-@njit(cache=True)
+@njit_inner()
 def sonar(
     x: float,
     y: float,
@@ -125,7 +126,7 @@ def sonar(
         out[SONAR + s] = min(max(best - radius, 0.0), most)
 
 
-@njit(cache=True, inline="always")
+@njit_inner(inline="always")
 def ray(ex: float, ey: float, dx: float, dy: float, squared: float, size: float) -> float:
     """Return the distance at which a ray in direction e hits a disc at offset d; infinite if it misses."""
     along = ex * dx + ey * dy
@@ -133,14 +134,14 @@ def ray(ex: float, ey: float, dx: float, dy: float, squared: float, size: float)
     return along - sqrt(beside) if along > 0.0 and beside > 0.0 else inf
 
 
-@njit(cache=True, inline="always")
+@njit_inner(inline="always")
 def to_wall(x: float, y: float, ex: float, ey: float, side: float) -> float:
     """Return the distance to the arena's bounds in direction e."""
     across = (side - x) / ex if ex > 0.0 else -x / ex if ex < 0.0 else inf
     return min(across, (side - y) / ey if ey > 0.0 else -y / ey if ey < 0.0 else inf)
 
 
-@njit(cache=True, inline="always")
+@njit_inner(inline="always")
 def around(angle: float) -> float:
     """Return an angle, off by at most one turn, in [0, tau)."""
     angle += TAU if angle < 0.0 else 0.0
@@ -148,7 +149,7 @@ def around(angle: float) -> float:
     return angle - TAU if angle >= TAU else angle
 
 
-@njit(cache=True)
+@njit_inner()
 def decide(
     stack: Ints32,
     tests: Ints32,
@@ -187,7 +188,7 @@ def decide(
         level += 1
 
 
-@njit(cache=True, parallel=True)
+@njit_entry(parallel=True)
 def step(
     chunks: int,
     place: Floats,

@@ -91,8 +91,10 @@ def robots(as_json: Json = False) -> None:
 
 def _measure(*names: str, as_json: bool) -> None:
     """Run measurements by name, importing each module only when it is needed."""
+    from understudy.jit.settings import compile_on_first_call
     from understudy.ui.cli.output import make_console, print_json
 
+    compile_on_first_call()
     results: dict[str, dict[str, Any]] = {}
     for name in names:
         module, function = SOURCES.get(name, (name, "run"))

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
 def demo_forage(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, save, test and print the results, and return them as plain data."""
-    from understudy.ui.cli.options import open_scenario
-    from understudy.ui.cli.output import compile_once
     from understudy_lab.commands.demo import (
         print_lessons,
         save_with_graphs,
@@ -25,7 +23,6 @@ def demo_forage(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     from understudy_lab.forage.teach import teach
 
     talk.print("\n[bold]A robot learns to forage by being shown.[/]")
-    compile_once(learner=True, world=open_scenario("forage"), quiet=talk.quiet)
     with show_progress_table(talk) as progress:
         teaching = teach(seed, progress=progress)
     library = teaching.library

@@ -19,18 +19,16 @@ PATROL_FILM_S, PATROL_SPEED = 150.0, 8.0
 
 def demo_patrol(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, save, test and print the results, and return them as plain data."""
-    from understudy.ui.cli.output import compile_once
     from understudy_lab.commands.demo import (
         print_lessons,
         save_with_graphs,
         show_progress_table,
         summarize_teaching,
     )
-    from understudy_lab.patrol.practice import SQUAD, scenario
+    from understudy_lab.patrol.practice import SQUAD
     from understudy_lab.patrol.teach import teach
 
     talk.print("\n[bold]Four robots and their coordinator learn to patrol by being shown.[/]")
-    compile_once(learner=True, world=scenario(), quiet=talk.quiet)
     with show_progress_table(talk) as progress:
         taught = teach(seed, progress=progress)
     robots, coordinator = taught.robots.library, taught.coordinators.library

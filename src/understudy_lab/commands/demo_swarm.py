@@ -22,7 +22,6 @@ PLATOONS, LARGE_S, LARGE_EVERY = 400, 40.0, 20
 
 def demo_swarm(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, save, test and print the results, and return them as plain data."""
-    from understudy.ui.cli.output import compile_once
     from understudy_lab.commands.demo import (
         print_lessons,
         save_with_graphs,
@@ -30,10 +29,8 @@ def demo_swarm(seed: int, out: Path, talk: Console) -> dict[str, Any]:
         summarize_teaching,
     )
     from understudy_lab.swarm.practice import teach
-    from understudy_lab.tasks.swarm_world import scenario
 
     talk.print("\n[bold]Two hundred robots and three levels of coordinators learn by being shown.[/]")
-    compile_once(learner=True, world=scenario(), quiet=talk.quiet)
     with show_progress_table(talk) as report:
         taught = teach(seed, progress=report)
     coordinators = {name: each.library for name, each in taught.squads.items()}

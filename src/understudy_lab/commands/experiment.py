@@ -95,6 +95,7 @@ def _run(found: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool)
     """Run an experiment and write its result and its figure into the folder."""
     from rich.markup import escape
 
+    from understudy.jit.settings import compile_on_first_call
     from understudy.ui.cli.options import open_scenario
     from understudy.ui.cli.output import compile_once, make_console, show_progress
     from understudy_lab import figures, results
@@ -109,6 +110,7 @@ def _run(found: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool)
         notes.print(f"[dim]What {folder} held is of another version of the program, and was put aside.[/]")
     elif len(kept):
         notes.print(f"[dim]Going on: {len(kept)} pieces are in {folder} already.[/]")
+    compile_on_first_call()
     compile_once(learner=True, quiet=quiet)
     for world in found.worlds:
         compile_once(world=open_scenario(world), quiet=quiet)

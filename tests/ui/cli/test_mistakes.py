@@ -123,13 +123,13 @@ LATE = [  # mistakes that show only when the behavior is made ready to run, or t
 
 
 @pytest.mark.parametrize("arguments", LATE, ids=" ".join)
-def test_mistakes_are_told_before_anything_is_compiled(
+def test_mistakes_are_told_before_any_kernel_runs(
     arguments: list[str], library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def compiled(**_: object) -> None:
-        pytest.fail("compiled first")
+    def called(*_: object) -> None:
+        pytest.fail("a kernel ran first")
 
-    monkeypatch.setattr("understudy.ui.cli.output.compile_once", compiled)
+    monkeypatch.setattr("understudy.jit.decorators.Kernel.__call__", called)
     result = run(*(argument.format(lib=library) for argument in arguments))
     assert result.exit_code == 2
     assert result.stderr.startswith("Error: ")

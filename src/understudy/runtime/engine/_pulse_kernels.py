@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import njit, njit_entry, njit_inner, uint64
+from understudy.jit.decorators import njit_entry, njit_inner, uint64
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -17,8 +17,8 @@ StackArrays = tuple[Ints, Ints, Floats, Floats]
 # Nothing here makes an array, so none need be counted: with reference counts (nrt) a pulse takes ten times as long.
 # What is `njit_inlined` becomes part of its callers; they must be `njit_without_counting` too, since it then counts
 # as they do. What is `njit_force_inlined` has its types inferred by itself first.
-njit_without_counting = njit_entry(cache=True, nogil=True, _nrt=False)
-njit_inlined = njit(cache=True, nogil=True, _nrt=False, inline="always")
+njit_without_counting = njit_entry(nogil=True, _nrt=False)
+njit_inlined = njit_inner(nogil=True, _nrt=False, inline="always")
 njit_force_inlined = njit_inner(nogil=True, _nrt=False, forceinline=True)
 
 # As in tables.py, which a kernel file cannot import.
@@ -32,7 +32,7 @@ ASKED = -(2**31)
 @njit_inlined
 def make_unsigned(index: int) -> int:
     """Convert an index so that it cannot count from the end, a check that would take time."""
-    return uint64(index)  # type: ignore[no-any-return]
+    return uint64(index)
 
 
 @njit_inlined

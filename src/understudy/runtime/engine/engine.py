@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, SettingError
-from understudy.kernel_cache import choose_cache_folder
 from understudy.model.features import Percept
 from understudy.model.kinds import Column
 from understudy.runtime.body import ORDER, Body, Fused, FusedPlan
@@ -59,8 +58,6 @@ def query_python_transition(
         )
     return np.where(answered < 0, -1, answered + asked.first).astype(np.int32)
 
-
-choose_cache_folder()
 
 Each: TypeAlias = Callable[[Callable[[tuple[int, int]], Any], Iterable[tuple[int, int]]], Iterable[Any]]
 """`map`, or the like in threads: what to do with each part of the agents, from the first up to another."""

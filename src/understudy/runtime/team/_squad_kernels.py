@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy._jit_kernels import njit, njit_inner
+from understudy.jit.decorators import njit_inner
 from understudy.runtime.engine._pulse_kernels import pulse_agent, start_instance
 
 inner = njit_inner(error_model="numpy", _nrt=False)
@@ -171,7 +171,7 @@ def pulse_coordinator(squad: int, now: float, mine: Any, lead: Any, bands: Any) 
             start_member(members[m], heard[m], now, roots, bands)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner
 def run_world_coordinators(world: int, now: float, bands: Any, leads: Any) -> None:
     """Run all coordinators of a world after its robots have sensed: statistics bottom-up, orders top-down."""
     for level in range(len(leads)):

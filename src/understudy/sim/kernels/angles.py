@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy._jit_kernels import inlined, njit
+from understudy.jit.decorators import inlined
 
 TAU = 2.0 * math.pi
 # What a double leaves of each of these.
@@ -15,7 +15,7 @@ HALF_PI_HIGH, HALF_PI_LOW = 1.5707963267341256, 6.077100506506192e-11
 EIGHTH = math.tan(math.pi / 8.0)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def wrap_angle(angle: float) -> Any:
     """Return an angle (rad) wrapped into [0, tau)."""
     angle -= TAU * float(np.floor(angle * (1.0 / TAU)))
@@ -23,7 +23,7 @@ def wrap_angle(angle: float) -> Any:
     return angle - TAU if angle >= TAU else angle
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def compute_angle(y: float, x: float) -> Any:
     """Return the angle (rad, in [-pi, pi]) of the direction (x, y), equal to atan2 within 2 ulp; NaN if both are 0."""
     aside, along = abs(y), abs(x)
@@ -51,7 +51,7 @@ def compute_angle(y: float, x: float) -> Any:
     return math.copysign(angle, y)
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def compute_cosine_and_sine(angle: float) -> Any:
     """Return the cosine and sine of an angle (rad, at most some thousand turns), with error up to 1.2e-16."""
     quarters = float(np.floor(angle * (2.0 / math.pi) + 0.5))

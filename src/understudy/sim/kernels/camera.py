@@ -13,12 +13,12 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import inner, njit
+from understudy.jit.decorators import inner
 
 Records = NDArray[Any]
 
 
-@njit(error_model="numpy")
+@inner
 def project_objects(
     things: Records,
     count: int,
@@ -69,7 +69,7 @@ def project_objects(
     return found
 
 
-@njit(error_model="numpy")
+@inner
 def project_segments(segments: Records, count: int, tan_half: float, views: Records, end: int) -> int:
     """Write a VIEW for each of the first `count` segments in the image, from index `end` on; return the new end.
 
@@ -143,7 +143,7 @@ def find_widest_piece(views: Records, discs: int, end: int, index: int) -> tuple
     return best_left, best_right
 
 
-@njit(error_model="numpy")
+@inner
 def measure_blob(
     views: Records,
     discs: int,

@@ -5,7 +5,7 @@ from typing import Any, TypeAlias
 
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import inner, njit
+from understudy.jit.decorators import inner
 from understudy.sim.kernels.rng import draw_uniform
 
 Records: TypeAlias = NDArray[Any]
@@ -24,13 +24,13 @@ They differ from the streams of a running world.
 """
 
 
-@njit(error_model="numpy")
+@inner
 def scale_to_integer(low: int, high: int, drawn: float) -> int:
     """Return the whole number from `low` to `high` that a uniform draw in [0, 1) selects."""
     return low + math.floor(drawn * (high - low + 1))
 
 
-@njit(error_model="numpy")
+@inner
 def measure_to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
     """Return the distance (m) of a point from a segment; NaN if an end of the segment is NaN."""
     dx, dy = x1 - x0, y1 - y0
@@ -41,7 +41,7 @@ def measure_to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: 
     return math.sqrt(dx * dx + dy * dy)
 
 
-@njit(error_model="numpy")
+@inner
 def is_inside_polygons(x: float, y: float, segments: Records, first: int, end: int) -> bool:
     """Return whether a point lies inside a polygon among the segments `first` to `end` (counter-clockwise edges)."""
     winding = 0
@@ -56,7 +56,7 @@ def is_inside_polygons(x: float, y: float, segments: Records, first: int, end: i
     return winding != 0
 
 
-@njit(error_model="numpy")
+@inner
 def is_clear_of_segments(x: float, y: float, radius: float, segments: Records, first: int, end: int) -> bool:
     """Return whether a disc touches none of the segments `first` to `end` and lies in none of their polygons."""
     for index in range(first, end):
@@ -66,7 +66,7 @@ def is_clear_of_segments(x: float, y: float, radius: float, segments: Records, f
     return not is_inside_polygons(x, y, segments, first, end)
 
 
-@njit(error_model="numpy")
+@inner
 def find_free_place(
     seed: int,
     slot: int,

@@ -8,7 +8,7 @@ whatever the order in which robots are processed. Along things that stay in plac
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, uint64
+from understudy.jit.decorators import inlined, inner, int64, uint64
 from understudy.sim.kernels.angles import cache_heading_vector, compute_cosine_and_sine, wrap_angle
 from understudy.sim.kernels.grid import (
     find_big_cells,

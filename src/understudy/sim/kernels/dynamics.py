@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, uint64
+from understudy.jit.decorators import inlined, inner, int64, uint64
 from understudy.sim.kernels.angles import TAU, compute_cosine_and_sine
 from understudy.sim.kernels.clearance import find_free_place
 from understudy.sim.kernels.collisions import (

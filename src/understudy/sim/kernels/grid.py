@@ -7,7 +7,7 @@ order; the spots of a cell are adjacent.
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, uint64
+from understudy.jit.decorators import inlined, inner, int64, uint64
 from understudy.sim.kernels.dtypes import ANYONE, OPPONENT, TEAM, TEAMMATE
 
 CLOSE = 1e-9  # m; what rounding may do to the border between two cells

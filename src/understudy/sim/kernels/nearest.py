@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, uint64
+from understudy.jit.decorators import inlined, inner, uint64
 from understudy.sim.kernels.signals import is_claimed
 
 MANY = 64  # slots of a class; where there are more, they are kept in order

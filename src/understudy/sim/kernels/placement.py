@@ -6,8 +6,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import blank, inner, njit_entry
-from understudy.kernel_cache import hash_kernel_sources
+from understudy.jit.decorators import blank, inner, njit_entry
 from understudy.sim.kernels.clearance import (
     AMOUNT,
     ANGLE,
@@ -382,8 +381,8 @@ def _lay_out_world(
     return -1, -1, grid
 
 
-@inner
-def _lay_out(
+@njit_entry(nogil=True, error_model="numpy")
+def place_objects(
     groups: Records,
     places: Floats,
     points: Floats,
@@ -397,6 +396,10 @@ def _lay_out(
     discs: Records,
     segments: Records,
 ) -> tuple[int, int, int]:
+    """Lay out every world, in place: ROBOT [B, N], OBJECT [B, K], DISC [B, O], SEGMENT [B, S].
+
+    Return the world, group and thing for which no free place was found, -1 if all have one.
+    """
     heads = np.empty((int(height / cell) + 1, int(width / cell) + 1), np.int32)
     entries = blank(max(16, 2 * robots.shape[1]), ENTRY)
     for w in range(seeds.shape[0]):
@@ -419,36 +422,3 @@ def _lay_out(
             return w, group, thing
         entries = grid[1]
     return -1, -1, -1
-
-
-def _keyed(sources: str) -> Any:
-    """Make the kernel that Python calls, cached by Numba until a file of kernels changes.
-
-    It lays out every world, in place: ROBOT [B, N], OBJECT [B, K], DISC [B, O], SEGMENT [B, S]. It returns the world,
-    group and thing for which no free place was found, -1 if all have one.
-    """
-
-    @njit_entry(cache=True, nogil=True, error_model="numpy")
-    def lay_out(
-        groups: Records,
-        places: Floats,
-        points: Floats,
-        walls: Records,
-        width: float,
-        height: float,
-        cell: float,
-        seeds: Ints,
-        robots: Records,
-        objects: Records,
-        discs: Records,
-        segments: Records,
-    ) -> tuple[int, int, int]:
-        sources  # noqa: B018 - Numba keys its cache with what is closed over
-        return _lay_out(
-            groups, places, points, walls, width, height, cell, seeds, robots, objects, discs, segments
-        )
-
-    return lay_out
-
-
-place_objects = _keyed(hash_kernel_sources())

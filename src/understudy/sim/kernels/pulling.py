@@ -8,7 +8,7 @@ does not matter.
 import math
 from typing import Any
 
-from understudy._jit_kernels import inner
+from understudy.jit.decorators import inner
 from understudy.sim.kernels.collisions import STUCK, limit_by_fixed
 from understudy.sim.kernels.nearest import find_nearest_object
 

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy._jit_kernels import inlined, njit, uint64
+from understudy.jit.decorators import inlined, uint64
 
 Seeds: TypeAlias = NDArray[np.int64]
 Words: TypeAlias = NDArray[np.uint64]
@@ -29,7 +29,7 @@ def mix_bits(word: Any) -> Any:
     return word ^ (word >> uint64(31))
 
 
-@njit(error_model="numpy", forceinline=True)
+@inlined
 def draw_uniform(seed: Any, item: Any, tick: Any, stream: Any) -> Any:
     """Return a uniform number in [0, 1) that depends only on the world's seed, the item, the tick and the stream."""
     weyl = uint64(0x9E3779B97F4A7C15)

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, uint64
+from understudy.jit.decorators import inlined, inner, int64, uint64
 from understudy.sim.kernels.angles import cache_heading_vector
 from understudy.sim.kernels.camera import measure_blob, project_objects, project_segments
 from understudy.sim.kernels.dtypes import OBSTACLES, ROBOTS, WALLS

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, int64, uint64
+from understudy.jit.decorators import inlined, inner, int64, uint64
 from understudy.sim.kernels.angles import compute_angle, wrap_angle
 from understudy.sim.kernels.dtypes import (
     ALONG_BEAM,

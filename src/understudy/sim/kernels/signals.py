@@ -7,7 +7,7 @@ of robots is faster. Both find the same.
 import math
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner
+from understudy.jit.decorators import inlined, inner
 from understudy.sim.kernels.grid import (
     SIGNALED,
     find_big_cells,

@@ -9,7 +9,7 @@ that point is outside the sector, the nearest visible point is on one of the sec
 
 import math
 
-from understudy._jit_kernels import inner, njit
+from understudy.jit.decorators import inner
 from understudy.sim.sensing.sectors import BEAM, FULL, NARROW
 
 
@@ -55,7 +55,7 @@ def cast_ray_to_segment(
     return distance if 0.0 <= distance < best else best
 
 
-@njit(error_model="numpy")
+@inner
 def measure_sector_to_disc(
     x: float,
     y: float,
@@ -85,7 +85,7 @@ def measure_sector_to_disc(
     return cast_ray_to_disc(to_x, to_y, x, y, radius, best)
 
 
-@njit(error_model="numpy")
+@inner
 def measure_sector_to_segment(
     x0: float,
     y0: float,
@@ -146,7 +146,7 @@ def cast_ray_to_bounds(
     return best
 
 
-@njit(error_model="numpy")
+@inner
 def measure_sector_to_bounds(
     x: float,
     y: float,

@@ -1,62 +1,13 @@
 """Functions with which threads in kernels share the robots of one world and wait for each other, without Python."""
 
-import sys
 from typing import Any
 
-from understudy._jit_kernels import MODE, inlined, inner
-from understudy.kernel_cache import PYTHON
+from understudy.jit.decorators import add_at_once, inlined, inner, let_others_run, read_now
 
 BLOCK = 32  # robots that are taken together
 SPINS = 2000
 APART = 8  # so far apart that what is counted does not share a cache line
 GENERATION, CLAIMED = APART, 2 * APART
-
-if MODE == PYTHON:  # in which one thread does all
-
-    def add_at_once(array: Any, index: int, value: int) -> Any:
-        """Add to an element, and return what it was before."""
-        array[index] += value
-        return array[index] - value
-
-    def read_now(array: Any, index: int) -> Any:
-        """Return an element as it is in memory now."""
-        return array[index]
-
-    def let_others_run() -> None:
-        """Do nothing: there is one thread."""
-
-else:
-    from numba import types
-    from numba.core import cgutils
-    from numba.extending import intrinsic
-
-    let_others_run = types.ExternalFunction(  # type: ignore[assignment]
-        "SwitchToThread" if sys.platform == "win32" else "sched_yield", types.int32()
-    )
-
-    @intrinsic
-    def add_at_once(typing: Any, array: Any, index: Any, value: Any) -> Any:
-        """Add to an element of an array, atomically, and return what it was before."""
-
-        def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            kind = signature.args[0]
-            made = context.make_array(kind)(context, builder, args[0])
-            place = cgutils.get_item_pointer(context, builder, kind, made, [args[1]])  # type: ignore[no-untyped-call]
-            return builder.atomic_rmw("add", place, args[2], "seq_cst")
-
-        return types.int64(array, types.intp, types.int64), build
-
-    @intrinsic
-    def read_now(typing: Any, array: Any, index: Any) -> Any:
-        """Return an element of an array as it is now, whichever thread wrote it."""
-
-        def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            kind = signature.args[0]
-            made = context.make_array(kind)(context, builder, args[0])
-            place = cgutils.get_item_pointer(context, builder, kind, made, [args[1]])  # type: ignore[no-untyped-call]
-            return builder.load_atomic(place, "acquire", 8)
-
-        return types.int64(array, types.intp), build
 
 
 @inner

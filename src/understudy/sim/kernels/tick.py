@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from understudy._jit_kernels import inlined, inner, njit_entry, uint64
-from understudy.kernel_cache import hash_kernel_sources
+from understudy.jit.decorators import inlined, inner, njit_entry, refer_to, uint64
 from understudy.runtime.engine._pulse_kernels import pulse_agent
 from understudy.runtime.team._squad_kernels import run_world_coordinators
 from understudy.sim.kernels.collisions import move_robot, propose_step, slide_along_walls
@@ -33,7 +32,7 @@ from understudy.sim.kernels.thread_barrier import BLOCK, claim_block, run_for_ea
 SENSE, OBEY, RUN = 0, 1, 2
 
 # For a kernel that is handed arrays: none is made in it, so none need be counted, and counting takes its time.
-njit_for_worlds = njit_entry(cache=True, nogil=True, error_model="numpy", _nrt=False)
+njit_for_worlds = njit_entry(nogil=True, error_model="numpy", _nrt=False)
 
 
 @inlined
@@ -154,67 +153,59 @@ def decide_with_coordinators(
         block = claim_block(crew, blocks, block)
 
 
-def _keyed(sources: str) -> Any:
-    """Make the kernel, cached by Numba until a file of kernels changes (see `hash_kernel_sources`)."""
+@njit_for_worlds
+def run_ticks(
+    arrays: Any, mode: int, first: int, end: int, part: int, parts: int, barrier: Any, ticks: int,
+    until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any, led: Any,
+    camera: Any, ranging: Any, boxes: Any, cargo: Any, living: Any, pulling: Any, calling: Any,
+) -> None:  # fmt: skip
+    """Advance the worlds from `first` up to `end` by a number of ticks, in a `mode`.
 
-    @njit_for_worlds
-    def advance(
-        c: Any, mode: int, first: int, end: int, part: int, parts: int, barrier: Any, ticks: int,
-        until_finished: bool, values: Any, tables: Any, stacks: Any, commands: Any, running: Any, out: Any, led: Any,
-        camera: Any, ranging: Any, boxes: Any, cargo: Any, living: Any, pulling: Any, calling: Any,
-    ) -> None:  # fmt: skip
-        """Advance the worlds from `first` up to `end` by a number of ticks, in a `mode`.
-
-        SENSE only measures, into `out` [N, F]. OBEY runs one tick with `commands` [N, 5]. RUN measures, decides with
-        `tables` and `stacks`, and executes one row of `commands` [B, 5] per robot, whose number it writes to
-        `running` [N]; `values` are the context's `rows`. This thread is number `part` of `parts` threads that share
-        each world. `led` has the bands and leads of coordinators (see `_squad_kernels`), or is None. With
-        `until_finished` a world stops when it reaches its goal. `camera` (cameras), `ranging` (range sensors),
-        `boxes` (to push), `cargo`, `living` (objects that appear, vanish or walk), `pulling` (boxes) and `calling`
-        (signals) are None if the scenario has none of these: the kernel is compiled without them then.
-        """
-        sources  # noqa: B018 - Numba keys its cache with what is closed over
-        for world in range(first, end):
-            start, crew = world * c.facts.count, (barrier, part, parts)
-            blocks = (c.facts.count + BLOCK - 1) // BLOCK
-            for turn in range(ticks):
+    SENSE only measures, into `out` [N, F]. OBEY runs one tick with `commands` [N, 5]. RUN measures, decides with
+    `tables` and `stacks`, and executes one row of `commands` [B, 5] per robot, whose number it writes to
+    `running` [N]; `values` are the context's `rows`. This thread is number `part` of `parts` threads that share
+    each world. `led` has the bands and leads of coordinators (see `_squad_kernels`), or is None. With
+    `until_finished` a world stops when it reaches its goal. `camera` (cameras), `ranging` (range sensors),
+    `boxes` (to push), `cargo`, `living` (objects that appear, vanish or walk), `pulling` (boxes) and `calling`
+    (signals) are None if the scenario has none of these: the kernel is compiled without them then.
+    """
+    c = refer_to(arrays)
+    for world in range(first, end):
+        start, crew = world * c.facts.count, (barrier, part, parts)
+        blocks = (c.facts.count + BLOCK - 1) // BLOCK
+        for turn in range(ticks):
+            wait_at_barrier(crew)
+            if until_finished and c.finished[world] >= 0:
+                break
+            c.facts.drift = (turn % c.facts.keep) * c.facts.most_step
+            if turn % c.facts.keep == 0:
+                sort_robots_into_grid(crew, c, world)
                 wait_at_barrier(crew)
-                if until_finished and c.finished[world] >= 0:
-                    break
-                c.facts.drift = (turn % c.facts.keep) * c.facts.most_step
-                if turn % c.facts.keep == 0:
-                    sort_robots_into_grid(crew, c, world)
-                    wait_at_barrier(crew)
-                now = c.tick[world] * c.facts.tick_s
-                if c.facts.lines_up:
-                    gather_object_places(c, world)
-                if calling is not None:
-                    list_signalers(c, world)
-                if led is not None:
-                    decide_with_coordinators(
-                        crew, c, world, now, values, tables, stacks, commands, running, led, camera, ranging, cargo,
-                        pulling, calling,
-                    )  # fmt: skip
-                block = claim_block(crew, blocks, -1) if led is None else -1
-                while block >= 0:
-                    low, high = start + block * BLOCK, start + min(c.facts.count, (block + 1) * BLOCK)
-                    sense_robots(c, low, high, world, mode != SENSE, camera, ranging, calling)
+            now = c.tick[world] * c.facts.tick_s
+            if c.facts.lines_up:
+                gather_object_places(c, world)
+            if calling is not None:
+                list_signalers(c, world)
+            if led is not None:
+                decide_with_coordinators(
+                    crew, c, world, now, values, tables, stacks, commands, running, led, camera, ranging, cargo,
+                    pulling, calling,
+                )  # fmt: skip
+            block = claim_block(crew, blocks, -1) if led is None else -1
+            while block >= 0:
+                low, high = start + block * BLOCK, start + min(c.facts.count, (block + 1) * BLOCK)
+                sense_robots(c, low, high, world, mode != SENSE, camera, ranging, calling)
+                for row in range(low, high):
+                    if mode == SENSE:
+                        for column in range(out.shape[1]):
+                            out[row, column] = values[row - low, column]
+                    elif mode == OBEY:
+                        interpret_commands(c, row, world, commands, row, cargo, pulling, calling)
+                    else:
+                        running[row] = pulse_agent(row, values[row - low], now, tables, stacks)
+                if mode == RUN:
                     for row in range(low, high):
-                        if mode == SENSE:
-                            for column in range(out.shape[1]):
-                                out[row, column] = values[row - low, column]
-                        elif mode == OBEY:
-                            interpret_commands(c, row, world, commands, row, cargo, pulling, calling)
-                        else:
-                            running[row] = pulse_agent(row, values[row - low], now, tables, stacks)
-                    if mode == RUN:
-                        for row in range(low, high):
-                            interpret_commands(c, row, world, commands, running[row], cargo, pulling, calling)
-                    block = claim_block(crew, blocks, block)
-                if mode != SENSE:
-                    finish_tick(crew, c, world, boxes, cargo, living, pulling, calling)
-
-    return advance
-
-
-run_ticks = _keyed(hash_kernel_sources())
+                        interpret_commands(c, row, world, commands, running[row], cargo, pulling, calling)
+                block = claim_block(crew, blocks, block)
+            if mode != SENSE:
+                finish_tick(crew, c, world, boxes, cargo, living, pulling, calling)

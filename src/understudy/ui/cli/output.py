@@ -94,7 +94,7 @@ def show_progress(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
 
 
 def compile_once(*, learner: bool = False, world: Scenario | None = None, quiet: bool = False) -> None:
-    """Compile the kernels that a command needs, and say so on stderr if it takes longer than 2 s."""
+    """Compile the kernels that a measurement needs, and say so on stderr if it takes longer than 2 s."""
     out = make_console(err=True)
     out.quiet = quiet
     began = perf_counter()

@@ -37,7 +37,7 @@ def advise(
     from understudy.learning.fit import learn
     from understudy.storage.library_folder import open_each_automaton
     from understudy.ui.cli.options import find_optional_kit, import_learner
-    from understudy.ui.cli.output import compile_once, print_json
+    from understudy.ui.cli.output import print_json
 
     if bind and world is None:
         raise _refused("--bind", bind[0], "needs a world", "add --world SCENARIO")
@@ -51,7 +51,6 @@ def advise(
         raise _refused(
             f"automaton {name!r}", "its lesson", "is missing: it was written by hand", "name a taught one"
         )
-    compile_once(learner=True, quiet=as_json)
     situations = None if world is None else _situations(lesson, world, bind)
     found = give_advice(lesson, learn(lesson), kit=parts, situations=situations)
     if as_json:

@@ -58,14 +58,13 @@ def evaluate_behavior(
     from understudy.analysis.evaluation import evaluate as evaluate_robots
     from understudy.analysis.evaluation import evaluate_team, link_for_evaluation
     from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
-    from understudy.ui.cli.output import compile_once, print_json, show_progress
+    from understudy.ui.cli.output import print_json, show_progress
 
     chosen, named = parse_seeds(seeds), choose_scenario_name(scenario, world)
     where, parts = open_scenario(named), find_kit(kit, named)
     assigned = assign_run(where, behavior, library, parts, bind)
     taught, ran, bound = assigned.libraries[assigned.sort], assigned.behavior, assigned.binding
-    link_for_evaluation(taught, ran, where, bound)  # mistakes are told at once, not when all is compiled
-    compile_once(world=where, quiet=as_json)
+    link_for_evaluation(taught, ran, where, bound)  # mistakes are told at once, not in the first world
     began = perf_counter()
     with show_progress("Worlds run", quiet=as_json) as report:
         if set(assigned.roots) == set(where.types):

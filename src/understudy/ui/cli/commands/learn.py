@@ -117,7 +117,7 @@ def learn_lesson(
     from understudy.learning.fit import predict_next_states as predicted
     from understudy.learning.report import learn_and_report
     from understudy.model.library import TrainedAutomaton
-    from understudy.ui.cli.output import compile_once, print_json
+    from understudy.ui.cli.output import print_json
 
     if (library is None) != (name is None):
         missing, remedy = (
@@ -148,7 +148,6 @@ def learn_lesson(
         remedy = "give either a table, or --recording FILE.mcap"
         raise SettingError(where="learn", setting="LESSON.csv", problem=problem, remedy=remedy)
     rows = None if predict is None else read_query_rows(predict, shown)
-    compile_once(learner=True, quiet=as_json)
     result = learn_and_report(shown)
     automaton = replace(shown.automaton, transitions=result.transitions)
     saved = None if library is None else _saved(library, TrainedAutomaton(automaton, shown))

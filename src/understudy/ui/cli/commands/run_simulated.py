@@ -112,12 +112,10 @@ class RunSession:
         """Make the run that the options describe, before its first tick."""
         from understudy.sim.team.libraries import make_team
         from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
-        from understudy.ui.cli.output import compile_once
 
         named = choose_scenario_name(options.scenario, options.world)
         where, kit = open_scenario(named), find_kit(options.kit, named)
         assigned = assign_run(where, options.behavior, options.library, kit, options.bind)
-        compile_once(world=where, quiet=options.as_json)
         team = make_team(where, [options.seed], assigned.libraries, assigned.roots)
         return cls(options, named, team, assigned)
 

@@ -44,7 +44,7 @@ def start_studio(
 
     from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import choose_scenario_name, find_kit, open_scenario
-    from understudy.ui.cli.output import compile_once, print_json
+    from understudy.ui.cli.output import print_json
     from understudy.ui.web.access import listen
     from understudy.ui.web.app import serve
     from understudy.ui.web.server import StudioServer
@@ -61,7 +61,6 @@ def start_studio(
             parts = make_scenario_kit(found) if kit is None else find_kit(kit, found.name)
         check_folder(library)
         address = listen(host, port, token)
-        compile_once(learner=True, world=found, quiet=as_json)
         session_host = SessionHost(found, library, parts, seed=seed, twin=twin)
         if as_json:
             print_json({"world": found.name, "library": library, "link": address.link})

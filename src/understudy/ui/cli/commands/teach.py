@@ -134,11 +134,10 @@ class TeachResult:
 def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> None:
     from understudy.errors import UnderstudyError
     from understudy.ui.cli.error_reporting import FAULT
-    from understudy.ui.cli.output import compile_once, format_count, make_console, print_json
+    from understudy.ui.cli.output import format_count, make_console, print_json
     from understudy.ui.controller import interrupted_sessions
     from understudy.ui.tui.app import TrainerApp
 
-    compile_once(learner=True, world=plan.world)
     left = interrupted_sessions.find_interrupted_session(
         plan.folder, plan.name, plan.world.name, plan.library
     )

@@ -73,7 +73,6 @@ def _of_trace(
     from understudy.analysis.run_header import fingerprint_scenario, read_recorded_tick
     from understudy.ui.cli.library_data import load_recorded_libraries
     from understudy.ui.cli.options import find_kit, open_scenario
-    from understudy.ui.cli.output import compile_once
 
     found = read_recorded_tick(run, robot=robot, time_s=time_s)
     ran = found.ran
@@ -85,7 +84,6 @@ def _of_trace(
     known, former = load_recorded_libraries(
         where, found.behavior, library or Path(ran.library), parts, ran.automata
     )
-    compile_once(world=where, quiet=quiet)
     header, row = found.header, found.row
     said = reasons(found, where, known)
     return said, WhyData.from_explanation(said, former, header.scenario, header.seed, row.robot, row.doing)

@@ -5,13 +5,10 @@ divide as compiled ones do, and an index below 0 counts from the end.
 """
 
 import ctypes
-from collections.abc import Callable
-from functools import lru_cache, wraps
-from typing import Any, TypeVar
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 NUMBERS: dict[str, Any] = {
     "float64": ctypes.c_double,
@@ -19,6 +16,10 @@ NUMBERS: dict[str, Any] = {
     "int32": ctypes.c_int32,
     "bool": ctypes.c_bool,
 }
+
+
+COMPOUND = (tuple, slice)
+"""The types of indices that select several dimensions or elements."""
 
 
 class Plain:
@@ -40,7 +41,7 @@ class Plain:
         return self.shape[0]
 
     def __getitem__(self, index: Any) -> Any:
-        if self._items is not None and not isinstance(index, tuple | slice):
+        if self._items is not None and type(index) not in COMPOUND:
             if index < 0:
                 raise IndexError(f"index {index} is out of bounds for an array of shape {self.shape}")
             return self._items[index]
@@ -48,12 +49,18 @@ class Plain:
         return Plain(found) if isinstance(found, np.ndarray) else found.item()
 
     def __setitem__(self, index: Any, value: Any) -> None:
-        if self._items is not None and not isinstance(index, tuple | slice):
+        if self._items is not None and type(index) not in COMPOUND:
             if index < 0:
                 raise IndexError(f"index {index} is out of bounds for an array of shape {self.shape}")
             self._items[index] = value
         else:
             self._array[self._allowed(index)] = value
+
+    def __eq__(self, other: object) -> bool:
+        """Refuse to compare arrays, which Python would do by identity."""
+        raise TypeError("kernels compare elements, not arrays")
+
+    __hash__ = None  # type: ignore[assignment]
 
     def _allowed(self, index: Any) -> Any:
         """Return an index unchanged; raise IndexError if any part of it is below 0."""
@@ -93,21 +100,44 @@ def make_plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def wrap_64_bits(word: Any) -> int:
+# What follows has a compiled twin of another meaning for Numba (see `intrinsics`).
+
+
+def int64(number: Any) -> int:
+    """Return a number as a whole number of 64 bits."""
+    return int(number)
+
+
+def uint64(word: Any) -> int:
     """Return the lowest 64 bits of a whole number, because sums and products of 64-bit words wrap."""
     return int(word) & 0xFFFFFFFFFFFFFFFF
 
 
-def make_plain_records(count: int, dtype: Any) -> Any:
+def prange(*bounds: int) -> range:
+    """Return a range, whose steps several threads share once compiled."""
+    return range(*bounds)
+
+
+def blank(count: int, dtype: Any) -> Any:
     """Make an array of `count` records of a type, all zeros."""
     return Plain(np.zeros(count, dtype))
 
 
-def run_on_plain_arrays(function: F) -> F:
-    """Wrap a function so that all its arguments are converted by `make_plain`."""
+def refer_to(values: Any) -> Any:
+    """Return a named tuple; compiled, a reference to it."""
+    return values
 
-    @wraps(function)
-    def called(*args: Any) -> Any:
-        return function(*map(make_plain, args))
 
-    return called  # type: ignore[return-value]
+def add_at_once(array: Any, index: int, value: int) -> Any:
+    """Add to an element of an array, atomically, and return what it was before."""
+    array[index] += value
+    return array[index] - value
+
+
+def read_now(array: Any, index: int) -> Any:
+    """Return an element of an array as it is in memory now, whichever thread wrote it."""
+    return array[index]
+
+
+def let_others_run() -> None:
+    """Give the processor to another thread; plain kernels run in one thread."""

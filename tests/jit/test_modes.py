@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from understudy._plain_kernels import Plain, make_plain
 from understudy.errors import SettingError
-from understudy.kernel_cache import (
+from understudy.jit.plain import Plain, make_plain
+from understudy.jit.settings import (
     ALL_PARTS,
     CHECKED,
     COMPILED,
@@ -29,7 +29,7 @@ from understudy.sim.kernel_context import find_world_contents
 from understudy.sim.params import make_world_params
 from understudy.sim.scenario.files import load_scenario
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 RECORD = np.dtype([("x", "f8"), ("n", "i4")], align=True)
 BEYOND = [  # index of an array of three -> whether it is refused: in checked mode, in plain Python
     (2, False, False),
@@ -68,7 +68,7 @@ def test_modes_agree() -> None:
 def test_index_out_of_bounds(index: int, checked: bool, python: bool) -> None:
     code = (
         "import numpy as np\n"
-        "from understudy._jit_kernels import njit_entry\n"
+        "from understudy.jit.decorators import njit_entry\n"
         "element = njit_entry()(lambda array, index: array[index])\n"
         f"try: element(np.zeros(3), {index})\n"
         "except IndexError: print('refused')"
@@ -94,7 +94,7 @@ def test_parts_of_kernels_are_those_of_the_world_unless_all_are_asked_for(
 def test_unknown_mode_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(MODE, "fast")
     with pytest.raises(
-        SettingError, match="UNDERSTUDY_KERNELS is 'fast'; give one of compiled, checked, python"
+        SettingError, match="UNDERSTUDY_KERNELS is 'fast'; give one of auto, compiled, checked, python"
     ):
         read_kernel_mode()
 

@@ -23,14 +23,14 @@ class LinkedLibrary(JITCodeLibrary):
 
     def get_pointer_to_function(self, name: str) -> int:
         """Return 0, which stands for a function that Python cannot call."""
-        self._ensure_finalized()  # type: ignore[no-untyped-call]
+        self._ensure_finalized()
         return 0
 
     def _optimize_final_module(self) -> None:
         pass
 
     def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._finalize_dynamic_globals()
         self._finalized = True
 
 
@@ -44,3 +44,11 @@ class LinkedCompiler(CompilerBase):
         state.library = made(state.targetctx.codegen(), state.func_id.func_qualname)
         passes: Any = DefaultPassBuilder.define_nopython_pipeline
         return [passes(state)]
+
+
+FOR_LINKED: dict[str, Any] = {
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "pipeline_class": LinkedCompiler,
+}
+"""The options of Numba for kernels that only other kernels call."""

@@ -1,0 +1,52 @@
+"""Command `understudy prepare`: compile kernels ahead of time."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from understudy.ui.cli.options import Json
+
+
+def prepare(
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENARIO]...",
+            help="Built-in scenarios or scenario files; all built-in ones if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Compile the learner and the kernels of scenarios ahead of time, for images and classrooms.
+
+    Nothing needs it: kernels run as plain Python until they are compiled in the background.
+
+    [dim]understudy prepare forage patrol[/]
+    """
+    from time import perf_counter
+
+    from understudy.jit.cache import find_cache_folder
+    from understudy.jit.settings import compile_on_first_call
+    from understudy.learning.tree_growth import compile_tree_kernels
+    from understudy.sim.catalog import compile_world_kernels
+    from understudy.sim.scenario.files import list_builtin_scenarios
+    from understudy.ui.cli.options import open_scenario
+    from understudy.ui.cli.output import print_json, show_progress
+
+    worlds = [open_scenario(name) for name in scenarios or list_builtin_scenarios()]
+    compile_on_first_call()
+    began = perf_counter()
+    with show_progress("Prepared", quiet=as_json) as report:
+        report(0, len(worlds) + 1)
+        compile_tree_kernels()
+        for done, world in enumerate(worlds, start=1):
+            report(done, len(worlds) + 1)
+            compile_world_kernels(world)
+    seconds, folder = perf_counter() - began, find_cache_folder()
+    if as_json:
+        print_json({"worlds": [world.name for world in worlds], "seconds": seconds, "folder": folder})
+    else:
+        typer.echo(f"Prepared {len(worlds)} scenarios in {seconds:.0f} s; compiled kernels are in {folder}")

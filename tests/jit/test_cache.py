@@ -1,0 +1,185 @@
+"""Files of compiled kernels: where they are, that they are whole or not there, and that their number stays bounded."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from time import sleep, time
+from typing import Any
+
+import pytest
+
+from understudy.jit import cache
+
+KEY = "0" * 64
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder for compiled kernels, named in the environment."""
+    monkeypatch.setenv(cache.SETTING, str(tmp_path / "kernels"))
+    monkeypatch.setattr(cache, "SHIPPED", tmp_path / "shipped")
+    cache._warn.cache_clear()
+    return tmp_path / "kernels"
+
+
+def test_a_kernel_is_read_as_written(folder: Path) -> None:
+    assert cache.read_kernel(KEY) is None
+    cache.write_kernel(KEY, b"code")
+    assert cache.read_kernel(KEY) == b"code"
+    assert [path.name for path in folder.iterdir()] == [KEY + cache.SUFFIX]
+
+
+@pytest.mark.parametrize(
+    "spoil", [lambda whole: whole[:-1], lambda whole: whole[:-1] + b"?", lambda whole: b""]
+)
+def test_a_spoiled_file_is_not_used(folder: Path, spoil: Any) -> None:
+    cache.write_kernel(KEY, b"code")
+    path = folder / (KEY + cache.SUFFIX)
+    path.write_bytes(spoil(path.read_bytes()))
+    assert cache.read_kernel(KEY) is None
+
+
+def test_shipped_kernels_are_found(folder: Path) -> None:
+    cache.write_kernel(KEY, b"code")
+    folder.rename(cache.SHIPPED)
+    assert cache.read_kernel(KEY) == b"code"
+
+
+def test_a_folder_that_cannot_be_made_is_named_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "file").write_text("")
+    cache._warn.cache_clear()
+    monkeypatch.setenv(cache.SETTING, str(tmp_path / "file" / "kernels"))
+    for _ in range(2):
+        cache.write_kernel(KEY, b"code")
+    assert cache.read_kernel(KEY) is None
+    assert [(record.levelno, record.getMessage()) for record in caplog.records] == [
+        (
+            logging.WARNING,
+            f"Compiled kernels are not kept (Not a directory: {tmp_path / 'file' / 'kernels'}); "
+            "set UNDERSTUDY_KERNEL_CACHE to a folder that can be written to",
+        )
+    ]
+
+
+def test_a_full_disk_leaves_nothing_half_written(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def refuse(*_: Any) -> None:
+        raise OSError(28, "No space left on device", "kernel")
+
+    monkeypatch.setattr(Path, "replace", refuse)
+    cache.write_kernel(KEY, b"code")
+    assert list(folder.iterdir()) == []
+    assert len(caplog.records) == 1
+
+
+def test_those_not_used_for_longest_are_deleted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cache, "MOST_BYTES", 3 * (32 + 4))
+    now = time()
+    for number in range(3):
+        cache.write_kernel(str(number), b"code")
+        os.utime(folder / f"{number}{cache.SUFFIX}", (now - 100 + number, now - 100 + number))
+    cache.read_kernel("0")
+    cache.write_kernel("3", b"code")
+    assert {path.stem for path in folder.iterdir()} == {"0", "2", "3"}
+
+
+@pytest.mark.parametrize(("age_s", "stays"), [(60, True), (2 * cache.HALF_WRITTEN_S, False)])
+def test_what_a_killed_process_left_is_deleted_later(folder: Path, age_s: float, stays: bool) -> None:
+    folder.mkdir()
+    left = folder / ".left"
+    left.write_bytes(b"")
+    os.utime(left, (time() - age_s, time() - age_s))
+    cache.write_kernel(KEY, b"code")
+    assert left.exists() == stays
+
+
+def test_a_process_killed_while_it_writes_leaves_whole_files(folder: Path) -> None:
+    code = (
+        "from understudy.jit import cache\n"
+        "while True: cache.write_kernel('1', b'a' * 3_000_000); cache.write_kernel('1', b'b' * 3_000_000)"
+    )
+    for pause_s in (0.3, 0.4, 0.5):
+        process = subprocess.Popen([sys.executable, "-c", code])
+        try:
+            sleep(pause_s)
+        finally:
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+        found = cache.read_kernel("1")
+        assert found in (None, b"a" * 3_000_000, b"b" * 3_000_000)
+        assert found is not None or not (folder / f"1{cache.SUFFIX}").exists()
+
+
+def test_two_processes_that_write_do_not_harm_each_other(folder: Path) -> None:
+    code = (
+        "import sys\nfrom understudy.jit import cache\n"
+        "for _ in range(40):\n"
+        "    cache.write_kernel('1', sys.argv[1].encode() * 300_000)\n"
+        "    found = cache.read_kernel('1')\n"
+        "    assert found in (b'a' * 300_000, b'b' * 300_000)\n"
+    )
+    writers = [subprocess.Popen([sys.executable, "-c", code, letter]) for letter in "ab"]
+    assert [writer.wait() for writer in writers] == [0, 0]
+
+
+PLACES = [  # what can be written at home, what is named -> the folder, from the user's home
+    (True, None, ".cache/understudy/kernels"),
+    (True, "named", "named"),
+    (False, "named", "named"),
+    (False, None, None),
+]
+
+
+@pytest.mark.skipif(sys.platform in ("darwin", "win32"), reason="caches are elsewhere")
+@pytest.mark.parametrize(("home", "named", "found"), PLACES)
+def test_place(
+    home: bool, named: str | None, found: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
+    monkeypatch.setattr(cache, "_make_temporary", cache._make_temporary.__wrapped__)
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.delenv(cache.SETTING, raising=False)
+    if named:
+        monkeypatch.setenv(cache.SETTING, str(tmp_path / named))
+    monkeypatch.setattr(cache, "_is_writable", lambda folder: home)
+    folder = cache.find_cache_folder()
+    if found is not None:
+        assert folder == tmp_path / found
+    else:
+        assert folder.parent == Path(tempfile.gettempdir())
+        assert folder.stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="users have no numbers")
+def test_a_folder_of_another_user_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    trap = tmp_path / f"understudy-kernels-{os.getuid()}"
+    trap.mkdir()
+    trap.chmod(0o777)
+    assert cache._make_temporary.__wrapped__() != trap
+
+
+@pytest.mark.parametrize("name", ["engine/_kernels.py", "sim/kernels/tick.py", "sim/sensing/sectors.py"])
+def test_an_edit_of_kernels_or_records_is_noticed(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / name).parent.mkdir(parents=True)
+    monkeypatch.setattr(cache, "__file__", str(tmp_path / "jit" / "cache.py"))
+    hashes = set()
+    for text in ("one", "two"):
+        (tmp_path / name).write_text(text)
+        cache.hash_kernel_sources.cache_clear()
+        hashes.add(cache.hash_kernel_sources())
+    cache.hash_kernel_sources.cache_clear()
+    assert len(hashes) == 2

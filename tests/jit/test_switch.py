@@ -1,0 +1,141 @@
+"""Kernels run as plain Python until another process has compiled them."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from time import monotonic, sleep
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.jit import sample_kernels
+
+from understudy.jit import cache, switch
+from understudy.jit.decorators import Kernel
+from understudy.jit.dispatchers import make_dispatcher
+from understudy.jit.settings import AUTO, MODE
+
+PATIENCE_S = 30.0
+
+
+@pytest.fixture(autouse=True)
+def patient(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """An empty folder for compiled kernels, and a loader of its own, which wants compiled code at once."""
+    monkeypatch.setenv(MODE, AUTO)
+    monkeypatch.setenv(cache.SETTING, str(tmp_path / "kernels"))
+    monkeypatch.setattr(switch, "PATIENCE_S", -1.0)
+    monkeypatch.setattr(switch, "_the_loader", None)
+    yield
+    end_loader()
+
+
+def end_loader() -> None:
+    """End the loader, and the process that compiles for it; the next call gets another."""
+    loader, switch._the_loader = switch._the_loader, None
+    if loader is not None:
+        loader.stop()
+        if loader.compiler is not None:
+            loader.compiler.wait()
+
+
+def anew(kernel: Kernel[..., Any]) -> Kernel[..., Any]:
+    """The same kernel, as if it had never been called."""
+    kernel.run = kernel._choose_and_run
+    switch._switched.pop(kernel, None)
+    make_dispatcher.cache_clear()
+    return kernel
+
+
+def call_until(kernel: Kernel[..., Any], *args: Any) -> set[Any]:
+    """Call a kernel until it is compiled for these arguments; return all that it returned."""
+    found, until = set(), monotonic() + PATIENCE_S
+    while not kernel.is_compiled(*args) and monotonic() < until:
+        found.add(kernel(*args))
+        sleep(0.01)
+    assert kernel.is_compiled(*args)
+    return found | {kernel(*args)}
+
+
+def test_a_kernel_is_compiled_while_it_runs() -> None:
+    add_up = anew(sample_kernels.add_up)
+    assert call_until(add_up, np.arange(4.0)) == {6.0}
+    assert not isinstance(add_up.run, switch.KernelSwitch)
+
+
+def test_other_types_run_as_plain_python_until_they_are_compiled_too() -> None:
+    add_up = anew(sample_kernels.add_up)
+    call_until(add_up, np.arange(4.0))
+    whole = np.arange(4, dtype=np.int32)
+    assert not add_up.is_compiled(whole)
+    assert call_until(add_up, whole) == {6.0}
+    assert add_up.is_compiled(np.arange(4.0))
+
+
+def test_short_work_compiles_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(switch, "PATIENCE_S", 60.0)
+    add_up = anew(sample_kernels.add_up)
+    for _ in range(100):
+        add_up(np.arange(4.0))
+    assert switch._the_loader is None
+
+
+def test_what_cannot_be_compiled_stays_plain_and_is_warned_about_once(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    name_type = anew(sample_kernels.name_type)
+    until = monotonic() + PATIENCE_S
+    while not caplog.records and monotonic() < until:
+        name_type(np.arange(4.0))
+        sleep(0.01)
+    for _ in range(10):
+        assert name_type(np.arange(4.0)).startswith("Plain")
+    assert [record.levelno for record in caplog.records] == [logging.WARNING]
+    assert "Kernels run uncompiled, which is slower: name_type: TypingError" in caplog.text
+
+
+def test_after_the_compiling_process_was_killed_kernels_stay_plain_and_others_get_a_new_one(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add_up = anew(sample_kernels.add_up)
+    started = []
+    begin = subprocess.Popen
+
+    def remember(*args: Any, **options: Any) -> Any:
+        started.append(begin(*args, **options))
+        return started[-1]
+
+    monkeypatch.setattr(subprocess, "Popen", remember)
+    until = monotonic() + PATIENCE_S
+    while not started and monotonic() < until:
+        add_up(np.arange(4.0))
+    os.kill(started[0].pid, signal.SIGKILL)
+    while not caplog.records and monotonic() < until:
+        assert add_up(np.arange(4.0)) == 6.0
+    assert "the process that compiles them has ended" in caplog.text
+    assert call_until(add_up, np.arange(4, dtype=np.int32)) == {6.0}
+    assert len(started) == 2
+
+
+@pytest.mark.parametrize("spoil", [b"", b"nonsense"])
+def test_a_spoiled_file_is_compiled_again(spoil: bytes, tmp_path: Path) -> None:
+    add_up = anew(sample_kernels.add_up)
+    call_until(add_up, np.arange(4.0))
+    (file,) = (tmp_path / "kernels").iterdir()
+    end_loader()
+    cache.write_kernel(file.stem, spoil)
+    assert call_until(anew(add_up), np.arange(4.0)) == {6.0}
+    assert cache.read_kernel(file.stem) not in (b"", b"nonsense", None)
+
+
+def test_a_second_process_finds_what_the_first_compiled(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    add_up = anew(sample_kernels.add_up)
+    call_until(add_up, np.arange(4.0))
+    monkeypatch.setattr(switch, "KernelCompiler", None)
+    assert call_until(anew(add_up), np.arange(4.0)) == {6.0}
