@@ -291,9 +291,10 @@ def _anew(replay: LessonReplay) -> str:
 def find_regressions_since_saved(
     folder: Path | str, library: Library, taught: TrainedAutomaton, libraries: Libraries = NOBODY
 ) -> tuple[str, ...]:
-    """List, one sentence each, the presses and expectations that an automaton breaks compared to its saved version.
+    """List the presses and expected outcomes that an automaton no longer satisfies, although its saved version does.
 
-    It compares with the document in `folder`; see `find_regressions`.
+    There is one sentence for each. `taught` is the automaton, `folder` has its saved version, `library` the automata
+    that it uses. See `find_regressions`.
     """
     return find_regressions(
         library,

@@ -54,7 +54,10 @@ def work(task: Task) -> Row:
 
 
 def get_success_at_decisions(found: Mapping[str, Any], decisions: int) -> float:
-    """Return the share of successful trials of a learner that was given this number of labeled decisions."""
+    """Return the share of successful trials of a learner that was given this number of labeled decisions.
+
+    `found` is a row of this study, with the `success` for each number in `BUDGETS`.
+    """
     return float(found["success"][BUDGETS.index(decisions)])
 
 

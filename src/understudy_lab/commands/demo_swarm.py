@@ -55,7 +55,11 @@ def demo_swarm(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 def _evaluate_swarm(
     libraries: Libraries, seed: int, folder: Path, *, quiet: bool
 ) -> tuple[dict[str, Any], list[Path]]:
-    """Measure the yield taught, hand-written and without coordinators, and the speed of ten thousand robots."""
+    """Measure what swarms bring home, and how many times faster than real time ten thousand robots are simulated.
+
+    The swarms are the taught one, a hand-written one, and two without coordinators. Return what was measured, and the
+    pictures that were drawn.
+    """
     from understudy.ui.cli.output import show_progress
     from understudy_lab.swarm.evaluate import ALONE, ANSWERING, THREE, WAYS, measure_gathered, worlds_of
     from understudy_lab.swarm.practice import make_swarm_team

@@ -26,12 +26,15 @@ METHODS: Mapping[str, Mapping[str, LearnerOptions]] = {"watched": WATCHED, "plai
 
 @dataclass(frozen=True)
 class JudgedTeaching:
-    """One teaching and the evaluation of its robot."""
+    """The result of teaching a robot to forage with one seed, and its evaluation in unseen worlds.
+
+    `corners` has the success, from 0 to 1, by the name of a corner case of the paper.
+    """
 
     seed: int
     teaching: TeachingResult
     evaluation: Evaluation
-    corners: Mapping[str, float]  # success by corner case
+    corners: Mapping[str, float]
 
 
 def worlds_of(seed: int) -> range:

@@ -34,7 +34,7 @@ WANTED = 0.5
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per teacher, task, chance of a slip, and way of correcting."""
+    """Return the work to do: one teaching for each behavior, share of wrong presses, way of correcting, and seed."""
     kinds = [(CLEAN, 0.0), *((way, chance) for chance in CHANCES for way in WAYS)]
     return [
         {"task": name, "way": way, "chance": chance, "seed": seed}

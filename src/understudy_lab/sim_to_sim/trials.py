@@ -161,7 +161,8 @@ def teach_patrol(seed: int) -> teach.PatrolTeaching:
 def patrol_cycles(taught: teach.PatrolTeaching, ground: World | MujocoBody) -> dict[str, Any]:
     """Return the numbers of captures, of cycles and of completed cycles, and the duration of each cycle in s.
 
-    A cycle lasts from a capture over all robots being home until all have left again.
+    A cycle begins with the capture of an intruder. It continues until all robots are at home, and ends when all have
+    left again.
     """
     known: Libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     team = Team(

@@ -101,7 +101,7 @@ class Compiled:
     slots: int
 
     def stacks(self, agents: int | None = None) -> Stacks:
-        """Make run states that are not started yet, of one agent per program, or of the first `agents`."""
+        """Make initial run states: of one agent for each compiled program, or for the first `agents` programs only."""
         agents = len(self.roots) if agents is None else agents
         return Stacks(
             self.roots[:agents].copy(),

@@ -73,7 +73,11 @@ class Member(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Membership:
-    """The M members of S squads, squad after squad: their body, their row there, their role, their squad [M each]."""
+    """The M members of all squads of a layer, one squad after the other, as arrays [M].
+
+    `band` is the index of the group of agents (robots, or squads of a layer below) that has a member, `row` its index
+    there; `role` and `squad` are the indices of its role and its squad.
+    """
 
     squads: int
     band: NDArray[np.intp]

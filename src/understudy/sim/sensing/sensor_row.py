@@ -63,9 +63,10 @@ class SensorContext:
 
 @dataclass(frozen=True)
 class SensorChannel:
-    """One measurement of a sensor: its one or two readings, and the records with which a kernel makes it.
+    """One measurement of a sensor: the one or two readings that it yields, and how a kernel computes them.
 
-    `step` and `part` are fields of the records STEP and PART, `sector` is a SECTOR.
+    `step`, `part` and `sector` are the content of the records STEP, PART and SECTOR (`sim/kernels/dtypes.py`) that the
+    kernel reads.
     """
 
     keys: tuple[ReadingKey, ...]

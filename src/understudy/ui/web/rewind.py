@@ -141,7 +141,7 @@ class UncertainMoment:
 
 
 class UncertainMoments:
-    """The marked moments of one session, oldest first."""
+    """The moments of a session that were marked because the automaton was uncertain, oldest first."""
 
     def __init__(self) -> None:
         self._marks: tuple[UncertainMoment, ...] = ()
