@@ -66,9 +66,11 @@ docs: $(VENV)/.release ## build the documentation site into site/; a warning fai
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --builder html docs site
 	@echo "Open site/index.html"
 
-dist: $(VENV)/.release ## build wheel and sdist into dist/, check them, and try both in empty environments
+dist: $(VENV)/.release ## build wheels, pure and with compiled kernels, and sdist into dist/; check and try all
 	rm -rf dist
 	$(BIN)/python -m hatchling build
+	$(BIN)/python tools/compile_shipped.py build/compiled
+	UNDERSTUDY_SHIPPED_KERNELS=build/compiled $(BIN)/python -m hatchling build -t wheel
 	$(BIN)/twine check --strict dist/*
 	$(BIN)/check-wheel-contents dist/*.whl
 	$(BIN)/python tools/smoke_test.py dist

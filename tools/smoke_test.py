@@ -9,6 +9,7 @@ installs it. The wheel must hold no tests, and no file above 1 MB but the studio
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -30,6 +31,14 @@ def check_contents(wheel: Path) -> None:
                 sys.exit(f"{wheel.name} holds {info.filename}")
             if info.file_size > LARGEST and "/static/" not in info.filename:
                 sys.exit(f"{wheel.name} holds {info.filename}, {info.file_size / 1e6:.1f} MB")
+
+
+def holds_kernels(distribution: Path) -> bool:
+    """Return whether a distribution carries compiled kernels."""
+    if distribution.suffix != ".whl":
+        return False
+    with zipfile.ZipFile(distribution) as archive:
+        return any(name.endswith(".kernel") for name in archive.namelist())
 
 
 def install(distribution: Path, folder: Path) -> Path:
@@ -81,9 +90,14 @@ def main(folder: Path) -> None:
         if distribution.suffix == ".whl":
             check_contents(distribution)
         with TemporaryDirectory() as scratch:
+            kernels = Path(scratch) / "kernels"
+            os.environ["UNDERSTUDY_KERNEL_CACHE"] = str(kernels)
             programs = install(distribution.resolve(), Path(scratch) / "environment")
             try_commands(programs, Path(scratch))
             try_studio(programs, Path(scratch))
+            compiled = sorted(kernels.glob("*.kernel"))
+            if compiled and holds_kernels(distribution):
+                sys.exit(f"{distribution.name} holds kernels, but {len(compiled)} were compiled")
         sys.stdout.write(f"{distribution.name}: installed, demo, studio and messages are fine\n")
 
 

@@ -25,6 +25,15 @@ def add_up(numbers: Any) -> float:
 
 
 @njit_entry()
+def double(number: float, mark: Any) -> float:
+    """Double a number, with or without a mark."""
+    return number + number if mark is None else 2.0 * number
+
+
+double.generalize = lambda arguments: (arguments[0], True)
+
+
+@njit_entry()
 def name_type(numbers: Any) -> str:
     """Do what Numba cannot compile."""
     return type(numbers).__name__ + str(np.finfo)

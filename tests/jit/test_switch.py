@@ -139,3 +139,20 @@ def test_a_second_process_finds_what_the_first_compiled(
     call_until(add_up, np.arange(4.0))
     monkeypatch.setattr(switch, "KernelCompiler", None)
     assert call_until(anew(add_up), np.arange(4.0)) == {6.0}
+
+
+def test_code_for_more_general_arguments_is_used_until_there_is_some_for_these(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    double = anew(sample_kernels.double)
+    call_until(double, 1.5, True)
+    end_loader()
+    double = anew(double)
+    asked = []
+    monkeypatch.setattr(switch.KernelCompiler, "ask", lambda _, request: asked.append(request))
+    assert call_until(double, 1.5, None) == {3.0}
+    assert isinstance(double.run, switch.KernelSwitch)
+    until = monotonic() + PATIENCE_S
+    while not asked and monotonic() < until:
+        sleep(0.01)
+    assert [request.switch for request in asked] == [double.run]

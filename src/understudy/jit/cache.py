@@ -4,6 +4,7 @@ import logging
 import os
 import sys
 import tempfile
+import zlib
 from contextlib import suppress
 from functools import cache
 from hashlib import sha256
@@ -57,18 +58,19 @@ def read_kernel(key: str) -> bytes | None:
             continue
         if sha256(content[32:]).digest() == content[:32]:
             _mark_used(path)
-            return content[32:]
+            return zlib.decompress(content[32:])
     return None
 
 
 def write_kernel(key: str, data: bytes) -> None:
     """Write a file that is whole or not there; warn once if that is impossible."""
+    packed = zlib.compress(data, 1)
     try:
         folder = find_cache_folder()
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         with tempfile.NamedTemporaryFile(dir=folder, prefix=".", delete=False) as file:
             try:
-                file.write(sha256(data).digest() + data)
+                file.write(sha256(packed).digest() + packed)
                 file.close()
                 Path(file.name).replace(folder / (key + SUFFIX))
             except BaseException:

@@ -65,6 +65,8 @@ class Kernel(Generic[P, R]):
         self.function: Callable[..., Any] = function
         self.run: Callable[..., Any] = self._choose_and_run
         """What runs now: `run_plain`, a `KernelSwitch`, or compiled code."""
+        self.generalize: Callable[[tuple[Any, ...]], tuple[Any, ...]] = tuple
+        """What makes arguments of more general types, with the same results, for which code may be compiled before."""
 
     def __call__(self, *args: P.args, **no_names: P.kwargs) -> R:
         """Run the kernel."""

@@ -2,9 +2,9 @@
 
 import logging
 import pickle
-import platform
 import sys
-from functools import cache
+import sysconfig
+from collections.abc import Iterator
 from hashlib import sha256
 from typing import Any
 
@@ -15,6 +15,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from understudy.jit.cache import read_kernel, write_kernel
+from understudy.jit.processors import find_baseline
 from understudy.jit.settings import CHECKED, COMPILED, read_kernel_mode
 
 
@@ -40,8 +41,7 @@ class StoredKernels(_Cache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the compiled kernel for these types, or None if there is none."""
         target_context.refresh()
-        content = self.contents.get(sig) or read_kernel(self._make_key(sig, target_context))
-        if content is not None:
+        for content in self._find_contents(sig, target_context):
             try:
                 loaded = CompileResult._rebuild(target_context, *pickle.loads(content))
             except Exception:  # whatever a file can do to these: it is of no use
@@ -56,7 +56,19 @@ class StoredKernels(_Cache):
     def save_overload(self, sig: Any, data: Any) -> None:
         """Write a compiled kernel."""
         self.contents[sig] = dumps(data._reduce())
-        write_kernel(self._make_key(sig, data.target_context), self.contents[sig])
+        _, processor, features = data.codegen.magic_tuple()
+        write_kernel(self._make_key(sig, processor, features), self.contents[sig])
+
+    def _find_contents(self, sig: Any, target_context: Any) -> Iterator[bytes]:
+        """Yield what is in memory, in the file for this very processor, and in that for its kind."""
+        if sig in self.contents:
+            yield self.contents[sig]
+        _, processor, features = target_context.codegen().magic_tuple()
+        baseline = find_baseline({each[1:] for each in features.split(",") if each.startswith("+")})
+        for kind in ((processor, features), *([] if baseline is None else [(baseline.name, "")])):
+            content = read_kernel(self._make_key(sig, *kind))
+            if content is not None:
+                yield content
 
     def enable(self) -> None:
         """Do nothing: files are always used."""
@@ -67,22 +79,18 @@ class StoredKernels(_Cache):
     def flush(self) -> None:
         """Do nothing: files are deleted by age."""
 
-    def _make_key(self, sig: Any, target_context: Any) -> str:
-        """Hash all that a compiled kernel depends on."""
-        types = "; ".join(map(str, sig))
-        return sha256(
-            "\n".join((self._name, self._source, types, *_list_versions(target_context))).encode()
-        ).hexdigest()
-
-
-@cache
-def _list_versions(target_context: Any) -> tuple[str, ...]:
-    """List what all compiled kernels depend on: mode, compilers, Python and processor."""
-    return (
-        CHECKED if read_kernel_mode() == CHECKED else COMPILED,
-        numba.__version__,
-        llvmlite.__version__,
-        str(sys.implementation.cache_tag),
-        platform.machine(),
-        repr(target_context.codegen().magic_tuple()),
-    )
+    def _make_key(self, sig: Any, processor: str, features: str) -> str:
+        """Hash all that a compiled kernel depends on: sources, types, mode, compilers, Python, system, processor."""
+        parts = (
+            self._name,
+            self._source,
+            "; ".join(map(str, sig)),
+            CHECKED if read_kernel_mode() == CHECKED else COMPILED,
+            numba.__version__,
+            llvmlite.__version__,
+            str(sys.implementation.cache_tag),
+            sysconfig.get_platform(),
+            processor,
+            features,
+        )
+        return sha256("\n".join(parts).encode()).hexdigest()

@@ -19,7 +19,7 @@ from contextlib import suppress
 from time import perf_counter
 from typing import Any, NamedTuple
 
-from understudy.jit.argument_types import describe_types
+from understudy.jit.argument_types import describe_types, make_example
 from understudy.jit.decorators import Kernel
 from understudy.jit.settings import COMPILED, MODE
 
@@ -45,11 +45,15 @@ class KernelSwitch:
 
     def __init__(self, kernel: Kernel[..., Any]) -> None:
         self.kernel = kernel
+        self.general: dict[Hashable, Callable[..., Any]] = {}
+        """Compiled code for more general arguments, by the types of arguments for which there is none yet."""
         self._spent_s = 0.0
         self._wanted: set[Hashable] = set()
 
     def __call__(self, *args: Any) -> Any:
-        """Run the kernel as plain Python."""
+        """Run the kernel as plain Python, or with arguments for which it is compiled."""
+        if self.general and (general := self.general.get(describe_types(args))):
+            return general(*self.kernel.generalize(args))
         begun = perf_counter()
         found = self.kernel.run_plain(*args)
         self._spent_s += perf_counter() - begun
@@ -118,12 +122,25 @@ class KernelLoader(threading.Thread):
         except KernelMissing:
             if answer is not None:
                 raise
+            self._load_general(request, dispatcher)
             if self.compiler is None or not self.compiler.runs:
                 self.compiler = KernelCompiler(self.requests.put)
             self.compiler.ask(request)
         else:
             _switched.setdefault(kernel, set()).add(types)
             kernel.run = dispatcher
+
+    def _load_general(self, request: Request, dispatcher: Any) -> None:
+        """Load compiled code for more general arguments, if it is there."""
+        from understudy.jit.dispatchers import infer_signature
+        from understudy.jit.stored import KernelMissing
+
+        switch, types = request.switch, request.types
+        general = describe_types(switch.kernel.generalize(make_example(types)))
+        with suppress(KernelMissing):
+            dispatcher.compile(infer_signature(dispatcher, general))
+            switch.general[types] = dispatcher
+            _switched.setdefault(switch.kernel, set()).add(types)
 
 
 class KernelCompiler:

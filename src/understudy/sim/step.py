@@ -37,6 +37,9 @@ ROBOT_TICKS = 5_000_000
 
 MOST_TICKS = 100
 
+PARTS = 7
+"""The number of optional parts of the kernel; see `find_world_contents`."""
+
 UNCOMPILED_ROBOT_TICKS = 100
 """The number of robot ticks in plain Python, some 20 ms, after which compiled code may take over."""
 
@@ -291,6 +294,14 @@ def _is_compiled(context: KernelContext, fused: FusedPlan) -> bool:
         context.arrays, tick.RUN, 0, 1, 0, 1, context.room.barrier, 1, False, context.rows, tuple(fused.tables),
         tuple(fused.stacks), fused.commands, fused.running, NOTHING[2], fused.lead, *context.has,
     )  # fmt: skip
+
+
+def _add_all_parts(arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the arguments of the kernel with every optional part, of which there may be nothing in the world."""
+    return *arguments[:-PARTS], *(True,) * PARTS
+
+
+tick.run_ticks.generalize = _add_all_parts
 
 
 def sense_worlds(context: KernelContext, worlds: int, out: NDArray[np.float64]) -> None:
