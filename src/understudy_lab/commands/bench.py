@@ -83,6 +83,12 @@ def million(as_json: Json = False) -> None:
     _measure("million", as_json=as_json)
 
 
+@app.command("start")
+def start(as_json: Json = False) -> None:
+    """Measure how long a person waits after a command, with empty and full caches, beside peers (takes minutes)."""
+    _measure("start", as_json=as_json)
+
+
 @app.command("robots")
 def robots(as_json: Json = False) -> None:
     """Measure the time from a sensor value to the command it causes in another process, over DDS and Zenoh."""
@@ -174,6 +180,23 @@ def _robots(result: dict[str, Any]) -> None:
         make_console().print(f"Not measured: {peer}.", markup=False)
 
 
+def _start(result: dict[str, Any]) -> None:
+    from understudy.ui.cli.output import make_console, make_table
+
+    made = make_table("~from a command to its end, s", "cache", "#median", "#range", title="Starting")
+    for row in result["results"]:
+        made.add_row(
+            row["case"], row["cache"], f"{row['s']:.2f}", f"{row['least_s']:.2f}–{row['most_s']:.2f}"
+        )
+    make_console().print(made)
+    goals = make_table("~goal", "#at most", "#measured", "reached")
+    for goal in result["goals"]:
+        goals.add_row(goal["what"], f"{goal['most']:g}", f"{goal['value']:.2f}", _mark(goal["passed"]))
+    make_console().print(goals)
+    for peer in result["missing"]:
+        make_console().print(f"Not measured: {peer}.", markup=False)
+
+
 def _mark(reached: bool | None) -> str:
     return "[dim]not measured[/]" if reached is None else "[green]yes[/]" if reached else "[red]no[/]"
 
@@ -222,6 +245,7 @@ MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(
         "learning": _learning,
         "looks": _looks,
         "interpreter": _interpreter,
+        "start": _start,
         "robots": _robots,
         **dict.fromkeys(("swarm", "patrol", "squads", "crowding", "million"), _speeds),
     }
