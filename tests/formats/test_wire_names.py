@@ -94,6 +94,7 @@ COMMANDS = {
     "bench patrol": "--json",
     "bench robots": "--json",
     "bench squads": "--json",
+    "bench start": "--json",
     "bench swarm": "--json",
     "demo": "TASK --seed --out -o --json",
     "diff": "NAME --from --to --library -l --world -w --kit --all --json",
@@ -102,6 +103,7 @@ COMMANDS = {
     "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "
     "--parameters --targets --reaction --agent -a --session --kit --json",
     "list": "--library -l --world -w --kit --json",
+    "prepare": "[SCENARIO]... --json",
     "rebuild": "[NAME]... --library -l --world -w --kit --json",
     "robots": "",
     "robots check": "FILE --seconds --json",

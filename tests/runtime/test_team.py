@@ -16,12 +16,13 @@ from tests.runtime.automata import automaton
 from tests.runtime.random_libraries import Played, played, random_library
 
 from understudy.errors import UnderstudyError, UnknownName
+from understudy.jit.plain import make_plain
 from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.squad import Assignment, Order, Role, Squad, Statistic
 from understudy.runtime.body import Body, FusedPlan
 from understudy.runtime.engine import _pulse_kernels
-from understudy.runtime.engine.engine import Engine  # before the kernels, which it finds a cache for
+from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program
 from understudy.runtime.team import _squad_kernels
 from understudy.runtime.team.members import Member, Runner
@@ -333,7 +334,7 @@ class Led(Played):
             for column, key in enumerate(plan.keys):
                 bands[0][2][:, column] = percept[key]
             for world in range(self.worlds):
-                _squad_kernels.run_world_coordinators(world, now, bands, leads)
+                _squad_kernels.run_world_coordinators(world, now, *make_plain((bands, leads)))
             columns = np.ascontiguousarray(bands[0][2].T)
             _pulse_kernels.pulse_agents(columns, now, bands[0][0], bands[0][1], plan.running, 0, self.agents)
             commands = plan.commands[plan.running]

@@ -193,8 +193,8 @@ def _headline(every: Lessons, team: Row | None) -> str:
         ""
         if team is None
         else f" The {team['lessons']} lessons of a RoboCup team have medians of "
-        f"{team['spread']['examples']['median']:.0f} examples, {team['spread']['features']['median']:.0f} features, "
-        f"and trees of {team['spread']['nodes']['median']:.0f} nodes."
+        f"{team['spread']['examples']['median']:.0f} examples, {team['spread']['features']['median']:.0f} features "
+        f"and {team['spread']['nodes']['median']:.0f} nodes of a tree."
     )
     return (
         f"The medians over {len(every)} lessons are {found['features']:.0f} features, {found['examples']:.0f} examples,"

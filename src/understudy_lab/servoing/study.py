@@ -201,7 +201,8 @@ def _notes(rows: Sequence[Row], lost: Any, edges: Any) -> tuple[str, ...]:
         f"hand-written robot is only ×{either:.2f} as fast as the policy there, and ×{away:.2f} as fast if the push "
         f"goes the other way. So no robot can reach ×{FASTER} in the first case, and ×{FASTER} is nearly the best "
         "possible in the second. Larger and smaller pushes, earlier and later ones, watched examples and a reaction "
-        "time were tried on other seeds. They gave ×1.1 to ×1.3 in the first case, and ×1.2 to ×1.6 in the second.",
+        "time were tried on other seeds. The ratio was then ×1.1 to ×1.3 for pushes to either side, and ×1.2 to ×1.6 "
+        "for pushes the other way.",
         "States help if the robot saw on which side the ball left the frame, and a policy would turn the other way. "
         "They do not help if the robot starts without having seen the ball. Nor do they help, while nothing pushes the "
         "robot, against a policy whose teacher keeps the ball in the frame. That policy is even slightly faster "
