@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 
 from understudy.jit.cache import SETTING, SUFFIX
-from understudy.jit.processors import BASELINES
+from understudy.jit.processors import PROCESSOR_KINDS
 from understudy.jit.settings import ALL_PARTS, COMPILED, MODE, OWN_PARTS, PARTS
 
 ANY_SCENARIO = "forage"
@@ -24,8 +24,8 @@ ANY_SCENARIO = "forage"
 
 def main(folder: Path) -> None:
     """Compile in other processes, which read the processor when they import Numba."""
-    baseline = BASELINES.get(platform.machine())
-    if baseline is None:
+    kind = PROCESSOR_KINDS.get(platform.machine())
+    if kind is None:
         sys.exit(
             f"nothing is known of machines of the kind {platform.machine()!r}: see understudy/jit/processors.py"
         )
@@ -34,7 +34,7 @@ def main(folder: Path) -> None:
         **os.environ,
         SETTING: str(folder.resolve()),
         MODE: COMPILED,
-        "NUMBA_CPU_NAME": baseline.name,
+        "NUMBA_CPU_NAME": kind.name,
         "NUMBA_CPU_FEATURES": "",
     }
     for parts, scenarios in ((OWN_PARTS, []), (ALL_PARTS, [ANY_SCENARIO])):
@@ -42,9 +42,7 @@ def main(folder: Path) -> None:
         subprocess.run(command, env={**chosen, PARTS: parts}, check=True)
     files = list(folder.glob(f"*{SUFFIX}"))
     size = sum(file.stat().st_size for file in files)
-    sys.stdout.write(
-        f"{len(files)} compiled kernels for {baseline.name}, {size / 1e6:.1f} MB, are in {folder}\n"
-    )
+    sys.stdout.write(f"{len(files)} compiled kernels for {kind.name}, {size / 1e6:.1f} MB, are in {folder}\n")
 
 
 if __name__ == "__main__":

@@ -74,6 +74,7 @@ def test_out_as_a_file_and_in_again(teacher: Teacher, tmp_path: Path) -> None:
     page.get_by_role("button", name="Duplicate goto").click()
     page.get_by_role("textbox", name="Name of the copy of goto").press("Enter")
     page.get_by_role("button", name="Open goto 2").click()
+    expect(page.get_by_text("Opened goto 2")).to_be_visible()
     page.get_by_role("tab", name="Library").click()
     page.get_by_role("button", name="Delete goto").click()
 

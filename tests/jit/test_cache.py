@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from understudy.jit import cache
+from understudy.jit.processors import PROCESSOR_KINDS, find_processor_kind
 
 KEY = "0" * 64
 
@@ -130,6 +131,23 @@ def test_two_processes_that_write_do_not_harm_each_other(folder: Path) -> None:
     )
     writers = [subprocess.Popen([sys.executable, "-c", code, letter]) for letter in "ab"]
     assert [writer.wait() for writer in writers] == [0, 0]
+
+
+AVX2 = set(PROCESSOR_KINDS["x86_64"].features)
+KINDS = [  # machine, what a processor can do -> the kind whose code it runs
+    ("x86_64", AVX2 | {"avx512f"}, "x86-64-v3"),
+    ("x86_64", AVX2 - {"fma"}, None),
+    ("aarch64", {"neon"}, "generic"),
+    ("riscv64", {"m"}, None),
+]
+
+
+@pytest.mark.parametrize(("machine", "features", "expected"), KINDS)
+def test_shipped_kernels_are_for_processors_that_can_run_them(
+    machine: str, features: set[str], expected: str | None
+) -> None:
+    kind = find_processor_kind(features, machine)
+    assert (kind and kind.name) == expected
 
 
 PLACES = [  # what can be written at home, what is named -> the folder, from the user's home

@@ -6,6 +6,7 @@ import logging
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from time import monotonic, sleep
@@ -20,6 +21,7 @@ from understudy.jit.decorators import Kernel
 from understudy.jit.dispatchers import make_dispatcher
 from understudy.jit.settings import AUTO, MODE
 
+ROOT = Path(__file__).parents[2]
 PATIENCE_S = 30.0
 
 
@@ -156,3 +158,23 @@ def test_code_for_more_general_arguments_is_used_until_there_is_some_for_these(
     while not asked and monotonic() < until:
         sleep(0.01)
     assert [request.switch for request in asked] == [double.run]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked")
+def test_a_forked_process_loads_kernels_by_itself(tmp_path: Path) -> None:
+    code = (
+        "import os, time, numpy as np\n"
+        "from tests.jit.sample_kernels import add_up\n"
+        "from understudy.jit import switch\n"
+        "switch.PATIENCE_S = -1.0\n"
+        "add_up(np.arange(4.0))\n"
+        "child = os.fork()\n"
+        "until = time.monotonic() + 60\n"
+        "while not add_up.is_compiled(np.arange(4)) and time.monotonic() < until:\n"
+        "    add_up(np.arange(4)); time.sleep(0.01)\n"
+        "compiled = add_up.is_compiled(np.arange(4))\n"
+        "if child == 0: os._exit(0 if compiled else 1)\n"
+        "raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) + (not compiled))"
+    )
+    given = {**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), *sys.path))}
+    assert subprocess.run([sys.executable, "-c", code], env=given, check=False).returncode == 0

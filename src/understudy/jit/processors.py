@@ -6,14 +6,14 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 
-class Baseline(NamedTuple):
+class ProcessorKind(NamedTuple):
     """A kind of processors: its name in LLVM, and the features that a processor must have to run code for it."""
 
     name: str
     features: tuple[str, ...]
 
 
-_AVX2 = Baseline(
+_AVX2 = ProcessorKind(
     "x86-64-v3",
     (
         "avx",
@@ -31,18 +31,18 @@ _AVX2 = Baseline(
         "ssse3",
     ),
 )
-BASELINES: Mapping[str, Baseline] = MappingProxyType(
+PROCESSOR_KINDS: Mapping[str, ProcessorKind] = MappingProxyType(
     {
         "x86_64": _AVX2,
         "AMD64": _AVX2,
-        "aarch64": Baseline("generic", ()),
-        "arm64": Baseline("apple-m1" if platform.system() == "Darwin" else "generic", ()),
+        "aarch64": ProcessorKind("generic", ()),
+        "arm64": ProcessorKind("apple-m1" if platform.system() == "Darwin" else "generic", ()),
     }
 )
 """The kind for which kernels are shipped, by the name of the machine."""
 
 
-def find_baseline(features: Set[str], machine: str = "") -> Baseline | None:
+def find_processor_kind(features: Set[str], machine: str = "") -> ProcessorKind | None:
     """Return the kind of processors whose code a processor with these features can run; None if there is none."""
-    baseline = BASELINES.get(machine or platform.machine())
-    return baseline if baseline is not None and features >= set(baseline.features) else None
+    kind = PROCESSOR_KINDS.get(machine or platform.machine())
+    return kind if kind is not None and features >= set(kind.features) else None

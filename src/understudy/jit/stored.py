@@ -15,7 +15,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from understudy.jit.cache import read_kernel, write_kernel
-from understudy.jit.processors import find_baseline
+from understudy.jit.processors import find_processor_kind
 from understudy.jit.settings import CHECKED, COMPILED, read_kernel_mode
 
 
@@ -64,8 +64,8 @@ class StoredKernels(_Cache):
         if sig in self.contents:
             yield self.contents[sig]
         _, processor, features = target_context.codegen().magic_tuple()
-        baseline = find_baseline({each[1:] for each in features.split(",") if each.startswith("+")})
-        for kind in ((processor, features), *([] if baseline is None else [(baseline.name, "")])):
+        known = find_processor_kind({each[1:] for each in features.split(",") if each.startswith("+")})
+        for kind in ((processor, features), *(() if known is None else [(known.name, "")])):
             content = read_kernel(self._make_key(sig, *kind))
             if content is not None:
                 yield content

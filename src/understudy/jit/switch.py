@@ -48,7 +48,6 @@ class KernelSwitch:
         self.general: dict[Hashable, Callable[..., Any]] = {}
         """Compiled code for more general arguments, by the types of arguments for which there is none yet."""
         self._spent_s = 0.0
-        self._wanted: set[Hashable] = set()
 
     def __call__(self, *args: Any) -> Any:
         """Run the kernel as plain Python, or with arguments for which it is compiled."""
@@ -58,10 +57,7 @@ class KernelSwitch:
         found = self.kernel.run_plain(*args)
         self._spent_s += perf_counter() - begun
         if self._spent_s > PATIENCE_S:
-            types = describe_types(args)
-            if types not in self._wanted:
-                self._wanted.add(types)
-                _start_loader().requests.put(Request(self, types))
+            _start_loader().want(self, describe_types(args))
         return found
 
 
@@ -81,6 +77,13 @@ class KernelLoader(threading.Thread):
         super().__init__(name="kernel loader", daemon=True)
         self.requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
         self.compiler: KernelCompiler | None = None
+        self._wanted: set[tuple[KernelSwitch, Hashable]] = set()
+
+    def want(self, switch: KernelSwitch, types: Hashable) -> None:
+        """Request compiled code of a kernel for arguments of these types, once."""
+        if (switch, types) not in self._wanted:
+            self._wanted.add((switch, types))
+            self.requests.put(Request(switch, types))
 
     def run(self) -> None:
         """Serve requests until the process ends."""
@@ -216,6 +219,16 @@ def _start_loader() -> KernelLoader:
             _the_loader.start()
             atexit.register(_the_loader.stop)
         return _the_loader
+
+
+def _forget_loader() -> None:
+    """Let a process that was forked start a loader of its own: threads are not copied."""
+    global _the_loader, _starting
+    _the_loader, _starting = None, threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_loader)
 
 
 def _warn(problem: str) -> None:
