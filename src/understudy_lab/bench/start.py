@@ -43,10 +43,9 @@ world = World(load_scenario("patrol"), [1])
 world.act({"drive": [1.0] * world.agents, "turn": [0.0] * world.agents})
 """
 EVALUATION = """
-from pathlib import Path
 from understudy import evaluate, open_library
 from understudy.sim.forage import FORAGE_KIT
-evaluate(open_library(Path("library"), FORAGE_KIT), "goto", "forage", range(10), binding={"A": "station"})
+evaluate(open_library("library", FORAGE_KIT).library, "goto", "forage", range(10), binding={"A": "station"})
 """
 PEERS: Mapping[str, tuple[str, str]] = {
     "mesa: a model and a step": (

@@ -34,7 +34,7 @@ def prepare(
     from understudy.sim.catalog import compile_world_kernels
     from understudy.sim.scenario.files import list_builtin_scenarios
     from understudy.ui.cli.options import open_scenario
-    from understudy.ui.cli.output import print_json, show_progress
+    from understudy.ui.cli.output import format_count, print_json, show_progress
 
     worlds = [open_scenario(name) for name in scenarios or list_builtin_scenarios()]
     compile_on_first_call()
@@ -49,4 +49,5 @@ def prepare(
     if as_json:
         print_json({"worlds": [world.name for world in worlds], "seconds": seconds, "folder": folder})
     else:
-        typer.echo(f"Prepared {len(worlds)} scenarios in {seconds:.0f} s; compiled kernels are in {folder}")
+        scenarios_done = format_count(len(worlds), "scenario")
+        typer.echo(f"Prepared {scenarios_done} in {seconds:.0f} s; compiled kernels are in {folder}")
