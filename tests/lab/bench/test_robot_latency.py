@@ -16,11 +16,13 @@ from understudy.robots.ros.dds import DdsTransport
 from understudy_lab.bench import robot_latency
 from understudy_lab.bench.robot_latency import build_program
 
+pytestmark = pytest.mark.timed  # a robot whose process waits too long stops, and then answers nothing
+
 
 @pytest.fixture
 def briefly(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(robot_latency, "FIRST", 2)
-    monkeypatch.setattr(robot_latency, "DOMAIN", 78)
+    monkeypatch.setattr(robot_latency, "DOMAIN", 78)  # each test has its own: they may run at the same time
 
 
 def test_a_robot_that_decides_is_measured(briefly: None, tmp_path: Path) -> None:
@@ -36,7 +38,7 @@ def test_the_program_in_c_is_measured(briefly: None, tmp_path: Path) -> None:
     program = build_program(tmp_path)
     assert program is not None
     found = robot_latency.measure_latency(
-        "in C", DdsTransport(78), [str(program), "78", robot_latency.SPACE], 10
+        "in C", DdsTransport(79), [str(program), "79", robot_latency.SPACE], 10
     )
     assert found["lost"] == 0
     assert 0 < found["p50_ms"] < 1000
@@ -44,7 +46,7 @@ def test_the_program_in_c_is_measured(briefly: None, tmp_path: Path) -> None:
 
 def test_what_never_answers_is_lost(briefly: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(robot_latency, "ANSWER_S", 0.01)
-    found = robot_latency.measure_latency("nobody", DdsTransport(78), ["echo", "ready"], 3)
+    found = robot_latency.measure_latency("nobody", DdsTransport(80), ["echo", "ready"], 3)
     assert found["lost"] == 3
 
 
