@@ -15,7 +15,7 @@ from tests.training.lessons import play, session
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.features import BoundFeature, Feature, TimeInState
+from understudy.model.features import BoundFeature, Feature, ReadingKey, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, ReadingLog
 from understudy.training.feature_values import list_steady_readings
@@ -162,12 +162,24 @@ def test_the_reaction_time_a_lesson_has_makes_no_difference() -> None:
     ) == estimate_reaction_time(lesson)
 
 
+def log_of(
+    log: ReadingLog,
+    *,
+    keys: tuple[ReadingKey, ...] | None = None,
+    values: NDArray[np.float64] | None = None,
+) -> ReadingLog:
+    """Make a log that differs from another in its keys or values."""
+    return ReadingLog(
+        log.keys if keys is None else keys, log.values if values is None else values, log.seconds
+    )
+
+
 def test_absence_tells_of_no_boundary() -> None:
     """Of a thing that comes into sight a moment before the press, the moment before that is out of sight."""
     lesson = demonstrated(0.3)
     values = lesson.record.values.copy()
     values[values[:, 0] > 2.3, 0] = nan
-    found = estimate_reaction_time(replace(lesson, record=replace(lesson.record, values=values)))
+    found = estimate_reaction_time(replace(lesson, record=log_of(lesson.record, values=values)))
     assert found is not None
     assert found.reaction_s == pytest.approx(0.3, abs=0.051)
 
@@ -196,7 +208,7 @@ def test_what_never_changes_says_nothing() -> None:
     lesson = demonstrated(0.3)
     values = lesson.record.values.copy()
     values[:, 1] = 5.0
-    found = estimate_reaction_time(replace(lesson, record=replace(lesson.record, values=values)))
+    found = estimate_reaction_time(replace(lesson, record=log_of(lesson.record, values=values)))
     assert found == estimate_reaction_time(lesson)
 
 
@@ -221,10 +233,10 @@ def test_labels_and_what_is_the_automatons_own_say_nothing() -> None:
 def test_what_was_not_recorded_says_nothing() -> None:
     """A feature whose reading the body of that time did not have; another one still tells."""
     lesson = demonstrated(0.3)
-    record = replace(lesson.record, keys=(("x", None), ("z", None)))
+    record = log_of(lesson.record, keys=(("x", None), ("z", None)))
     assert estimate_reaction_time(replace(lesson, record=record)) == estimate_reaction_time(lesson)
     assert (
-        estimate_reaction_time(replace(lesson, record=replace(record, keys=(("w", None), ("z", None)))))
+        estimate_reaction_time(replace(lesson, record=log_of(record, keys=(("w", None), ("z", None)))))
         is None
     )
 

@@ -8,12 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
+from functools import cached_property
 from math import isfinite, isnan, nan
 from types import MappingProxyType
-from typing import Any, Literal, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
@@ -21,6 +19,10 @@ from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.expectation import Expectation
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 class ExampleKind(StrEnum):
@@ -223,19 +225,59 @@ class LearnerOptions:
         object.__setattr__(self, "reaction_s", float(self.reaction_s))  # an int would be another hash
 
 
-@dataclass(frozen=True)
 class ReadingLog:
     """All readings of the body at the moments a lesson keeps: presses, the second before each, and watched ticks.
 
-    `values` [M, K] has a row per moment and a column per key, NaN where absent. `seconds` [M] is the time of each
-    moment on the demonstrator's clock.
+    A log never changes.
+
+    Parameters
+    ----------
+    keys
+        The readings: a name and a target each.
+    values
+        A row per moment and a column per key, shape [M, K]; NaN where absent.
+    seconds
+        The time of each moment on the demonstrator's clock in s, shape [M].
     """
 
-    keys: tuple[ReadingKey, ...] = ()
-    values: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
-    seconds: Column = field(default_factory=lambda: np.zeros(0))
+    def __init__(
+        self,
+        keys: tuple[ReadingKey, ...] = (),
+        values: NDArray[np.float64] | None = None,
+        seconds: Column | None = None,
+    ) -> None:
+        self.keys = keys
+        self._columns: Sequence[Sequence[float]] = ()
+        self._seconds: Sequence[float] | Column = () if seconds is None else seconds
+        if values is not None:
+            self.__dict__["values"] = values
+
+    @classmethod
+    def from_columns(
+        cls, keys: tuple[ReadingKey, ...], columns: Sequence[Sequence[float]], seconds: Sequence[float]
+    ) -> ReadingLog:
+        """Make a log of a column per key; NumPy is imported only when its arrays are read."""
+        made = cls(keys)
+        made._columns, made._seconds = columns, seconds
+        return made
+
+    @cached_property
+    def values(self) -> NDArray[np.float64]:
+        """A row per moment and a column per key; NaN where absent."""
+        import numpy as np
+
+        return np.column_stack(self._columns) if self._columns else np.zeros((len(self), len(self.keys)))
+
+    @cached_property
+    def seconds(self) -> Column:
+        """The time of each moment on the demonstrator's clock in s."""
+        import numpy as np
+
+        return np.array(self._seconds, np.float64)
 
     def __eq__(self, other: object) -> bool:
+        import numpy as np
+
         return (
             isinstance(other, ReadingLog)
             and self.keys == other.keys
@@ -244,10 +286,12 @@ class ReadingLog:
         )
 
     def __len__(self) -> int:
-        return len(self.seconds)
+        return len(self._seconds)
 
     def with_rows(self, values: Sequence[Sequence[float]], seconds: Sequence[float]) -> ReadingLog:
         """Make a record with rows added at the end; this one stays unchanged."""
+        import numpy as np
+
         added = np.array(values, np.float64).reshape(-1, len(self.keys))
         return ReadingLog(self.keys, np.vstack([self.values, added]), np.append(self.seconds, seconds))
 
@@ -278,7 +322,7 @@ class Lesson:
     automaton: Automaton
     examples: tuple[Example, ...] = ()
     options: LearnerOptions = LearnerOptions()
-    record: ReadingLog = ReadingLog()
+    record: ReadingLog = field(default_factory=ReadingLog)
     outcomes: tuple[Expectation, ...] = ()
 
     def __post_init__(self) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from math import nan
 
-import numpy as np
 from msgspec import UnsetType
 
 from understudy.errors import join_names
@@ -210,8 +209,7 @@ def _record(doc: RecordDoc, source: Source, here: JsonSteps) -> ReadingLog:
     source.check_unique(
         [f"{each.reading} of {each.of}" for each in doc.readings], (*here, "readings"), "reading"
     )
-    values = np.column_stack(readings) if readings else np.zeros((doc.moments, 0))
-    return ReadingLog(tuple((each.reading, each.of) for each in doc.readings), values, seconds)
+    return ReadingLog.from_columns(tuple((each.reading, each.of) for each in doc.readings), readings, seconds)
 
 
 class _Examples:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 import zlib
+from array import array
 from base64 import b64decode, b64encode
-
-import numpy as np
-
-from understudy.model.kinds import Column
+from collections.abc import Iterable
 
 
-def pack_column(column: Column) -> str:
+def pack_column(column: Iterable[float]) -> str:
     """Pack a column of numbers into text, as little-endian float64."""
-    return pack_bytes(np.ascontiguousarray(column, dtype="<f8").tobytes())
+    return pack_bytes(_swap_if_big_endian(array("d", column)).tobytes())
 
 
 def pack_bytes(data: bytes) -> str:
@@ -37,7 +36,7 @@ def unpack_bytes(text: str, *, most: int) -> bytes:
     return data
 
 
-def unpack_column(text: str, *, length: int) -> Column:
+def unpack_column(text: str, *, length: int) -> array[float]:
     """Unpack the `length` numbers from a text made by `pack_column`; refuse damaged text with a ValueError."""
     try:
         packed = b64decode(text.encode("ascii"), validate=True)
@@ -48,4 +47,10 @@ def unpack_column(text: str, *, length: int) -> Column:
         raise ValueError("it is damaged") from error
     if not whole or len(data) != 8 * length:
         raise ValueError(f"it does not hold exactly {length} numbers")
-    return np.frombuffer(data, dtype="<f8").astype(np.float64)
+    return _swap_if_big_endian(array("d", data))
+
+
+def _swap_if_big_endian(column: array[float]) -> array[float]:
+    if sys.byteorder == "big":
+        column.byteswap()
+    return column
