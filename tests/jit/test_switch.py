@@ -20,6 +20,7 @@ from understudy.jit import cache, switch
 from understudy.jit.decorators import Kernel
 from understudy.jit.dispatchers import make_dispatcher
 from understudy.jit.settings import AUTO, MODE
+from understudy.ui.cli.output import show_progress
 
 ROOT = Path(__file__).parents[2]
 PATIENCE_S = 30.0
@@ -67,6 +68,24 @@ def test_a_kernel_is_compiled_while_it_runs() -> None:
     add_up = anew(sample_kernels.add_up)
     assert call_until(add_up, np.arange(4.0)) == {6.0}
     assert not isinstance(add_up.run, switch.KernelSwitch)
+
+
+def test_progress_says_that_it_is_slower_while_kernels_are_compiled(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "120")
+    add_up, numbers, said = anew(sample_kernels.add_up), np.arange(4.0), ""
+    assert not switch.is_compiling()
+    until = monotonic() + PATIENCE_S
+    while not add_up.is_compiled(numbers) and monotonic() < until:
+        add_up(numbers)
+        if switch.is_compiling() and not said:
+            with show_progress("Worlds run") as report:
+                report(1, 100)
+            said = capsys.readouterr().err
+    assert "Worlds run (slower until the engine is compiled)" in said
+    assert not switch.is_compiling()
 
 
 def test_other_types_run_as_plain_python_until_they_are_compiled_too() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 import sys
 from contextlib import suppress
@@ -11,9 +10,6 @@ from importlib import import_module
 from typing import Any, BinaryIO
 
 from understudy.jit.settings import pause_garbage_collection
-
-NICE = 5
-"""How far this process stands back for others."""
 
 
 def compile_requests(requests: BinaryIO, answers: BinaryIO) -> None:
@@ -45,7 +41,5 @@ def compile_kernel(kernel: Any, types: Any) -> bytes:
 
 
 if __name__ == "__main__":
-    if hasattr(os, "nice"):
-        os.nice(NICE)
     with suppress(BrokenPipeError, KeyboardInterrupt):  # the process that asked has ended
         compile_requests(sys.stdin.buffer, sys.stdout.buffer)

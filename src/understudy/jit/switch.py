@@ -70,6 +70,12 @@ def is_switched(kernel: Kernel[..., Any], args: Any) -> bool:
     return kernel in _switched and describe_types(args) in _switched[kernel]
 
 
+def is_compiling() -> bool:
+    """Return whether kernels are being compiled, so that this process runs them as plain Python until then."""
+    compiler = None if _the_loader is None else _the_loader.compiler
+    return compiler is not None and compiler.is_busy
+
+
 class KernelLoader(threading.Thread):
     """A thread that loads compiled kernels, and has them compiled."""
 
@@ -163,6 +169,11 @@ class KernelCompiler:
         self._answers: Any = self._process.stdout
         self._listener = threading.Thread(target=self._listen, name="kernel compiler", daemon=True)
         self._listener.start()
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a kernel that was asked for is not compiled yet."""
+        return self.runs and bool(self._asked)
 
     def ask(self, request: Request) -> None:
         """Ask for compiled code."""
