@@ -84,7 +84,11 @@ def make_stochastic_automaton(taught: TrainedAutomaton, *, corrected: bool) -> A
 def _shares(
     tree: Tree, examples: Sequence[Example], names: Sequence[str], *, corrected: bool
 ) -> dict[int, tuple[tuple[int, float], ...]]:
-    """Return by leaf each state with the cumulative share of votes; a leaf without votes has none, and stays."""
+    """Return the states that a leaf may answer, each with the cumulative share of its votes, by the leaf's index.
+
+    A leaf without votes has no states; the automaton stays there. `corrected` counts press-made examples only, and adds
+    one vote to every state (Laplace); otherwise watched examples have a tenth of a press's vote.
+    """
     weights = (1, 0) if corrected else (10, 1)  # of press-made examples and watched ones, as the learner's
     votes: dict[int, list[int]] = {leaf: [int(corrected)] * len(names) for _, leaf in tree.leaves()}
     for example in examples:

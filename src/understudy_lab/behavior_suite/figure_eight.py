@@ -70,7 +70,7 @@ def choose_circling_action(state: str, aside: float, side: int, slack: float = 0
 
 
 def circle(side: int) -> LessonPlan:
-    """Return the plan of circling A, which stays on one side."""
+    """Return the plan of circling A, which stays to the left of the robot (`side` 1) or to its right (-1)."""
     name, across = f"circle_{SIDES[side]}", PushAway("forward", f"veer_{SIDES[side]}", 2.2)
 
     def show(screen: SessionView) -> str | None:

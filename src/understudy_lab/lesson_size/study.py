@@ -125,7 +125,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
 
 
 def lessons(rows: Sequence[Row], source: str) -> Lessons:
-    """Return all lessons of a source; a lesson that two ways share, for example GoTo, counts once."""
+    """Return all lessons of a source (an experiment); a lesson that two of its variants share counts once."""
     of = [row for row in rows if row["task"]["source"] == source]
     found = {
         msgspec.json.encode((row["task"]["seed"], lesson)): lesson for row in of for lesson in row["lessons"]
@@ -164,9 +164,9 @@ def _largest(found: Mapping[tuple[str, str, str], Lessons]) -> str:
     largest = max(middle, key=lambda kind: middle[kind])
     others = [n for kind, of in found.items() if kind != largest for n in COUNTED["examples"](of)]
     return (
-        f"Not every lesson is small: {largest[2]} in {largest[0]}, {largest[1]}, takes {middle[largest]:.0f} examples "
-        f"in the median. None of the others takes more than {max(others, default=0):.0f}, and nine in ten take at most "
-        f"{np.percentile(others or [0], 90):.0f}."
+        f"Not every lesson is small: the lesson *{largest[2]}* of the experiment *{largest[0]}*, in its variant "
+        f"*{largest[1]}*, takes {middle[largest]:.0f} examples in the median. None of the others takes more than "
+        f"{max(others, default=0):.0f}, and nine in ten take at most {np.percentile(others or [0], 90):.0f}."
     )
 
 

@@ -99,7 +99,11 @@ def measure_late_gathering(team: Team, ticks: int, fails: Mapping[int, Sequence[
 
 
 def schedule_failures(worlds: Sequence[int], robots: int = 8 * EACH) -> dict[int, list[int]]:
-    """Return the failing robots by tick: a random third of each world's robots, as indices over all worlds."""
+    """Return which robots fail, by the tick at which they do.
+
+    `worlds` are the seeds of the worlds. In each, a random third of the robots fails, each at a random tick. Robots are
+    counted through all worlds: number `world * robots + robot`.
+    """
     draws = np.random.default_rng(list(worlds))
     found: dict[int, list[int]] = {}
     for world in range(len(worlds)):

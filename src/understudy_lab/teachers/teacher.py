@@ -42,7 +42,10 @@ taught."""
 
 @dataclass(frozen=True, slots=True)
 class Patience:
-    """The limits of a teacher: corrections before a lesson is discarded, lessons per automaton, and their time, s."""
+    """The limits of a teacher: corrections before a lesson is discarded, and lessons per automaton.
+
+    `seconds` limits the time of all lessons of an automaton together.
+    """
 
     corrections: int = 12
     lessons: int = 3

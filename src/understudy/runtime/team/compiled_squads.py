@@ -53,7 +53,10 @@ class SquadTables(NamedTuple):
 
 
 class SquadCompiler:
-    """A compiler of the layers of a team in B worlds, robots first. `is_possible` says whether kernels can run them."""
+    """A compiler of a team's layers (robots first, then their coordinators level by level) into tables for kernels.
+
+    `is_possible` says whether kernels can run a team; others run in Python.
+    """
 
     def __init__(
         self, layers: Sequence[AgentLayer], keys: Sequence[tuple[ReadingKey, ...]], worlds: int

@@ -234,7 +234,10 @@ class LearnOptions(NamedTuple):
 
 
 def learn_from_recording(path: Path, asked: LearnOptions) -> Lesson:
-    """Make a lesson from a recording and presses; extend the lesson of an existing automaton."""
+    """Make a lesson from a recording of a robot and a table of presses, or of those in the recording.
+
+    If the library has the automaton already, its lesson is extended.
+    """
     from understudy.errors import SettingError
     from understudy.model.library import Library
     from understudy.robots.recording.reader import read_recording
