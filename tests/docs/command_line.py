@@ -14,7 +14,7 @@ from typing import Any
 import typer
 from tests.docs.pages import ROOT
 
-from understudy.ui.cli.main import app
+from understudy.ui.cli.main import make_command_line
 
 PAGE = ROOT / "docs" / "reference" / "command-line.md"
 HEAD = """\
@@ -33,7 +33,7 @@ _EXAMPLE = re.compile(r"\[dim\](understudy .*?)\[/\]", re.DOTALL)
 
 def make_page() -> str:
     """Return the whole page."""
-    root: Any = typer.main.get_command(app)
+    root: Any = typer.main.get_command(make_command_line())
     return "\n".join([HEAD, *_describe("understudy", root)]).rstrip() + "\n"
 
 

@@ -19,7 +19,7 @@ from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.ui.cli.main import app
+from understudy.ui.cli.main import make_command_line
 
 HEADER = "state,next,kind"
 """How a table of examples begins; other tables are rows to predict."""
@@ -76,7 +76,7 @@ COMMANDS = sorted({command for page in PAGES for command in commands(page)})
 def test_commands_parse(command: str) -> None:
     """Every command that is named is there, and takes the options it is shown with."""
     _, *words = command.split()
-    found: Any = typer.main.get_command(app)
+    found: Any = typer.main.get_command(make_command_line())
     while words and hasattr(found, "commands"):
         if words[0].startswith("-"):
             break

@@ -27,7 +27,7 @@ from understudy.learning.change_attribution import ConditionChange, ExampleAttri
 from understudy.learning.pruning_suggestions import PruningSuggestion
 from understudy.model.automaton import State
 from understudy.storage.library_folder import SavedVersion
-from understudy.ui.cli.main import app
+from understudy.ui.cli.main import make_command_line
 from understudy_lab.ablation.feature_variants import kit as ablation_kit
 
 PAGE = Path(__file__).parents[2] / "page/src"
@@ -226,7 +226,7 @@ def commands(command: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, st
 
 
 def test_commands_and_their_options() -> None:
-    assert dict(commands(typer.main.get_command(app))) == COMMANDS
+    assert dict(commands(typer.main.get_command(make_command_line()))) == COMMANDS
 
 
 def test_features_that_are_functions() -> None:

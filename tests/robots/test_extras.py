@@ -37,7 +37,9 @@ def test_what_to_install_is_said(arguments: list[str], said: str, tmp_path: Path
     robot.write_text(ROVER, encoding="utf-8")
     copy(ROOT / "docs" / "pictures" / "physics.png", tmp_path)
     given = [each.format(robot=robot, folder=tmp_path) for each in arguments]
-    program = f"{WITHOUT}from understudy.ui.cli.main import app\napp({given!r})\n"
+    program = (
+        f"{WITHOUT}from understudy.ui.cli.main import make_command_line\nmake_command_line()({given!r})\n"
+    )
     path = os.pathsep.join((str(ROOT / "src"), str(ROOT)))
     result = subprocess.run(
         [sys.executable, "-c", program],

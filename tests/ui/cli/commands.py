@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
-from understudy.ui.cli.main import app
+from understudy.ui.cli.main import make_command_line
 
 ROOT = Path(__file__).parents[3]
 
@@ -19,7 +19,9 @@ def run(*arguments: object, monkeypatch: pytest.MonkeyPatch | None = None) -> Re
     given = [str(argument) for argument in arguments]
     if monkeypatch is not None:
         monkeypatch.setattr(sys, "argv", ["understudy", *given])
-    return CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"}).invoke(app, given)
+    return CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"}).invoke(
+        make_command_line(), given
+    )
 
 
 def said(*arguments: object) -> Any:

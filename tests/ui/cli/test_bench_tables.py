@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from typer.testing import CliRunner
 
-from understudy.ui.cli.main import app
+from understudy.ui.cli.main import make_command_line
 from understudy_lab.bench import swarm
 from understudy_lab.bench.harness import Row, result
 from understudy_lab.commands.bench import short
@@ -41,7 +41,9 @@ def test_a_table_of_speeds_fits_80_columns(monkeypatch: pytest.MonkeyPatch) -> N
     ]
     told = {**result(rows, swarm.GOALS), "fractions": [{**row, "of_by_hand": 1.5} for row in rows]}
     monkeypatch.setattr(swarm, "run", lambda: told)
-    shown = CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"}).invoke(app, ["bench", "swarm"])
+    shown = CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"}).invoke(
+        make_command_line(), ["bench", "swarm"]
+    )
     lines = shown.stdout.splitlines()
     assert "…" not in shown.stdout
     assert max(map(len, lines)) <= 80

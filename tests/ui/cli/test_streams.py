@@ -14,7 +14,7 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
-from understudy.ui.cli.main import app
+from understudy.ui.cli.main import make_command_line
 from understudy.ui.cli.output import print_json
 
 ROOT = Path(__file__).parents[3]
@@ -39,7 +39,7 @@ def leaves(name: str, command: Any) -> Iterator[tuple[str, Any]]:
         yield from leaves(f"{name} {child}", below)
 
 
-COMMANDS = dict(leaves("", typer.main.get_command(app)))
+COMMANDS = dict(leaves("", typer.main.get_command(make_command_line())))
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -64,7 +64,7 @@ OBJECTS = {
 def test_what_is_printed_for_programs_is_one_object(name: str, library: Path) -> None:
     arguments, key = OBJECTS[name]
     of = () if name in ("worlds", "experiment") else ("-l", str(library))
-    done = CliRunner().invoke(app, [name, *arguments, *of, "--json"])
+    done = CliRunner().invoke(make_command_line(), [name, *arguments, *of, "--json"])
     assert done.exit_code == 0, done.output
     assert key in json.loads(done.stdout)
 
@@ -108,7 +108,9 @@ def test_a_reader_that_leaves_early(library: Path) -> None:
 
 
 def run(*arguments: object) -> Result:
-    return CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1"}).invoke(app, [*map(str, arguments)])
+    return CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1"}).invoke(
+        make_command_line(), [*map(str, arguments)]
+    )
 
 
 @pytest.mark.parametrize("taken", ["out", "out/library", "out/pictures"])
@@ -149,3 +151,12 @@ def test_learning_an_automaton_without_a_name(tmp_path: Path) -> None:
     result = run("learn", tmp_path / "table.csv", "--library", tmp_path / "library", "--name", "")
     assert result.exit_code == 2
     assert not (tmp_path / "library").exists()
+
+
+def test_a_command_is_called_without_the_others() -> None:
+    alone = typer.main.get_command(make_command_line(["list", "--library", "show"]))
+    assert list(alone.commands) == ["list"]  # type: ignore[attr-defined]
+    for arguments in ([], ["--help"], ["demo"], ["no such command"]):
+        assert {"list", "show", "demo"} <= typer.main.get_command(
+            make_command_line(arguments)
+        ).commands.keys()  # type: ignore[attr-defined]

@@ -14,9 +14,9 @@ def run_command_line() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that has no ✓ shows ?
     try:
-        from understudy.ui.cli.main import app
+        from understudy.ui.cli.main import make_command_line
 
-        app(prog_name="understudy")
+        make_command_line(sys.argv[1:])(prog_name="understudy")
     except KeyboardInterrupt:  # before a command began, or after it ended
         sys.exit(INTERRUPTED)
 

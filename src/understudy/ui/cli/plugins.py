@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from importlib.metadata import entry_points
+from pkgutil import resolve_name
 from typing import Any
 
 import typer
@@ -20,22 +20,28 @@ PANELS = (TEACHING, RUNNING, LIBRARY, MEASURING)
 
 @dataclass(frozen=True)
 class CommandEntry:
-    """Command or group of commands, with the heading under which the help lists it."""
+    """Command or group of commands, with the heading under which the help lists it.
+
+    `run` is a function, a group, or the place of one, written `package.module:name`, which is imported when needed.
+    """
 
     name: str
-    run: Callable[..., Any] | typer.Typer
+    run: Callable[..., Any] | typer.Typer | str
     panel: str
 
     def add_to(self, app: typer.Typer) -> None:
         """Add this command to a command line."""
-        if isinstance(self.run, typer.Typer):
-            app.add_typer(self.run, name=self.name, rich_help_panel=self.panel)
+        run = resolve_name(self.run) if isinstance(self.run, str) else self.run
+        if isinstance(run, typer.Typer):
+            app.add_typer(run, name=self.name, rich_help_panel=self.panel)
         else:
-            app.command(self.name, rich_help_panel=self.panel)(self.run)
+            app.command(self.name, rich_help_panel=self.panel)(run)
 
 
 def load_plugins() -> list[CommandEntry]:
     """Load the commands of installed packages; report one that fails on stderr, and skip it."""
+    from importlib.metadata import entry_points
+
     found = []
     for entry in entry_points(group=PLUGINS):
         try:
