@@ -695,7 +695,7 @@ export interface Lesson {
   edition: number;
 }
 
-export type ModeName = "testing" | "training";
+export type ModeName = "live" | "testing" | "training";
 
 /** The diagnosis of the last correction, if it found suspect examples that are not resolved yet. */
 export interface Doubt {

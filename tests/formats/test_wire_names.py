@@ -96,7 +96,7 @@ COMMANDS = {
     "bench squads": "--json",
     "bench start": "--json",
     "bench swarm": "--json",
-    "demo": "TASK --seed --out -o --json",
+    "demo": "TASK --seed --out -o --method --json",
     "diff": "NAME --from --to --library -l --world -w --kit --all --json",
     "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --each --json",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --json",

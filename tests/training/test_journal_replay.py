@@ -10,11 +10,12 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.bodies import Scripted
-from tests.training.lessons import WITH_GO, play, session
+from tests.training.lessons import WITH_GO, play, rows, session
 from tests.training.steps import Step, do, drawn, told
 
 from understudy.model.lesson import LearnerOptions
 from understudy.training.session import Session
+from understudy.training.trainee import Mode
 
 
 @settings(max_examples=15)
@@ -58,6 +59,7 @@ ACTIONS: list[Step] = [
     ("test",),
     ("go on testing",),
     ("train",),
+    ("teach",),
     ("pause", True),
     ("pause", False),
     ("restart",),
@@ -101,12 +103,13 @@ def known(taught: Session) -> Any:
         if entry is None
         else (entry.state, dict(entry.own), taught._log._recorder.record.values[entry.moment, 0])
     )
-    return repr((told(taught), view, raised))
+    learned = taught.trainee.taught.automaton.transitions if taught.mode is Mode.LIVE else {}
+    return repr((told(taught), view, raised, learned))
 
 
 @settings(max_examples=40)
-@given(st.lists(st.sampled_from(ACTIONS), min_size=1, max_size=25))
-def test_a_session_that_is_killed_is_as_one_that_is_not(steps: list[Step]) -> None:
+@given(st.sampled_from(["test", "teach"]), st.lists(st.sampled_from(ACTIONS), min_size=1, max_size=25))
+def test_a_session_that_is_killed_is_as_one_that_is_not(mode: str, steps: list[Step]) -> None:
     """From a flag on that what was learned has raised."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "journal"
@@ -123,7 +126,7 @@ def test_a_session_that_is_killed_is_as_one_that_is_not(steps: list[Step]) -> No
         for each in both:
             play(each, "forward", 10, "left", 3, "done", 1)
             each.reset(0)
-            play(each, "test", 20)
+            play(each, mode, 20)
             assert each.view().flag == "done"
         for step in steps:
             if step == ("kill",):
@@ -133,3 +136,17 @@ def test_a_session_that_is_killed_is_as_one_that_is_not(steps: list[Step]) -> No
                     act(each, step)
             assert known(both[0]) == known(both[1])
         both[1].close()
+
+
+def test_a_press_after_a_kill_still_judges_the_switch_before_it(tmp_path: Path) -> None:
+    taught = session(["forward", "left"], flags=["done"], library=WITH_GO, journal=tmp_path / "journal")
+    play(taught, "teach", "forward", 5, "left", 2)
+    taught.reset(0)
+    play(taught, 7)
+    assert taught.view().state == "left"
+    again = killed(taught, tmp_path / "journal")
+    again.direct("forward")
+    again = killed(again, tmp_path / "journal")  # the press waits, and still knows what it judges
+    play(again, 1)
+    assert rows(again)[-1] == ("forward", 95, "forward", "confirmation")
+    again.close()

@@ -18,7 +18,7 @@ from understudy.model.tree import STAY
 from understudy.training.edits import describe_edit, set_quarantine
 from understudy.training.feature_values import compute_example_values
 from understudy.training.sample_buffer import Sample
-from understudy.training.trainee import TickResult
+from understudy.training.trainee import OwnSwitch, TickResult
 
 SOON_S = 2.0
 """Who sends the robot back so soon after it switched says that it should not have switched."""
@@ -33,26 +33,47 @@ class LastSwitch:
 
     def clear(self) -> None:
         """Forget the switch: nothing that follows relates to it."""
-        self._last: tuple[Sample, TickResult, Binding] | None = None
+        self._last: tuple[OwnSwitch, Binding] | None = None
 
     def note_tick(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
         """Note a tick without a press."""
         if outcome.next != outcome.state:
-            self._last = moment, outcome, binding
+            switch = OwnSwitch(outcome.state, outcome.next, outcome.own, moment.seconds, moment.values)
+            self._last = switch, binding
+
+    @property
+    def switch(self) -> OwnSwitch | None:
+        """The switch; None if there is none, or it was forgotten."""
+        return None if self._last is None else self._last[0]
+
+    def restore(self, switch: OwnSwitch | None, binding: Binding) -> None:
+        """Note a switch of before a kill."""
+        self._last = None if switch is None else (switch, binding)
+
+    def find_answered(
+        self, now: float, state: str | None, *, late_s: float, paused: bool
+    ) -> OwnSwitch | None:
+        """Return the last switch if a press at this time judges it: by taking it back, or since it comes so soon."""
+        switch = self.switch
+        if switch is None or state in (None, switch.next):  # it confirms where the robot is now
+            return None
+        if state == switch.state:
+            return switch if now - switch.seconds <= SOON_S else None
+        return switch if now - switch.seconds <= late_s and not paused else None
 
     def find_undone_stay(self, correction: Example, lesson: Lesson, now: float) -> Example | None:
         """Return the example of staying, if the correction takes the last switch back; otherwise None."""
         if self._last is None:
             return None
-        moment, outcome, binding = self._last
-        back = (correction.state, correction.next) == (outcome.next, outcome.state)
-        if not back or now - moment.seconds > SOON_S:
+        switch, binding = self._last
+        back = (correction.state, correction.next) == (switch.next, switch.state)
+        if not back or now - switch.seconds > SOON_S:
             return None
         stay = Example(
-            correction.number, outcome.state, (), outcome.state, ExampleKind.CONFIRMATION, correction=True,
-            moment=0, own=outcome.own, binding=binding,
+            correction.number, switch.state, (), switch.state, ExampleKind.CONFIRMATION, correction=True,
+            moment=0, own=switch.own, binding=binding,
         )  # fmt: skip
-        record = ReadingLog(self._keys, np.array([moment.values]), np.array([moment.seconds]))
+        record = ReadingLog(self._keys, np.array([switch.values]), np.array([switch.seconds]))
         return replace(
             stay, values=compute_example_values(stay, lesson, record, steady=self._steady), moment=None
         )

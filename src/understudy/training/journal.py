@@ -24,7 +24,7 @@ from understudy.runtime.interpreter import StackFrame
 from understudy.storage.append_log import AppendLog, JournalLock, read_log
 from understudy.storage.json_text import convert_decode_errors
 from understudy.training.sample_buffer import Sample
-from understudy.training.trainee import FlagEntry, Mode, Press
+from understudy.training.trainee import FlagEntry, Mode, OwnSwitch, Press
 
 MAGIC = b"understudy journal 1\n"
 CHUNK_TICKS = 50
@@ -61,12 +61,13 @@ class TicksLogged(msgspec.Struct, frozen=True, tag="Ticks"):
 
 
 class SnapshotTaken(msgspec.Struct, frozen=True, tag="Snapshot"):
-    """Body and automaton before a tick."""
+    """Body and automaton before a tick, and the last switch that the learned automaton decided."""
 
     tick: int
     body: bytes
     run: list[StackFrame]
     mode: Mode
+    switch: OwnSwitch | None = None
 
 
 class PressReceived(msgspec.Struct, frozen=True, tag="Pressed"):
@@ -238,11 +239,13 @@ class Journal:
             return self._log is not None
         return (self.tick - self._snapshot_tick) * tick_s >= SNAPSHOT_S - 1e-9
 
-    def snapshot(self, body: bytes, run: Sequence[StackFrame], mode: Mode) -> None:
+    def snapshot(
+        self, body: bytes, run: Sequence[StackFrame], mode: Mode, switch: OwnSwitch | None = None
+    ) -> None:
         """Write body and automaton as they are before the next tick, at most once per tick."""
         if self._log is not None and self._snapshot_tick != self.tick:
             self._snapshot_tick = self.tick
-            self.write(SnapshotTaken(self.tick, zlib.compress(body, 1), list(run), mode))
+            self.write(SnapshotTaken(self.tick, zlib.compress(body, 1), list(run), mode, switch))
 
     def log_moved(self) -> None:
         """Note that the robot was moved after the last tick."""

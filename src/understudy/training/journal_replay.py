@@ -35,7 +35,7 @@ from understudy.training.journal import (
     unpack_rows,
 )
 from understudy.training.sample_buffer import Sample, SampleBuffer
-from understudy.training.trainee import FlagEntry, Mode, Press
+from understudy.training.trainee import FlagEntry, Mode, OwnSwitch, Press
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +111,7 @@ class ReplayedSession:
     body: bytes | None = None
     ticks: int = 0
     body_tick: int | None = None
+    switch: OwnSwitch | None = None
     about: Mapping[str, str | int | float | bool] = field(default_factory=dict)
     others: OthersChanged | None = None
     watching: bool = True
@@ -165,9 +166,10 @@ class ReplayedSession:
                     self.recorder.append(moment)
             case SnapshotTaken():
                 self.body, self.body_tick = zlib.decompress(entry.body), entry.tick
-                self.run, self.mode = tuple(entry.run), entry.mode
+                self.run, self.mode, self.switch = tuple(entry.run), entry.mode, entry.switch
             case PressReceived():
-                self.waiting, self.presses, self.mode = entry.press, entry.press.number, Mode.TRAINING
+                self.waiting, self.presses = entry.press, entry.press.number
+                self.mode = Mode.LIVE if self.mode is Mode.LIVE else Mode.TRAINING
             case PressApplied():
                 self.waiting, self.run = None, tuple(entry.run)
                 self._drop_flag_unless_up()
@@ -209,6 +211,7 @@ class ReplayedSession:
             case WatchingChanged():
                 self.watching = entry.watching
             case RobotMoved():
+                self.switch = None
                 self.recorder.begin_episode()
             case SessionStarted():
                 raise FileError(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import inf
 from typing import NamedTuple, TypeAlias
 
 from msgspec import UNSET
@@ -29,8 +30,14 @@ from understudy.training.journal import (
 )
 from understudy.training.journal_replay import HistoryStep, ReplayedSession, diff_lessons
 from understudy.training.sample_buffer import Sample, compact_reading_log
-from understudy.training.trainee import FlagEntry, Mode, Press, TickResult
-from understudy.training.watched_examples import WatchedBatch, WatchedBuffer, WatchedTick, make_example_key
+from understudy.training.trainee import FlagEntry, Mode, OwnSwitch, Press, TickResult
+from understudy.training.watched_examples import (
+    WatchedBatch,
+    WatchedBuffer,
+    WatchedTick,
+    make_example_key,
+    measure_deciding_time,
+)
 
 RunState: TypeAlias = tuple[StackFrame, ...]
 
@@ -43,7 +50,10 @@ class TraineeState(NamedTuple):
 
 
 class LessonLog:
-    """The log of one session. `steady` names the readings that a reaction time never shifts."""
+    """The log of one session. `steady` names the readings that a reaction time never shifts.
+
+    `last_switch` is the last switch that the learned automaton decided by itself.
+    """
 
     def __init__(self, past: ReplayedSession, journal: Journal, *, steady: frozenset[str]) -> None:
         self.journal = journal
@@ -54,7 +64,7 @@ class LessonLog:
         self._watched = WatchedBuffer()
         self._counted: tuple[tuple[Example, ...], int] = ((), 0)
         self._last_correction = past.unlearning
-        self._last_switch = LastSwitch(past.recorder.keys, steady)
+        self.last_switch = LastSwitch(past.recorder.keys, steady)
 
     @property
     def is_watching(self) -> bool:
@@ -134,7 +144,7 @@ class LessonLog:
 
     def log_silence(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
         """Log a tick without a press, as a watched one if the lesson records these."""
-        self._last_switch.note_tick(outcome, moment, binding)
+        self.last_switch.note_tick(outcome, moment, binding)
         automaton = self.lesson.automaton
         resting = outcome.state == outcome.next == automaton.states[0].name
         if not (self.lesson.options.watched and self.is_watching) or resting:
@@ -143,6 +153,17 @@ class LessonLog:
             kind = ExampleKind.WATCHED
             example = Example(0, outcome.state, (), outcome.next, kind, own=outcome.own, binding=binding)
             self._watched.add_tick(WatchedTick(moment, example))
+
+    def find_answered_switch(self, now: float, state: str | None, *, paused: bool) -> OwnSwitch | None:
+        """Return the recent switch of the learned automaton that a press at this time judges; None if there is none.
+
+        This is the last switch if the press takes it back within 2 s, or comes so soon that the demonstrator began to
+        press before it.
+        """
+        late_s = measure_deciding_time(self.lesson.options.reaction_s)
+        found = self.last_switch.find_answered(now, state, late_s=late_s, paused=paused)
+        lasting = {state.name for state in self.lesson.automaton.states if state.flag is None}
+        return found if found is not None and found.state in lasting else None
 
     def record(
         self,
@@ -154,13 +175,18 @@ class LessonLog:
         after: TraineeState,
     ) -> None:
         """Record the examples of a press that took effect at this tick, from `before` to `after`."""
-        self._watched.discard_recent(self._recorder.now, reaction_s=self.lesson.options.reaction_s)
+        since_s = inf if press.answers is None else press.answers.seconds
+        reaction_s = self.lesson.options.reaction_s
+        self._watched.discard_recent(self._recorder.now, reaction_s=reaction_s, since_s=since_s)
         self.accept_watched()
         if not outcome.shown:
             self.journal.write(PressApplied(press.number, list(after.run)))
             return
         if outcome.shown[0].entry is not None:
             moment, window = outcome.shown[0].entry.moment, 0
+        elif press.answers is not None:
+            moment = self._recorder.keep(Sample(press.answers.seconds, press.answers.values))
+            window = 0
         elif press.paused:
             moment, window = self._recorder.keep_last(), 0
         else:
@@ -173,7 +199,7 @@ class LessonLog:
                 (),
                 shown.next,
                 shown.kind,
-                correction=press.correction,
+                correction=outcome.correction,
                 moment=moment,
                 window=window,
                 own=shown.own,
@@ -189,11 +215,11 @@ class LessonLog:
         ]
         lesson = replace(self.lesson, examples=(*others, *made))
         what, stay = f"{made[0].state} → {made[0].next}", None
-        if press.correction:
-            stay = self._last_switch.find_undone_stay(made[0], self.lesson, self._recorder.now)
+        if outcome.correction:
+            stay = self.last_switch.find_undone_stay(made[0], self.lesson, self._recorder.now)
             self._last_correction = CorrectionStep(self.lesson, lesson, made[0], stay)
             lesson, what = self._last_correction.step(what)
-        self._last_switch.clear()
+        self.last_switch.clear()
         self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
 
     # Between ticks
@@ -202,7 +228,7 @@ class LessonLog:
         """Note that the robot was moved from outside, so that earlier readings do not belong to later presses."""
         self.accept_watched()
         self._watched.begin_episode()
-        self._last_switch.clear()
+        self.last_switch.clear()
         self._recorder.begin_episode()
         self.journal.log_moved()
 

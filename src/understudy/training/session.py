@@ -143,7 +143,9 @@ class Session(EditableSession):
         session._begin(body, library, past, clock)
         rows = len(past.recorder.record)
         session._log.journal = Journal.resume(journal, ticks=past.ticks, rows=rows, lock=lock)
-        if not goes_on:
+        if goes_on:
+            session._log.last_switch.restore(past.switch, Binding(past.targets))
+        else:
             session._log.begin_episode()
         return session
 
@@ -183,7 +185,7 @@ class Session(EditableSession):
 
     @property
     def mode(self) -> Mode:
-        """The mode: in training the demonstrator decides, in testing the learned automaton does."""
+        """The mode: who decides without a press, and whether a press teaches at once."""
         return self.trainee.mode
 
     @property
@@ -277,10 +279,14 @@ class Session(EditableSession):
             self.drive(None)
         waiting = self.trainee.press
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
-        press = Press(self._log.presses + 1, state, correction, self.paused)
+        answers, mode = None, Mode.TRAINING
+        if self.mode is Mode.LIVE:
+            answers = self._log.find_answered_switch(self._clock(), state, paused=self.paused)
+            mode = Mode.LIVE
+        press = Press(self._log.presses + 1, state, correction, self.paused, answers)
         self._keep_snapshot()
         self._log.presses = self._log.journal.press(press)
-        self.trainee.press, self.trainee.mode = press, Mode.TRAINING
+        self.trainee.press, self.trainee.mode = press, mode
         return press.number
 
     def tick(self) -> None:
@@ -302,6 +308,8 @@ class Session(EditableSession):
         binding = Binding(self._targets)
         if outcome.press is not None and before is not None:
             self._log.record(outcome, outcome.press, binding, before=before, after=self._trainee_state())
+            if self.mode is Mode.LIVE:
+                self._relink(self._try_trainee(Mode.LIVE))
             return
         if outcome.raised:
             self.trainee.entry = self._log.log_flag(outcome)
@@ -341,6 +349,12 @@ class Session(EditableSession):
         self._log.accept_watched()
         self._relink(self._new_trainee(self._log.lesson, Mode.TESTING))
         (self.restart if afresh else self._turned)()
+
+    def teach(self) -> None:
+        """Switch to live teaching: the learned automaton decides, and learns at once from every press."""
+        self._log.accept_watched()
+        self._relink(self._try_trainee(Mode.LIVE))
+        self._turned()
 
     def train(self) -> None:
         """Switch to training: the robot stays in its current state until it is directed."""
@@ -480,10 +494,6 @@ class Session(EditableSession):
     def close(self) -> None:
         """Write everything to disk, and release the journal."""
         self._log.journal.close()
-
-    def _keep_snapshot(self) -> None:
-        if self._log.journal.path is not None and is_rewindable(self.body):
-            self._log.journal.snapshot(self.body.snapshot(), self.run_state, self.mode)
 
     def _new_run(self) -> Run:
         return self.other_agents.run(self.agent, self._driving or self.trainee)

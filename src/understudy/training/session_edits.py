@@ -8,9 +8,10 @@ from typing import Unpack
 
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.learning.fit import learn_automaton
+from understudy.model.automaton import Automaton
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.runtime.body import Body
+from understudy.runtime.body import Body, is_rewindable
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.training.edits import (
@@ -92,7 +93,8 @@ class EditableSession(ABC):
         try:
             return self._new_trainee(self._log.lesson, mode)
         except DefinitionError:  # what is left is too little for its classifier: nothing to test
-            return self._new_trainee(self._log.lesson, Mode.TRAINING)
+            lesson, mode = self._log.lesson, Mode.LIVE if mode is Mode.LIVE else Mode.TRAINING
+            return self._link_trainee(lesson.automaton, mode)
 
     def _describe_press(self, press: Press) -> str:
         state = self.trainee.taught.state_name
@@ -190,6 +192,12 @@ class EditableSession(ABC):
     def _trainee_state(self) -> TraineeState:
         return TraineeState(self.trainee.snapshot(self.body.time_s), self.trainee.entry)
 
+    def _keep_snapshot(self) -> None:
+        body, now = self.body, self.body.time_s
+        if self._log.journal.path is not None and is_rewindable(body):
+            run, switch = self.trainee.snapshot(now), self._log.last_switch.switch
+            self._log.journal.snapshot(body.snapshot(), run, self.trainee.mode, switch)
+
     def _turned(self) -> None:
         self._log.log_mode(
             self.trainee.mode, self.trainee.snapshot(self.body.time_s), self._targets, self.trainee.press
@@ -205,7 +213,10 @@ class EditableSession(ABC):
             self._turned()  # its state is gone
 
     def _new_trainee(self, lesson: Lesson, mode: Mode) -> Trainee:
-        automaton = learn_automaton(lesson) if mode is Mode.TESTING else lesson.automaton
+        automaton = lesson.automaton if mode is Mode.TRAINING else learn_automaton(lesson)
+        return self._link_trainee(automaton, mode)
+
+    def _link_trainee(self, automaton: Automaton, mode: Mode) -> Trainee:
         library = self.library.with_automaton(TrainedAutomaton(automaton))
         bound = {name: target for name, target in self._targets.items() if name in automaton.parameters}
         return Trainee(link(library, automaton.name, bound), mode, now=self.body.time_s)

@@ -1,18 +1,20 @@
 """The trainee: the agent in training, pulsed by the semantics of presses (ARCHITECTURE section 3).
 
-A press replaces step 1 of the automaton in training. Without a press, in training mode, step 1 returns the current
-state. This module decides what a press records, and hands it to the session.
+A press replaces step 1 of the automaton in training. Without a press, step 1 returns the current state in training
+mode, and asks the learned transition functions in testing and in live teaching. This module decides what a press
+records, and hands it to the session.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from understudy.errors import SessionError
 from understudy.model.features import Percept
 from understudy.model.lesson import ExampleKind
+from understudy.model.tree import STAY
 from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.runtime.interpreter import Interpreter, Row, RunningAutomaton
@@ -21,20 +23,40 @@ from understudy.training.feature_values import collect_own_values
 
 
 class Mode(StrEnum):
-    """The mode of a session: in training the demonstrator decides, in testing the learned automaton."""
+    """The mode of a session.
+
+    "training": the demonstrator decides. "testing": the learned automaton decides until the next press. "live": the
+    learned automaton decides, and learns from every press.
+    """
 
     TRAINING = "training"
     TESTING = "testing"
+    LIVE = "live"
+
+
+@dataclass(frozen=True, slots=True)
+class OwnSwitch:
+    """A switch that the learned automaton decided: the states before and after it, and the readings that it used."""
+
+    state: str
+    next: str
+    own: Mapping[str, float]
+    seconds: float
+    values: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """A press that directs to `state`, or confirms the current state (None). It takes effect at the next tick."""
+    """A press that directs to `state`, or confirms the current state (None). It takes effect at the next tick.
+
+    `answers` is the recent switch of the learned automaton that a press in live teaching judges.
+    """
 
     number: int
     state: str | None
     correction: bool = False
     paused: bool = False
+    answers: OwnSwitch | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +81,10 @@ class PressExample:
 
 @dataclass(slots=True)
 class TickResult:
-    """The result of one tick of the trainee: states before and after, and the examples of a press."""
+    """The result of one tick of the trainee: states before and after, and the examples of a press.
+
+    `correction` says that the learned automaton decides otherwise than the press.
+    """
 
     state: str
     next: str
@@ -67,6 +92,7 @@ class TickResult:
     press: Press | None = None
     shown: list[PressExample] = field(default_factory=list)
     raised: bool = False  # it decided by itself to enter a flag state
+    correction: bool = False
 
 
 class Trainee(Interpreter):
@@ -90,9 +116,10 @@ class Trainee(Interpreter):
     def keep(self, press: Press | None, entry: FlagEntry | None) -> None:
         """Take over a waiting press and the place where a flag was raised, if their states still exist."""
         automaton = self.taught.automaton
-        if press is not None and press.state in (None, *automaton.state_names):
-            self.press = press
         lasting = [state.name for state in automaton.states if state.flag is None]
+        if press is not None and press.state in (None, *automaton.state_names):
+            is_gone = press.answers is not None and press.answers.state not in lasting
+            self.press = replace(press, answers=None) if is_gone else press
         if entry is not None and entry.state in lasting and self.taught.flag is not None:
             self.entry = entry
 
@@ -103,6 +130,9 @@ class Trainee(Interpreter):
         press, self.press = self.press, None
         outcome = TickResult(before, before, own, press)
         if press is not None:
+            outcome.correction = press.correction or (
+                self.mode is Mode.LIVE and self._decides_otherwise(press, row, now)
+            )
             self._obey(press, outcome, now)
             basic = machine.active.pulse(row, now)
         elif self.mode is Mode.TRAINING:
@@ -121,6 +151,19 @@ class Trainee(Interpreter):
         row = FeatureColumns(self.program.features, body).columns(percept)[:, agent].tolist()
         return tuple((machine, machine.values(row, body.time_s)) for machine in self.active)
 
+    def _decides_otherwise(self, press: Press, row: Row, now: float) -> bool:
+        """Return whether the learned automaton decides otherwise than a press; not where nothing was taught."""
+        machine = self.taught
+        here = machine.state_name
+        wanted = press.state if press.state is not None else here
+        if press.answers is not None or machine.flag is not None:
+            return wanted != here and (machine.flag is None or self.entry is not None)
+        transition = machine.automaton.transitions.get(here)
+        if transition is None:
+            return False
+        decided = transition.decide(machine.values(row, now))
+        return (here if decided == STAY else machine.automaton.state_names[decided]) != wanted
+
     def _obey(self, press: Press, outcome: TickResult, now: float) -> None:
         machine, automaton = self.taught, self.taught.automaton
         before = machine.state_name
@@ -128,6 +171,8 @@ class Trainee(Interpreter):
         outcome.next = after
         if automaton.state(before).flag is not None:
             self._obey_at_flag(press, after, outcome, now)
+        elif press.answers is not None:
+            self._obey_after_switch(press.answers, after, outcome, now)
         elif after == before:
             outcome.shown.append(PressExample(before, before, ExampleKind.CONFIRMATION, outcome.own))
         else:
@@ -138,10 +183,20 @@ class Trainee(Interpreter):
                     PressExample(after, after, ExampleKind.DEFAULT, collect_own_values(machine, now))
                 )
 
+    def _obey_after_switch(self, switch: OwnSwitch, after: str, outcome: TickResult, now: float) -> None:
+        """Record what the learned automaton should have decided when it switched, and go to the wanted state."""
+        machine = self.taught
+        kind = ExampleKind.CONFIRMATION if after == switch.state else ExampleKind.DIRECTIVE
+        outcome.shown.append(PressExample(switch.state, after, kind, switch.own))
+        self._switch(after, now)
+        if kind is ExampleKind.DIRECTIVE and machine.flag is None:
+            own = collect_own_values(machine, now)
+            outcome.shown.append(PressExample(after, after, ExampleKind.DEFAULT, own))
+
     def _obey_at_flag(self, press: Press, after: str, outcome: TickResult, now: float) -> None:
         """Correct a flag, at the tick at which the learned automaton raised it; a directed flag records nothing."""
         flagged = self.taught.state_name
-        if press.correction and self.entry is not None:
+        if outcome.correction and self.entry is not None:
             state = self.entry.state
             kind = ExampleKind.CONFIRMATION if after == state else ExampleKind.DIRECTIVE
             outcome.shown.append(PressExample(state, after, kind, self.entry.own, self.entry))

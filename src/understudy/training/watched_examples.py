@@ -21,6 +21,11 @@ SHORTEST_DOUBT_S = 0.4
 REACTION_MARGIN_S = 0.2
 
 
+def measure_deciding_time(reaction_s: float) -> float:
+    """Return the time in s before a press in which a demonstrator with this reaction time was deciding to press."""
+    return max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S)
+
+
 @dataclass(frozen=True, slots=True)
 class WatchedTick:
     """A tick that has not been corrected so far."""
@@ -48,10 +53,10 @@ class WatchedBuffer:
         """Add a tick without a press."""
         self._seen.append(seen)
 
-    def discard_recent(self, now: float, *, reaction_s: float) -> None:
-        """Discard the ticks just before a press, which the demonstrator did not accept."""
-        limit = now - max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S)
-        self._seen = [seen for seen in self._seen if seen.moment.seconds <= limit + 1e-9]
+    def discard_recent(self, now: float, *, reaction_s: float, since_s: float = inf) -> None:
+        """Discard the ticks just before a press and those since a time, which the demonstrator did not accept."""
+        limit = min(now - measure_deciding_time(reaction_s) + 1e-9, since_s - 1e-9)
+        self._seen = [seen for seen in self._seen if seen.moment.seconds <= limit]
 
     def begin_episode(self) -> None:
         """Note that the robot was moved, so that stays need no distance in time from those before."""

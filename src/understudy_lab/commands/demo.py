@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 TASKS = ("forage", "patrol", "swarm")
+METHODS = ("watched", "paper", "live")
 
 
 def demo(
@@ -34,6 +35,14 @@ def demo(
             show_default=False,
         ),
     ] = None,
+    method: Annotated[
+        str,
+        typer.Option(
+            "--method",
+            help="How to teach foraging: watched (demonstrations, then corrections; also learns from what was watched "
+            "without a press), paper (without that), or live (the robot acts from the first press on).",
+        ),
+    ] = "watched",
     as_json: Json = False,
 ) -> None:
     """Teach simulated robots by demonstration, and test how well they learned.
@@ -60,18 +69,24 @@ def demo(
     from importlib import import_module
     from time import perf_counter
 
-    from understudy.errors import UnknownName
+    from understudy.errors import SettingError, UnknownName
     from understudy.ui.cli.output import make_console, print_json
 
     if task not in TASKS:
         raise UnknownName(what="task", name=task, where="the demo", known=TASKS)
+    if method not in METHODS:
+        raise UnknownName(what="method", name=method, where="the demo", known=METHODS)
+    if method != METHODS[0] and task != TASKS[0]:
+        problem, remedy = f"is {method!r}, but only foraging is taught in several ways", "leave it out"
+        raise SettingError(where=f"demo {task}", setting="--method", problem=problem, remedy=remedy)
     began = perf_counter()
     folder = out or Path("demo" if task == TASKS[0] else f"demo-{task}")
     make_output_folders(folder)
     talk = make_console(err=as_json)
     talk.quiet = as_json
     module = import_module(f"understudy_lab.commands.demo_{task}")
-    result = getattr(module, f"demo_{task}")(seed, folder, talk)
+    choice = {"method": method} if task == TASKS[0] else {}
+    result = getattr(module, f"demo_{task}")(seed, folder, talk, **choice)
     if as_json:
         print_json({**result, "seconds": round(perf_counter() - began, 2)})
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from understudy.model.library import Library
 
 
-def demo_forage(seed: int, out: Path, talk: Console) -> dict[str, Any]:
+def demo_forage(seed: int, out: Path, talk: Console, *, method: str = "watched") -> dict[str, Any]:
     """Teach, save, test and print the results, and return them as plain data."""
     from understudy_lab.commands.demo import (
         print_lessons,
@@ -24,7 +24,7 @@ def demo_forage(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 
     talk.print("\n[bold]A robot learns to forage by being shown.[/]")
     with show_progress_table(talk) as progress:
-        teaching = teach(seed, progress=progress)
+        teaching = teach(seed, method={"paper": "plain"}.get(method, method), progress=progress)
     library = teaching.library
     print_lessons([library.taught[name] for name in teaching.accounts], talk)
     pictures = [
@@ -33,6 +33,7 @@ def demo_forage(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     ]
     evaluation, corners = _evaluate_forage(library, seed, quiet=talk.quiet)
     result = {
+        "method": method,
         **summarize_teaching(teaching.accounts),
         "worlds": len(evaluation.seeds),
         "success": evaluation.success,

@@ -14,14 +14,17 @@ from understudy.runtime.program import link
 from understudy.sim.forage import FORAGE_KIT, NAME, Forage, make_corner_cases, make_practice_worlds
 from understudy.sim.view import RunFrame
 from understudy_lab.tasks.forage_teacher import PLAIN, TOPICS, WATCHED
+from understudy_lab.teachers.live_teacher import LiveTeacher
 from understudy_lab.teachers.teacher import Progress as TeachingProgress
-from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult
+from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult, ignore_progress
 
 WORLDS = 100
 CORNER_WORLDS = 20
 
 METHODS: Mapping[str, Mapping[str, LearnerOptions]] = {"watched": WATCHED, "plain": PLAIN}
 """The options of each method: with watched examples and a reaction time for GoTo, and the paper's method."""
+LIVE = "live"
+"""The method in which the robot acts from the first press on, and learns at every press."""
 
 
 @dataclass(frozen=True)
@@ -47,14 +50,19 @@ def make_practice(name: str, seed: int) -> Forage:
     return Forage([seed], make_practice_worlds()[name])
 
 
-def teach(seed: int, *, method: str = "watched", progress: TeachingProgress | None = None) -> TeachingResult:
-    """Teach GoTo, Harvest, Deposit and Forage; the same seed gives the same library."""
-    options = METHODS[method]
-    if progress is None:
-        return ScriptedTeacher(Library(FORAGE_KIT), make_practice, seed, options=options).teach(*TOPICS)
-    return ScriptedTeacher(
-        Library(FORAGE_KIT), make_practice, seed, options=options, progress=progress
-    ).teach(*TOPICS)
+def teach(
+    seed: int, *, method: str = "watched", progress: TeachingProgress = ignore_progress
+) -> TeachingResult:
+    """Teach GoTo, Harvest, Deposit and Forage; the same seed gives the same library.
+
+    The method is one of `METHODS`, or "live": live teaching with the options of "watched".
+    """
+    library = Library(FORAGE_KIT)
+    if method == LIVE:
+        live = LiveTeacher(library, make_practice, seed, options=WATCHED, progress=progress)
+        return live.teach(*TOPICS)
+    teacher = ScriptedTeacher(library, make_practice, seed, options=METHODS[method], progress=progress)
+    return teacher.teach(*TOPICS)
 
 
 def judge(library: Library, seed: int, *, progress: Progress | None = None) -> Evaluation:

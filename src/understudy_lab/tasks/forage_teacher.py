@@ -83,6 +83,25 @@ def complain_goto(screen: SessionView) -> str | None:
     return "forward" if -pi / 2 < _ahead(screen) < -ASTRAY else None
 
 
+def complain_live_goto(screen: SessionView) -> str | None:
+    """Return the state to direct GoTo(A) to while it is taught live, or None where its behavior is acceptable."""
+    bearing = _bearing(screen)
+    turning = screen.state in ("rotate_left", "rotate_right")
+    if turning and screen.features["distance_to(A)"] >= PAST_M and -2.6 < _ahead(screen) < -FACED_AWAY:
+        return _toward(bearing)
+    return complain_goto(screen)
+
+
+def settle_goto(screen: SessionView) -> str | None:
+    """Return the state that a robot which switches back and forth should be in."""
+    distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
+    if isnan(distance):
+        return None
+    if distance < THERE_M:
+        return "done"
+    return _toward(bearing) if abs(bearing) > ASTRAY else "forward"
+
+
 def _beside(side: int, nearest: float, farthest: float) -> Seen:
     """Return a predicate: A is to the left (1) or right (-1), at a distance between `nearest` and `farthest` (m)."""
 
@@ -132,6 +151,9 @@ GOTO = LessonPlan(
     ),
     tries=8,
     limit_s=60.0,
+    complain_live=complain_live_goto,
+    settle=settle_goto,
+    fidgets=16,
 )
 
 
@@ -169,6 +191,13 @@ def complain_harvest(screen: SessionView) -> str | None:
     return "goto" if screen.features["food_below_me"] == 0 else "load_food"
 
 
+def settle_harvest(screen: SessionView) -> str | None:
+    """Return the state that a robot which switches back and forth should be in."""
+    if _full(screen) or screen.features["food_left"] == NO:
+        return "done"
+    return "goto" if screen.features["food_below_me"] == 0 else "load_food"
+
+
 HARVEST = LessonPlan(
     "harvest",
     lambda library: new_lesson(
@@ -184,6 +213,7 @@ HARVEST = LessonPlan(
     cases=(Situation("little food in many places", again=True), Situation("the last food")),
     tries=4,
     limit_s=120.0,
+    settle=settle_harvest,
 )
 
 
@@ -204,6 +234,13 @@ def _on_its_way(screen: SessionView) -> bool:
     return screen.state == "goto"
 
 
+def settle_deposit(screen: SessionView) -> str | None:
+    """Return the state that a robot which switches back and forth should be in."""
+    if screen.features["food_stored"] == 0:
+        return "done"
+    return "goto" if screen.features["at_station"] == NO else "unload_food"
+
+
 DEPOSIT = LessonPlan(
     "deposit",
     lambda library: new_lesson(
@@ -222,6 +259,7 @@ DEPOSIT = LessonPlan(
     ),
     tries=3,
     limit_s=120.0,
+    settle=settle_deposit,
 )
 
 

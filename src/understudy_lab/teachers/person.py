@@ -69,7 +69,7 @@ class SimulatedPerson:
 
     def show(self, session: Session, wish: Wish, *, until: Seen, limit_s: float) -> TryResult:
         """Direct the robot to whatever they wish, `until` they have shown enough."""
-        return self._watch(session, wish, until=until, limit_s=limit_s, patience_s=limit_s)
+        return self.watch(session, wish, until=until, limit_s=limit_s, patience_s=limit_s)
 
     def drive(self, session: Session, behavior: str, seconds: float) -> None:
         """Drive the robot elsewhere for so long; the automaton stays in its state, and nothing is recorded."""
@@ -86,7 +86,7 @@ class SimulatedPerson:
         They lose patience when all levels stay in their states for `patience_s`, or when it only fidgets.
         """
         session.test()
-        verdict = self._watch(
+        verdict = self.watch(
             session,
             complaint,
             until=lambda screen: screen.mode is Mode.TRAINING or until(screen),
@@ -95,9 +95,10 @@ class SimulatedPerson:
         )
         return TryResult.CORRECTED if session.mode is Mode.TRAINING else verdict
 
-    def _watch(
+    def watch(
         self, session: Session, wish: Wish, *, until: Seen, limit_s: float, patience_s: float
     ) -> TryResult:
+        """Watch the robot, and direct it to whatever they wish, `until` they have seen enough."""
         self._due = self._kept = None
         tick_s = session.body.tick_s
         path: tuple[str, ...] = ()

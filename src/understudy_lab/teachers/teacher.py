@@ -92,6 +92,9 @@ class LessonPlan:
     limit_s: float
     shown: int | None = None
     patience_s: float = PATIENCE_S
+    complain_live: Wish | None = None
+    settle: Wish | None = None
+    fidgets: int = 6
 
 
 @dataclass(slots=True)
@@ -126,6 +129,10 @@ Progress: TypeAlias = Callable[[str, str, TeachingCost], None]
 """Called as teaching goes on: automaton, what happens, account so far."""
 
 
+def ignore_progress(name: str, what: str, account: TeachingCost) -> None:
+    """Report to nobody."""
+
+
 class ScriptedTeacher:
     """Teaches topics in turn, each as a possible state of the next. The same seed gives the same lessons."""
 
@@ -137,7 +144,7 @@ class ScriptedTeacher:
         *,
         options: Mapping[str, LearnerOptions],
         reaction: ReactionTime = ReactionTime(),
-        progress: Progress = lambda name, what, account: None,
+        progress: Progress = ignore_progress,
         patience: Patience = Patience(),
         person: MakesPerson = SimulatedPerson,
         looks_back: LooksBack = lambda session: None,

@@ -15,7 +15,7 @@ from understudy.ui.controller.trainer import Trainer
 
 TITLE, DIM = "bold underline", "dim"
 LIT = "bold reverse"
-MODES = {Mode.TRAINING: "bold reverse", Mode.TESTING: "bold reverse green"}
+MODES = {Mode.TRAINING: "bold reverse", Mode.TESTING: "bold reverse green", Mode.LIVE: "bold reverse green"}
 CORRECTED, DRIVING = "bold reverse magenta", "bold reverse yellow"
 TONES = {"": "", "recorded": "green", "correction": "bold magenta", "error": "bold red"}
 MARKS = {"": "·", "recorded": "●", "correction": "◆", "error": "!"}
@@ -60,7 +60,7 @@ def render_states(trainer: Trainer, width: int) -> Text:
     if trainer.driving:
         return _drivers(trainer, width)
     view = trainer.session_view
-    what = "press to correct" if view.mode is Mode.TESTING else "press to direct"
+    what = "press to direct" if view.mode is Mode.TRAINING else "press to correct"
     lines = [_title("States", what, width)]
     for state in trainer.session.automaton.states:
         active = state.name == view.state

@@ -118,7 +118,7 @@ def list_exits(
             yield automaton.state_names[outcome], [describe.format_condition(text) for text in texts]
 
 
-ModeName: TypeAlias = Literal["training", "testing"]
+ModeName: TypeAlias = Literal["training", "testing", "live"]
 ExampleKindName: TypeAlias = Literal["directive", "default", "confirmation", "watched"]
 
 

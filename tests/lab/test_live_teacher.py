@@ -1,0 +1,60 @@
+"""The teacher who teaches live: what they expect of a robot, and that it learns to go to a place from few presses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from understudy.analysis.evaluation import evaluate
+from understudy.model.library import Library
+from understudy.sim.forage import FORAGE_KIT, NAME
+from understudy.training.session import Session
+from understudy.training.trainee import SessionView
+from understudy_lab.forage.teach import make_practice, worlds_of
+from understudy_lab.tasks.forage_teacher import GOTO, HARVEST, WATCHED
+from understudy_lab.teachers.live_teacher import Expectations, LiveTeacher
+
+ROOM = "a small room"
+
+
+@pytest.fixture
+def screen() -> SessionView:
+    """In the start state, with A 2 m ahead and a little to the left."""
+    session = Session(
+        make_practice(ROOM, 1),
+        Library(FORAGE_KIT),
+        GOTO.choose(Library(FORAGE_KIT)),
+        targets={"A": "station"},
+    )
+    return replace(session.view(), features={"distance_to(A)": 2.0, "angle_to(A)": 0.7})
+
+
+def test_a_switch_is_shown_once_and_then_expected(screen: SessionView) -> None:
+    expected = Expectations(GOTO)
+    driving = replace(screen, state="forward")
+    assert expected.wish(screen) == "rotate_left"
+    assert expected.wish(driving) == "rotate_left"  # 0.7 rad is too far off, and was not shown yet
+    expected.note_press("forward", "rotate_left")
+    assert expected.wish(driving) is None  # it may do that a little later
+    assert expected.wish(replace(driving, features={**screen.features, "angle_to(A)": 1.2})) == "rotate_left"
+
+
+def test_a_robot_that_switches_back_and_forth_is_told_what_to_do(screen: SessionView) -> None:
+    expected = Expectations(HARVEST)
+    here = {"food_stored": 3.0, "food_left": 1.0, "food_below_me": 2.0, "done": 0.0}
+    wishes = [
+        expected.wish(
+            replace(screen, time_s=0.3 * tick, features=here, state=("goto", "load_food")[tick % 2])
+        )
+        for tick in range(8)
+    ]
+    assert wishes[:5] == [None] * 5
+    assert set(wishes[5:]) == {"load_food", "(keep)"}
+
+
+def test_goto_is_taught_with_few_presses() -> None:
+    teaching = LiveTeacher(Library(FORAGE_KIT), make_practice, 7, options=WATCHED).teach(GOTO)
+    assert teaching.accounts["goto"].presses <= 30
+    found = evaluate(teaching.library, "goto", NAME, worlds_of(7)[:20], binding={"A": "station"})
+    assert found.success >= 0.9

@@ -1,0 +1,200 @@
+"""Live teaching: what each press records and what the robot does next, as tables (docs/semantics.md, "Live teaching").
+
+The ball is 100 m away at first, and one meter nearer each tick of 0.1 s.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from tests.bodies import Scripted
+from tests.training.lessons import play, rows, session, ticks
+
+from understudy.model.lesson import LearnerOptions
+from understudy.training.session import Session
+from understudy.training.trainee import Mode
+
+
+def live(*steps: str | int, **choice: Any) -> Session:
+    """A session in live teaching, after some steps."""
+    taught = session(flags=["done"], **choice)
+    taught.teach()
+    return play(taught, *steps)
+
+
+PRESSES: list[tuple[list[Any], list[tuple[Any, ...]], str]] = [
+    ([3], [], "start"),  # nothing was shown: it does nothing
+    (  # a press acts at the next tick, and ends nothing
+        ["forward", 3],
+        [("start", 100, "forward", "directive"), ("forward", 100, "forward", "default")],
+        "forward",
+    ),
+    (  # one example leads to forward at once after a restart, without a press
+        ["forward", 3, "restart", 1],
+        [("start", 100, "forward", "directive"), ("forward", 100, "forward", "default")],
+        "forward",
+    ),
+    (  # what it would do anyway is kept as evidence
+        ["forward", 3, "restart", "forward", 1],
+        [
+            ("start", 100, "forward", "directive"),
+            ("forward", 100, "forward", "default"),
+            ("start", 97, "forward", "directive"),
+            ("forward", 97, "forward", "default"),
+        ],
+        "forward",
+    ),
+    (  # a press for the state in which it is confirms it
+        ["forward", 2, "forward", 1],
+        [
+            ("start", 100, "forward", "directive"),
+            ("forward", 100, "forward", "default"),
+            ("forward", 98, "forward", "confirmation"),
+        ],
+        "forward",
+    ),
+]
+
+
+@pytest.mark.parametrize(("steps", "expected", "state"), PRESSES)
+def test_presses(steps: list[Any], expected: list[tuple[Any, ...]], state: str) -> None:
+    taught = live(*steps)
+    assert rows(taught) == expected
+    assert taught.view().state == state
+    assert taught.mode is Mode.LIVE
+
+
+def turned() -> Session:
+    """Forward from the start, left at 95 m, and again at 100 m: it turns left by itself at 95 m. Now at 94 m."""
+    taught = live("forward", 5, "left", 2)
+    taught.reset(1)
+    ticks(taught, 7)
+    assert taught.view().state == "left"
+    return taught
+
+
+def corrections(taught: Session) -> list[bool]:
+    return [example.correction for example in taught.examples]
+
+
+def test_taking_back_a_switch_says_that_it_should_not_have_switched() -> None:
+    taught = turned()
+    play(taught, 10, "forward", 1)  # within 2 s
+    assert rows(taught)[4:] == [("forward", 95, "forward", "confirmation")]
+    assert corrections(taught)[4:] == [True]
+    assert taught.view().state == "forward"
+
+
+def test_a_press_long_after_a_switch_is_about_the_present_state() -> None:
+    taught = turned()
+    play(taught, 25, "forward", 1)
+    state, _, following, kind = rows(taught)[4]
+    assert (state, following, kind) == ("left", "forward", "directive")
+
+
+def test_a_press_soon_after_a_switch_names_the_right_one() -> None:
+    taught = turned()
+    play(taught, 1, "right", 1)
+    assert rows(taught)[4:] == [("forward", 95, "right", "directive"), ("right", 95, "right", "default")]
+    assert corrections(taught)[4:] == [True, True]
+
+
+def test_soon_depends_on_the_reaction_time() -> None:
+    for reaction_s, judged in ((0.0, "left"), (0.5, "forward")):
+        taught = turned()
+        taught.change_design(options=LearnerOptions(reaction_s=reaction_s))
+        play(taught, 4, "right", 1)
+        assert rows(taught)[4][0] == judged
+
+
+def test_a_paused_press_is_about_the_present_state_unless_it_takes_a_switch_back() -> None:
+    for wanted, judged in (("right", "left"), ("forward", "forward")):
+        taught = turned()
+        taught.paused = True
+        taught.direct(wanted)
+        taught.paused = False
+        ticks(taught, 1)
+        assert rows(taught)[4][0] == judged
+
+
+def test_a_flag_that_it_raised_is_corrected_where_it_was_raised() -> None:
+    taught = live("forward", 5, "done", 2)
+    taught.reset(1)
+    ticks(taught, 9)
+    assert taught.view().flag == "done"
+    play(taught, "forward", 1)
+    assert rows(taught)[-1] == ("forward", 95, "forward", "confirmation")
+    assert corrections(taught)[-1]
+    assert taught.view().state == "forward"
+
+
+def test_a_flag_that_was_directed_is_left_without_an_example() -> None:
+    taught = live("forward", 5, "done", 2)
+    before = rows(taught)
+    play(taught, "forward", 1)
+    assert rows(taught) == before
+    assert taught.mode is Mode.LIVE
+
+
+def test_a_press_that_agrees_is_no_correction_and_one_that_disagrees_is() -> None:
+    taught = live("forward", 5, "left", 2)
+    assert corrections(taught) == [False, False, True, True]  # it would have stayed in forward
+    taught.reset(1)
+    play(taught, "forward", 1)
+    assert corrections(taught)[4:] == [False, False]  # it would have gone forward
+
+
+def test_watched_ticks_after_a_switch_that_is_taken_back_teach_nothing() -> None:
+    taught = session(flags=["done"], options=LearnerOptions(watched=True))
+    taught.teach()
+    play(taught, "forward", 5, "left", 2)
+    taught.reset(1)
+    before = [row for row in rows(taught) if row[0] == "left"]
+    play(taught, 12, "forward", 1)
+    assert [row[0] for row in rows(taught) if row[3] == "confirmation"] == ["forward"]
+    assert [row for row in rows(taught) if row[0] == "left"] == before
+
+
+def test_undo_learns_again_and_goes_on_live() -> None:
+    taught = live("forward", 5, "left", 2)
+    taught.undo()
+    assert taught.mode is Mode.LIVE
+    taught.reset(1)
+    ticks(taught, 12)
+    assert taught.view().state == "forward"  # it no longer knows left
+    taught.redo()
+    taught.reset(1)
+    ticks(taught, 12)
+    assert taught.view().state == "left"
+
+
+def test_undo_of_a_press_that_waits_keeps_the_mode_and_the_lesson() -> None:
+    taught = live("forward", 5)
+    taught.paused = True
+    taught.direct("left")
+    taught.undo()
+    assert (taught.mode, len(taught.examples)) == (Mode.LIVE, 2)
+    ticks(taught, 2)
+    assert taught.view().state == "forward"
+
+
+def test_from_live_to_the_modes_of_the_paper_and_back() -> None:
+    taught = live("forward", 5)
+    taught.train()
+    taught.restart()
+    ticks(taught, 2)
+    assert taught.view().state == "start"
+    taught.teach()
+    ticks(taught, 1)
+    assert taught.view().state == "forward"
+    taught.test()
+    play(taught, 3, "left", 1)
+    assert taught.mode is Mode.TRAINING
+    assert corrections(taught)[-1]
+
+
+def test_the_body_of_a_live_session_is_decided_by_what_was_just_shown() -> None:
+    body = Scripted()
+    taught = live("forward", 5, "left", 1, body=body)
+    assert taught.trainee.taught.automaton.transitions.keys() == {"start", "forward", "left"}
