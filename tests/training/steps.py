@@ -16,8 +16,14 @@ STATES = ("forward", "left", "right", "done", "start")
 FEATURES = ("range_of(ball)", "bearing_of(goal)", "load", "seen", "time_in_state", "done", "watch")
 
 
-def drawn(random: Random, states: tuple[str, ...] = STATES, features: tuple[str, ...] = FEATURES) -> Step:
-    """One step: mostly presses and ticks."""
+def drawn(
+    random: Random,
+    states: tuple[str, ...] = STATES,
+    features: tuple[str, ...] = FEATURES,
+    *,
+    more: tuple[Step, ...] = (),
+) -> Step:
+    """One step: mostly presses and ticks. Without `more` steps to draw from, draws are those of version 0.1.0."""
     some = random.sample(features, random.randint(1, 3))
     return random.choice(
         [
@@ -27,7 +33,6 @@ def drawn(random: Random, states: tuple[str, ...] = STATES, features: tuple[str,
             *[("undo",)] * 2,
             ("redo",),
             *[("test",)] * 2,
-            *[("teach",)] * 3,
             ("train",),
             ("restart",),
             ("reset", random.randrange(100)),
@@ -40,6 +45,7 @@ def drawn(random: Random, states: tuple[str, ...] = STATES, features: tuple[str,
             ("choose", {"features": some}),
             ("choose", {"states": random.sample(states[:3], random.randint(1, 3))}),
             ("choose", {"options": LearnerOptions(random.choice([0.0, 0.2, 0.5]), random.random() < 0.7)}),
+            *more,
         ]
     )
 

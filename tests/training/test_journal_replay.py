@@ -33,7 +33,7 @@ def test_every_prefix(seed: int, count: int) -> None:
         )
         moments = []
         for _ in range(count):
-            do(taught, drawn(random))
+            do(taught, drawn(random, more=(("teach",),) * 3))
             view = taught.view()
             seen = (taught.mode, view.waiting is not None, view.undoable, view.redoable, view.targets)
             moments.append((path.stat().st_size, told(taught), seen))

@@ -6,10 +6,14 @@ from pathlib import Path
 
 from understudy.errors import UnknownName
 from understudy.jit.settings import pause_garbage_collection
+from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import IDLE_PROGRAM
+from understudy.runtime.team.team import Team
+from understudy.sim.kit import make_scenario_kit, make_type_kits
 from understudy.sim.scenario.files import SUFFIX, add_markers, list_builtin_scenarios, load_scenario
 from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import collect_libraries, make_scenario_team
 from understudy.sim.world import World
 
 
@@ -35,3 +39,15 @@ def compile_world_kernels(scenario: Scenario) -> None:
         engine = Engine.from_program(World(scenario), IDLE_PROGRAM)
         engine.run(1)
         engine.tick()
+        if scenario.squads:  # other kernels: they also compute what coordinators read
+            _make_idle_team(scenario).run(1)
+
+
+def _make_idle_team(scenario: Scenario) -> Team:
+    """Make the team of a scenario, with all coordinators, in which nobody does anything."""
+    kits = make_type_kits(scenario, make_scenario_kit(scenario))
+    libraries = collect_libraries(scenario, {name: Library(kit) for name, kit in kits.items()})
+    *_, highest = libraries
+    return make_scenario_team(
+        World(scenario), scenario, libraries, {}, seeds=[0], makes=Engine, trained=highest
+    )

@@ -61,13 +61,13 @@ class TicksLogged(msgspec.Struct, frozen=True, tag="Ticks"):
 
 
 class SnapshotTaken(msgspec.Struct, frozen=True, tag="Snapshot"):
-    """Body and automaton before a tick, and the last switch that the learned automaton decided."""
+    """Body and automaton before a tick; in live teaching, also the last switch that the learned automaton decided."""
 
     tick: int
     body: bytes
     run: list[StackFrame]
     mode: Mode
-    switch: OwnSwitch | None = None
+    switch: OwnSwitch | UnsetType = UNSET
 
 
 class PressReceived(msgspec.Struct, frozen=True, tag="Pressed"):
@@ -245,7 +245,7 @@ class Journal:
         """Write body and automaton as they are before the next tick, at most once per tick."""
         if self._log is not None and self._snapshot_tick != self.tick:
             self._snapshot_tick = self.tick
-            self.write(SnapshotTaken(self.tick, zlib.compress(body, 1), list(run), mode, switch))
+            self.write(SnapshotTaken(self.tick, zlib.compress(body, 1), list(run), mode, switch or UNSET))
 
     def log_moved(self) -> None:
         """Note that the robot was moved after the last tick."""

@@ -166,7 +166,8 @@ class ReplayedSession:
                     self.recorder.append(moment)
             case SnapshotTaken():
                 self.body, self.body_tick = zlib.decompress(entry.body), entry.tick
-                self.run, self.mode, self.switch = tuple(entry.run), entry.mode, entry.switch
+                self.run, self.mode = tuple(entry.run), entry.mode
+                self.switch = entry.switch or None
             case PressReceived():
                 self.waiting, self.presses = entry.press, entry.press.number
                 self.mode = Mode.LIVE if self.mode is Mode.LIVE else Mode.TRAINING

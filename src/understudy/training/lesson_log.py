@@ -175,7 +175,7 @@ class LessonLog:
         after: TraineeState,
     ) -> None:
         """Record the examples of a press that took effect at this tick, from `before` to `after`."""
-        since_s = inf if press.answers is None else press.answers.seconds
+        since_s = press.answers.seconds if isinstance(press.answers, OwnSwitch) else inf
         reaction_s = self.lesson.options.reaction_s
         self._watched.discard_recent(self._recorder.now, reaction_s=reaction_s, since_s=since_s)
         self.accept_watched()
@@ -184,7 +184,7 @@ class LessonLog:
             return
         if outcome.shown[0].entry is not None:
             moment, window = outcome.shown[0].entry.moment, 0
-        elif press.answers is not None:
+        elif isinstance(press.answers, OwnSwitch):
             moment = self._recorder.keep(Sample(press.answers.seconds, press.answers.values))
             window = 0
         elif press.paused:

@@ -13,6 +13,8 @@ from numbers import Real
 from pathlib import Path
 from typing import Self
 
+from msgspec import UNSET
+
 from understudy.errors import SessionError, SettingError, UnknownName
 from understudy.learning.correction_diagnosis import CorrectionDiagnosis
 from understudy.model.automaton import Automaton
@@ -279,14 +281,12 @@ class Session(EditableSession):
             self.drive(None)
         waiting = self.trainee.press
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
-        answers, mode = None, Mode.TRAINING
-        if self.mode is Mode.LIVE:
-            answers = self._log.find_answered_switch(self._clock(), state, paused=self.paused)
-            mode = Mode.LIVE
-        press = Press(self._log.presses + 1, state, correction, self.paused, answers)
+        live = self.mode is Mode.LIVE
+        answers = self._log.find_answered_switch(self._clock(), state, paused=self.paused) if live else None
+        press = Press(self._log.presses + 1, state, correction, self.paused, answers or UNSET)
         self._keep_snapshot()
         self._log.presses = self._log.journal.press(press)
-        self.trainee.press, self.trainee.mode = press, mode
+        self.trainee.press, self.trainee.mode = press, Mode.LIVE if live else Mode.TRAINING
         return press.number
 
     def tick(self) -> None:

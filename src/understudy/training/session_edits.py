@@ -195,8 +195,9 @@ class EditableSession(ABC):
     def _keep_snapshot(self) -> None:
         body, now = self.body, self.body.time_s
         if self._log.journal.path is not None and is_rewindable(body):
-            run, switch = self.trainee.snapshot(now), self._log.last_switch.switch
-            self._log.journal.snapshot(body.snapshot(), run, self.trainee.mode, switch)
+            run, mode = self.trainee.snapshot(now), self.trainee.mode
+            switch = self._log.last_switch.switch if mode is Mode.LIVE else None
+            self._log.journal.snapshot(body.snapshot(), run, mode, switch)
 
     def _turned(self) -> None:
         self._log.log_mode(

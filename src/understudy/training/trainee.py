@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
+from msgspec import UNSET, UnsetType
+
 from understudy.errors import SessionError
 from understudy.model.features import Percept
 from understudy.model.lesson import ExampleKind
@@ -56,7 +58,7 @@ class Press:
     state: str | None
     correction: bool = False
     paused: bool = False
-    answers: OwnSwitch | None = None
+    answers: OwnSwitch | UnsetType = UNSET
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,8 +120,8 @@ class Trainee(Interpreter):
         automaton = self.taught.automaton
         lasting = [state.name for state in automaton.states if state.flag is None]
         if press is not None and press.state in (None, *automaton.state_names):
-            is_gone = press.answers is not None and press.answers.state not in lasting
-            self.press = replace(press, answers=None) if is_gone else press
+            is_gone = isinstance(press.answers, OwnSwitch) and press.answers.state not in lasting
+            self.press = replace(press, answers=UNSET) if is_gone else press
         if entry is not None and entry.state in lasting and self.taught.flag is not None:
             self.entry = entry
 
@@ -156,7 +158,7 @@ class Trainee(Interpreter):
         machine = self.taught
         here = machine.state_name
         wanted = press.state if press.state is not None else here
-        if press.answers is not None or machine.flag is not None:
+        if isinstance(press.answers, OwnSwitch) or machine.flag is not None:
             return wanted != here and (machine.flag is None or self.entry is not None)
         transition = machine.automaton.transitions.get(here)
         if transition is None:
@@ -171,7 +173,7 @@ class Trainee(Interpreter):
         outcome.next = after
         if automaton.state(before).flag is not None:
             self._obey_at_flag(press, after, outcome, now)
-        elif press.answers is not None:
+        elif isinstance(press.answers, OwnSwitch):
             self._obey_after_switch(press.answers, after, outcome, now)
         elif after == before:
             outcome.shown.append(PressExample(before, before, ExampleKind.CONFIRMATION, outcome.own))
