@@ -19,7 +19,9 @@ FAR = 0.35
 
 
 class FeatureDistances:
-    """Distances between feature vectors in one state, in which features that its transition function tests count fully.
+    """Distances between feature vectors in one state.
+
+    Features that the state's transition function tests have weight 1, all others `UNASKED`.
 
     Numbers differ by their share of the observed range, angles by their share of half a turn, labels and absence by 0
     or 1.

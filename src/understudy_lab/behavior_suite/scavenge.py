@@ -146,7 +146,7 @@ SCAVENGE = LessonPlan(
 
 
 def practice(name: str, seed: int) -> World:
-    """Return a practice world: many cans, or few that have to be searched for."""
+    """Return a practice world: "cans" has many cans; any other name has three, which have to be searched for."""
     if name == "cans":
         return World(SCENARIO, [seed])
     few = ObjectClass(name="can", count=3, color="red", apart=0.4, capture=CaptureRule(range=TOUCH_M))

@@ -159,10 +159,10 @@ def teach_patrol(seed: int) -> teach.PatrolTeaching:
 
 
 def patrol_cycles(taught: teach.PatrolTeaching, ground: World | MujocoBody) -> dict[str, Any]:
-    """Return the numbers of captures, of cycles and of completed cycles, and the duration of each cycle in s.
+    """Return the numbers of captures, `cycles` and `complete` cycles, the duration of each in s, and their success.
 
-    A cycle begins with the capture of an intruder. It continues until all robots are at home, and ends when all have
-    left again.
+    A cycle lasts from the capture of an intruder until the robots are ordered to disperse again. It is complete if all
+    robots were at home by then, and in time. `success` is the share of complete cycles.
     """
     known: Libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     team = Team(
