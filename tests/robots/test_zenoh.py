@@ -272,7 +272,7 @@ def test_without_a_router_one_listens_and_the_other_connects(namespace: str) -> 
 
         wait_for(arrived)
         assert came[0] == sonar(1.5)
-        assert Publisher(f"{namespace}/sonar", RANGE) in connected.peers()
+        wait_for(lambda: Publisher(f"{namespace}/sonar", RANGE) in connected.peers())
     finally:
         connected.close()
         listening.close()
