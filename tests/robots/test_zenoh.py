@@ -178,7 +178,7 @@ def test_a_plain_program_is_read_and_obeys(release: str, router: Router, namespa
         assert process.stdout.readline() == "ready\n"
         wait_for(lambda: robot.senses.latest["sonar_ahead"].count > 3)
         assert robot.senses.value("sonar_ahead", robot.now_s) == 2.0
-        assert joined.peers() == [Publisher(f"{namespace}/sonar", RANGE)]
+        wait_for(lambda: joined.peers() == [Publisher(f"{namespace}/sonar", RANGE)])
         robot.arm("a test")
         until = time.monotonic() + 10
         while process.poll() is None and time.monotonic() < until:
