@@ -44,7 +44,7 @@ def compile_world_kernels(scenario: Scenario) -> None:
 
 
 def _make_idle_team(scenario: Scenario) -> Team:
-    """Make the team of a scenario, with all coordinators, in which nobody does anything."""
+    """Make the team of a scenario, with all coordinators, whose robots and coordinators idle."""
     kits = make_type_kits(scenario, make_scenario_kit(scenario))
     libraries = collect_libraries(scenario, {name: Library(kit) for name, kit in kits.items()})
     *_, highest = libraries

@@ -1,4 +1,4 @@
-"""A scripted teacher who teaches live: the robot acts by itself from the first press on, and is directed where it errs.
+"""A scripted teacher for live teaching: the robot acts from the first press on, and is directed where it errs.
 
 The teacher looks at one situation after the other. A lesson is finished when several in a row needed no press.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from itertools import cycle
 
 import numpy as np
@@ -18,30 +17,25 @@ from understudy.training.session import Session
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, ReactionTime, SimulatedPerson, TryResult
 from understudy_lab.teachers.teacher import (
-    FIRST_SEED,
-    LOOK_S,
     LessonPlan,
     MakesBody,
-    Patience,
     Progress,
+    ScriptedTeacher,
     Situation,
-    TeachingCost,
-    TeachingResult,
     ignore_progress,
-    innermost,
 )
 
 FIDGETING_S = 4.0
 """A robot that switches `LessonPlan.fidgets` times in so many s is told what it should do there."""
-
-
-PATIENCE = Patience()
 MOST_FAILED = 30
 """The number of situations that may need presses before a lesson is discarded."""
 
 
 class Expectations:
-    """What a person expects of a robot: they direct a switch that they never showed, and others when overdue."""
+    """The expectations of a demonstrator: which state a robot should be in.
+
+    A switch that was never shown is directed at once; one that was shown, only when it is overdue.
+    """
 
     def __init__(self, topic: LessonPlan) -> None:
         self._topic = topic
@@ -72,7 +66,7 @@ class Expectations:
 
 
 class LivePerson(SimulatedPerson):
-    """A person who watches a robot that is taught live, and remembers what they have shown it."""
+    """A simulated person who teaches live, with a memory of the switches that were shown."""
 
     def __init__(self, draws: np.random.Generator, reaction: ReactionTime = ReactionTime()) -> None:
         super().__init__(draws, reaction)
@@ -88,8 +82,10 @@ class LivePerson(SimulatedPerson):
         super()._press(session, wished)
 
 
-class LiveTeacher:
-    """Teaches topics in turn, each as a possible state of the next. The same seed gives the same lessons."""
+class LiveTeacher(ScriptedTeacher):
+    """A teacher who teaches live. The same seed gives the same lessons."""
+
+    _person: LivePerson
 
     def __init__(
         self,
@@ -98,35 +94,14 @@ class LiveTeacher:
         seed: int,
         *,
         options: Mapping[str, LearnerOptions],
-        reaction: ReactionTime = ReactionTime(),
         progress: Progress = ignore_progress,
-        patience: Patience = PATIENCE,
     ) -> None:
-        self.library = library
-        self.accounts: dict[str, TeachingCost] = {}
-        self._make, self._options, self._progress, self._patience = make, options, progress, patience
-        self._draws = np.random.default_rng([seed, 1])
-        self._person = LivePerson(self._draws, reaction)
-        self._topics: dict[str, LessonPlan] = {}
+        super().__init__(library, make, seed, options=options, progress=progress, person=LivePerson)
         self._expected: dict[str, Expectations] = {}
 
-    def teach(self, *topics: LessonPlan) -> TeachingResult:
-        """Teach the topics, and return the library with them and the cost."""
-        for topic in topics:
-            self._topics[topic.name], self.accounts[topic.name] = topic, TeachingCost()
-            lesson = topic.choose(self.library)
-            lesson = replace(lesson, options=self._options.get(topic.name, lesson.options))
-            for _ in range(self._patience.lessons):
-                self.accounts[topic.name].lessons += 1
-                self._expected[topic.name] = Expectations(topic)
-                if self._teach(topic, lesson):
-                    break
-                self._progress(topic.name, "thrown away, taught again", self.accounts[topic.name])
-            self._progress(topic.name, "learned", self.accounts[topic.name])
-        return TeachingResult(self.library, self.accounts)
-
     def _teach(self, topic: LessonPlan, lesson: Lesson) -> bool:
-        """Teach one lesson from its beginning, and return whether it succeeded."""
+        self.accounts[topic.name].lessons += 1
+        self._expected[topic.name] = Expectations(topic)
         passed = failed = 0
         for number, case in enumerate(self._list_situations(topic)):
             if passed >= topic.tries and number >= len(topic.cases[: topic.shown]):
@@ -177,33 +152,12 @@ class LiveTeacher:
             patience_s=topic.patience_s,
         )
 
-    def _correct_below(self, session: Session) -> None:
-        """Teach the innermost automaton on in the situation where the robot is lost."""
-        name, targets = innermost(self.library, session)
-        if name == session.automaton.name or name not in self._topics:
-            return
-        topic, lesson = self._topics[name], self.library.taught[name].lesson
-        if lesson is None:
-            return
-        below = Session(session.body, self.library, lesson, targets=targets)
-        below.teach()
-        verdict = self._watch(topic, below, Situation("here", targets))
-        self._settle(name, below, verdict.name.lower())
+    def _test(self, topic: LessonPlan, session: Session) -> TryResult:
+        session.teach()
+        targets = session.view().targets
+        return self._see(topic, session, Situation("here", targets))[0]
 
     def _session(self, topic: LessonPlan, lesson: Lesson, case: Situation) -> Session:
-        body = self._make(case.practice, FIRST_SEED + int(self._draws.integers(2**40)))
-        session = Session(body, self.library, lesson, targets=case.targets)
-        while not case.suits(session.view()):
-            session.reset(FIRST_SEED + int(self._draws.integers(2**40)))
-            self._person.seconds += LOOK_S
+        session = super()._session(topic, lesson, case)
         session.teach()
         return session
-
-    def _settle(self, name: str, session: Session, what: str) -> None:
-        account, person = self.accounts[name], self._person
-        account.seconds, account.presses = account.seconds + person.seconds, account.presses + person.presses
-        person.seconds, person.presses = 0.0, 0
-        taught = session.make_trained_automaton()
-        account.examples = sum(example.is_from_press for example in session.examples)
-        self.library = self.library.with_automaton(taught)
-        self._progress(name, what, account)

@@ -130,7 +130,7 @@ Progress: TypeAlias = Callable[[str, str, TeachingCost], None]
 
 
 def ignore_progress(name: str, what: str, account: TeachingCost) -> None:
-    """Report to nobody."""
+    """Do nothing: the `progress` of a teacher whose progress is not shown."""
 
 
 class ScriptedTeacher:
