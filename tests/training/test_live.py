@@ -129,6 +129,16 @@ def test_a_flag_that_it_raised_is_corrected_where_it_was_raised() -> None:
     assert taught.view().state == "forward"
 
 
+def test_a_flag_that_it_raised_rightly_is_kept_as_evidence() -> None:
+    taught = live("forward", 5, "done", 2)
+    taught.reset(1)
+    ticks(taught, 9)
+    play(taught, "done", 1)
+    assert rows(taught)[-1] == ("forward", 95, "done", "directive")
+    assert not corrections(taught)[-1]
+    assert taught.view().flag == "done"
+
+
 def test_a_flag_that_was_directed_is_left_without_an_example() -> None:
     taught = live("forward", 5, "done", 2)
     before = rows(taught)

@@ -198,7 +198,7 @@ class Trainee(Interpreter):
     def _obey_at_flag(self, press: Press, after: str, outcome: TickResult, now: float) -> None:
         """Correct a flag, at the tick at which the learned automaton raised it; a directed flag records nothing."""
         flagged = self.taught.state_name
-        if outcome.correction and self.entry is not None:
+        if (press.correction or self.mode is Mode.LIVE) and self.entry is not None:
             state = self.entry.state
             kind = ExampleKind.CONFIRMATION if after == state else ExampleKind.DIRECTIVE
             outcome.shown.append(PressExample(state, after, kind, self.entry.own, self.entry))
