@@ -100,6 +100,32 @@ def test_a_press_soon_after_a_switch_names_the_right_one() -> None:
     assert corrections(taught)[4:] == [True, True]
 
 
+def turned_back() -> Session:
+    """As `turned`, and left to forward was directed once, at 80 m. Now at 94 m, in left."""
+    taught = live("forward", 5, "left", 15, "forward", 2)
+    taught.reset(1)
+    ticks(taught, 7)
+    assert taught.view().state == "left"
+    return taught
+
+
+def test_a_switch_that_was_shown_from_here_is_meant_from_here_unless_it_comes_soon() -> None:
+    for waited, judged in ((2, "forward"), (4, "left")):
+        taught = turned_back()
+        play(taught, waited, "forward", 1)
+        assert rows(taught)[6][0] == judged
+
+
+def test_another_state_that_was_shown_from_here_only_is_meant_from_here() -> None:
+    for shown, judged in ((("forward", 5, "left", 5, "right"), "left"), (("forward", 5, "left"), "forward")):
+        taught = live(*shown, 1)
+        taught.reset(1)
+        ticks(taught, 7)
+        assert taught.view().state == "left"
+        play(taught, "right", 1)
+        assert rows(taught)[2 * len([step for step in shown if isinstance(step, str)])][0] == judged
+
+
 def test_soon_depends_on_the_reaction_time() -> None:
     for reaction_s, judged in ((0.0, "left"), (0.5, "forward")):
         taught = turned()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import replace
 from functools import cached_property
 from typing import Self
@@ -51,15 +52,28 @@ class LastSwitch:
         self._last = None if switch is None else (switch, binding)
 
     def find_answered(
-        self, now: float, state: str | None, *, late_s: float, paused: bool
+        self,
+        now: float,
+        state: str | None,
+        *,
+        directed: Set[tuple[str, str]],
+        late_s: float,
+        paused: bool,
     ) -> OwnSwitch | None:
-        """Return the last switch if a press at this time judges it: by taking it back, or since it comes so soon."""
+        """Return the last switch if a press at this time judges it: by taking it back, or since it comes so soon.
+
+        `directed` has the switches, from and to, that were demonstrated. A switch that was demonstrated from the
+        present state is meant from there, unless the press comes so soon that it must judge the last switch.
+        """
         switch = self.switch
-        if switch is None or state in (None, switch.next):  # it confirms where the robot is now
+        if switch is None or state is None or state == switch.next:  # it confirms where the robot is now
             return None
+        passed_s = now - switch.seconds
+        is_from_here = (switch.next, state) in directed
         if state == switch.state:
-            return switch if now - switch.seconds <= SOON_S else None
-        return switch if now - switch.seconds <= late_s and not paused else None
+            return switch if passed_s <= (late_s if is_from_here else SOON_S) else None
+        is_from_here = is_from_here and (switch.state, state) not in directed
+        return switch if passed_s <= late_s and not paused and not is_from_here else None
 
     def find_undone_stay(self, correction: Example, lesson: Lesson, now: float) -> Example | None:
         """Return the example of staying, if the correction takes the last switch back; otherwise None."""

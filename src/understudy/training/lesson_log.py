@@ -161,7 +161,12 @@ class LessonLog:
         press before it.
         """
         late_s = measure_deciding_time(self.lesson.options.reaction_s)
-        found = self.last_switch.find_answered(now, state, late_s=late_s, paused=paused)
+        directed = {
+            (example.state, example.next)
+            for example in self.lesson.examples
+            if example.kind is ExampleKind.DIRECTIVE and not example.quarantined
+        }
+        found = self.last_switch.find_answered(now, state, directed=directed, late_s=late_s, paused=paused)
         lasting = {state.name for state in self.lesson.automaton.states if state.flag is None}
         return found if found is not None and found.state in lasting else None
 
