@@ -25,6 +25,7 @@ export interface Draft {
   watched: boolean;
   reaction: string;
   unlearning: boolean;
+  live: boolean;
 }
 
 const FIRST_STATES = ["forward", "rotate_left", "rotate_right"];
@@ -44,6 +45,7 @@ export function drafted(form: Form, studio: Studio, scene: Scene): Draft {
       watched: desk.watched,
       reaction: String(desk.reaction_s),
       unlearning: desk.unlearning,
+      live: desk.live,
     };
   }
   const offered = new Set(scene.features.map(({ label }) => label.replace(/\(.*/, "")));
@@ -59,6 +61,7 @@ export function drafted(form: Form, studio: Studio, scene: Scene): Draft {
     watched: false,
     reaction: "0",
     unlearning: false,
+    live: true,
   };
   return { ...draft, ...kept(draft, studio, scene) };
 }
@@ -88,8 +91,8 @@ function kept(draft: Draft, studio: Studio, scene: Scene): Pick<Draft, "states" 
 export function request(form: Form, draft: Draft, studio: Studio, scene: Scene, discard: boolean): Request {
   const flags = listed(draft.flags);
   const reaction = Number(draft.reaction);
-  const { watched, unlearning } = draft;
-  const options = { watched, unlearning, reaction_s: Number.isFinite(reaction) ? reaction : null };
+  const { watched, unlearning, live } = draft;
+  const options = { watched, unlearning, live, reaction_s: Number.isFinite(reaction) ? reaction : null };
   if (form === "choose") {
     return {
       do: "choose",

@@ -70,22 +70,24 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
 }
 
 function ModeSwitch({ studio }: { studio: Studio }) {
-  const mode = studio.desk?.mode ?? "training";
+  const mode = studio.desk?.mode ?? "live";
+  const tries = mode === "testing";
+  const teaching = studio.desk?.live
+    ? "It decides, and learns from every press"
+    : "You decide; each press is an example";
   return (
     <div class={className("modes", mode)} role="group" aria-label="Mode">
-      {(["training", "testing"] as const).map((each) => (
+      {[false, true].map((each) => (
         <button
           type="button"
-          key={each}
-          aria-pressed={mode === each}
+          key={String(each)}
+          aria-pressed={tries === each}
           disabled={!studio.directs}
-          title={
-            each === "training" ? "You decide; each press is an example" : "It decides; a press corrects it"
-          }
-          onClick={() => void (mode !== each && studio.ask({ do: "turn" }))}
+          title={each ? "It decides, and learns nothing; a press corrects it, and you teach again" : teaching}
+          onClick={() => void (tries !== each && studio.ask({ do: "turn" }))}
         >
-          {each === "training" ? "Training" : "Testing"}
-          {mode !== each && <kbd>T</kbd>}
+          {each ? "Try" : "Teach"}
+          {tries !== each && <kbd>T</kbd>}
         </button>
       ))}
     </div>

@@ -16,7 +16,7 @@ export function PadHint() {
     ["✚", "direct"],
     ["A", "confirm"],
     ...(flag === undefined ? [] : [["X", flag.name]]),
-    ["Y", studio.desk.mode === "training" ? "testing" : "training"],
+    ["Y", studio.desk.mode === "testing" ? "teach" : "try"],
     ["B", "undo"],
     ["Start", "pause"],
   ];

@@ -81,6 +81,7 @@ export type Request =
       watched?: boolean | null;
       reaction_s?: number | null;
       unlearning?: boolean | null;
+      live?: boolean | null;
       discard?: boolean;
     }
   /**
@@ -97,6 +98,7 @@ export type Request =
       watched?: boolean | null;
       reaction_s?: number | null;
       unlearning?: boolean | null;
+      live?: boolean | null;
     }
   /** Delete an example. */
   | { do: "delete"; number: Index }
@@ -685,6 +687,8 @@ export interface Lesson {
   reaction_s: number;
   /** Whether a correction puts bad examples in quarantine by itself. */
   unlearning: boolean;
+  /** Whether it is taught live; otherwise as in the paper. */
+  live: boolean;
   /** The flags that it can raise: done, failed, or any name. */
   flags: readonly string[];
   /** The expected outcomes, such as "done within 20 s in forage, A = station". */

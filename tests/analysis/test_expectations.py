@@ -42,11 +42,7 @@ SITS = replace(goto, transitions={"start": Tree((make_leaf(0),))})
 
 def session(journal: Path | None = None) -> Session:
     lesson = new_lesson(
-        LIBRARY,
-        "fetch",
-        states=["goto(station)", "forward"],
-        flags=["done"],
-        features=["done"],
+        LIBRARY, "fetch", states=["goto(station)", "forward"], flags=["done"], features=["done"], live=False
     )
     return Session(Forage([9]), LIBRARY, lesson, journal=journal)
 
@@ -179,7 +175,9 @@ def test_a_change_below_is_found_from_above() -> None:
 def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None:
     """Their own change, or one of their robots: told only where it is known what everybody knows."""
     known = dict(collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.from_automata(kit, lead())))
-    lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
+    lesson = new_lesson(
+        known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"], live=False
+    )
     made = Session(make_coordinator_body(SCENARIO, "patrol", known), known["patrol"], lesson)
     made.direct("wander")
     made.run_for(1.0)

@@ -41,6 +41,7 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
+        live=False,
     )
     session = Session(Forage([SHOWN[0]]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     for world in SHOWN:
@@ -190,6 +191,7 @@ def test_a_press_that_looks_like_a_slip_was_meant_or_is_mended(
         states=["forward", "rotate_left"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
+        live=False,
     )
     examples = tuple(
         Example(number, "forward", (far, radians(angle)), says, ExampleKind.DIRECTIVE)

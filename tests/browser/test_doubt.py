@@ -56,6 +56,7 @@ def taught() -> Session:
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
+        live=False,
     )
     session = Session(Forage([SLIP]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     for world in (4, 5, SLIP, 6):

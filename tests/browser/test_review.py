@@ -31,6 +31,7 @@ def goes() -> Session:
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
+        live=False,
     )
     session = Session(Forage([WORLD]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     show(session)
@@ -39,7 +40,9 @@ def goes() -> Session:
 
 def fetches(library: Library) -> Session:
     """Somebody who has shown fetch, which runs goto, and promises to be done in a minute."""
-    lesson = new_lesson(library, "fetch", states=["goto(station)"], flags=["done"], features=["done"])
+    lesson = new_lesson(
+        library, "fetch", states=["goto(station)"], flags=["done"], features=["done"], live=False
+    )
     session = Session(Forage([WORLD]), library, lesson)
     session.direct("goto")
     session.run_for(60.0)

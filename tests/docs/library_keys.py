@@ -101,6 +101,7 @@ PARTS: Parts = {
             "watched": "whether silence is recorded as watched examples",
             "learner": "the learner",
             "unlearning": "whether corrections put contradicting examples into quarantine; left out if false",
+            "live": "whether the robot decides by itself from the first press on; left out if false",
         },
     ),
     TreesDoc: (

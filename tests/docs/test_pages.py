@@ -134,6 +134,7 @@ def test_five_presses_teach_what_the_readme_says() -> None:
         states=["rotate_left", "forward"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
+        live=False,
     )
     session = Session(Forage([42]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     presses = [("rotate_left", 0.9), ("forward", 3.0), ("rotate_left", 0.5), ("forward", 0.5), ("done", 0.1)]

@@ -96,8 +96,7 @@ def test_a_recorded_lesson_is_learned_again() -> None:
     recording = read_recording(RUNS / "lesson.mcap")
     lesson = new_lesson(
         ROBOT, "taught", states=["forward", "left", "right"], features=["range_of(ball)", "load"],
-        options=LearnerOptions(reaction_s=0.2),
-    )  # fmt: skip
+        options=LearnerOptions(reaction_s=0.2), live=False)  # fmt: skip
     again = teach_from_recording(recording, ROBOT, lesson, list_recorded_presses(recording))
     document = (RUNS / "lesson.json").read_bytes()
     assert encode_document(again.make_trained_automaton()) == document

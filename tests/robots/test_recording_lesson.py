@@ -120,6 +120,7 @@ def test_a_session_in_a_world_is_learned_from_its_recording(tmp_path: Path) -> N
         flags=["done"],
         features=["distance_to(nearest_food)", "angle_to(nearest_food)"],
         options=LearnerOptions(reaction_s=0.2),
+        live=False,
     )
     session = Session(Forage([3]), library, lesson)
     steps = [(0, "rotate_left"), (9, "forward"), (40, "rotate_right"), (55, "forward"), (90, "done")]

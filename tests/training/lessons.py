@@ -54,6 +54,7 @@ def session(
         parameters=parameters,
         stateless=stateless,
         options=options,
+        live=options.live,
     )
     return Session(body or Scripted(), library, lesson, targets=targets, clock=clock, journal=journal)
 

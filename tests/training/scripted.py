@@ -42,6 +42,7 @@ def begin(folder: Path, seed: int) -> Session:
         flags=["done"],
         features=FEATURES[:2],
         options=LearnerOptions(reaction_s=0.2, watched=True),
+        live=False,
     )
     return Session(Forage([seed]), LIBRARY, lesson, journal=folder / "journal")
 

@@ -380,7 +380,7 @@ def test_a_flag_raised_from_a_state_that_goes_is_not_corrected() -> None:
 
 
 def table_lesson() -> Lesson:
-    lesson = new_lesson(ROBOT, "taught", states=["forward"], features=["range_of(ball)", "load"])
+    lesson = new_lesson(ROBOT, "taught", states=["forward"], features=["range_of(ball)", "load"], live=False)
     example = Example(1, "start", (5.0, 1.0), "forward", ExampleKind.DIRECTIVE)
     return Lesson(lesson.automaton, (example,))
 
@@ -544,7 +544,7 @@ def test_the_others_may_need_a_binding() -> None:
 def test_a_saved_automaton_is_a_state_of_the_next() -> None:
     first = play(session(["forward"], flags=["done"]), "forward", 3, "done", 1)
     library = ROBOT.with_automaton(first.make_trained_automaton())
-    lesson = new_lesson(library, "next", states=["taught", "left"], features=["done"])
+    lesson = new_lesson(library, "next", states=["taught", "left"], features=["done"], live=False)
     taught = play(Session(Scripted(), library, lesson), "taught", 6, "left", 1)
     assert rows(taught)[2:] == [("taught", 1, "left", "directive"), ("left", 0, "left", "default")]
     taught.reset(0)
@@ -629,7 +629,7 @@ BEGINNINGS: list[tuple[dict[str, Any], type[UnderstudyError], str]] = [
 
 @pytest.mark.parametrize(("given", "error", "said"), BEGINNINGS)
 def test_a_session_that_cannot_begin(given: dict[str, Any], error: type[UnderstudyError], said: str) -> None:
-    lesson = new_lesson(ROBOT, "taught", states=["toward(A)"], features=[], parameters=["A"])
+    lesson = new_lesson(ROBOT, "taught", states=["toward(A)"], features=[], parameters=["A"], live=False)
     with pytest.raises(error, match=said):
         Session(Scripted(), ROBOT, lesson, **{"targets": {"A": "ball"}, **given})
 

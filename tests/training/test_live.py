@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 from tests.bodies import Scripted
-from tests.training.lessons import play, rows, session, ticks
+from tests.training.lessons import ROBOT, play, rows, session, ticks
 
 from understudy.model.lesson import LearnerOptions
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
@@ -234,3 +235,22 @@ def test_the_body_of_a_live_session_is_decided_by_what_was_just_shown() -> None:
     body = Scripted()
     taught = live("forward", 5, "left", 1, body=body)
     assert taught.trainee.taught.automaton.transitions.keys() == {"start", "forward", "left"}
+
+
+def test_a_lesson_that_is_taught_live_begins_live_and_goes_back_to_it() -> None:
+    taught = session(flags=["done"], options=LearnerOptions(live=True))
+    assert taught.mode is Mode.LIVE
+    play(taught, "forward", 5)
+    taught.test()
+    assert taught.mode is Mode.TESTING
+    play(taught, "left", 1)
+    assert taught.mode is Mode.LIVE
+    taught.change_design(options=LearnerOptions())
+    assert taught.mode is Mode.TRAINING
+    taught.undo()
+    assert taught.mode is Mode.LIVE
+
+
+def test_a_new_lesson_is_taught_live_unless_it_says_otherwise() -> None:
+    assert new_lesson(ROBOT, "taught", states=["forward"], features=[]).options.live
+    assert not new_lesson(ROBOT, "taught", states=["forward"], features=[], live=False).options.live

@@ -28,6 +28,7 @@ LESSON = new_lesson(
     "lead",
     states=["out=wander", "attack=servo(intruder)", "home=servo(home)"],
     features=["all_done", "someone_done", "someone_sees(intruder)"],
+    live=False,
 )
 
 

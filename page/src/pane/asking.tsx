@@ -1,4 +1,4 @@
-/** Whether the robot asks in testing where it is unsure, and the moments it marked. */
+/** Whether the robot asks where it is unsure, and the moments it marked. */
 
 import type { AskWhenName, Session } from "../protocol";
 import type { Studio } from "../studio";
@@ -7,7 +7,7 @@ import { clock } from "../words";
 const WAYS: Readonly<Record<AskWhenName, readonly [name: string, about: string]>> = {
   never: ["no", "Never asks."],
   pause: ["pause", "Pauses when unsure; your next press answers."],
-  mark: ["mark", "In testing it goes on where it is unsure, and marks the moment here and on the time line."],
+  mark: ["mark", "It goes on where it is unsure, and marks the moment here and on the time line."],
 };
 
 export function AskingPart({ desk, studio }: { desk: Session; studio: Studio }) {

@@ -1,4 +1,4 @@
-/** The tab Coach: whether the robot asks in testing, how late presses come, and what to show next. */
+/** The tab Coach: whether the robot asks, how late presses come, and what to show next. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";

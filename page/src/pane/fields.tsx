@@ -79,6 +79,14 @@ export function Options({ draft, change }: PartProps) {
         />
         Unlearning: a correction puts bad examples behind the mistake in quarantine.
       </label>
+      <label class="option">
+        <input
+          type="checkbox"
+          checked={!draft.live}
+          onChange={(event) => change({ live: !event.currentTarget.checked })}
+        />
+        Training as in the paper: it does what you told it last, and decides only when you try it.
+      </label>
       <label class="field">
         <span>Reaction time</span>
         <input

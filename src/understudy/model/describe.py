@@ -60,6 +60,7 @@ def describe_options(lesson: Lesson) -> dict[str, Any]:
         "reaction_s": chosen.reaction_s,
         "watched": chosen.watched,
         "unlearning": chosen.unlearning,
+        "live": chosen.live,
         **({"pruning": pruning} if pruning else {}),
     }
 

@@ -203,6 +203,9 @@ class LearnerOptions:
         The learning method and its options; decision trees by default.
     unlearning
         Whether a correction puts the examples that misled the robot in quarantine.
+    live
+        Whether the robot decides by itself from the first press on, and learns at every press. False: it does what
+        it was told last until it is tested, as in the paper.
 
     Raises
     ------
@@ -214,6 +217,7 @@ class LearnerOptions:
     watched: bool = False
     learner: Learner = TreeOptions()
     unlearning: bool = False
+    live: bool = False
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.reaction_s <= LONGEST_REACTION_S:

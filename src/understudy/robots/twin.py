@@ -181,7 +181,7 @@ class DigitalTwin:
         """Record that a person acted before the next tick; do nothing if no recording is running.
 
         With `step` "press", the person pressed a `state` for a robot, or confirmed the present one (None). Other
-        steps are "test", "train" and "restart".
+        steps are "test", "train", "teach" and "restart".
         """
         if self._recorder is None or not self._recording:
             return

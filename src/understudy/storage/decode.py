@@ -191,7 +191,7 @@ def _options(doc: OptionsDoc) -> LearnerOptions:
         )
     else:
         learner = SklearnOptions(doc.learner.classifier, doc.learner.parameters)
-    return LearnerOptions(doc.reaction_s, doc.watched, learner, doc.unlearning is True)
+    return LearnerOptions(doc.reaction_s, doc.watched, learner, doc.unlearning is True, doc.live is True)
 
 
 def _record(doc: RecordDoc, source: Source, here: JsonSteps) -> ReadingLog:

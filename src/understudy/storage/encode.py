@@ -140,6 +140,7 @@ def _options_doc(options: LearnerOptions) -> OptionsDoc:
         watched=options.watched,
         learner=learner,
         unlearning=options.unlearning or UNSET,
+        live=options.live or UNSET,
     )
 
 

@@ -73,12 +73,13 @@ class ScikitDoc(DocStruct, tag_field="learns", tag="scikit-learn", omit_defaults
 
 
 class OptionsDoc(DocStruct, omit_defaults=False, kw_only=True):
-    """The options for learning the lesson; `unlearning` is left out if false."""
+    """The options for learning the lesson; `unlearning` and `live` are left out if false."""
 
     reaction_s: float
     watched: bool
     learner: TreesDoc | ScikitDoc
     unlearning: bool | UnsetType = UNSET
+    live: bool | UnsetType = UNSET
 
 
 class ExampleDoc(DocStruct, kw_only=True):

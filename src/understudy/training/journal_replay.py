@@ -35,7 +35,14 @@ from understudy.training.journal import (
     unpack_rows,
 )
 from understudy.training.sample_buffer import Sample, SampleBuffer
-from understudy.training.trainee import FlagEntry, Mode, OwnSwitch, Press
+from understudy.training.trainee import (
+    FlagEntry,
+    Mode,
+    OwnSwitch,
+    Press,
+    choose_mode_after_press,
+    choose_teaching_mode,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +134,7 @@ class ReplayedSession:
             SampleBuffer(keys, lesson.record),
             dict(targets),
             agent,
+            choose_teaching_mode(lesson.options),
         )
 
     @classmethod
@@ -170,7 +178,7 @@ class ReplayedSession:
                 self.switch = entry.switch or None
             case PressReceived():
                 self.waiting, self.presses = entry.press, entry.press.number
-                self.mode = Mode.LIVE if self.mode is Mode.LIVE else Mode.TRAINING
+                self.mode = choose_mode_after_press(self.mode, self.history.lesson.options)
             case PressApplied():
                 self.waiting, self.run = None, tuple(entry.run)
                 self._drop_flag_unless_up()

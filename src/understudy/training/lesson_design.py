@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.automaton import START, Automaton, State
@@ -29,6 +30,7 @@ def new_lesson(
     parameters: Sequence[str] = (),
     stateless: bool = False,
     options: LearnerOptions | None = None,
+    live: bool = True,
 ) -> Lesson:
     """Make an empty lesson, to be taught in a session.
 
@@ -50,6 +52,9 @@ def new_lesson(
         Whether one tree decides in all states.
     options
         How the lesson is learned. None: the default `LearnerOptions`.
+    live
+        Whether the robot decides by itself from the first press on. False: the training mode of the paper, in which
+        it does what it was told last. This replaces `options.live`.
 
     Returns
     -------
@@ -77,7 +82,7 @@ def new_lesson(
         stateless=stateless,
     )
     check_binding_names(library, automaton)
-    return Lesson(automaton, options=options or LearnerOptions())
+    return Lesson(automaton, options=replace(options or LearnerOptions(), live=live))
 
 
 def refuse_single_texts(lesson: str, choices: Mapping[str, object]) -> None:

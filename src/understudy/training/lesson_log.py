@@ -154,12 +154,16 @@ class LessonLog:
             example = Example(0, outcome.state, (), outcome.next, kind, own=outcome.own, binding=binding)
             self._watched.add_tick(WatchedTick(moment, example))
 
-    def find_answered_switch(self, now: float, state: str | None, *, paused: bool) -> OwnSwitch | None:
+    def find_answered_switch(
+        self, now: float, state: str | None, mode: Mode, *, paused: bool
+    ) -> OwnSwitch | None:
         """Return the recent switch of the learned automaton that a press at this time judges; None if there is none.
 
-        This is the last switch if the press takes it back within 2 s, or comes so soon that the demonstrator began to
-        press before it.
+        There is one in live teaching only: the last switch, if the press takes it back within 2 s, or comes so soon
+        that the demonstrator began to press before it.
         """
+        if mode is not Mode.LIVE:
+            return None
         late_s = measure_deciding_time(self.lesson.options.reaction_s)
         directed = {
             (example.state, example.next)

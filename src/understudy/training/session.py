@@ -39,7 +39,7 @@ from understudy.training.lesson_log import LessonLog, TraineeState
 from understudy.training.other_agents import NO_SIMULATION, OtherAgents, SessionSnapshot, require_rewindable
 from understudy.training.sample_buffer import Sample
 from understudy.training.session_edits import EditableSession
-from understudy.training.trainee import Mode, Press, SessionView, TickResult
+from understudy.training.trainee import Mode, Press, SessionView, TickResult, choose_mode_after_press
 
 
 class Session(EditableSession):
@@ -281,12 +281,12 @@ class Session(EditableSession):
             self.drive(None)
         waiting = self.trainee.press
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
-        live = self.mode is Mode.LIVE
-        answers = self._log.find_answered_switch(self._clock(), state, paused=self.paused) if live else None
+        answers = self._log.find_answered_switch(self._clock(), state, self.mode, paused=self.paused)
         press = Press(self._log.presses + 1, state, correction, self.paused, answers or UNSET)
         self._keep_snapshot()
         self._log.presses = self._log.journal.press(press)
-        self.trainee.press, self.trainee.mode = press, Mode.LIVE if live else Mode.TRAINING
+        self.trainee.press = press
+        self.trainee.mode = choose_mode_after_press(self.mode, self._log.lesson.options)
         return press.number
 
     def tick(self) -> None:
@@ -339,7 +339,7 @@ class Session(EditableSession):
     # Modes
 
     def test(self, *, afresh: bool = True) -> None:
-        """Switch to testing: learn from the lesson, and let the automaton decide.
+        """Switch to testing: learn from the lesson, and let the automaton decide, until the next press.
 
         Parameters
         ----------

@@ -27,7 +27,7 @@ from understudy.training.edits import (
 from understudy.training.journal_replay import HistoryStep
 from understudy.training.lesson_design import check_parameter_targets
 from understudy.training.lesson_log import LessonLog, TraineeState
-from understudy.training.trainee import Mode, Press, Trainee
+from understudy.training.trainee import Mode, Press, Trainee, choose_teaching_mode
 
 
 class EditableSession(ABC):
@@ -59,7 +59,7 @@ class EditableSession(ABC):
         """
         waiting = self.trainee.press
         if waiting is None:
-            return self._went(*self._log.undo())
+            return self._went(self._log.lesson, *self._log.undo())
         what, self.trainee.press = self._describe_press(waiting), None
         self._relink(self._try_trainee(Mode.TESTING if waiting.correction else self.trainee.mode))
         self._turned()
@@ -78,11 +78,11 @@ class EditableSession(ABC):
         SessionError
             If there is nothing to redo.
         """
-        return self._went(*self._log.redo())
+        return self._went(self._log.lesson, *self._log.redo())
 
-    def _went(self, what: str, there: HistoryStep) -> str:
+    def _went(self, former: Lesson, what: str, there: HistoryStep) -> str:
         mode, self.trainee.press = self.trainee.mode, None
-        self._relink(self._try_trainee(mode))
+        self._relink(self._try_trainee(self._choose_mode(former, self._log.lesson)))
         self.trainee.restore(there.run, now=self.body.time_s)
         self.trainee.keep(None, there.raised)
         if self.trainee.mode is not mode:
@@ -168,7 +168,7 @@ class EditableSession(ABC):
     def _change(self, what: str, lesson: Lesson, targets: Mapping[str, str] | None = None) -> None:
         former, self._targets = self._targets, {**self._targets, **(targets or {})}
         try:
-            trainee = self._new_trainee(lesson, self.trainee.mode)
+            trainee = self._new_trainee(lesson, self._choose_mode(self._log.lesson, lesson))
         except UnderstudyError:
             self._targets = former
             raise
@@ -176,7 +176,17 @@ class EditableSession(ABC):
         if targets:
             self._turned()
         self._log.step(what, lesson, before=here, after=here)
+        mode = self.trainee.mode
         self._relink(trainee)
+        if trainee.mode is not mode:
+            self._turned()
+
+    def _choose_mode(self, former: Lesson, lesson: Lesson) -> Mode:
+        """Return the mode in which the session goes on, another one if the lesson is taught in another way now."""
+        now = self.trainee.mode
+        if now is Mode.TESTING or lesson.options.live == former.options.live:
+            return now
+        return choose_teaching_mode(lesson.options)
 
     def make_trained_automaton(self) -> TrainedAutomaton:
         """Learn from the lesson, and return the automaton together with the lesson.

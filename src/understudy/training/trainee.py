@@ -15,7 +15,7 @@ from msgspec import UNSET, UnsetType
 
 from understudy.errors import SessionError
 from understudy.model.features import Percept
-from understudy.model.lesson import ExampleKind
+from understudy.model.lesson import ExampleKind, LearnerOptions
 from understudy.model.tree import STAY
 from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import FeatureColumns
@@ -34,6 +34,16 @@ class Mode(StrEnum):
     TRAINING = "training"
     TESTING = "testing"
     LIVE = "live"
+
+
+def choose_teaching_mode(options: LearnerOptions) -> Mode:
+    """Return the mode in which a lesson with these options is taught."""
+    return Mode.LIVE if options.live else Mode.TRAINING
+
+
+def choose_mode_after_press(mode: Mode, options: LearnerOptions) -> Mode:
+    """Return the mode after a press, which ends testing."""
+    return choose_teaching_mode(options) if mode is Mode.TESTING else mode
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,6 +64,7 @@ FLAT_FORAGE = LessonPlan(
             "food_left",
             "at_station",
         ],
+        live=False,
     ),
     show_foraging,
     show_foraging,
@@ -114,7 +115,9 @@ class FlatWallFollower:
 
 FLAT_WALLS = LessonPlan(
     "walls_flat",
-    lambda library: new_lesson(library, "walls_flat", states=FOLLOWING, features=[AHEAD, f"sonar_{LEFT}"]),
+    lambda library: new_lesson(
+        library, "walls_flat", states=FOLLOWING, features=[AHEAD, f"sonar_{LEFT}"], live=False
+    ),
     FlatWallFollower(LEFT),
     FlatWallFollower(LEFT),
     after(40.0),
@@ -125,7 +128,7 @@ FLAT_WALLS = LessonPlan(
 
 FLAT_SERVOING = LessonPlan(
     "servoing_flat",
-    lambda library: new_lesson(library, "servoing_flat", states=BASIC_STATES, features=FEATURES),
+    lambda library: new_lesson(library, "servoing_flat", states=BASIC_STATES, features=FEATURES, live=False),
     FlatServo(),
     FlatServo(),
     there,

@@ -90,6 +90,7 @@ TOPIC = LessonPlan(
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right", "wait"],
         features=["distance_to(A)", "angle_to(A)"],
+        live=False,
     ),
     show,
     complain,

@@ -70,7 +70,7 @@ def make_wall_topic(name: str, hand: str, practice: str, *, cases: int, seconds:
     states = ["seek=forward", "along=forward", f"rotate_{OTHER[hand]}", f"veer_{hand}"]
     return LessonPlan(
         name,
-        lambda library: new_lesson(library, name, states=states, features=[AHEAD, beside]),
+        lambda library: new_lesson(library, name, states=states, features=[AHEAD, beside], live=False),
         pressing(0.0),
         pressing(0.1),
         after(3 * seconds),

@@ -106,6 +106,7 @@ PATROL = LessonPlan(
         "patrol",
         states=[f"{state}={call}" for state, call in zip(STATES, ROUNDS, strict=True)],
         features=["done"],
+        live=False,
     ),
     show,
     show,

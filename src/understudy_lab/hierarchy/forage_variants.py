@@ -112,6 +112,7 @@ TWO_LAYERS = LessonPlan(
         "forage",
         states=["go_to_food=goto(nearest_food)", "load_food", "go_home=goto(station)", "unload_food"],
         features=["done", "food_left", "food_stored", "food_below_me", "at_station"],
+        live=False,
     ),
     show_two_layers,
     show_two_layers,
@@ -145,7 +146,7 @@ def _one_layer(moves: Sequence[str], features: Sequence[str], *, shared: bool) -
     return LessonPlan(
         "forage",
         lambda library: new_lesson(
-            library, "forage", states=[*moves, "load_food", "unload_food"], features=features
+            library, "forage", states=[*moves, "load_food", "unload_food"], features=features, live=False
         ),
         OneLayer(shared=shared),
         OneLayer(1.5, shared=shared),

@@ -45,7 +45,9 @@ def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
     approach = replace(approach, cases=approach.cases[:SHOWN])  # the rest is tried out in the whole task
     whole = LessonPlan(
         NAME,
-        lambda library: new_lesson(library, NAME, states=FOUR_STATES, flags=["done"], features=FEATURES),
+        lambda library: new_lesson(
+            library, NAME, states=FOUR_STATES, flags=["done"], features=FEATURES, live=False
+        ),
         ApproachAndStopTeacher(shown),
         ApproachAndStopTeacher(complained),
         says_it_arrived,
@@ -56,7 +58,7 @@ def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
     above = LessonPlan(
         NAME,
         lambda library: new_lesson(
-            library, NAME, states=["approach"], flags=["done"], features=["blob_size(ball)"]
+            library, NAME, states=["approach"], flags=["done"], features=["blob_size(ball)"], live=False
         ),
         show_approach_then_stop,
         show_approach_then_stop,

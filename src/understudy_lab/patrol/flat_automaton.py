@@ -86,6 +86,7 @@ UNDIVIDED = LessonPlan(
             "blob_x(home)",
             "blob_size(home)",
         ],
+        live=False,
     ),
     show,
     find_complaint,

@@ -44,6 +44,7 @@ SERVO = replace(
         parameters=["A"],
         states=["left", "right", "forward_left=forwards", "forward_right=forwards"],
         features=["blob_x(A)"],
+        live=False,
     ),
 )
 
@@ -56,6 +57,7 @@ ATTACK = replace(
         states=["servo(A)"],
         flags=["done"],
         features=["blob_size(A)"],
+        live=False,
     ),
     cases=tuple(each for each in patrol_teacher.ATTACK.cases if each.practice in ("alone", "an intruder")),
 )
@@ -67,6 +69,7 @@ COLLECTIVE_PATROL = replace(
         "collective_patrol",
         states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
         features=["all_done", "someone_done", "someone_sees(intruder)"],
+        live=False,
     ),
     cases=(
         Situation("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),

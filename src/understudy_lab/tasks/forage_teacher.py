@@ -131,6 +131,7 @@ GOTO = LessonPlan(
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
+        live=False,
     ),
     show_goto,
     complain_goto,
@@ -206,6 +207,7 @@ HARVEST = LessonPlan(
         states=["goto(nearest_food)", "load_food"],
         flags=["done"],
         features=["done", "food_left", "food_stored", "food_below_me"],
+        live=False,
     ),
     show_harvest,
     complain_harvest,
@@ -249,6 +251,7 @@ DEPOSIT = LessonPlan(
         states=["goto(station)", "unload_food"],
         flags=["done"],
         features=["done", "food_stored", "at_station"],
+        live=False,
     ),
     show_deposit,
     show_deposit,
@@ -282,7 +285,11 @@ def all_home(screen: SessionView) -> bool:
 FORAGE = LessonPlan(
     "forage",
     lambda library: new_lesson(
-        library, "forage", states=["harvest", "deposit"], features=["done", "food_stored", "food_left"]
+        library,
+        "forage",
+        states=["harvest", "deposit"],
+        features=["done", "food_stored", "food_left"],
+        live=False,
     ),
     show_forage,
     show_forage,

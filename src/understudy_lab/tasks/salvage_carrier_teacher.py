@@ -121,6 +121,7 @@ TAKE = LessonPlan(
         states=["goto(wreck)", "load"],
         flags=["done"],
         features=["done", "stored", "salvage_here"],
+        live=False,
     ),
     show_take,
     show_take,
@@ -133,7 +134,12 @@ TAKE = LessonPlan(
 SEARCH = LessonPlan(
     "search",
     lambda library: new_lesson(
-        library, "search", states=["roam", "take"], flags=["done"], features=["done", "distance_to(wreck)"]
+        library,
+        "search",
+        states=["roam", "take"],
+        flags=["done"],
+        features=["done", "distance_to(wreck)"],
+        live=False,
     ),
     show_search,
     soften_complaint(show_search),
@@ -154,6 +160,7 @@ FETCH = LessonPlan(
         states=["follow=goto(scout)", "take", "look"],
         flags=["done"],
         features=["done", "distance_to(wreck)"],
+        live=False,
     ),
     show_fetch,
     soften_complaint(show_fetch),
@@ -176,6 +183,7 @@ DEPOSIT = LessonPlan(
         states=["goto(harbor)", "unload"],
         flags=["done"],
         features=["done", "stored", "at_harbor"],
+        live=False,
     ),
     show_deposit,
     show_deposit,
@@ -197,7 +205,9 @@ def _both(name: str, bring: str, practice: str) -> LessonPlan:
     """Return the plan of a lesson that alternates between the behavior `bring` and `deposit`."""
     return LessonPlan(
         name,
-        lambda library: new_lesson(library, name, states=[bring, "deposit"], features=["done", "stored"]),
+        lambda library: new_lesson(
+            library, name, states=[bring, "deposit"], features=["done", "stored"], live=False
+        ),
         _in_turn(bring),
         _in_turn(bring),
         after(240.0),
@@ -221,6 +231,7 @@ RETURN = LessonPlan(
         "return",
         states=["search", "deposit", "turn=rotate_left"],
         features=["done", "stored", "angle_to(harbor)"],
+        live=False,
     ),
     show_return,
     show_return,
@@ -266,6 +277,7 @@ LEAD = LessonPlan(
         "lead",
         states=["seek", "share", "work"],
         features=["some_found(wreck)", "all_found(wreck)"],
+        live=False,
     ),
     show_lead,
     show_lead,

@@ -46,7 +46,11 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
     return LessonPlan(
         "roam",
         lambda library: new_lesson(
-            library, "roam", states=["forward", "turn=rotate_left"], features=["chance", "sonar_front"]
+            library,
+            "roam",
+            states=["forward", "turn=rotate_left"],
+            features=["chance", "sonar_front"],
+            live=False,
         ),
         wish(near_m, clear_m, LOW),
         soften_complaint(wish(bump_m, wide_m, VERY_LOW)),
@@ -144,6 +148,7 @@ def goto(
             states=["forward", "rotate_left", "rotate_right"],
             flags=["done"],
             features=["distance_to(A)", "angle_to(A)"],
+            live=False,
         ),
         show,
         complain,
@@ -208,6 +213,7 @@ EXPLORE = LessonPlan(
         states=["roam", "near=goto(wreck)"],
         flags=["done"],
         features=["distance_to(wreck)"],
+        live=False,
     ),
     show_explore,
     show_explore,
@@ -225,6 +231,7 @@ LOOKOUT = LessonPlan(
         "lookout",
         states=["explore", "rest=wait"],
         features=["done", "distance_to(wreck)"],
+        live=False,
     ),
     show_lookout,
     show_lookout,

@@ -118,12 +118,12 @@ def show_approach_then_stop(screen: SessionView) -> str | None:
 
 def four_states(library: Library, name: str = "approach") -> Lesson:
     """Return an empty lesson with the paper's four states."""
-    return new_lesson(library, name, states=FOUR_STATES, features=FEATURES)
+    return new_lesson(library, name, states=FOUR_STATES, features=FEATURES, live=False)
 
 
 def stateless(library: Library, name: str = "approach") -> Lesson:
     """Return an empty lesson for a stateless policy."""
-    return new_lesson(library, name, states=BASIC_STATES, features=FEATURES, stateless=True)
+    return new_lesson(library, name, states=BASIC_STATES, features=FEATURES, stateless=True, live=False)
 
 
 def _left(screen: SessionView) -> bool:

@@ -54,7 +54,7 @@ def complain_wander(screen: SessionView) -> str | None:
 WANDER = LessonPlan(
     "wander",
     lambda library: new_lesson(
-        library, "wander", states=["forward", "left=rotate_left"], features=["stuck", "chance"]
+        library, "wander", states=["forward", "left=rotate_left"], features=["stuck", "chance"], live=False
     ),
     show_wander,
     complain_wander,
@@ -127,6 +127,7 @@ APPROACH = LessonPlan(
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done", "failed"],
         features=["distance_to(A)", "angle_to(A)"],
+        live=False,
     ),
     show_approach,
     complain_approach,
@@ -158,6 +159,7 @@ STEER = LessonPlan(
         "steer",
         states=["forward=pull_forward", "rotate_left=pull_left", "rotate_right=pull_right"],
         features=["angle_to(home)"],
+        live=False,
     ),
     _steer(FACING, ASTRAY),
     _steer(-ASTRAY, 2 * ASTRAY),
@@ -198,6 +200,7 @@ HAUL = LessonPlan(
         states=["steer", "drop=let_go"],
         flags=["done"],
         features=["enough", "holding"],
+        live=False,
     ),
     show_haul,
     show_haul,

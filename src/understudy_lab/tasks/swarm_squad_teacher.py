@@ -42,6 +42,7 @@ def _joint(
             name,
             states=[f"work={works}", f"join={joins}"],
             features=[found, call, "time_in_state"],
+            live=False,
         ),
         wish(0.0),
         wish(SLACK_S),
@@ -81,7 +82,11 @@ def _spread(slack_s: float) -> Wish:
 SWARM = LessonPlan(
     "swarm_work",
     lambda library: new_lesson(
-        library, "swarm_work", states=["spread=forward", "work=platoon_work"], features=["time_in_state"]
+        library,
+        "swarm_work",
+        states=["spread=forward", "work=platoon_work"],
+        features=["time_in_state"],
+        live=False,
     ),
     _spread(0.0),
     _spread(SLACK_S),

@@ -120,7 +120,7 @@ def test_show(lessons: Path, library: Path) -> None:
         "ready": "yes",
         "bump": "no",
     }
-    chosen = {"learner": "trees", "reaction_s": 0.2, "watched": True, "unlearning": False}
+    chosen = {"learner": "trees", "reaction_s": 0.2, "watched": True, "unlearning": False, "live": False}
     assert told["options"] == chosen
     assert any("distance_to(A)" in line for line in told["conditions"]["forward"])
     text = run("show", "goto", "-l", lessons).stdout

@@ -292,6 +292,7 @@ def toward(tmp_path: Path) -> Path:
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
         parameters=["A"],
+        live=False,
     )
     session = Session(Forage([42]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
     pressed = {0: "rotate_left", 9: "forward", 39: "rotate_left", 44: "forward", 49: "done"}

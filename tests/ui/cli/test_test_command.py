@@ -31,7 +31,9 @@ from understudy_lab.bench.patrol import lead
 def fetching(library: Path) -> Path:
     """The library with an automaton that fetches something from the station, which promises to be there in time."""
     known = open_library(library, FORAGE_KIT).library
-    lesson = new_lesson(known, "fetch", states=["goto(station)"], flags=["done"], features=["done"])
+    lesson = new_lesson(
+        known, "fetch", states=["goto(station)"], flags=["done"], features=["done"], live=False
+    )
     session = Session(Forage([9]), known, lesson)
     session.direct("goto")
     session.run_for(60.0)
@@ -124,7 +126,9 @@ def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
         save_automaton(tmp_path, TrainedAutomaton(automaton))
     known = collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.from_automata(kit, lead()))
     coordinator_body = make_coordinator_body(SCENARIO, "patrol", known)
-    lesson = new_lesson(known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"])
+    lesson = new_lesson(
+        known["patrol"], "out", states=["wander"], flags=["done"], features=["all_done"], live=False
+    )
     session = Session(coordinator_body, known["patrol"], lesson)
     session.direct("wander")
     session.run_for(1.0)
@@ -162,7 +166,7 @@ def test_a_world_that_is_found_out_is_named(command: tuple[str, ...], library: P
     own = '[features]\nhunger = { reading = "food_stored", doc = "How empty it is." }'
     mine.write_text(text.replace("[features]", own))
     known = Library(make_scenario_kit(find_scenario(str(mine))))
-    lesson = new_lesson(known, "eat", states=["forward"], features=["hunger"])
+    lesson = new_lesson(known, "eat", states=["forward"], features=["hunger"], live=False)
     folder = tmp_path / "mine"
     save_automaton(folder, TrainedAutomaton(learn_automaton(lesson), lesson))
     refused = run(*command, folder)

@@ -28,6 +28,7 @@ def approached(tmp_path: Path) -> Path:
         states=["forward", "rotate_left"],
         flags=["done"],
         features=["distance_to(station)"],
+        live=False,
     )
     session = Session(Forage([9]), Library(FORAGE_KIT), lesson)
     session.direct("forward")

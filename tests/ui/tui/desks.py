@@ -24,6 +24,7 @@ from understudy.ui.tui.app import SessionEnd, TrainerApp
 from understudy.ui.tui.main_screen import TeachingScreen
 
 GOTO = LessonChoices(
+    live=False,
     states=["forward", "rotate_left", "rotate_right"],
     features=["distance_to(A)", "angle_to(A)"],
     flags=["done"],

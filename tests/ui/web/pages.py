@@ -32,6 +32,7 @@ GOTO: dict[str, Any] = {
     "parameters": ["A"],
     "flags": ["done"],
     "targets": {"A": "station"},
+    "live": False,
 }
 
 

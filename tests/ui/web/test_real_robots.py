@@ -255,6 +255,7 @@ def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None
         features=["distance_to(A)", "angle_to(A)"],
         parameters=["A"],
         flags=["done"],
+        live=False,
     )
     again = teach_from_recording(
         recording, session.library, empty, list_recorded_presses(recording), targets={"A": "red_flag"}
@@ -311,7 +312,8 @@ def test_of_several_sessions_the_last_is_recorded_as_one(tmp_path: Path) -> None
         lab.studio.host.close()
     recording = read_recording(path)
     assert recording.head.ran.binding == {}
-    assert [each.state for each in list_recorded_presses(recording)] == ["rotate_left"]
+    presses = list_recorded_presses(recording)
+    assert [(each.does, each.state) for each in presses] == [("press", "rotate_left")]
 
 
 def test_where_one_of_two_robots_falls_silent_the_other_goes_on(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from understudy.ui.web.server import StudioServer
 
 FETCH: dict[str, Any] = {
     "do": "new",
+    "live": False,
     "name": "fetch",
     "states": ["goto(station)"],
     "features": ["done"],

@@ -29,7 +29,7 @@ from understudy.robots.recording.recorder import PRESSES, STEPS, TOPICS
 from understudy.robots.ros.messages import MessageRefused, decode_message
 from understudy.robots.ros.state_topic import resolve_topic_name
 
-PRESS, TEST, TRAIN, RESTART, GO_ON = "press", "test", "train", "restart", "resume"
+PRESS, TEST, TRAIN, TEACH, RESTART, GO_ON = "press", "test", "train", "teach", "restart", "resume"
 """The steps of a session that a recording can have."""
 MOST_BYTES = 2**30
 """The largest size of a record, so that a damaged length cannot fill the memory."""

@@ -17,14 +17,24 @@ import numpy as np
 from understudy.errors import FileError, SessionError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.robots.recording.reader import GO_ON, PRESS, RESTART, TEST, TRAIN, RecordedPress, Recording
+from understudy.robots.recording.reader import (
+    GO_ON,
+    PRESS,
+    RESTART,
+    TEACH,
+    TEST,
+    TRAIN,
+    RecordedPress,
+    Recording,
+)
 from understudy.robots.recording.replay import ReplayBody
 from understudy.training.session import Session
 
 COLUMNS = ("time_s", "state")
 DOES = "does"
-STEPS = (PRESS, TEST, TRAIN, RESTART, GO_ON)
-"""The steps that a row may have: a press, switching to testing or training, restarting the automaton, resuming."""
+STEPS = (PRESS, TEST, TRAIN, TEACH, RESTART, GO_ON)
+"""The steps that a row may have: a press, switching to testing, training or live teaching, restarting the automaton,
+resuming."""
 NEAR_S = 1e-6
 """The tolerance in s with which a time in a table counts as that of a tick, because tables round."""
 
@@ -40,10 +50,11 @@ def teach_from_recording(
 ) -> Session:
     """Run a session in which a lesson is taught to an agent of a recording, and return it at its end.
 
-    SessionError is raised if a step is unknown or impossible.
+    It begins in training, whatever the lesson's options are. SessionError is raised if a step is unknown or impossible.
     """
     body = ReplayBody(recording)
     session = Session(body, library, lesson, targets=targets, agent=agent)
+    session.train()
     waiting = sorted(presses, key=lambda each: each.tick)
     for each in waiting:  # a mistake is told before a long recording is gone through
         if each.does not in STEPS:
@@ -68,6 +79,8 @@ def _do(session: Session, step: RecordedPress) -> None:
         session.test(afresh=False)
     elif step.does == TRAIN:
         session.train()
+    elif step.does == TEACH:
+        session.teach()
     elif step.does == RESTART:
         session.restart()
     elif step.state is None:
@@ -79,6 +92,11 @@ def _do(session: Session, step: RecordedPress) -> None:
 def list_pressed_states(presses: Sequence[RecordedPress]) -> tuple[str, ...]:
     """List the states that were pressed, in the order of their first press."""
     return tuple(dict.fromkeys(each.state for each in presses if each.state is not None))
+
+
+def is_taught_live(presses: Sequence[RecordedPress]) -> bool:
+    """Return whether the presses were made in live teaching, at least some of them."""
+    return any(each.does == TEACH for each in presses)
 
 
 def list_recorded_presses(recording: Recording, agent: int = 0) -> Sequence[RecordedPress]:

@@ -145,7 +145,7 @@ class CoachController:
     def question(self) -> Question | None:
         """The question that waits for an answer: until a press comes, or the run continues."""
         question, session = self._question, self._session
-        if question is None or not session.paused or session.mode is not Mode.TESTING:
+        if question is None or not session.paused or session.mode is Mode.TRAINING:
             return None
         view = session.view()
         if not is_rewindable(session.body):  # it stands, and what it reads goes on

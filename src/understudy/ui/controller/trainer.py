@@ -82,6 +82,7 @@ class Trainer:
         self.driving = False
         self.steering: str | None = None
         self.suspended = False
+        self._noted_live = False
         self.drivers = [each for each in session.library.kit.behaviors.values() if not each.parameters]
         self.drive_keys = bind_drive_keys(self.drivers)
         self._saved = saved
@@ -234,6 +235,9 @@ class Trainer:
         return self._pressed(correction, f"keep {self.session_view.state}", None)
 
     def _pressed(self, correction: bool, what: str, state: str | None) -> StatusMessage:
+        if self.session_view.mode is Mode.LIVE and not self._noted_live:
+            self.note(self.robot, step="teach")
+            self._noted_live = True
         self.note(self.robot, state)
         self.corrected = correction or (self.corrected and self.session_view.waiting is not None)
         self.session_view = self.session.view()
@@ -246,10 +250,10 @@ class Trainer:
 
     @keep_status
     def toggle_mode(self) -> StatusMessage:
-        """Switch from training to testing, or back."""
+        """Switch from teaching to testing, or back."""
         self._end_driving()
         self.corrected = False
-        if self.session.mode is Mode.TRAINING:
+        if self.session.mode is not Mode.TESTING:
             if not any(example.is_from_press for example in self.session.examples):
                 raise SessionError(
                     "there is nothing to test yet: direct the robot with the keys of the states first"
@@ -257,6 +261,10 @@ class Trainer:
             self.session.test()
             self.note(self.robot, step="test")
             said = StatusMessage("Testing: the automaton decides. Press a state's key where it is wrong")
+        elif self._options.live:
+            self.session.teach()
+            self.note(self.robot, step="teach")
+            said = StatusMessage("Teaching: it decides, and learns from every press")
         else:
             self.session.train()
             self.note(self.robot, step="train")

@@ -31,6 +31,7 @@ class LessonChoices:
     watched: bool | None = None
     reaction_s: float | None = None
     unlearning: bool | None = None
+    live: bool | None = None
 
     def options(self, former: LearnerOptions) -> LearnerOptions:
         """Return a lesson's options with these choices."""
@@ -39,6 +40,7 @@ class LessonChoices:
             watched=former.watched if self.watched is None else self.watched,
             reaction_s=former.reaction_s if self.reaction_s is None else self.reaction_s,
             unlearning=former.unlearning if self.unlearning is None else self.unlearning,
+            live=former.live if self.live is None else self.live,
         )
 
     def to_design_change(self, former: LearnerOptions) -> DesignChange:
@@ -109,6 +111,7 @@ def make_planned_lesson(plan: TrainingPlan, choices: LessonChoices) -> Lesson:
         flags=choices.flags or (),
         parameters=choices.parameters or (),
         options=choices.options(LearnerOptions()),
+        live=choices.live is not False,
     )
     plan.library.with_automaton(TrainedAutomaton(lesson.automaton))  # refuses one that contains itself
     return lesson

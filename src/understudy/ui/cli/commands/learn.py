@@ -273,7 +273,7 @@ def _begun(library: Library, asked: LearnOptions, presses: Sequence[RecordedPres
 
     from understudy.errors import SettingError
     from understudy.model.lesson import LearnerOptions
-    from understudy.robots.recording.teach_from_recording import list_pressed_states
+    from understudy.robots.recording.teach_from_recording import is_taught_live, list_pressed_states
     from understudy.training.lesson_design import new_lesson
     from understudy.ui.cli.options import parse_names
 
@@ -305,4 +305,5 @@ def _begun(library: Library, asked: LearnOptions, presses: Sequence[RecordedPres
         flags=flags,
         parameters=parse_names(asked.parameters) or (),
         options=LearnerOptions(reaction_s=asked.reaction_s or 0.0),
+        live=is_taught_live(presses),
     )

@@ -111,6 +111,7 @@ class NewAutomaton(Message, frozen=True, kw_only=True, tag="new"):
     watched: bool | None = None
     reaction_s: float | None = None
     unlearning: bool | None = None
+    live: bool | None = None
     discard: bool = False
 
 
@@ -127,6 +128,7 @@ class ChangeDesign(Message, frozen=True, kw_only=True, tag="choose"):
     watched: bool | None = None
     reaction_s: float | None = None
     unlearning: bool | None = None
+    live: bool | None = None
 
 
 class DeleteExample(Message, frozen=True, kw_only=True, tag="delete"):

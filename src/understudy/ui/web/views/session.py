@@ -187,6 +187,8 @@ class LessonData(Data, frozen=True, kw_only=True):
     reaction_s: float
     unlearning: bool
     """Whether a correction puts bad examples in quarantine by itself."""
+    live: bool
+    """Whether it is taught live; otherwise as in the paper."""
     flags: list[str]
     """The flags that it can raise: done, failed, or any name."""
     outcomes: list[str]
@@ -324,6 +326,7 @@ class SessionViewBuilder:
                 watched=options.watched,
                 reaction_s=options.reaction_s,
                 unlearning=options.unlearning,
+                live=options.live,
                 flags=list(dict.fromkeys(state.flag for state in automaton.states if state.flag)),
                 outcomes=list(map(str, lesson.outcomes)),
                 pruning=options.learner.pruning if isinstance(options.learner, TreeOptions) else None,
