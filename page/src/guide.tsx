@@ -5,7 +5,7 @@ import { usePanel, useStudio, useTour } from "./context";
 import { useSlowNews } from "./news";
 import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
-import { STEPS, wish, type Moment, type Tour } from "./tour";
+import { isThere, STEPS, wish, type Moment, type Tour } from "./tour";
 import { className, degrees, keyName } from "./words";
 
 interface Advice {
@@ -65,7 +65,6 @@ function seen(studio: Studio): Moment {
   const state = desk?.states.find(({ name }) => name === desk.state);
   return {
     begun: desk !== null && teaches(desk),
-    testing: desk?.mode === "testing",
     state: desk?.state ?? "",
     stopped: state?.flag ?? false,
     taught: desk?.taught ?? 0,
@@ -87,7 +86,6 @@ function teaches(desk: Session): boolean {
 }
 
 const NEW_WORLD = ".running [title='The next world']";
-const TEST = ".modes button:last-child";
 
 function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Advice {
   const { desk } = studio;
@@ -105,17 +103,19 @@ function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Adv
     return { text: "Begin goto, or open it again, and the tour goes on.", at: ".shelf-new" };
   }
   if (studio.told?.paused === true) return { text: "Paused. Press Space to resume.", at: ".pause" };
-  if (tour.step === 3 && tour.same(moment))
-    return { text: "Two examples are better than one: go to a new world.", at: NEW_WORLD };
-  if (tour.step < 4) return drives(moment, desk);
-  if (moment.testing && !moment.stopped) {
-    return { text: "Watch. Where it does wrong, press what is right: that is one more example.", at: null };
-  }
-  if (moment.stopped) return { text: "Now a world it has never seen.", at: NEW_WORLD };
-  const text = desk.examples.some(({ correction }) => correction)
-    ? "Corrected. Drive on until it is right, and let it try again: press T."
-    : "Hands off: press T, and it decides by itself.";
-  return { text, at: TEST };
+  if (tour.step < 3) return drives(moment, desk);
+  if (tour.same(moment))
+    return { text: "It has learned from your presses already. Go to a new world.", at: NEW_WORLD };
+  if (isThere(moment))
+    return { text: "It is there, and has learned from what you pressed. Now another world.", at: NEW_WORLD };
+  return corrects(moment, desk);
+}
+
+/** What to press where the robot decides by itself: nothing, unless it does something else than it should. */
+function corrects(moment: Moment, desk: Session): Advice {
+  const advice = drives(moment, desk);
+  if (advice.at === null) return { text: "It decides by itself. Press only where it does wrong.", at: null };
+  return { ...advice, text: `It should do something else. ${advice.text}` };
 }
 
 /** What to press to come to A. */

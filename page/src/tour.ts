@@ -2,20 +2,21 @@
 
 import { News } from "./news";
 
-export const STEPS = ["Begin", "Turn", "Drive", "Once more", "Let it try"] as const;
+export const STEPS = ["Begin", "Turn", "Drive", "Once more", "By itself"] as const;
 export const NEAR_M = 0.35;
 /** Nearer than this it counts as there. */
 const THERE_M = 1;
-/** A is ahead: where it is to stop turning, and where it may go on driving. */
-const TURNED_DEG = 5;
-const AHEAD_DEG = 15;
+/** A is ahead: where it may stop turning, which a late press still meets, and where it may go on driving. */
+const TURNED_DEG = 20;
+const AHEAD_DEG = 40;
+/** A robot that turned past A so far should turn back. */
+const PAST_DEG = 90;
 const KEPT = "understudy-tour";
 
 /** What the tour looks at. */
 export interface Moment {
   /** Whether what the tour teaches is on the desk. */
   begun: boolean;
-  testing: boolean;
   /** The state that is lit. */
   state: string;
   /** Whether it is a flag: the robot has stopped, and says so. */
@@ -41,8 +42,8 @@ export class Tour {
   active = false;
   /** The world of the step before: the next one is in another. */
   private seed: number | null = null;
-  /** Whether the robot moves by itself, and nobody has corrected it since. */
-  private tries = false;
+  /** The present world, and how many presses the lesson had when it began. */
+  private world: { seed: number | null; taught: number } | null = null;
 
   constructor(private readonly store: Pick<Storage, "getItem" | "setItem">) {
     Object.assign(this, read(store));
@@ -81,16 +82,20 @@ export class Tour {
     return seed === this.seed;
   }
 
+  /** Whether nobody has pressed in this world so far. */
+  alone({ taught }: Moment): boolean {
+    return this.world !== null && this.world.taught === taught;
+  }
+
   private finishes(moment: Moment): boolean {
-    const { begun, testing, taught, angle } = moment;
-    const stopped = moment.stopped && !(moment.distance > THERE_M);
-    const tried = this.tries;
-    this.tries = begun && testing && (tried || !moment.stopped);
+    const { begun, seed, taught, angle } = moment;
+    if (this.world === null || this.world.seed !== seed || taught < this.world.taught)
+      this.world = { seed, taught };
     if (this.step === 0 || !begun) return begun && this.step === 0;
-    if (this.step === 1) return stopped || (taught > 0 && Math.abs(angle) < AHEAD_DEG);
-    if (this.step === 2) return stopped && !testing;
-    if (this.step === 3) return stopped && !testing && !this.same(moment);
-    return stopped && testing && tried;
+    const stopped = isThere(moment);
+    if (this.step === 1) return stopped || (taught > 0 && Math.abs(angle) < TURNED_DEG);
+    if (this.step === 2) return stopped;
+    return stopped && !this.same(moment) && (this.step === 3 || this.alone(moment));
   }
 
   private keep(): void {
@@ -100,6 +105,11 @@ export class Tour {
   }
 }
 
+/** Whether the robot has stopped near A. */
+export function isThere({ stopped, distance }: Moment): boolean {
+  return stopped && !(distance > THERE_M);
+}
+
 /** Which way the robot should go: its arrow, or "done" where it is there; null while A is not seen. */
 export function wish(
   { distance, angle }: Moment,
@@ -107,8 +117,10 @@ export function wish(
 ): "up" | "left" | "right" | "done" | null {
   if (Number.isNaN(distance) || Number.isNaN(angle)) return null;
   if (distance < NEAR_M) return "done";
-  const ahead = Math.abs(angle) < (now === "up" ? AHEAD_DEG : TURNED_DEG);
-  return ahead ? "up" : angle > 0 ? "left" : "right";
+  const off = Math.abs(angle);
+  if (off < (now === "up" ? AHEAD_DEG : TURNED_DEG)) return "up";
+  if ((now === "left" || now === "right") && off > PAST_DEG) return now;
+  return angle > 0 ? "left" : "right";
 }
 
 function read(store: Pick<Storage, "getItem">): Partial<Kept> {

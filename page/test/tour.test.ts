@@ -8,7 +8,6 @@ function store(): Pick<Storage, "getItem" | "setItem"> {
 
 const FIRST: Moment = {
   begun: false,
-  testing: false,
   state: "start",
   stopped: false,
   taught: 0,
@@ -23,19 +22,19 @@ const WAY: [Partial<Moment>, number][] = [
   [{ begun: true }, 1],
   [{ angle: 3 }, 1], // it looks there by chance: nothing was pressed
   [{ taught: 1, angle: 40 }, 1],
-  [{ angle: 5 }, 2],
+  [{ angle: 19 }, 2],
   [{ stopped: true }, 2], // far away
   [{ distance: 0.3 }, 3],
   [{ taught: 2 }, 3], // still the same world
   [{ seed: 1, stopped: false }, 3],
   [{ stopped: true }, 4],
-  [{ testing: true }, 4], // it has stopped before it tried
   [{ seed: 2, stopped: false }, 4],
-  [{ testing: false }, 4], // a correction
-  [{ stopped: true }, 4], // and shown, not by itself
-  [{ testing: true }, 4],
+  [{ taught: 3 }, 4], // a correction
+  [{ stopped: true }, 4], // and not by itself
   [{ seed: 3, stopped: false }, 4],
-  [{ stopped: true }, 5],
+  [{ stopped: true, distance: 3 }, 4], // it stopped too early
+  [{ stopped: false, taught: 2 }, 4], // a press was undone
+  [{ stopped: true, distance: 0.3 }, 5],
 ];
 
 test("each step is done by what the person does", () => {
@@ -67,8 +66,11 @@ test("it can be left and taken up again, on a page loaded anew, too", () => {
 test.each([
   [5, 60, null, "left"],
   [5, -60, null, "right"],
-  [5, 6, "left", "left"], // turning goes on until it is well ahead
-  [5, 12, "up", "up"], // driving does not stop for a little
+  [5, 30, "left", "left"], // turning goes on until it is ahead
+  [5, 15, "left", "up"], // a late press is in time
+  [5, 30, "up", "up"], // driving does not stop for a little
+  [5, -45, "left", "right"], // it turned past it
+  [5, -120, "left", "left"], // the long way round is a way
   [0.2, 60, "up", "done"],
   [NaN, NaN, "up", null],
 ] as const)("%s m, %s degrees, while %s: %s", (distance, angle, now, wished) => {

@@ -112,7 +112,7 @@ class Forager(Teacher):
     def begin(self, about: About) -> None:
         """Begin an automaton, chosen in the form; silence is consent."""
         self.fill(about)
-        self.click("Begin")
+        self.begin_as_in_the_paper()
         self._begun(about.topic.name)
 
     def fill(self, about: About) -> None:
@@ -195,7 +195,7 @@ class Forager(Teacher):
 
     def test(self) -> None:
         """Let it decide by itself."""
-        testing = self.page.get_by_role("button", name="Testing")
+        testing = self.page.get_by_role("group", name="Mode").get_by_role("button", name="Try")
         if testing.get_attribute("aria-pressed") != "true":
             self.press("t")
         expect(testing).to_have_attribute("aria-pressed", "true")

@@ -20,7 +20,7 @@ LOOK = """() => {
     state: all(".state.on").map(({ dataset }) => dataset.state)[0] ?? "",
     flag: all(".state.flag.on").length > 0,
     waiting: all(".state.waiting").map(({ dataset }) => dataset.state)[0] ?? null,
-    testing: text(".modes [aria-pressed=true]") === "Testing",
+    testing: text(".modes [aria-pressed=true]") === "Try",
     clock: text(".time"),
     path: text(".path"),
     examples: Number(text("#tab-lesson").replace(/\\D+/g, "")),

@@ -8,7 +8,7 @@ from playwright.sync_api import Page
 
 FIND = """() => {
   const canvas = document.querySelector("canvas");
-  const testing = document.querySelector(".modes [aria-pressed=true]")?.innerText === "Testing";
+  const testing = document.querySelector(".modes [aria-pressed=true]")?.innerText === "Try";
   const named = getComputedStyle(canvas).getPropertyValue(testing ? "--test" : "--train").trim();
   const color = [1, 3, 5].map((at) => parseInt(named.slice(at, at + 2), 16));
   const { width, height } = canvas;

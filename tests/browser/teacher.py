@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from time import monotonic
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 KEYS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight", "done": "4"}
 DISTANCE = re.compile(r"distance_to\(A\)\s*([\d.]+) m")
@@ -25,9 +25,18 @@ class Teacher:
     def begin_goto(self) -> None:
         """Begin the automaton that the page proposes where nothing was taught: goto, with A for the station."""
         self.click("Teach something new")
-        self.click("Begin")
+        self.begin_as_in_the_paper()
         expect(self.directing("forward")).to_be_visible()
         expect(self.page.get_by_role("complementary")).to_contain_text(DISTANCE)
+
+    def begin_as_in_the_paper(self) -> None:
+        """Begin what the form says, with the paper's training: the robot does what it was told last."""
+        self.page.get_by_label("Training as in the paper").check()
+        self.click("Begin")
+
+    def mode(self, name: str) -> Locator:
+        """The button of a mode: Teach or Try."""
+        return self.page.get_by_role("group", name="Mode").get_by_role("button", name=name)
 
     def directing(self, state: str):  # type: ignore[no-untyped-def]  # a Locator
         """The button that directs to a state."""

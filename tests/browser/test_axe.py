@@ -76,7 +76,7 @@ def test_nothing_is_in_the_way_of_anybody(
     look("form")
     teacher.click("Names of the states")
     look("names")
-    teacher.click("Begin")
+    teacher.begin_as_in_the_paper()
     expect(page.get_by_role("complementary")).to_contain_text(DISTANCE)
     look("begun")
     for key in ("ArrowLeft", "ArrowUp", "ArrowRight"):
@@ -136,7 +136,7 @@ def nests(teacher: Teacher) -> None:
     page.get_by_label("Name", exact=True).fill("carry")
     page.get_by_label("goto(station)", exact=True).check()
     page.get_by_label("food_stored", exact=True).check()
-    teacher.click("Begin")
+    teacher.begin_as_in_the_paper()
     teacher.click("What goto runs")
     expect(page.locator(".inner").get_by_text("rotate_left", exact=True)).to_be_visible()
 
@@ -159,7 +159,9 @@ def test_goto_is_taught_and_saved_without_a_mouse(visit: Callable[[], Page], stu
     tab_to(page, "New world")
     page.keyboard.press("Enter")
     page.keyboard.press("t")
-    expect(page.get_by_role("button", name="Testing")).to_have_attribute("aria-pressed", "true")
+    expect(page.get_by_role("group", name="Mode").get_by_role("button", name="Try")).to_have_attribute(
+        "aria-pressed", "true"
+    )
     expect(teacher.directing("start")).to_have_attribute("aria-pressed", "false")
     tab_to(page, "Automaton")
     for _ in ("Lesson", "Coach", "Library"):

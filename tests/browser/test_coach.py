@@ -107,7 +107,9 @@ def test_a_robot_that_is_unsure_asks_and_the_press_is_the_answer(teacher: Teache
     assert teacher.clock_s == clock
     teacher.press(KEYS["rotate_left"])
     expect(page.get_by_role("tab", name=f"Lesson {before + 2}")).to_be_visible()
-    expect(page.get_by_role("button", name="Testing")).to_have_attribute("aria-pressed", "true")
+    expect(page.get_by_role("group", name="Mode").get_by_role("button", name="Try")).to_have_attribute(
+        "aria-pressed", "true"
+    )
     expect(question).to_contain_text("I would stay in rotate_left", timeout=10_000)  # it went on
     assert teacher.clock_s > clock
     now = teacher.clock_s

@@ -33,10 +33,14 @@ def test_a_correction_and_back(teacher: Teacher) -> None:
     teacher.press("ArrowLeft")
     teacher.page.wait_for_timeout(400)
     teacher.press("t")
-    expect(teacher.page.get_by_role("button", name="Testing")).to_have_attribute("aria-pressed", "true")
+    expect(
+        teacher.page.get_by_role("group", name="Mode").get_by_role("button", name="Try")
+    ).to_have_attribute("aria-pressed", "true")
     before = teacher.examples
     teacher.press("ArrowUp")
-    expect(teacher.page.get_by_role("button", name="Training")).to_have_attribute("aria-pressed", "true")
+    expect(
+        teacher.page.get_by_role("group", name="Mode").get_by_role("button", name="Teach")
+    ).to_have_attribute("aria-pressed", "true")
     teacher.page.get_by_role("tab", name=re.compile("Lesson")).click()
     expect(teacher.page.get_by_role("row", name=re.compile("correction"))).not_to_have_count(0)
     assert teacher.examples > before

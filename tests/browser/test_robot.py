@@ -76,7 +76,7 @@ def test_a_robot_is_armed_taught_and_stopped(
     form.get_by_role("textbox", name="Name", exact=True).fill("servo")
     for label in ("turn_left", "turn_right", "walk_forward", "blob_x(ball)", "blob_size(ball)"):
         form.get_by_role("checkbox", name=label, exact=True).check()
-    teacher.click("Begin")
+    teacher.begin_as_in_the_paper()
     bar.get_by_role("button", name="Arm").click()
     expect(bar).to_contain_text("humanoid armed")
     before = camera.get_attribute("src")

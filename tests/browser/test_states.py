@@ -28,7 +28,7 @@ def test_two_states_that_run_forward(visit: Callable[[], Page], snap: Callable[[
     expect(page.get_by_text("Two states are called forward_left.")).to_be_visible()
     page.get_by_role("textbox", name=FORWARD).nth(1).fill("forward_right")
     snap(page, "two-states-forward")
-    teacher.click("Begin")
+    teacher.begin_as_in_the_paper()
     expect(teacher.directing("forward_left")).to_be_visible()
     teacher.press("ArrowUp")
     expect(teacher.directing("forward_left")).to_have_attribute("aria-pressed", "true")

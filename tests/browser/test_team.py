@@ -45,7 +45,7 @@ def test_a_coordinator_is_taught(visit: Callable[[], Page], snap: Callable[[Page
         "present",
     ):
         form.get_by_role("checkbox", name=label, exact=True).check()
-    teacher.click("Begin")
+    teacher.begin_as_in_the_paper()
     expect(patrol).to_contain_text("4 idles")
     teacher.directing("wander").click()
     expect(patrol).not_to_contain_text("idle")

@@ -61,7 +61,9 @@ def test_it_is_tried_in_a_hundred_worlds_and_a_failure_is_opened(
 
     failed.first.get_by_role("button", name=f"Open world {seeds[0]}").click()
     expect(page.get_by_label("seed")).to_have_value(str(seeds[0]))
-    expect(page.get_by_role("button", name="Testing")).to_have_attribute("aria-pressed", "true")
+    expect(page.get_by_role("group", name="Mode").get_by_role("button", name="Try")).to_have_attribute(
+        "aria-pressed", "true"
+    )
     snap(page, "unseen-opened")
     teacher.press("ArrowLeft")  # a correction
     teacher.press(".")
@@ -102,7 +104,7 @@ def test_it_says_how_far_it_is_while_the_world_goes_on_and_is_cancelled(
         teacher = Teacher(page)
         teacher.click("Teach something new")
         page.get_by_label("stored_twice", exact=True).check()
-        teacher.click("Begin")
+        teacher.begin_as_in_the_paper()
         for key in ("ArrowLeft", "ArrowUp", "ArrowLeft"):
             teacher.press(key)
             page.wait_for_timeout(300)

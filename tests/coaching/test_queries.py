@@ -1,4 +1,4 @@
-"""A robot in testing that says when it is unsure."""
+"""A robot in testing, or taught live, that says when it is unsure."""
 
 from __future__ import annotations
 
@@ -112,3 +112,20 @@ def test_an_answer_settles_it() -> None:
     session.test()
     again = asking.find_question()
     assert again is None or again.doubt.amount < before.doubt.amount
+
+
+def test_taught_live_it_asks_only_where_it_has_hardly_any_grounds() -> None:
+    session = looking_away()
+    asking = UncertaintyQueries(session)
+    assert asking.unsure == 0.5
+    session.teach()
+    assert asking.unsure == 0.7
+
+
+def test_the_likely_answers_come_first() -> None:
+    question = UncertaintyQueries(looking_away()).find_question()
+    assert question is not None
+    assert question.state == "start"
+    assert question.answers[0] == question.next
+    assert set(question.answers) == {"start", "forward", "left", "done"}
+    assert question.answers.index("done") == 3  # it was never shown in this state

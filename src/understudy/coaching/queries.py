@@ -1,4 +1,4 @@
-"""Queries: during testing, decisions that are uncertain are asked about or marked.
+"""Queries: decisions that are uncertain are asked about or marked, in testing and in live teaching.
 
 The queries stand beside a session. Its driver asks for a question before each tick.
 
@@ -10,7 +10,7 @@ The queries stand beside a session. Its driver asks for a question before each t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from understudy.coaching.uncertainty import Uncertainty, UncertaintyModel
@@ -20,8 +20,8 @@ from understudy.training.other_agents import SessionSnapshot
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
-UNSURE = 0.5
-"""From so much doubt on it asks."""
+UNSURE, UNSURE_LIVE = 0.5, 0.7
+"""From so much doubt on it asks: in testing, and in live teaching, where much is still new."""
 MOST_MARKS = 50
 REST_S = 2.0
 """So long after a question it does not ask another one: whoever is asked at every step hears nothing any more."""
@@ -39,6 +39,7 @@ class QueryPolicy(StrEnum):
 class Question:
     """An uncertain decision: its time, state and feature vector, and the decision that would be taken.
 
+    `answers` are the states that the decision may lead to, the most likely first.
     `instant` is there if the moment was marked and its body can be rewound: `session.rewind` goes back to it.
     """
 
@@ -47,6 +48,7 @@ class Question:
     values: tuple[float, ...]
     next: str
     doubt: Uncertainty
+    answers: tuple[str, ...] = ()
     instant: SessionSnapshot | None = None
 
     @property
@@ -57,16 +59,27 @@ class Question:
 
 
 class UncertaintyQueries:
-    """Uncertain decisions of a session in testing; `marked` are the moments at which it continued."""
+    """Uncertain decisions of a session in testing or live teaching.
+
+    `marked` are the moments at which it continued. `unsure` is the doubt from which on it asks; None: the default of
+    the session's mode.
+    """
 
     def __init__(
-        self, session: Session, when: QueryPolicy = QueryPolicy.PAUSE, *, unsure: float = UNSURE
+        self, session: Session, when: QueryPolicy = QueryPolicy.PAUSE, *, unsure: float | None = None
     ) -> None:
-        self.session, self.when, self.unsure = session, when, unsure
+        self.session, self.when, self._unsure = session, when, unsure
         self.marked: list[Question] = []
         self._asked: set[tuple[str, str]] = set()
         self._for: tuple[object, ...] = ()
         self._last_s = -REST_S
+
+    @property
+    def unsure(self) -> float:
+        """The doubt from which on it asks, from 0 to 1."""
+        if self._unsure is not None:
+            return self._unsure
+        return UNSURE_LIVE if self.session.mode is Mode.LIVE else UNSURE
 
     def find_question(self) -> Question | None:
         """Find the question before the next tick that has to be answered; None otherwise.
@@ -75,7 +88,7 @@ class UncertaintyQueries:
         none for REST_S.
         """
         session = self.session
-        if self.when is QueryPolicy.NEVER or session.mode is not Mode.TESTING:
+        if self.when is QueryPolicy.NEVER or session.mode is Mode.TRAINING:
             return None
         view = session.view()
         rests = 0.0 <= view.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
@@ -91,11 +104,18 @@ class UncertaintyQueries:
         function = self._transitions.get(view.state)
         outcome = -1 if function is None else function.decide(values)
         following = view.state if outcome < 0 else session.automaton.state_names[outcome]
-        question = Question(view.time_s, view.state, values, following, doubt)
+        answers = self._list_answers(view.state, values, following)
+        question = Question(view.time_s, view.state, values, following, doubt, answers)
         if self.when is QueryPolicy.PAUSE:
             return question
         self._mark(question)
         return None
+
+    def _list_answers(self, state: str, values: tuple[float, ...], following: str) -> tuple[str, ...]:
+        """List all states: that of the decision, those of the nearest examples, the present one, then the others."""
+        names = self.session.automaton.state_names
+        shown = [names[index] for index in self._doubts.rank_answers(state, values)]
+        return tuple(dict.fromkeys((following, *shown, state, *names[1:])))
 
     def is_still_uncertain(self, question: Question) -> bool:
         """Return whether the decision would still be uncertain, since the lesson may have changed."""
@@ -108,9 +128,7 @@ class UncertaintyQueries:
     def _mark(self, question: Question) -> None:
         session = self.session
         instant = session.capture() if is_rewindable(session.body) else None
-        self.marked.append(
-            Question(question.time_s, question.state, question.values, question.next, question.doubt, instant)
-        )
+        self.marked.append(replace(question, instant=instant))
         del self.marked[:-MOST_MARKS]
 
     def _learn(self) -> None:

@@ -89,6 +89,11 @@ class UncertaintyModel:
             return Uncertainty(0.0, DoubtReason.SHOWN, "a raised flag is never left")
         return Uncertainty(NONE_SHOWN, DoubtReason.UNTAUGHT, f"there are no examples in {state}")
 
+    def rank_answers(self, state: str, values: Sequence[float]) -> tuple[int, ...]:
+        """List the next states, by index, that examples of this state have, that of the nearest example first."""
+        known = self._states.get(state)
+        return () if known is None else known.rank_answers(values)
+
 
 class _StateModel:
     """The uncertainty of decisions in one state."""
@@ -144,6 +149,13 @@ class _StateModel:
         if self._scant:
             found.append(Uncertainty(HARDLY, DoubtReason.SCANT, "there are hardly any examples yet"))
         return max(found, key=lambda each: each.amount)
+
+    def rank_answers(self, values: Sequence[float]) -> tuple[int, ...]:
+        """List the outcomes of the examples, that of the nearest one first."""
+        here = np.array(values, np.float64)
+        distances = self._plain.combine(self._plain.compute_by_feature(self._rows, here))
+        outcomes = self._learner.shown.outcomes[np.argsort(distances, kind="stable")]
+        return tuple(dict.fromkeys(outcomes.tolist()))
 
     def _far(
         self, distance: float, nearest: int, here: NDArray[np.float64], off: NDArray[np.float64]

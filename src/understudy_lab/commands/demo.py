@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 TASKS = ("forage", "patrol", "swarm")
-METHODS = ("watched", "paper", "live")
+METHODS = ("live", "watched", "paper")
 
 
 def demo(
@@ -39,10 +39,10 @@ def demo(
         str,
         typer.Option(
             "--method",
-            help="How to teach foraging: watched (demonstrations, then corrections; also learns from what was watched "
-            "without a press), paper (without that), or live (the robot acts from the first press on).",
+            help="How to teach foraging: live (the robot acts from the first press on), watched (demonstrations, then "
+            "corrections; also learns from what was watched without a press), or paper (without that).",
         ),
-    ] = "watched",
+    ] = "live",
     as_json: Json = False,
 ) -> None:
     """Teach simulated robots by demonstration, and test how well they learned.

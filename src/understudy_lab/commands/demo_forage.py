@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from understudy.model.library import Library
 
 
-def demo_forage(seed: int, out: Path, talk: Console, *, method: str = "watched") -> dict[str, Any]:
+def demo_forage(seed: int, out: Path, talk: Console, *, method: str = "live") -> dict[str, Any]:
     """Teach, save, test and print the results, and return them as plain data."""
     from understudy_lab.commands.demo import (
         print_lessons,

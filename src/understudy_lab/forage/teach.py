@@ -21,10 +21,11 @@ from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult, ign
 WORLDS = 100
 CORNER_WORLDS = 20
 
-METHODS: Mapping[str, Mapping[str, LearnerOptions]] = {"watched": WATCHED, "plain": PLAIN}
-"""The options of each method: with watched examples and a reaction time for GoTo, and the paper's method."""
 LIVE = "live"
 """The method in which the robot acts from the first press on, and learns at every press."""
+METHODS: Mapping[str, Mapping[str, LearnerOptions]] = {LIVE: WATCHED, "watched": WATCHED, "plain": PLAIN}
+"""The options of each method: live teaching and the paper's training, both with watched examples and a reaction time
+for GoTo, and the paper's training without them."""
 
 
 @dataclass(frozen=True)
@@ -53,16 +54,11 @@ def make_practice(name: str, seed: int) -> Forage:
 def teach(
     seed: int, *, method: str = "watched", progress: TeachingProgress = ignore_progress
 ) -> TeachingResult:
-    """Teach GoTo, Harvest, Deposit and Forage; the same seed gives the same library.
-
-    The method is one of `METHODS`, or "live": live teaching with the options of "watched".
-    """
-    library = Library(FORAGE_KIT)
-    if method == LIVE:
-        live = LiveTeacher(library, make_practice, seed, options=WATCHED, progress=progress)
-        return live.teach(*TOPICS)
-    teacher = ScriptedTeacher(library, make_practice, seed, options=METHODS[method], progress=progress)
-    return teacher.teach(*TOPICS)
+    """Teach GoTo, Harvest, Deposit and Forage with one of `METHODS`; the same seed gives the same library."""
+    teacher = LiveTeacher if method == LIVE else ScriptedTeacher
+    return teacher(
+        Library(FORAGE_KIT), make_practice, seed, options=METHODS[method], progress=progress
+    ).teach(*TOPICS)
 
 
 def judge(library: Library, seed: int, *, progress: Progress | None = None) -> Evaluation:

@@ -54,7 +54,7 @@ def _begun(teach: Callable[[int], TeachingResult], seed: int) -> Lessons:
 
 
 SOURCES: Mapping[str, Mapping[str, Callable[[int], Lessons]]] = {
-    "forage": {way: partial(_begun, partial(forage.teach, method=way)) for way in forage.METHODS},
+    "forage": {way: partial(_begun, partial(forage.teach, method=way)) for way in ("watched", "plain")},
     "repertoire": {way: partial(_begun, partial(repertoire.teach, feat)) for way, feat in FEATS.items()},
     "servoing": {way: partial(_begun, partial(servoing.teach, method=way)) for way in topics("left")},
     "novices": {"as they are": _novice},

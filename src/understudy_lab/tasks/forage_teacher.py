@@ -32,6 +32,12 @@ PAST_M = 0.2  # where it should long have said so
 ASTRAY = 0.6  # rad: driving past it, plainly
 FACED_AWAY = 0.45  # rad: not facing it
 FACING = 0.12  # rad: as good as facing it, while turning
+NEARLY_FACING = 0.25  # rad: turning and driving are both right
+WRONG_WAY, LONG_WAY = (
+    1.0,
+    2.6,
+)  # rad: A is behind a turn in the wrong direction from here on, and nearly ahead of it
+FAR_M = 1.0  # where it should drive straight at it
 
 
 def _bearing(screen: SessionView) -> float:
@@ -84,12 +90,27 @@ def complain_goto(screen: SessionView) -> str | None:
 
 
 def complain_live_goto(screen: SessionView) -> str | None:
-    """Return the state to direct GoTo(A) to while it is taught live, or None where its behavior is acceptable."""
-    bearing = _bearing(screen)
+    """Return the state to direct GoTo(A) to while it is taught live, or None where its behavior is acceptable.
+
+    Corrected are, too: turning the long way round, and driving on while far from A and not facing it.
+    """
+    distance, bearing, ahead = screen.features["distance_to(A)"], _bearing(screen), _ahead(screen)
     turning = screen.state in ("rotate_left", "rotate_right")
-    if turning and screen.features["distance_to(A)"] >= PAST_M and -2.6 < _ahead(screen) < -FACED_AWAY:
+    if turning and distance >= PAST_M and -LONG_WAY < ahead < -FACED_AWAY:
+        return _toward(bearing) if ahead < -WRONG_WAY else "forward"
+    if screen.state == "forward" and distance > FAR_M and abs(bearing) > ASTRAY:
         return _toward(bearing)
     return complain_goto(screen)
+
+
+def accept_goto(screen: SessionView, state: str) -> bool:
+    """Return whether GoTo(A) may go to a state now: turn to A, or drive at it, or stop near it."""
+    distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
+    if state == "done" or distance < THERE_M:
+        return state == "done" and distance < NOT_THERE_M
+    if state == "forward":
+        return abs(bearing) < NEARLY_FACING or (screen.state == "forward" and abs(bearing) < FACED_AWAY)
+    return state == _toward(bearing) and abs(bearing) > NEARLY_FACING
 
 
 def settle_goto(screen: SessionView) -> str | None:
@@ -154,6 +175,7 @@ GOTO = LessonPlan(
     limit_s=60.0,
     complain_live=complain_live_goto,
     settle=settle_goto,
+    accepts=accept_goto,
     fidgets=16,
 )
 
@@ -216,6 +238,7 @@ HARVEST = LessonPlan(
     tries=4,
     limit_s=120.0,
     settle=settle_harvest,
+    skips=True,
 )
 
 
@@ -263,6 +286,7 @@ DEPOSIT = LessonPlan(
     tries=3,
     limit_s=120.0,
     settle=settle_deposit,
+    skips=True,
 )
 
 
@@ -297,6 +321,7 @@ FORAGE = LessonPlan(
     cases=(Situation("food for two ways"),),
     tries=1,
     limit_s=400.0,
+    skips=True,
 )
 
 TOPICS = (GOTO, HARVEST, DEPOSIT, FORAGE)

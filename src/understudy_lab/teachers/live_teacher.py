@@ -11,12 +11,15 @@ from itertools import cycle
 
 import numpy as np
 
+from understudy.coaching.fast_forward import fast_forward
+from understudy.coaching.queries import Question, UncertaintyQueries
 from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, ReactionTime, SimulatedPerson, TryResult
 from understudy_lab.teachers.teacher import (
+    LOOK_S,
     LessonPlan,
     MakesBody,
     Progress,
@@ -59,6 +62,19 @@ class Expectations:
             return wanted
         return (self._topic.complain_live or self._topic.complain)(screen)
 
+    @property
+    def skips(self) -> bool:
+        """Whether the demonstrator skips what goes well."""
+        return self._topic.skips
+
+    def is_over(self, session: Session) -> bool:
+        """Return whether nothing more is to be seen in this world."""
+        return self._topic.finished(session.view())
+
+    def find_right_state(self, screen: SessionView, proposed: str) -> str:
+        """Return the state that the robot should be in next: what it proposes, if that will do."""
+        return proposed if self._topic.accepts(screen, proposed) else self._topic.show(screen) or screen.state
+
     def note_press(self, state: str, wanted: str) -> None:
         """Note that a switch has been shown."""
         self._shown.add((state, wanted))
@@ -71,10 +87,42 @@ class LivePerson(SimulatedPerson):
     def __init__(self, draws: np.random.Generator, reaction: ReactionTime = ReactionTime()) -> None:
         super().__init__(draws, reaction)
         self._expected: Expectations | None = None
+        self._queries: UncertaintyQueries | None = None
 
-    def expect(self, expected: Expectations) -> None:
-        """Take up a lesson."""
-        self._expected = expected
+    def expect(self, expected: Expectations, session: Session) -> None:
+        """Take up a lesson in a session."""
+        self._expected, self._queries = expected, UncertaintyQueries(session)
+
+    def _go_on(self, session: Session, wished: str | None, now: float) -> float:
+        """Answer a question, or skip to where they are needed, or let a tick pass."""
+        expected, queries = self._expected, self._queries
+        if expected is None or queries is None:
+            return super()._go_on(session, wished, now)
+        if wished is None and expected.skips:
+            self.seconds += LOOK_S
+            skipped = fast_forward(session, queries=queries, until=expected.is_over)
+            if skipped.question is not None:
+                self._answer(session, skipped.question, expected)
+            if skipped.seconds > 0.0:
+                return skipped.seconds
+        elif (question := queries.find_question()) is not None:
+            self._answer(session, question, expected)
+        return super()._go_on(session, wished, now)
+
+    def _answer(self, session: Session, question: Question, expected: Expectations) -> None:
+        """Press what is right at a question, while the robot waits; nothing if it would do that."""
+        self.seconds += LOOK_S
+        right = expected.find_right_state(session.view(), question.next)
+        if right == question.next:
+            return
+        expected.note_press(question.state, right)
+        session.paused = True
+        if right == question.state:
+            session.confirm()
+        else:
+            session.direct(right)
+        session.paused = False
+        self.presses, self._due = self.presses + 1, None
 
     def _press(self, session: Session, wished: str) -> None:
         if self._expected is not None:
@@ -136,7 +184,7 @@ class LiveTeacher(ScriptedTeacher):
 
     def _watch(self, topic: LessonPlan, session: Session, case: Situation) -> TryResult:
         person, expected = self._person, self._expected[topic.name]
-        person.expect(expected)
+        person.expect(expected, session)
         push = case.push
         if push is not None:
             limit_s = min(topic.limit_s, push.within_s)
@@ -153,7 +201,7 @@ class LiveTeacher(ScriptedTeacher):
         )
 
     def _test(self, topic: LessonPlan, session: Session) -> TryResult:
-        session.teach()
+        session.teach()  # the automaton that was taught before
         targets = session.view().targets
         return self._see(topic, session, Situation("here", targets))[0]
 

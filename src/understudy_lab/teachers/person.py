@@ -119,11 +119,15 @@ class SimulatedPerson:
                 len(changes) == FIDGETS and passed - changes[0] < patience_s * FIDGETING
             ):
                 return TryResult.LOST
-            self._consider(session, None if content else wished, passed)
-            session.tick()
-            passed += tick_s
-            self.seconds += tick_s
+            passed += self._go_on(session, None if content else wished, passed)
         return TryResult.LOST
+
+    def _go_on(self, session: Session, wished: str | None, now: float) -> float:
+        """Consider a wish, and let some of the robot's time pass; return how much, s."""
+        self._consider(session, wished, now)
+        session.tick()
+        self.seconds += session.body.tick_s
+        return session.body.tick_s
 
     def _consider(self, session: Session, wished: str | None, now: float) -> None:
         if wished is None:

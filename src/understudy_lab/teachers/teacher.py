@@ -18,6 +18,7 @@ from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.training.session import Session
+from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import ReactionTime, Seen, SimulatedPerson, TryResult, Wish
 
 MakesBody: TypeAlias = Callable[[str, int], Body]
@@ -25,6 +26,9 @@ MakesBody: TypeAlias = Callable[[str, int], Body]
 
 LooksBack: TypeAlias = Callable[[Session], None]
 """A function that is applied to a session before the robot tries by itself."""
+
+Accepts: TypeAlias = Callable[[SessionView, str], bool]
+"""Whether a robot may go to a state now, although it is not the one that a demonstrator would choose."""
 
 MakesPerson: TypeAlias = Callable[[np.random.Generator, ReactionTime], SimulatedPerson]
 """Makes the person who teaches, from what they draw from and how fast they react."""
@@ -79,7 +83,9 @@ class LessonPlan:
     """The plan for teaching one automaton: its design, the demonstrations, the corrections, and the end of a try.
 
     The first `shown` of the cases are demonstrated before the first try (None: all). Tries use the practices of all
-    cases.
+    cases. In live teaching, `complain_live` and `settle` say what to direct a robot to that errs, or that switches back
+    and forth; `accepts` says whether a state that it asks about will do. Where it `skips`, the demonstrator skips to
+    where they are needed.
     """
 
     name: str
@@ -95,6 +101,8 @@ class LessonPlan:
     complain_live: Wish | None = None
     settle: Wish | None = None
     fidgets: int = 6
+    accepts: Accepts = lambda screen, state: False
+    skips: bool = False
 
 
 @dataclass(slots=True)

@@ -1,0 +1,125 @@
+"""Fast forward: a session runs at the engine's speed to the next moment at which its demonstrator is needed.
+
+stopped = fast_forward(session)
+print(stopped.sentence)
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from understudy.coaching.queries import Question, UncertaintyQueries
+from understudy.errors import SessionError
+from understudy.training.session import Session
+from understudy.training.trainee import Mode
+
+LIMIT_S = 300.0
+"""The longest stretch that is skipped at once, s."""
+SAME_S = 30.0
+"""A robot that stays in the same states for so long may be stuck, s."""
+FIDGETS, FIDGETING_S = 30, 6.0
+"""So many switches within so many seconds are no behavior."""
+
+
+class StopReason(StrEnum):
+    """Why fast forward stopped."""
+
+    UNSURE = "unsure"
+    FLAG = "flag"
+    PROPERTY = "property"
+    STUCK = "stuck"
+    LIMIT = "limit"
+
+
+SENTENCES = {
+    StopReason.FLAG: "The automaton raised a flag.",
+    StopReason.PROPERTY: "The property that was watched for holds.",
+    StopReason.STUCK: "All states are as they were for a while, or they switch back and forth.",
+    StopReason.LIMIT: "Nothing needed you.",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class FastForward:
+    """The result of a fast forward: why it stopped, the skipped time in s, and the question if it is unsure."""
+
+    reason: StopReason
+    seconds: float
+    question: Question | None = None
+
+    @property
+    def sentence(self) -> str:
+        """The reason, for a person."""
+        return SENTENCES[self.reason] if self.question is None else self.question.sentence
+
+
+def fast_forward(
+    session: Session,
+    *,
+    queries: UncertaintyQueries | None = None,
+    until: Callable[[Session], bool] = lambda session: False,
+    limit_s: float = LIMIT_S,
+) -> FastForward:
+    """Run a session to the next moment at which its demonstrator is needed, and stop before that tick.
+
+    Nothing is recorded from silence on the way, because nobody watches.
+
+    Parameters
+    ----------
+    session
+        A session in live teaching or testing.
+    queries
+        What is uncertain, and was asked about before. None: all that is uncertain from now on.
+    until
+        A property of the session at which to stop, such as a collision or a finished world.
+    limit_s
+        The longest time to skip, s of the body.
+
+    Returns
+    -------
+    FastForward
+        Why it stopped: an uncertain decision, a flag that the automaton raised, the property, a robot that is stuck or
+        switches back and forth, or the limit.
+
+    Raises
+    ------
+    SessionError
+        If the session is in training, where the robot does only what it is told.
+    """
+    if session.mode is Mode.TRAINING:
+        raise SessionError(
+            "in training nothing happens without you: switch to live teaching or testing first"
+        )
+    asking = queries or UncertaintyQueries(session)
+    watching, session.is_watching = session.is_watching, False
+    began = session.body.time_s
+    try:
+        reason, question = _run(session, asking, until, began + limit_s)
+    finally:
+        session.is_watching = watching
+    return FastForward(reason, session.body.time_s - began, question)
+
+
+def _run(
+    session: Session, asking: UncertaintyQueries, until: Callable[[Session], bool], until_s: float
+) -> tuple[StopReason, Question | None]:
+    body = session.body
+    changes, path = deque([body.time_s], maxlen=FIDGETS), session.trainee.path
+    while body.time_s < until_s - body.tick_s / 2:
+        if (question := asking.find_question()) is not None:
+            return StopReason.UNSURE, question
+        session.tick()
+        if session.trainee.outcome.raised:
+            return StopReason.FLAG, None
+        if until(session):
+            return StopReason.PROPERTY, None
+        if session.trainee.path != path:
+            path = session.trainee.path
+            changes.append(body.time_s)
+        fidgets = len(changes) == FIDGETS and body.time_s - changes[0] < FIDGETING_S
+        if fidgets or body.time_s - changes[-1] > SAME_S:
+            return StopReason.STUCK, None
+    return StopReason.LIMIT, None
