@@ -44,11 +44,11 @@ class QuestionDialog(ModalScreen[str]):
 
 
 HOW = """\
-Direct the robot with the keys of the states. Each press records an example: what the robot sensed, the \
-state it was in, and the state you sent it to; and, right after the switch, that it should stay there \
-for now (the default). Press t: it learns from the examples and tries by itself. Where it does wrong, \
-press the state it should have gone to: that is a correction, and it is back in training. Press t again. \
-Try other worlds with n, and save with s.
+Direct the robot with the keys of the states. It decides by itself from the first press on, and learns from \
+each press: press only where it does wrong, the state it should go to. A press records an example: what the \
+robot sensed, the state it was in, and the state you sent it to; and, right after the switch, that it should \
+stay there for now (the default). Press t: it decides without learning, until you press. Try other worlds \
+with n, and save with s. A lesson of the paper's training decides only after t.
 """
 KEYS = {
     "Directing": (
@@ -59,7 +59,7 @@ KEYS = {
         ("U, ctrl+y", "redo"),
     ),
     "The run": (
-        ("t", "training or testing"),
+        ("t", "teach or try"),
         ("space", "pause or resume; a press while paused acts on the next tick"),
         (".", "one step"),
         ("+ −", "faster, slower"),
@@ -68,7 +68,7 @@ KEYS = {
         ("d", "drive the robot into position with the same keys"),
         ("p", "bind the parameters to the next target"),
         ("w", "stop or start learning from silence"),
-        ("A", "in testing, where it is unsure: pause and ask, mark, or neither"),
+        ("A", "where it is unsure: pause and ask, mark, or neither"),
     ),
     "The lesson": (
         ("C", "set up the next situation that the coach wants to see"),

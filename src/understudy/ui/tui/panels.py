@@ -21,7 +21,7 @@ TONES = {"": "", "recorded": "green", "correction": "bold magenta", "error": "bo
 MARKS = {"": "·", "recorded": "●", "correction": "◆", "error": "!"}
 
 COMMANDS = (
-    ("t", "test"), ("enter", "confirm"), ("u", "undo"), ("U", "redo"), ("space", "pause"),
+    ("t", "try"), ("enter", "confirm"), ("u", "undo"), ("U", "redo"), ("space", "pause"),
     (".", "step"), ("+−", "speed"), ("n", "world"), ("r", "restart"), ("d", "drive"), ("p", "target"),
     ("w", "not watching"), ("l", "lesson"), ("c", "choose"), ("?", "why"), ("s", "save"), ("q", "quit"),
     ("h", "help"),
@@ -180,7 +180,7 @@ def render_status(trainer: Trainer) -> Text:
 def render_commands(trainer: Trainer, width: int) -> Text:
     """Render the keys of the commands, in two lines if that is possible."""
     useless = {"p" if not trainer.session.automaton.parameters else "", "" if trainer.can_watch else "w"}
-    named = {"t": "train"} if trainer.session_view.mode is Mode.TESTING else {}
+    named = {"t": "teach"} if trainer.session_view.mode is Mode.TESTING else {}
     shown = [(key, named.get(key, what)) for key, what in COMMANDS if key not in useless]
     for spare in SPARE:
         if len(lines := _lines(shown, width)) <= 2:
