@@ -1,15 +1,22 @@
 /** The question of a robot that is unsure, and waits: under the world, above the buttons that are the answer. */
 
+import { useEffect, useRef } from "preact/hooks";
 import { useStudio } from "./context";
+import { isAskedAnew, playQuestion, soundIsOn, type Heard } from "./sound";
+
+/** How many other answers are offered beside the likeliest. */
+const OTHERS = 2;
 
 export function Asked() {
   const studio = useStudio();
   const { desk } = studio;
   const question = desk?.asking.question ?? null;
+  useSound({ question: question?.sentence ?? null, marks: desk?.asking.marks.length ?? 0 });
   if (desk === null || question === null) return null;
   const stays = question.next === desk.state;
-  const agree = (event: MouseEvent): void => {
-    void (stays ? studio.confirm(event.timeStamp) : studio.press(question.next, event.timeStamp));
+  const others = question.answers.filter((each) => each !== question.next).slice(0, OTHERS);
+  const answer = (state: string, event: MouseEvent): void => {
+    void (state === desk.state ? studio.confirm(event.timeStamp) : studio.press(state, event.timeStamp));
   };
   return (
     <section class="asked" role="status" aria-label="Question of the robot">
@@ -17,9 +24,25 @@ export function Asked() {
         {question.sentence} <span class="soft">Press it below.</span>
       </p>
       <p class="choices">
-        <button type="button" class="small primary" disabled={!studio.directs} onClick={agree}>
+        <button
+          type="button"
+          class="small primary"
+          disabled={!studio.directs}
+          onClick={(event) => answer(question.next, event)}
+        >
           {stays ? `Yes, stay in ${desk.state}` : `Yes, go to ${question.next}`}
         </button>
+        {others.map((each) => (
+          <button
+            key={each}
+            type="button"
+            class="small"
+            disabled={!studio.directs}
+            onClick={(event) => answer(each, event)}
+          >
+            {each === desk.state ? `No, stay in ${each}` : `No, ${each}`}
+          </button>
+        ))}
         <button
           type="button"
           class="small"
@@ -32,4 +55,13 @@ export function Asked() {
       </p>
     </section>
   );
+}
+
+/** Play the sound of a question when there is a new one, if that is wanted. */
+function useSound(now: Heard): void {
+  const before = useRef(now);
+  useEffect(() => {
+    if (isAskedAnew(now, before.current) && soundIsOn()) playQuestion();
+    before.current = now;
+  });
 }

@@ -59,7 +59,7 @@ export function drafted(form: Form, studio: Studio, scene: Scene): Draft {
     states: first ? FIRST_STATES.map(chosen) : [],
     features: first ? FIRST_FEATURES : [],
     watched: false,
-    reaction: "0",
+    reaction: "0.3",
     unlearning: false,
     live: true,
   };

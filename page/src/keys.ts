@@ -52,6 +52,9 @@ function commands(studio: Studio, event: KeyboardEvent): boolean {
     case " ":
       void studio.ask({ do: "pause", paused: !(studio.told?.paused ?? false) });
       return true;
+    case "F":
+      void studio.ask({ do: "skip" });
+      return true;
     case ".":
       void studio.ask({ do: "step" });
       return true;

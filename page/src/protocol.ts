@@ -57,6 +57,8 @@ export type Request =
   | { do: "pause"; paused: boolean }
   /** Run one tick, then pause. */
   | { do: "step" }
+  /** Skip to the next moment at which the person is needed, and pause there. */
+  | { do: "skip" }
   /** Set the speed: a multiple of real time, or as fast as possible. */
   | { do: "speed"; speed: SpeedFactor }
   /** Reset the world to a seed; to the same seed if none is given. */
@@ -794,10 +796,11 @@ export interface Suspect {
   reason: string;
 }
 
-/** The question that waits for an answer, and the proposed next state. */
+/** The question that waits for an answer, the proposed next state, and the states to choose from, likely first. */
 export interface Question {
   sentence: string;
   next: string;
+  answers: readonly string[];
 }
 
 /** A moment at which the automaton was uncertain and continued. */

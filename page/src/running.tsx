@@ -33,6 +33,16 @@ export function Running({ studio }: { studio: Studio }) {
       >
         Step <kbd>.</kbd>
       </button>
+      {!real && studio.desk !== null && studio.desk.mode !== "training" && (
+        <button
+          type="button"
+          disabled={off}
+          title="Skip to where it needs you: nothing is learned on the way"
+          onClick={() => void studio.ask({ do: "skip" })}
+        >
+          Skip <kbd>F</kbd>
+        </button>
+      )}
       {!real && <Pace studio={studio} />}
       <Time />
     </div>

@@ -120,12 +120,12 @@ class Forager(Teacher):
         form = self.page.locator("form.choice")
         if about is GOTO:
             self.click("Teach something new")
-            form.get_by_label("Reaction time").fill("0.2")
         else:
             self.click("+ Teach something new")
             form.get_by_role("textbox", name="Name", exact=True).fill(about.topic.name)
             if not about.flags:
                 form.get_by_label("Flags").fill("")
+        form.get_by_label("Reaction time").fill("0.2" if about is GOTO else "0")
         for label in (*about.states, *about.features):
             self.actions += 1
             form.get_by_role("checkbox", name=label, exact=True).check()

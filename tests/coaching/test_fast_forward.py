@@ -6,7 +6,7 @@ import pytest
 from tests.bodies import Scripted
 from tests.training.lessons import play, session, ticks
 
-from understudy.coaching.fast_forward import StopReason, fast_forward
+from understudy.coaching.fast_forward import PauseReason, fast_forward
 from understudy.coaching.queries import UncertaintyQueries
 from understudy.errors import SessionError
 from understudy.model.lesson import LearnerOptions
@@ -30,7 +30,7 @@ def calm(taught: Session) -> UncertaintyQueries:
 def test_it_stops_before_the_tick_at_which_it_is_unsure() -> None:
     taught = live("forward", 3)
     stopped = fast_forward(taught)
-    assert stopped.reason is StopReason.UNSURE
+    assert stopped.reason is PauseReason.UNSURE
     assert stopped.question is not None
     assert stopped.question.time_s == pytest.approx(taught.body.time_s)
     assert stopped.sentence == stopped.question.sentence
@@ -40,7 +40,7 @@ def test_it_stops_where_the_automaton_raises_a_flag() -> None:
     taught = live("forward", 5, "done", 2)
     taught.reset(1)
     stopped = fast_forward(taught, queries=calm(taught))
-    assert (stopped.reason, taught.view().flag) == (StopReason.FLAG, "done")
+    assert (stopped.reason, taught.view().flag) == (PauseReason.FLAG, "done")
     assert stopped.seconds == pytest.approx(0.6)
 
 
@@ -49,21 +49,21 @@ def test_it_stops_at_a_property() -> None:
     stopped = fast_forward(
         taught, queries=calm(taught), until=lambda now: now.view().features["range_of(ball)"] < 90
     )
-    assert stopped.reason is StopReason.PROPERTY
+    assert stopped.reason is PauseReason.PROPERTY
     assert taught.view().features["range_of(ball)"] == 89
 
 
 def test_it_stops_where_nothing_changes_any_more() -> None:
     taught = live("forward", 3)
     stopped = fast_forward(taught, queries=calm(taught))
-    assert stopped.reason is StopReason.STUCK
+    assert stopped.reason is PauseReason.STUCK
     assert stopped.seconds == pytest.approx(30.1)
 
 
 def test_it_stops_at_its_limit() -> None:
     taught = live("forward", 3)
     stopped = fast_forward(taught, queries=calm(taught), limit_s=2.0)
-    assert stopped.reason is StopReason.LIMIT
+    assert stopped.reason is PauseReason.LIMIT
     assert stopped.seconds == pytest.approx(2.0)
 
 

@@ -64,8 +64,8 @@ MESSAGES = [
     "mend", "move_object", "move_obstacle", "new", "open", "others", "pause", "pick_color", "place", "press",
     "promise", "prune",
     "quarantine", "recall", "redo", "release", "remove", "remove_object", "remove_obstacle", "rename", "reset",
-    "restart", "restore", "rewind", "save", "set_up", "simplify", "speed", "stand_by", "stand_for", "step", "stop",
-    "take", "test", "turn", "undo", "use_reaction", "versions", "visit", "watch", "why", "withdraw",
+    "restart", "restore", "rewind", "save", "set_up", "simplify", "skip", "speed", "stand_by", "stand_for", "step",
+    "stop", "take", "test", "turn", "undo", "use_reaction", "versions", "visit", "watch", "why", "withdraw",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
 TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's

@@ -148,7 +148,7 @@ def test_processes_side_by_side_find_the_same(tmp_path: Path) -> None:
     assert known is not None
     rows = run(experiment, plan, RowCache("forage", tmp_path), jobs=2)
     assert differences(rows, known, experiment) == []
-    assert [row["task"]["method"] for row in rows] == ["watched", "plain"]
+    assert [row["task"]["method"] for row in rows] == ["live", "watched", "plain"]
 
 
 def test_a_result_reads_back_as_it_was(tmp_path: Path) -> None:

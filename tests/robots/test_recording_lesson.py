@@ -139,7 +139,10 @@ WRONG = [
     ("time_s,state\nsoon,forward\n", "line 2: time_s is 'soon'; give one of the recording, from 0 to 0.9"),
     ("time_s,state\n\n5,forward\n", "line 3: time_s is '5'"),
     ("time_s,state\n-1,forward\n", "line 2: time_s is '-1'"),
-    ("time_s,state,does\n0,forward,jump\n", "line 2: does is 'jump'; give press, test, train, restart"),
+    (
+        "time_s,state,does\n0,forward,jump\n",
+        "line 2: does is 'jump'; give press, test, train, teach, restart",
+    ),
     ('time_s,state\n0,"forward\n', "it cannot be read"),
 ]
 
@@ -162,7 +165,9 @@ def test_presses_that_cannot_be_are_refused(tmp_path: Path) -> None:
         list_recorded_presses(recording)
     with pytest.raises(UnderstudyError, match="no state 'backward'"):
         teach_from_recording(recording, session.library, empty, [RecordedPress(3, "backward")])
-    with pytest.raises(SessionError, match="has a step 'jump'; sessions have press, test, train, restart"):
+    with pytest.raises(
+        SessionError, match="has a step 'jump'; sessions have press, test, train, teach, restart"
+    ):
         teach_from_recording(recording, session.library, empty, [RecordedPress(3, None, "jump")])
 
 

@@ -34,6 +34,11 @@ FEATURES = (
 STEPS = 80
 
 
+def is_live(seed: int) -> bool:
+    """Whether the session of a seed is taught live; every other one is."""
+    return seed % 2 == 1
+
+
 def begin(folder: Path, seed: int) -> Session:
     lesson = new_lesson(
         LIBRARY,
@@ -42,7 +47,7 @@ def begin(folder: Path, seed: int) -> Session:
         flags=["done"],
         features=FEATURES[:2],
         options=LearnerOptions(reaction_s=0.2, watched=True),
-        live=False,
+        live=is_live(seed),
     )
     return Session(Forage([seed]), LIBRARY, lesson, journal=folder / "journal")
 
@@ -50,9 +55,10 @@ def begin(folder: Path, seed: int) -> Session:
 def play(folder: Path, seed: int, acknowledge: Callable[[int, Session], None]) -> None:
     """All steps; every fifth or so saves what was learned to a library."""
     session, random = begin(folder, seed), Random(seed)
+    more = (("teach",),) * 12 if is_live(seed) else ()
     acknowledge(-1, session)
     for index in range(STEPS):
-        do(session, drawn(random, STATES, FEATURES))
+        do(session, drawn(random, STATES, FEATURES, more=more))
         if random.random() < 0.2:
             save_automaton(folder / "library", session.make_trained_automaton())
         acknowledge(index, session)

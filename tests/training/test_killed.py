@@ -21,6 +21,7 @@ from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.journal import AnyEntry, Journal
 from understudy.training.session import Session
+from understudy.training.trainee import Mode
 
 
 def shown(taught: TrainedAutomaton) -> str:
@@ -115,12 +116,13 @@ class Nursery:
         self.process.wait(timeout=20)
 
 
-def kill_and_check(times: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def kill_and_check(times: int, folder: Path, monkeypatch: pytest.MonkeyPatch, *, live: bool) -> None:
+    """Kill sessions so many times; with `live`, those that count were killed while they were taught live."""
     random, nursery = Random(20261121), Nursery(folder / "warm")
     checked = 0
     try:
         while checked < times:
-            seed = random.randrange(2**31)
+            seed = random.randrange(2**30) * 2 + live
             here = folder / f"{seed}"
             acknowledged = nursery.kill_one(here, seed, random)
             if acknowledged == -2:
@@ -129,22 +131,28 @@ def kill_and_check(times: int, folder: Path, monkeypatch: pytest.MonkeyPatch) ->
             reference = Reference(folder / f"{seed}-reference", seed, monkeypatch)
             again = Session.resume(here / "journal", Forage([seed]), scripted.LIBRARY)
             assert told(again) in reference.may_be(acknowledged), (seed, acknowledged)
+            mode = again.mode
+            if mode is Mode.LIVE:  # it decides by all that was acknowledged
+                decides = again.trainee.taught.automaton.transitions
+                assert repr(decides) == repr(learn(again.lesson)), (seed, acknowledged)
             again.tick()
             again.close()
             if (here / "library").exists():
                 opened = open_library(here / "library", FORAGE_KIT, learn)
                 assert {shown(taught) for taught in opened.library.taught.values()} <= reference.saved
-            checked += 1
+            checked += not live or mode is Mode.LIVE
     finally:
         nursery.close()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="kills with fork and SIGKILL")
-def test_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kill_and_check(10, tmp_path, monkeypatch)
+@pytest.mark.parametrize("live", [False, True])
+def test_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, live: bool) -> None:
+    kill_and_check(8, tmp_path, monkeypatch, live=live)
 
 
 @pytest.mark.soak
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="kills with fork and SIGKILL")
-def test_killed_many_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kill_and_check(200, tmp_path, monkeypatch)
+@pytest.mark.parametrize("live", [False, True])
+def test_killed_many_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, live: bool) -> None:
+    kill_and_check(200, tmp_path, monkeypatch, live=live)

@@ -1,6 +1,8 @@
 /** Whether the robot asks where it is unsure, and the moments it marked. */
 
+import { useState } from "preact/hooks";
 import type { AskWhenName, Session } from "../protocol";
+import { soundIsOn, turnSound } from "../sound";
 import type { Studio } from "../studio";
 import { clock } from "../words";
 
@@ -32,6 +34,7 @@ export function AskingPart({ desk, studio }: { desk: Session; studio: Studio }) 
         </div>
       </div>
       <p class="tiny">{WAYS[when][1]}</p>
+      {when !== "never" && <SoundChoice />}
       {marks.length > 0 && (
         <ol class="unsure-marks" aria-label="Moments at which it was unsure">
           {[...marks].reverse().map(({ number, time_s, run, sentence }) => (
@@ -54,5 +57,18 @@ export function AskingPart({ desk, studio }: { desk: Session; studio: Studio }) 
         </ol>
       )}
     </section>
+  );
+}
+
+function SoundChoice() {
+  const [on, setOn] = useState(soundIsOn());
+  const turn = () => {
+    turnSound(!on);
+    setOn(!on);
+  };
+  return (
+    <label class="option">
+      <input type="checkbox" checked={on} onChange={turn} /> Sound when it asks
+    </label>
   );
 }

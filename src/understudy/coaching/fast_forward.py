@@ -24,8 +24,8 @@ FIDGETS, FIDGETING_S = 30, 6.0
 """So many switches within so many seconds are no behavior."""
 
 
-class StopReason(StrEnum):
-    """Why fast forward stopped."""
+class PauseReason(StrEnum):
+    """Why a fast forward paused."""
 
     UNSURE = "unsure"
     FLAG = "flag"
@@ -35,10 +35,10 @@ class StopReason(StrEnum):
 
 
 SENTENCES = {
-    StopReason.FLAG: "The automaton raised a flag.",
-    StopReason.PROPERTY: "The property that was watched for holds.",
-    StopReason.STUCK: "All states are as they were for a while, or they switch back and forth.",
-    StopReason.LIMIT: "Nothing needed you.",
+    PauseReason.FLAG: "The automaton raised a flag.",
+    PauseReason.PROPERTY: "The property that was watched for holds.",
+    PauseReason.STUCK: "All states are as they were for a while, or they switch back and forth.",
+    PauseReason.LIMIT: "Nothing needed you.",
 }
 
 
@@ -46,7 +46,7 @@ SENTENCES = {
 class FastForward:
     """The result of a fast forward: why it stopped, the skipped time in s, and the question if it is unsure."""
 
-    reason: StopReason
+    reason: PauseReason
     seconds: float
     question: Question | None = None
 
@@ -105,21 +105,21 @@ def fast_forward(
 
 def _run(
     session: Session, asking: UncertaintyQueries, until: Callable[[Session], bool], until_s: float
-) -> tuple[StopReason, Question | None]:
+) -> tuple[PauseReason, Question | None]:
     body = session.body
     changes, path = deque([body.time_s], maxlen=FIDGETS), session.trainee.path
     while body.time_s < until_s - body.tick_s / 2:
         if (question := asking.find_question()) is not None:
-            return StopReason.UNSURE, question
+            return PauseReason.UNSURE, question
         session.tick()
         if session.trainee.outcome.raised:
-            return StopReason.FLAG, None
+            return PauseReason.FLAG, None
         if until(session):
-            return StopReason.PROPERTY, None
+            return PauseReason.PROPERTY, None
         if session.trainee.path != path:
             path = session.trainee.path
             changes.append(body.time_s)
         fidgets = len(changes) == FIDGETS and body.time_s - changes[0] < FIDGETING_S
         if fidgets or body.time_s - changes[-1] > SAME_S:
-            return StopReason.STUCK, None
-    return StopReason.LIMIT, None
+            return PauseReason.STUCK, None
+    return PauseReason.LIMIT, None

@@ -136,9 +136,9 @@ def _looks(result: dict[str, Any]) -> None:
     from understudy.ui.cli.output import make_console, make_table
 
     title = f"Looking at {result['examples']} examples"
-    made = make_table("", "#ms", f"within {result['goal_ms']:g} ms", title=title)
+    made = make_table("", "#ms", "#at most", "reached", title=title)
     for row in result["looks"]:
-        made.add_row(row["what"], f"{row['ms']:.3g}", _mark(row["passed"]))
+        made.add_row(row["what"], f"{row['ms']:.3g}", f"{row['goal_ms']:g}", _mark(row["passed"]))
     make_console().print(made)
 
 

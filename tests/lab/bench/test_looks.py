@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
-from understudy_lab.bench.learning import GOAL_MS, looks, run_looks, two_hundred
+from understudy.training.trainee import Mode
+from understudy_lab.bench.learning import PRESS, looks, run_looks, two_hundred
+from understudy_lab.bench.live_press import make_live_session, press_repeatedly
 
 
 def test_everything_that_looks_at_two_hundred_examples_is_measured() -> None:
     lesson = two_hundred()
     result = run_looks(rounds=1)
     assert len(lesson.examples) == result["examples"] == 200
-    assert {row["what"] for row in result["looks"]} >= set(looks(lesson))
-    assert all(row["passed"] is (row["ms"] <= GOAL_MS) for row in result["looks"])
+    assert {row["what"] for row in result["looks"]} >= {*looks(lesson), PRESS}
+    assert all(row["passed"] is (row["ms"] <= row["goal_ms"]) for row in result["looks"])
+
+
+def test_a_live_press_is_learned_from_and_decided_by() -> None:
+    session = make_live_session(two_hundred())
+    press = press_repeatedly(session)
+    for _ in range(3):
+        before = session.view().examples
+        press()
+        assert session.mode is Mode.LIVE
+        assert session.view().examples > before

@@ -55,3 +55,18 @@ async def test_it_marks_and_goes_on(tmp_path: Path) -> None:
         await hand.wait(0.5)
         assert hand.trainer.body.time_s > before
         assert hand.trainer.coach.asking.marked
+
+
+@run
+async def test_it_skips_to_where_it_needs_somebody(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, seed=6)) as hand:
+        await hand.press("F")
+        assert "nothing happens without you" in hand.said
+        await hand.press("up")
+        await hand.wait(0.5)
+        await hand.press("t")
+        before = hand.trainer.body.time_s
+        await hand.press("F")
+        assert "s later. " in hand.said
+        assert hand.trainer.paused
+        assert hand.trainer.body.time_s >= before

@@ -354,3 +354,35 @@ def shown(trainer: Trainer, state: str, values: tuple[float, float], says: str) 
     )
     session.edit(number, values=dict(zip(("distance_to(A)", "angle_to(A)"), values, strict=True)))
     trainer.refresh_view()
+
+
+def test_taught_live_a_press_answers_and_live_teaching_goes_on(made: StudioServer) -> None:
+    with served(made) as client, page(client) as person:
+        person.done(**{**GOTO, "live": True})
+        person.done("pause", paused=True)
+        person.done("ask_when", when="pause")
+        question = asked(person)
+        assert (question["answers"][0], made.host.active_trainer.session_view.mode.value) == ("start", "live")
+        person.done("press", state="forward")
+        view = made.host.active_trainer.session_view
+        assert (view.mode.value, view.state, made.host.paused) == ("live", "forward", False)
+
+
+def test_skipping_pauses_where_the_person_is_needed(made: StudioServer) -> None:
+    with served(made) as client, page(client) as person:
+        person.done(**{**GOTO, "live": True})
+        person.done("pause", paused=False)
+        person.done("press", state="forward")
+        person.done("skip")
+        trainer = made.host.active_trainer
+        assert made.host.paused
+        assert "s later. I am not sure: " in trainer.status.text
+        assert trainer.coach.question is not None
+        began = trainer.body.time_s
+        person.done("skip")  # it may do what it said
+        assert trainer.body.time_s > began
+        assert trainer.session_view.examples == 2
+
+
+def test_in_training_nothing_is_skipped(person: Page) -> None:
+    assert "nothing happens without you" in person.say("skip")["error"]

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from understudy.coaching.advice import Advice, AdviceKind
+from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
 from understudy.coaching.situation_setup import SetupResult, set_up_situation
@@ -67,6 +68,7 @@ class CoachController:
 
     def __init__(self, session: Session, why: DecisionExplainer) -> None:
         self.asking = UncertaintyQueries(session, QueryPolicy.NEVER)
+        self.skipping = UncertaintyQueries(session)
         self._session, self._explainer = session, why
         self.last_report: AdviceReport | None = None  # last
         self._making: tuple[Lesson, Future[AdviceReport]] | None = None
@@ -185,20 +187,46 @@ def pause_for_question(trainer: Trainer, question: Question) -> StatusMessage:
     return StatusMessage(f"{question.sentence} Space continues", "correction")
 
 
+SKIP_S = 60.0
+"""The longest stretch of a run that is skipped at once, s: less than a second of waiting."""
+
+
+@keep_status
+def skip_ahead(trainer: Trainer) -> StatusMessage:
+    """Skip to the next moment at which the person is needed, and pause there; nothing is learned on the way."""
+    if trainer.pace.live:
+        raise SessionError("real robots cannot skip ahead: their time is yours")
+    if trainer.driving:
+        trainer.drive()
+    skipped = fast_forward(trainer.session, queries=trainer.coach.skipping, limit_s=SKIP_S)
+    trainer.memory.clear()
+    trainer.explainer.clear()
+    trainer.refresh_view()
+    if not trainer.paused:
+        trainer.pause()
+    said = f"{skipped.seconds:.0f} s later. {skipped.sentence} Space continues"
+    if skipped.question is None:
+        return StatusMessage(said)
+    trainer.coach.question = skipped.question
+    return StatusMessage(said, "correction")
+
+
 @keep_status
 def answer_question(trainer: Trainer, state: str | None) -> StatusMessage:
-    """Answer the waiting question: record the press (None: confirm), and continue testing.
+    """Answer the waiting question: record the press (None: confirm), and continue testing or live teaching.
 
     The automaton continues where it is. The answer takes effect from the next tick on.
     """
-    session = trainer.session
+    session, mode = trainer.session, trainer.session.mode
     if state is None:
         trainer.confirm()
     else:
         trainer.press(state)
     trainer.step()
     said = trainer.status
-    if is_rewindable(session.body):
+    if mode is Mode.LIVE:
+        pass  # it goes on by itself
+    elif is_rewindable(session.body):
         there = session.capture()
         session.test()
         session.rewind(there._replace(mode=Mode.TESTING))

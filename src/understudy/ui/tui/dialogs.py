@@ -62,6 +62,7 @@ KEYS = {
         ("t", "teach or try"),
         ("space", "pause or resume; a press while paused acts on the next tick"),
         (".", "one step"),
+        ("F", "skip to where it needs you, and pause there"),
         ("+ −", "faster, slower"),
         ("n, R", "a new world; restart the same world"),
         ("r", "restart the automaton where the robot is"),

@@ -18,7 +18,7 @@ from understudy.errors import UnderstudyError
 from understudy.robots.twin import find_drawn_world
 from understudy.sim.target_lookup import find_target_place
 from understudy.ui.controller.arming import RobotArming
-from understudy.ui.controller.coach import set_up_advised_situation
+from understudy.ui.controller.coach import set_up_advised_situation, skip_ahead
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices
@@ -69,6 +69,7 @@ class TeachingScreen(Screen[str]):
         Binding("y", "arm", show=False),
         Binding("backspace", "stop", show=False),
         Binding("C", "coach", show=False),
+        Binding("F", "skip", show=False),
         Binding("c", "choose", show=False),
         Binding("h,f1", "help", show=False),
         Binding("q,ctrl+c", "leave", show=False),
@@ -188,6 +189,11 @@ class TeachingScreen(Screen[str]):
     def action_coach(self) -> None:
         """Set up the next situation that the coach suggests."""
         self._guarded(lambda: set_up_advised_situation(self.trainer))
+        self.draw()
+
+    def action_skip(self) -> None:
+        """Skip to the next moment at which the person is needed."""
+        self._guarded(lambda: skip_ahead(self.trainer))
         self.draw()
 
     def action_help(self) -> None:

@@ -99,10 +99,11 @@ def _which(example: Example) -> tuple[int, int | None]:
 
 
 class QuestionData(Data, frozen=True, kw_only=True):
-    """The question that waits for an answer, and the proposed next state."""
+    """The question that waits for an answer, the proposed next state, and the states to choose from, likely first."""
 
     sentence: str
     next: str
+    answers: list[str]
 
 
 class UnsureMarkData(Data, frozen=True, kw_only=True):
@@ -164,7 +165,11 @@ class UncertainMoments:
     def data(self, coach: CoachController) -> AskingData:
         """Return the query policy, the waiting question and the open marks as the page shows them."""
         question = coach.question
-        asked = None if question is None else QuestionData(sentence=question.sentence, next=question.next)
+        asked = (
+            None
+            if question is None
+            else QuestionData(sentence=question.sentence, next=question.next, answers=list(question.answers))
+        )
         marks = [mark.data for mark in self._still(coach.asking)]
         return AskingData(when=coach.asking.when.value, question=asked, marks=marks)
 

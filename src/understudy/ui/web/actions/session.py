@@ -275,6 +275,13 @@ def handle_step(host: SessionHost, _: m.StepTick) -> None:
     host.step()
 
 
+def handle_skip_ahead(host: SessionHost, _: m.SkipAhead) -> None:
+    """Skip to the next moment at which the person is needed, and pause there."""
+    coach.skip_ahead(host.active_trainer)
+    host.frame_version += 1
+    host.note_tick()
+
+
 def handle_set_speed(host: SessionHost, message: m.SetSpeed) -> None:
     """Set the simulation speed."""
     host.set_speed(FASTEST if message.speed == "fastest" else message.speed)

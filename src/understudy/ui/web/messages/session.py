@@ -63,6 +63,10 @@ class StepTick(Message, frozen=True, kw_only=True, tag="step"):
     """Run one tick, then pause."""
 
 
+class SkipAhead(Message, frozen=True, kw_only=True, tag="skip"):
+    """Skip to the next moment at which the person is needed, and pause there."""
+
+
 class SetSpeed(Message, frozen=True, kw_only=True, tag="speed"):
     """Set the speed: a multiple of real time, or as fast as possible."""
 
