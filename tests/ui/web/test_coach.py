@@ -368,6 +368,33 @@ def test_taught_live_a_press_answers_and_live_teaching_goes_on(made: StudioServe
         assert (view.mode.value, view.state, made.host.paused) == ("live", "forward", False)
 
 
+def test_taught_live_it_marks_where_it_is_unsure_unless_somebody_chose_otherwise(made: StudioServer) -> None:
+    with served(made) as client, page(client) as person:
+
+        def asks_when(name: str, **options: Any) -> str:
+            person.done(**{**GOTO, "name": name, **options}, discard=True)
+            return made.host.active_trainer.coach.asking.when.value
+
+        assert asks_when("one", live=True) == "mark"
+        assert asks_when("two") == "never"
+        person.done("ask_when", when="pause")
+        assert asks_when("three", live=True) == asks_when("four") == "pause"
+
+
+def test_an_answer_can_be_undone_and_then_there_is_nothing_to_undo(made: StudioServer) -> None:
+    with served(made) as client, page(client) as person:
+        person.done(**{**GOTO, "live": True})
+        person.done("pause", paused=True)
+        person.done("ask_when", when="pause")
+        asked(person)
+        person.done("press", state="forward")
+        session = made.host.active_trainer.session
+        assert [each.next for each in session.examples] == ["forward", "forward"]  # and by default it stays
+        person.done("undo")
+        assert session.examples == ()
+        assert person.say("undo")["error"].startswith("there is nothing to undo: ")
+
+
 def test_skipping_pauses_where_the_person_is_needed(made: StudioServer) -> None:
     with served(made) as client, page(client) as person:
         person.done(**{**GOTO, "live": True})

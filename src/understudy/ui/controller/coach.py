@@ -64,10 +64,15 @@ def _advised(
 
 
 class CoachController:
-    """Advice on one session's lesson, computed again only when the lesson changed; `asking` is off at first."""
+    """Advice on one session's lesson, computed again only when the lesson changed.
+
+    At first, a lesson that is taught live marks where it is unsure, and any other does not ask.
+    """
 
     def __init__(self, session: Session, why: DecisionExplainer) -> None:
-        self.asking = UncertaintyQueries(session, QueryPolicy.NEVER)
+        live = session.lesson.options.live
+        self.asking = UncertaintyQueries(session, QueryPolicy.MARK if live else QueryPolicy.NEVER)
+        self.chosen_policy: QueryPolicy | None = None
         self.skipping = UncertaintyQueries(session)
         self._session, self._explainer = session, why
         self.last_report: AdviceReport | None = None  # last
@@ -139,9 +144,12 @@ class CoachController:
 
     def cycle_query_policy(self) -> str:
         """Change to the next way of asking, and return its name."""
-        asking = self.asking
-        asking.when = TURN[(TURN.index(asking.when) + 1) % len(TURN)]
-        return WHEN_SAID[asking.when]
+        self.choose_query_policy(TURN[(TURN.index(self.asking.when) + 1) % len(TURN)])
+        return WHEN_SAID[self.asking.when]
+
+    def choose_query_policy(self, when: QueryPolicy) -> None:
+        """Change what happens at uncertain decisions, also in later sessions of this person."""
+        self.asking.when = self.chosen_policy = when
 
     @property
     def question(self) -> Question | None:
@@ -263,6 +271,6 @@ def confirm_doubted_press(trainer: Trainer, number: int) -> StatusMessage:
 
 @keep_status
 def change_query_policy(trainer: Trainer, when: QueryPolicy) -> StatusMessage:
-    """Change what happens in testing at uncertain decisions."""
-    trainer.coach.asking.when = when
+    """Change what happens at uncertain decisions."""
+    trainer.coach.choose_query_policy(when)
     return StatusMessage(WHEN_SAID[when])

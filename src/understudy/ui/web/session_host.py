@@ -14,7 +14,6 @@ from time import monotonic, sleep
 from msgspec import UNSET, structs
 
 from understudy.analysis.evaluation import Evaluation, Progress
-from understudy.coaching.queries import QueryPolicy
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
@@ -393,12 +392,14 @@ class SessionHost:
 
     def replace_session(self, opened: OpenSession, said: str) -> None:
         """Open a session in place of the present one, whose journal is finished."""
-        asked = QueryPolicy.NEVER if self.trainer is None else self.trainer.coach.asking.when
+        asked = None if self.trainer is None else self.trainer.coach.chosen_policy
         self._leave()
         self._idling.pause(True)
         self.open_session, trainer = opened, opened.trainer
         self._picture, self.agent = SessionViewBuilder(trainer), trainer.robot
-        self.unsure, trainer.coach.asking.when = UncertainMoments(), asked
+        self.unsure = UncertainMoments()
+        if asked is not None:
+            trainer.coach.choose_query_policy(asked)
         self.began_with = len(trainer.session.examples)
         trainer.set_speed(self._speed)
         trainer.suspend(False)
