@@ -55,6 +55,9 @@ function commands(studio: Studio, event: KeyboardEvent): boolean {
     case "F":
       void studio.ask({ do: "skip" });
       return true;
+    case "G":
+      void studio.ask({ do: "next_situation" });
+      return true;
     case ".":
       void studio.ask({ do: "step" });
       return true;

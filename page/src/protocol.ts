@@ -5,6 +5,8 @@ export type Request =
   | { do: "advise" }
   /** Put the robot into the situation that this piece of advice is about. */
   | { do: "set_up"; sentence: Sentence }
+  /** Go to the situation of further worlds in which an answer would change most, and pause there with the question. */
+  | { do: "next_situation" }
   /** Set what the robot does in testing where it is uncertain. */
   | { do: "ask_when"; when: AskWhenName }
   /** Go back to a moment at which the robot was uncertain and continued. */

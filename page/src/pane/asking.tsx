@@ -34,6 +34,17 @@ export function AskingPart({ desk, studio }: { desk: Session; studio: Studio }) 
         </div>
       </div>
       <p class="tiny">{WAYS[when][1]}</p>
+      {desk.mode !== "training" && desk.taught > 0 && (
+        <button
+          type="button"
+          class="small"
+          disabled={!studio.directs}
+          title="In a new world, where your answer would change most of what the robot does"
+          onClick={() => void studio.ask({ do: "next_situation" })}
+        >
+          Go to where an answer matters most <kbd>G</kbd>
+        </button>
+      )}
       {when !== "never" && <SoundChoice />}
       {marks.length > 0 && (
         <ol class="unsure-marks" aria-label="Moments at which it was unsure">

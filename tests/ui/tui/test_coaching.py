@@ -70,3 +70,15 @@ async def test_it_skips_to_where_it_needs_somebody(tmp_path: Path) -> None:
         assert "s later. " in hand.said
         assert hand.trainer.paused
         assert hand.trainer.body.time_s >= before
+
+
+@run
+async def test_it_goes_to_where_an_answer_matters_most(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, seed=6)) as hand:
+        await hand.press("up")
+        await hand.wait(0.5)
+        await hand.press("t", "G")
+        assert "an answer here matters most. I am not sure: " in hand.said
+        assert hand.trainer.paused
+        assert hand.trainer.seed is not None
+        assert hand.trainer.seed > 6

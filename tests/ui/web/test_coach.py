@@ -413,3 +413,23 @@ def test_skipping_pauses_where_the_person_is_needed(made: StudioServer) -> None:
 
 def test_in_training_nothing_is_skipped(person: Page) -> None:
     assert "nothing happens without you" in person.say("skip")["error"]
+
+
+def test_it_goes_to_where_an_answer_matters_most(made: StudioServer) -> None:
+    with served(made) as client, page(client) as person:
+        person.done(**{**GOTO, "live": True})
+        assert person.say("next_situation")["error"] == "nothing was taught yet: press a state first"
+        person.done("press", state="forward")
+        person.done("step")
+        trainer, before = made.host.active_trainer, made.host.active_trainer.seed
+        person.done("next_situation")
+        assert made.host.paused
+        assert trainer.seed != before
+        assert trainer.seed in made.host.shown_seeds
+        assert "an answer here matters most. I am not sure: " in trainer.status.text
+        question = trainer.coach.question
+        assert question is not None
+        shown = trainer.session_view.examples
+        person.done("press", state=question.answers[1])
+        assert trainer.session_view.examples > shown
+        assert trainer.coach.question is None

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.give_advice import give_advice
+from understudy.coaching.next_situation import find_next_situation, go_to_situation
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
 from understudy.coaching.situation_setup import SetupResult, set_up_situation
 from understudy.errors import SessionError
@@ -217,6 +218,28 @@ def skip_ahead(trainer: Trainer) -> StatusMessage:
         return StatusMessage(said)
     trainer.coach.question = skipped.question
     return StatusMessage(said, "correction")
+
+
+SEARCHED_WORLDS = 40
+"""In so many further worlds the situation is looked for in which an answer matters most."""
+
+
+@keep_status
+def go_to_next_situation(trainer: Trainer) -> StatusMessage:
+    """Go to the situation of further worlds in which an answer would change most, and pause there with the question."""
+    if trainer.driving:
+        trainer.drive()
+    seeds = range(trainer.seed_after, trainer.seed_after + SEARCHED_WORLDS)
+    found = find_next_situation(trainer.session, seeds=seeds)
+    if found is None:
+        raise SessionError("nothing was taught yet: press a state first")
+    go_to_situation(trainer.session, found)
+    trainer.seed = found.seed
+    trainer.note_moved("")
+    if not trainer.paused:
+        trainer.pause()
+    trainer.coach.question = found.question
+    return StatusMessage(f"{found.sentence} Space continues", "correction")
 
 
 @keep_status

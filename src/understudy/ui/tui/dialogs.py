@@ -63,6 +63,7 @@ KEYS = {
         ("space", "pause or resume; a press while paused acts on the next tick"),
         (".", "one step"),
         ("F", "skip to where it needs you, and pause there"),
+        ("G", "go to where an answer matters most, in further worlds"),
         ("+ −", "faster, slower"),
         ("n, R", "a new world; restart the same world"),
         ("r", "restart the automaton where the robot is"),

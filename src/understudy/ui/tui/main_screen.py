@@ -18,7 +18,7 @@ from understudy.errors import UnderstudyError
 from understudy.robots.twin import find_drawn_world
 from understudy.sim.target_lookup import find_target_place
 from understudy.ui.controller.arming import RobotArming
-from understudy.ui.controller.coach import set_up_advised_situation, skip_ahead
+from understudy.ui.controller.coach import go_to_next_situation, set_up_advised_situation, skip_ahead
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices
@@ -70,6 +70,7 @@ class TeachingScreen(Screen[str]):
         Binding("backspace", "stop", show=False),
         Binding("C", "coach", show=False),
         Binding("F", "skip", show=False),
+        Binding("G", "next_situation", show=False),
         Binding("c", "choose", show=False),
         Binding("h,f1", "help", show=False),
         Binding("q,ctrl+c", "leave", show=False),
@@ -194,6 +195,11 @@ class TeachingScreen(Screen[str]):
     def action_skip(self) -> None:
         """Skip to the next moment at which the person is needed."""
         self._guarded(lambda: skip_ahead(self.trainer))
+        self.draw()
+
+    def action_next_situation(self) -> None:
+        """Go to the situation in which an answer matters most."""
+        self._guarded(lambda: go_to_next_situation(self.trainer))
         self.draw()
 
     def action_help(self) -> None:

@@ -117,6 +117,12 @@ def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> Sit
     return SituationReply(sentence=staged.sentence, run=host.run.number)
 
 
+def handle_go_to_next_situation(host: SessionHost, _: m.GoToNextSituation) -> None:
+    """Go to the situation of further worlds in which an answer would change most, and pause there."""
+    coach.go_to_next_situation(host.active_trainer)
+    host.clear_rewind()
+
+
 def handle_set_query_policy(host: SessionHost, message: m.SetQueryPolicy) -> None:
     """Set what the automaton does in testing where it is uncertain."""
     coach.change_query_policy(host.active_trainer, QueryPolicy(message.when))

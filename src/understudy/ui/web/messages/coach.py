@@ -27,6 +27,10 @@ class SetUpSituation(Message, frozen=True, kw_only=True, tag="set_up"):
     sentence: Sentence
 
 
+class GoToNextSituation(Message, frozen=True, kw_only=True, tag="next_situation"):
+    """Go to the situation of further worlds in which an answer would change most, and pause there with the question."""
+
+
 class SetQueryPolicy(Message, frozen=True, kw_only=True, tag="ask_when"):
     """Set what the robot does in testing where it is uncertain."""
 

@@ -1,0 +1,239 @@
+"""The situation in which a press teaches most, found in fresh worlds that the automaton runs in at the engine's speed.
+
+found = find_next_situation(session, seeds=range(100, 140))
+go_to_situation(session, found)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.coaching.queries import Question
+from understudy.coaching.uncertainty import UncertaintyModel
+from understudy.errors import SessionError
+from understudy.learning.fit import learn, learn_automaton
+from understudy.model.automaton import Transition
+from understudy.model.lesson import Example, ExampleKind, Lesson
+from understudy.model.library import TrainedAutomaton
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.sim.world import World
+from understudy.training.session import Session
+from understudy.training.trainee import Mode
+
+DURATION_S = 30.0
+"""How long the automaton runs in each fresh world, s."""
+EVERY_S = 0.5
+"""The time between two situations of a world that are looked at, s."""
+MOST_DOUBTS, MOST_TRIED = 400, 12
+"""How many situations are asked for their doubt, and for how many of them answers are tried."""
+MOST_ANSWERS = 3
+MOST_DECISIONS = 2000
+"""How many decisions are compared before and after an answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class NextSituation:
+    """A situation in which a press teaches much.
+
+    Parameters
+    ----------
+    seed
+        Seed of its world.
+    question
+        The decision that is uncertain there, with the time since the world began.
+    change
+        The expected share of decisions in fresh worlds that the answer changes, 0 to 1.
+    """
+
+    seed: int
+    question: Question
+    change: float
+
+    @property
+    def sentence(self) -> str:
+        """Why this situation, for a person."""
+        where = f"World {self.seed} after {self.question.time_s:.1f} s: an answer here matters most."
+        return f"{where} {self.question.sentence}"
+
+
+def find_next_situation(
+    session: Session, *, seeds: Sequence[int], duration_s: float = DURATION_S
+) -> NextSituation | None:
+    """Find the situation in fresh worlds in which an answer would change most decisions.
+
+    The automaton, as learned so far, runs in one world for each seed. Of the most uncertain situations on its way, the
+    one is chosen whose possible answers, each as likely as the doubt says, change most of all decisions met.
+
+    Parameters
+    ----------
+    session
+        A session in live teaching or testing, in a simulated world. It does not change.
+    seeds
+        Seeds of worlds that the demonstrator has not seen.
+    duration_s
+        How long the automaton runs in each world, s.
+
+    Returns
+    -------
+    NextSituation or None
+        The situation. None if no decision was met, as where the lesson is empty.
+
+    Raises
+    ------
+    SessionError
+        If the session is in training, or its robot is not one of a simulated world.
+    """
+    if session.mode is Mode.TRAINING:
+        raise SessionError(
+            "in training nothing happens without you: switch to live teaching or testing first"
+        )
+    lesson = session.lesson
+    met = _run(session, lesson, seeds, duration_s)
+    transitions = learn(lesson)
+    doubts = UncertaintyModel(lesson, transitions)
+    doubtful = sorted(
+        ((doubts.estimate(each.state, each.values).amount, each) for each in _thin(met, MOST_DOUBTS)),
+        key=lambda found: -found[0],
+    )
+    judge = _AnswerJudge(lesson, transitions, _thin(met, MOST_DECISIONS))
+    best: tuple[float, _Met] | None = None
+    for doubt, each in doubtful[:MOST_TRIED]:
+        answers = judge.list_answers(doubts, each)[1:]
+        change = doubt * sum(judge.measure_change(each, answer) for answer in answers) / max(1, len(answers))
+        if best is None or change > best[0]:
+            best = change, each
+    if best is None:
+        return None
+    change, each = best
+    answers = judge.list_answers(doubts, each)
+    question = Question(
+        each.time_s, each.state, each.values, answers[0], doubts.estimate(each.state, each.values), answers
+    )
+    return NextSituation(each.seed, question, change)
+
+
+def go_to_situation(session: Session, situation: NextSituation) -> None:
+    """Begin the world of a situation, and run to it; nothing is learned on the way.
+
+    Parameters
+    ----------
+    session
+        The session in which the situation was found, with the same lesson.
+    situation
+        The situation.
+    """
+    watching, session.is_watching = session.is_watching, False
+    try:
+        session.reset(situation.seed)
+        while session.body.time_s < situation.question.time_s - session.body.tick_s / 2:
+            session.tick()
+    finally:
+        session.is_watching = watching
+
+
+@dataclass(frozen=True, slots=True)
+class _Met:
+    """A decision that was met in a fresh world."""
+
+    seed: int
+    time_s: float
+    state: str
+    values: tuple[float, ...]
+
+
+@dataclass(slots=True)
+class _Recorder:
+    """A transition function that notes the feature vectors for which it is asked, one for each agent in its state."""
+
+    learned: Transition
+    asked: list[NDArray[np.float64]] = field(default_factory=list)
+
+    def decide(self, values: Sequence[float]) -> int:
+        """Return the next state for a feature vector."""
+        return self.learned.decide(values)
+
+    def decide_all(self, values: NDArray[np.float64]) -> list[int]:
+        """Return the next state for each feature vector [n, F]."""
+        self.asked.append(values)
+        return [self.learned.decide(row) for row in values.tolist()]
+
+
+def _run(session: Session, lesson: Lesson, seeds: Sequence[int], duration_s: float) -> list[_Met]:
+    """Run the automaton in fresh worlds, and list the decisions that it met, in the order of time."""
+    if not isinstance(session.body, World):
+        raise SessionError("only a robot of a simulated world can be placed where a press teaches most")
+    world = World(session.body.scenario, seeds)
+    learned = learn_automaton(lesson)
+    recorders = {name: _Recorder(each) for name, each in learned.transitions.items()}
+    automaton = replace(learned, transitions=dict[str, Transition](recorders))
+    library = session.library.with_automaton(TrainedAutomaton(automaton))
+    taught = link(library, automaton.name, session.view().targets)
+    call = session.other_agents.behavior_call
+    other = IDLE_PROGRAM if call.behavior is None else link(session.library, call.behavior, call.targets)
+    robots = [taught if agent % world.robots == session.agent else other for agent in range(world.agents)]
+    engine = Engine(world, robots)
+    mine = np.arange(session.agent, world.agents, world.robots)
+    return list(_listed(engine, world, seeds, mine, recorders, round(duration_s / world.tick_s)))
+
+
+def _listed(
+    engine: Engine,
+    world: World,
+    seeds: Sequence[int],
+    mine: NDArray[np.int64],
+    recorders: Mapping[str, _Recorder],
+    ticks: int,
+) -> Iterator[_Met]:
+    every = max(1, round(EVERY_S / world.tick_s))
+    for tick in range(ticks):
+        now = float(world.time_s)
+        before = [engine.levels(agent)[0].state for agent in mine.tolist()] if tick % every == 0 else []
+        engine.tick()
+        for name, recorder in recorders.items():
+            if before and recorder.asked:
+                places = [place for place, state in enumerate(before) if state == name]
+                for place, values in zip(places, recorder.asked[0].tolist(), strict=True):
+                    yield _Met(seeds[place], now, name, tuple(values))
+            recorder.asked.clear()
+
+
+def _thin(met: Sequence[_Met], most: int) -> Sequence[_Met]:
+    """Return at most so many decisions, evenly over all."""
+    return met[:: max(1, -(-len(met) // most))]
+
+
+class _AnswerJudge:
+    """A judge of how many decisions an answer would change."""
+
+    def __init__(self, lesson: Lesson, transitions: Mapping[str, Transition], met: Sequence[_Met]) -> None:
+        self._lesson, self._transitions, self._met = lesson, transitions, met
+        self._decided = [self._decide(transitions, each) for each in met]
+
+    def _decide(self, transitions: Mapping[str, Transition], each: _Met) -> str:
+        function = transitions.get(each.state)
+        outcome = -1 if function is None else function.decide(each.values)
+        return each.state if outcome < 0 else self._lesson.automaton.state_names[outcome]
+
+    def list_answers(self, doubts: UncertaintyModel, each: _Met) -> tuple[str, ...]:
+        """List the decision that would be taken, and the likeliest others."""
+        names = self._lesson.automaton.state_names
+        shown = [names[index] for index in doubts.rank_answers(each.state, each.values)]
+        decided = self._decide(self._transitions, each)
+        return tuple(dict.fromkeys((decided, *shown, each.state, *names[1:])))[: 1 + MOST_ANSWERS]
+
+    def measure_change(self, each: _Met, answer: str) -> float:
+        """Return the share of the decisions met that would be others after an answer."""
+        number = 1 + max((example.number for example in self._lesson.examples), default=0)
+        kind = ExampleKind.CONFIRMATION if answer == each.state else ExampleKind.DIRECTIVE
+        example = Example(number, each.state, each.values, answer, kind)
+        after = learn(replace(self._lesson, examples=(*self._lesson.examples, example)))
+        changed = sum(
+            self._decide(after, other) != decided
+            for other, decided in zip(self._met, self._decided, strict=True)
+        )
+        return changed / max(1, len(self._met))
