@@ -12,7 +12,7 @@ from understudy.sim.forage import FORAGE_KIT, NAME
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
 from understudy_lab.forage.teach import make_practice, worlds_of
-from understudy_lab.tasks.forage_teacher import GOTO, HARVEST, WATCHED
+from understudy_lab.tasks.forage_teacher import GOTO, HARVEST, WATCHED, DrivesAway
 from understudy_lab.teachers.live_teacher import Expectations, LiveTeacher
 
 ROOM = "a small room"
@@ -36,8 +36,10 @@ def test_a_switch_is_shown_once_and_then_expected(screen: SessionView) -> None:
     assert expected.wish(screen) == "rotate_left"
     assert expected.wish(driving) == "rotate_left"  # 0.7 rad is too far off, and was not shown yet
     expected.note_press("forward", "rotate_left")
-    assert expected.wish(driving) is None  # it may do that a little later
-    assert expected.wish(replace(driving, features={**screen.features, "angle_to(A)": 1.2})) == "rotate_left"
+    assert expected.wish(driving) == "rotate_left"  # so far from A it should drive straight at it
+    driving = replace(driving, features={**screen.features, "distance_to(A)": 0.9})
+    assert expected.wish(driving) is None  # here it may do that a little later
+    assert expected.wish(replace(driving, features={**driving.features, "angle_to(A)": 1.2})) == "rotate_left"
 
 
 def test_a_robot_that_switches_back_and_forth_is_told_what_to_do(screen: SessionView) -> None:
@@ -51,6 +53,33 @@ def test_a_robot_that_switches_back_and_forth_is_told_what_to_do(screen: Session
     ]
     assert wishes[:5] == [None] * 5
     assert set(wishes[5:]) == {"load_food", "(keep)"}
+
+
+def test_what_goes_well_is_skipped_after_two_ways_without_a_press() -> None:
+    """Never while the first situations are shown; events are waited for so from the beginning."""
+    for plan, skips in ((GOTO, [False, False, False, True]), (HARVEST, [True, True, True, True])):
+        expected, found = Expectations(plan), []
+        for passed in (None, 0, 1, 2):
+            expected.begin_situation(passed)
+            found.append(expected.skips)
+        assert found == skips
+
+
+def test_driving_away_is_noticed_once_each_time(screen: SessionView) -> None:
+    drives_away = DrivesAway()
+    noticed = [
+        drives_away(replace(screen, state=state, features={"distance_to(A)": distance, "angle_to(A)": 0.0}))
+        for state, distance in (
+            ("forward", 1.0),
+            ("forward", 0.5),
+            ("forward", 0.58),
+            ("rotate_left", 0.7),
+            ("forward", 0.7),
+            ("forward", 0.75),
+            ("forward", 0.85),
+        )
+    ]
+    assert noticed == [False, False, False, False, True, False, True]
 
 
 def test_goto_is_taught_with_few_presses() -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from understudy.learning.fit import learn, learn_automaton
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
+from understudy.model.tree import PathStep
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.sim.world import World
@@ -153,11 +155,15 @@ class _Recorder:
     learned: Transition
     asked: list[NDArray[np.float64]] = field(default_factory=list)
 
-    def decide(self, values: Sequence[float]) -> int:
+    def decide(self, values: Sequence[float], /) -> int:
         """Return the next state for a feature vector."""
         return self.learned.decide(values)
 
-    def decide_all(self, values: NDArray[np.float64]) -> list[int]:
+    def path(self, values: Sequence[float], /) -> tuple[tuple[PathStep, ...], int]:
+        """Return the tests passed for a feature vector, and the index of the leaf."""
+        return self.learned.path(values)
+
+    def decide_all(self, values: NDArray[np.float64], /) -> list[int]:
         """Return the next state for each feature vector [n, F]."""
         self.asked.append(values)
         return [self.learned.decide(row) for row in values.tolist()]
@@ -170,7 +176,7 @@ def _run(session: Session, lesson: Lesson, seeds: Sequence[int], duration_s: flo
     world = World(session.body.scenario, seeds)
     learned = learn_automaton(lesson)
     recorders = {name: _Recorder(each) for name, each in learned.transitions.items()}
-    automaton = replace(learned, transitions=dict[str, Transition](recorders))
+    automaton = replace(learned, transitions=MappingProxyType(recorders))
     library = session.library.with_automaton(TrainedAutomaton(automaton))
     taught = link(library, automaton.name, session.view().targets)
     call = session.other_agents.behavior_call

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import isnan, pi, tau
+from math import inf, isnan, pi, tau
 from types import MappingProxyType
 
 from understudy.model.kinds import NO, YES
@@ -37,6 +37,7 @@ WRONG_WAY, LONG_WAY = (
     1.0,
     2.6,
 )  # rad: A is behind a turn in the wrong direction from here on, and nearly ahead of it
+AWAY_M = 0.1  # so much farther from A than before, it drives away
 FAR_M = 1.0  # where it should drive straight at it
 
 
@@ -123,6 +124,20 @@ def settle_goto(screen: SessionView) -> str | None:
     return _toward(bearing) if abs(bearing) > ASTRAY else "forward"
 
 
+class DrivesAway:
+    """A property: the robot drives, and is farther from A than it was before. It holds once for each time."""
+
+    def __init__(self) -> None:
+        self._least_m = inf
+
+    def __call__(self, screen: SessionView) -> bool:
+        """Return whether the robot has begun to drive away from A."""
+        distance = screen.features["distance_to(A)"]
+        away = screen.state == "forward" and distance > self._least_m + AWAY_M
+        self._least_m = distance if away else min(self._least_m, distance)
+        return away
+
+
 def _beside(side: int, nearest: float, farthest: float) -> Seen:
     """Return a predicate: A is to the left (1) or right (-1), at a distance between `nearest` and `farthest` (m)."""
 
@@ -177,6 +192,8 @@ GOTO = LessonPlan(
     settle=settle_goto,
     accepts=accept_goto,
     fidgets=16,
+    skips_after=2,
+    make_alarm=DrivesAway,
 )
 
 
@@ -238,7 +255,7 @@ HARVEST = LessonPlan(
     tries=4,
     limit_s=120.0,
     settle=settle_harvest,
-    skips=True,
+    skips_after=0,
 )
 
 
@@ -286,7 +303,7 @@ DEPOSIT = LessonPlan(
     tries=3,
     limit_s=120.0,
     settle=settle_deposit,
-    skips=True,
+    skips_after=0,
 )
 
 
@@ -321,7 +338,7 @@ FORAGE = LessonPlan(
     cases=(Situation("food for two ways"),),
     tries=1,
     limit_s=400.0,
-    skips=True,
+    skips_after=0,
 )
 
 TOPICS = (GOTO, HARVEST, DEPOSIT, FORAGE)

@@ -42,6 +42,9 @@ class Expectations:
 
     def __init__(self, topic: LessonPlan) -> None:
         self._topic = topic
+        self._alarm = topic.make_alarm()
+        self.skips = False
+        """Whether the demonstrator skips what goes well."""
         self._shown: set[tuple[str, str]] = set()
         self._state, self._switched = "", deque[float]([], maxlen=topic.fidgets)
 
@@ -62,14 +65,16 @@ class Expectations:
             return wanted
         return (self._topic.complain_live or self._topic.complain)(screen)
 
-    @property
-    def skips(self) -> bool:
-        """Whether the demonstrator skips what goes well."""
-        return self._topic.skips
+    def begin_situation(self, passed: int | None) -> None:
+        """Begin a situation, after so many in a row without a press; None: a demonstration."""
+        after = self._topic.skips_after
+        self.skips = after == 0 or (after is not None and passed is not None and passed >= after)
+        self._alarm = self._topic.make_alarm()
 
     def is_over(self, session: Session) -> bool:
-        """Return whether nothing more is to be seen in this world."""
-        return self._topic.finished(session.view())
+        """Return whether nothing more is to be seen in this world, or something goes wrong."""
+        screen = session.view()
+        return self._alarm(screen) or self._topic.finished(screen)
 
     def find_right_state(self, screen: SessionView, proposed: str) -> str:
         """Return the state that the robot should be in next: what it proposes, if that will do."""
@@ -151,9 +156,11 @@ class LiveTeacher(ScriptedTeacher):
         self.accounts[topic.name].lessons += 1
         self._expected[topic.name] = Expectations(topic)
         passed = failed = 0
+        shown = len(topic.cases[: topic.shown])
         for number, case in enumerate(self._list_situations(topic)):
-            if passed >= topic.tries and number >= len(topic.cases[: topic.shown]):
+            if passed >= topic.tries and number >= shown:
                 return True
+            self._expected[topic.name].begin_situation(passed if number >= shown else None)
             session = self._session(topic, lesson, case)
             verdict, well = self._see(topic, session, case)
             if case.again:

@@ -84,8 +84,9 @@ class LessonPlan:
 
     The first `shown` of the cases are demonstrated before the first try (None: all). Tries use the practices of all
     cases. In live teaching, `complain_live` and `settle` say what to direct a robot to that errs, or that switches back
-    and forth; `accepts` says whether a state that it asks about will do. Where it `skips`, the demonstrator skips to
-    where they are needed.
+    and forth; `accepts` says whether a state that it asks about will do. After `skips_after` situations in a row
+    without a press (None: never), the demonstrator skips to where they are needed: where the robot asks, or a property
+    that `make_alarm` makes for each situation says that it goes wrong.
     """
 
     name: str
@@ -102,7 +103,8 @@ class LessonPlan:
     settle: Wish | None = None
     fidgets: int = 6
     accepts: Accepts = lambda screen, state: False
-    skips: bool = False
+    skips_after: int | None = None
+    make_alarm: Callable[[], Seen] = lambda: lambda screen: False
 
 
 @dataclass(slots=True)
