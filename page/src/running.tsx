@@ -20,9 +20,10 @@ export function Running({ studio }: { studio: Studio }) {
         class="pause"
         disabled={off}
         aria-label={paused ? "Resume" : "Pause"}
+        title={paused ? "Resume" : "Pause"}
         onClick={() => void studio.ask({ do: "pause", paused: !paused })}
       >
-        {paused ? "▶ Resume" : "❚❚ Pause"} <kbd>␣</kbd>
+        {paused ? "▶" : "❚❚"} <kbd>␣</kbd>
       </button>
       <button
         type="button"
