@@ -61,7 +61,7 @@ class Expectations:
         if fidgets and screen.flag is None and self._topic.settle is not None:
             return KEEP if (wanted := self._topic.settle(screen)) == screen.state else wanted
         wanted = self._topic.show(screen)
-        if wanted is not None and (screen.state, wanted) not in self._shown:
+        if wanted not in (None, KEEP) and (screen.state, wanted) not in self._shown:
             return wanted
         return (self._topic.complain_live or self._topic.complain)(screen)
 
@@ -78,7 +78,10 @@ class Expectations:
 
     def find_right_state(self, screen: SessionView, proposed: str) -> str:
         """Return the state that the robot should be in next: what it proposes, if that will do."""
-        return proposed if self._topic.accepts(screen, proposed) else self._topic.show(screen) or screen.state
+        if self._topic.accepts(screen, proposed):
+            return proposed
+        wanted = self._topic.show(screen)
+        return screen.state if wanted is None or wanted == KEEP else wanted
 
     def note_press(self, state: str, wanted: str) -> None:
         """Note that a switch has been shown."""
