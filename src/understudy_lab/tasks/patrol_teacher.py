@@ -7,6 +7,7 @@ teammates that are already home.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import isnan
 
 from understudy.model.kinds import YES
@@ -50,10 +51,25 @@ def show_servo(screen: SessionView) -> str | None:
 
 def complain_servo(screen: SessionView) -> str | None:
     """Return the state to correct Servo(A) to, or None; with wide margins, and where it fails too early."""
+    return _complain_servo(screen, turning=90.0, driving=22.0)
+
+
+def complain_live_servo(screen: SessionView) -> str | None:
+    """Return the state to direct Servo(A) to in live teaching, or None: where it is about to lose A."""
+    return _complain_servo(screen, turning=110.0, driving=45.0)
+
+
+def _complain_servo(screen: SessionView, *, turning: float, driving: float) -> str | None:
     if screen.state != "failed":
-        return _servo(screen, turning=90.0, driving=22.0)
+        return _servo(screen, turning=turning, driving=driving)
     x, too_early = blob_x(screen), screen.time_s < AROUND_S - 1.0
     return _side(x) if not isnan(x) else "left" if too_early else None
+
+
+def accept_servo(screen: SessionView, proposed: str) -> bool:
+    """Return whether Servo(A) may go to a state: to drive, unless A is at the edge of the other side."""
+    drives = proposed in ("forward_left", "forward_right") and not isnan(blob_x(screen))
+    return drives and complain_servo(replace(screen, state=proposed)) is None
 
 
 def _side(x: float) -> str:
@@ -135,6 +151,8 @@ SERVO = LessonPlan(
     ),
     tries=10,
     limit_s=60.0,
+    complain_live=complain_live_servo,
+    accepts=accept_servo,
 )
 
 
@@ -214,12 +232,21 @@ def show_scatter(screen: SessionView) -> str | None:
 
 def complain_scatter(screen: SessionView) -> str | None:
     """Return the state to correct Scatter(A) to, or None: where it turns past A or lets A leave the frame."""
-    return _scatter(screen, slack_px=20.0)
+    return _scatter(screen, slack_px=20.0, edge_px=5.0)
 
 
-def _scatter(screen: SessionView, *, slack_px: float) -> str | None:
+def complain_live_scatter(screen: SessionView) -> str | None:
+    """Return the state to direct Scatter(A) to in live teaching, or None: where it nearly loses A again."""
+    return _scatter(screen, slack_px=90.0, edge_px=5.0)
+
+
+def accept_scatter(screen: SessionView, proposed: str) -> bool:
+    """Return whether Scatter(A) may go to a state: to back away from an A that is visible anywhere in the frame."""
+    return proposed == "back" and not isnan(blob_x(screen))
+
+
+def _scatter(screen: SessionView, *, slack_px: float, edge_px: float = 25.0) -> str | None:
     x, state = blob_x(screen), screen.state
-    edge = 25.0 - slack_px
     if isnan(x):
         return None if state in ("left", "right") else "left"
     if state == "start":
@@ -228,7 +255,7 @@ def _scatter(screen: SessionView, *, slack_px: float) -> str | None:
         return "back" if x > EMERGED_PX + slack_px else None
     if state == "right":
         return "back" if x < WIDTH_PX - EMERGED_PX - slack_px else None
-    aside = not edge <= x <= WIDTH_PX - edge
+    aside = not edge_px <= x <= WIDTH_PX - edge_px
     return ("left" if x < MIDDLE_PX else "right") if aside else None
 
 
@@ -265,6 +292,8 @@ SCATTER = LessonPlan(
     tries=4,
     limit_s=60.0,
     patience_s=60.0,
+    complain_live=complain_live_scatter,
+    accepts=accept_scatter,
 )
 
 

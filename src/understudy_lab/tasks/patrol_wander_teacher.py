@@ -49,6 +49,12 @@ def complain_disperse(screen: SessionView) -> str | None:
     return show_disperse(screen) if min(left, right) < BUMP_M else None
 
 
+def accept_disperse(screen: SessionView, proposed: str) -> bool:
+    """Return whether Disperse may go to a state: to drive from the start, or where nothing is near."""
+    left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
+    return proposed == "forwards" and (screen.state == "start" or min(left, right) > NEAR_M)
+
+
 DISPERSE = LessonPlan(
     "disperse",
     lambda library: new_lesson(
@@ -69,6 +75,7 @@ DISPERSE = LessonPlan(
     tries=6,
     limit_s=60.0,
     patience_s=60.0,
+    accepts=accept_disperse,
 )
 
 

@@ -63,7 +63,7 @@ class Expectations:
         wanted = self._topic.show(screen)
         if wanted not in (None, KEEP) and (screen.state, wanted) not in self._shown:
             return wanted
-        return (self._topic.complain_live or self._topic.complain)(screen)
+        return self._find_overdue(screen)
 
     def begin_situation(self, passed: int | None) -> None:
         """Begin a situation, after so many in a row without a press; None: a demonstration."""
@@ -77,11 +77,21 @@ class Expectations:
         return self._alarm(screen) or self._topic.finished(screen)
 
     def find_right_state(self, screen: SessionView, proposed: str) -> str:
-        """Return the state that the robot should be in next: what it proposes, if that will do."""
-        if self._topic.accepts(screen, proposed):
-            return proposed
+        """Return the state that the robot should be in next: what it proposes, if that will do.
+
+        To stay will do until a switch that was shown is overdue.
+        """
         wanted = self._topic.show(screen)
-        return screen.state if wanted is None or wanted == KEEP else wanted
+        if wanted is None or wanted == KEEP:
+            wanted = screen.state
+        stays = proposed == screen.state and (screen.state, wanted) in self._shown
+        if (stays and self._find_overdue(screen) is None) or self._topic.accepts(screen, proposed):
+            return proposed
+        return wanted
+
+    def _find_overdue(self, screen: SessionView) -> str | None:
+        """Return the state to which a switch is overdue, or None."""
+        return (self._topic.complain_live or self._topic.complain)(screen)
 
     def note_press(self, state: str, wanted: str) -> None:
         """Note that a switch has been shown."""
