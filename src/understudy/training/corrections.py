@@ -59,11 +59,13 @@ class LastSwitch:
         directed: Set[tuple[str, str]],
         late_s: float,
         paused: bool,
+        raised: bool,
     ) -> OwnSwitch | None:
         """Return the last switch if a press at this time judges it: by taking it back, or since it comes so soon.
 
         `directed` has the switches, from and to, that were demonstrated. A switch that was demonstrated from the
-        present state is meant from there, unless the press comes so soon that it must judge the last switch.
+        present state is meant from there, unless the press comes so soon that it must judge the last switch. So is one
+        back from where the behavior has `raised` a flag, if the last switch was demonstrated.
         """
         switch = self.switch
         if switch is None or state is None or state == switch.next:  # it confirms where the robot is now
@@ -71,6 +73,7 @@ class LastSwitch:
         passed_s = now - switch.seconds
         is_from_here = (switch.next, state) in directed
         if state == switch.state:
+            is_from_here |= raised and (switch.state, switch.next) in directed
             return switch if passed_s <= (late_s if is_from_here else SOON_S) else None
         is_from_here = is_from_here and (switch.state, state) not in directed
         return switch if passed_s <= late_s and not paused and not is_from_here else None

@@ -155,22 +155,25 @@ class LessonLog:
             self._watched.add_tick(WatchedTick(moment, example))
 
     def find_answered_switch(
-        self, now: float, state: str | None, mode: Mode, *, paused: bool
+        self, now: float, state: str | None, trainee: Trainee, *, paused: bool
     ) -> OwnSwitch | None:
         """Return the recent switch of the learned automaton that a press at this time judges; None if there is none.
 
         There is one in live teaching only: the last switch, if the press takes it back within 2 s, or comes so soon
         that the demonstrator began to press before it.
         """
-        if mode is not Mode.LIVE:
+        if trainee.mode is not Mode.LIVE:
             return None
+        raised = trainee.taught.active.flag is not None
         late_s = measure_deciding_time(self.lesson.options.reaction_s)
         directed = {
             (example.state, example.next)
             for example in self.lesson.examples
             if example.kind is ExampleKind.DIRECTIVE and not example.quarantined
         }
-        found = self.last_switch.find_answered(now, state, directed=directed, late_s=late_s, paused=paused)
+        found = self.last_switch.find_answered(
+            now, state, directed=directed, late_s=late_s, paused=paused, raised=raised
+        )
         lasting = {state.name for state in self.lesson.automaton.states if state.flag is None}
         return found if found is not None and found.state in lasting else None
 

@@ -281,7 +281,7 @@ class Session(EditableSession):
             self.drive(None)
         waiting = self.trainee.press
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
-        answers = self._log.find_answered_switch(self._clock(), state, self.mode, paused=self.paused)
+        answers = self._log.find_answered_switch(self._clock(), state, self.trainee, paused=self.paused)
         press = Press(self._log.presses + 1, state, correction, self.paused, answers or UNSET)
         self._keep_snapshot()
         self._log.presses = self._log.journal.press(press)

@@ -90,6 +90,7 @@ DEFER = LessonPlan(
     tries=2,
     limit_s=200.0,
     patience_s=1000.0,
+    skips_after=0,
 )
 
 SQUAD_TOPICS = (COLLECTIVE_PATROL, DEFER)
@@ -148,6 +149,7 @@ HUNT = LessonPlan(
     tries=3,
     limit_s=240.0,
     patience_s=1000.0,
+    skips_after=0,
 )
 
 
@@ -183,6 +185,7 @@ COME = LessonPlan(
     tries=1,
     limit_s=240.0,
     patience_s=1000.0,
+    skips_after=0,
 )
 
 
@@ -218,6 +221,7 @@ GATHER = LessonPlan(
     tries=2,
     limit_s=240.0,
     patience_s=1000.0,
+    skips_after=0,
 )
 
 
@@ -252,6 +256,7 @@ GUARD = LessonPlan(
     tries=2,
     limit_s=240.0,
     patience_s=1000.0,
+    skips_after=0,
 )
 
 PATROL_TOPICS = (HUNT, COME, GATHER)

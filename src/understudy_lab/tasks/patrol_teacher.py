@@ -33,7 +33,7 @@ ALMOST_PX = 5000.0  # nearly so, and no reason yet
 FAR_PX = 5200.0  # an intruder out of reach: too early to say done
 TOO_CLOSE_PX = 7200.0
 SEARCH_S = 60.0  # whoever has searched for so long has been seen enough of
-BEHIND_M, ROOM_M = 0.45, 0.9
+BEHIND_M, CLOSE_BEHIND_M, ROOM_M = 0.45, 0.35, 0.9
 
 
 # Servo(A): turn until A is seen, drive to it, remember on which side it was; failed where there is none.
@@ -313,6 +313,14 @@ def complain_run_away(screen: SessionView) -> str | None:
     return _run_away(screen, edge_px=12.0, behind=0.25, room=1.6)
 
 
+def complain_live_run_away(screen: SessionView) -> str | None:
+    """Return the state to direct RunAway to in live teaching, or None: as in a test, but farther from what is behind.
+
+    It is confirmed that a robot which does not face the boss yet goes on turning, however close something is.
+    """
+    return _run_away(screen, edge_px=12.0, behind=CLOSE_BEHIND_M, room=1.6)
+
+
 def _run_away(screen: SessionView, *, edge_px: float, behind: float, room: float) -> str | None:
     x, rear = screen.features["blob_x(boss)"], screen.features["sonar_rear"]
     facing = edge_px <= x <= WIDTH_PX - edge_px
@@ -353,6 +361,7 @@ RUN_AWAY = LessonPlan(
     tries=4,
     limit_s=60.0,
     patience_s=60.0,
+    complain_live=complain_live_run_away,
 )
 
 
@@ -387,6 +396,7 @@ PATROL = LessonPlan(
     tries=2,
     limit_s=200.0,
     patience_s=100.0,
+    skips_after=0,
 )
 
 TOPICS = (DISPERSE, LOOK_LEFT, LOOK_RIGHT, WITHDRAW, SERVO, ATTACK, SCATTER, RUN_AWAY, PATROL)

@@ -16,6 +16,7 @@ from understudy_lab.teachers.teacher import LessonPlan, Situation
 NEAR_M, CLEAR_M = 0.6, 0.9
 BUMP_M = 0.3  # this close to something, it should long have turned
 WIDE_M = 1.25  # so much room, and it still turns
+WIDER_M = 1.8  # so much that there is no doubt
 AROUND_S = 6.8  # a bit more than once around
 AWAY_S = 6.0
 
@@ -41,11 +42,20 @@ def show_disperse(screen: SessionView) -> str | None:
 
 def complain_disperse(screen: SessionView) -> str | None:
     """Return the state to correct Disperse to, or None: before a collision, or where it turns on with enough room."""
+    return _complain_disperse(screen, wide_m=WIDE_M)
+
+
+def complain_live_disperse(screen: SessionView) -> str | None:
+    """Return the state to direct Disperse to in live teaching, or None: as in a test, but where it turns for longer."""
+    return _complain_disperse(screen, wide_m=WIDER_M)
+
+
+def _complain_disperse(screen: SessionView, *, wide_m: float) -> str | None:
     left, right = screen.features["sonar_front_left"], screen.features["sonar_front_right"]
     if screen.state == "start":
         return show_disperse(screen)
     if screen.state in ("left", "right"):
-        return "forwards" if min(left, right) > WIDE_M else None
+        return "forwards" if min(left, right) > wide_m else None
     return show_disperse(screen) if min(left, right) < BUMP_M else None
 
 
@@ -75,6 +85,7 @@ DISPERSE = LessonPlan(
     tries=6,
     limit_s=60.0,
     patience_s=60.0,
+    complain_live=complain_live_disperse,
     accepts=accept_disperse,
 )
 

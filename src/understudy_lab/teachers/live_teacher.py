@@ -90,8 +90,9 @@ class Expectations:
         return wanted
 
     def _find_overdue(self, screen: SessionView) -> str | None:
-        """Return the state to which a switch is overdue, or None."""
-        return (self._topic.complain_live or self._topic.complain)(screen)
+        """Return the state to which a switch is overdue, KEEP once where the robot might wrongly switch, or None."""
+        wanted = (self._topic.complain_live or self._topic.complain)(screen)
+        return None if wanted == KEEP and (screen.state, KEEP) in self._shown else wanted
 
     def note_press(self, state: str, wanted: str) -> None:
         """Note that a switch has been shown."""
