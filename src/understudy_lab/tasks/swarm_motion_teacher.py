@@ -14,6 +14,7 @@ SELDOM, OFTEN = 0.06, 0.3
 """Thresholds on the chance drawn each second: below the first it starts to turn, above the second it drives on."""
 THERE_M, NOT_THERE_M, PAST_M = 0.4, 0.6, 0.25
 ASTRAY, FACING = 0.65, 0.4  # it turns on while the hand moves
+ASIDE = 1.5  # so far off that it plainly drives past, rad
 
 
 def yes(screen: SessionView, feature: str) -> bool:
@@ -94,6 +95,15 @@ def show_approach(screen: SessionView) -> str | None:
 
 def complain_approach(screen: SessionView) -> str | None:
     """Return the state to correct Approach(A) to, or None: driving or turning past A, or raising a flag wrongly."""
+    return _complain_approach(screen, astray=1.5 * ASTRAY)
+
+
+def complain_live_approach(screen: SessionView) -> str | None:
+    """Return the state to direct Approach(A) to in live teaching, or None: as in a test, but where A is more aside."""
+    return _complain_approach(screen, astray=ASIDE)
+
+
+def _complain_approach(screen: SessionView, *, astray: float) -> str | None:
     distance = screen.features["distance_to(A)"]
     if screen.flag == "done":
         return "forward" if distance > NOT_THERE_M else None
@@ -103,7 +113,7 @@ def complain_approach(screen: SessionView) -> str | None:
         return "failed"
     if distance < PAST_M:
         return "done"
-    return _turned(screen.state, _off(screen, "A"), astray=1.5 * ASTRAY, facing=-ASTRAY)
+    return _turned(screen.state, _off(screen, "A"), astray=astray, facing=-ASTRAY)
 
 
 def _beside(side: int) -> Seen:
@@ -145,6 +155,7 @@ APPROACH = LessonPlan(
     ),
     tries=10,
     limit_s=60.0,
+    complain_live=complain_live_approach,
 )
 
 
@@ -180,6 +191,7 @@ STEER = LessonPlan(
     ),
     tries=4,
     limit_s=40.0,
+    complain_live=_steer(-ASTRAY, ASIDE + 0.2),
 )
 
 

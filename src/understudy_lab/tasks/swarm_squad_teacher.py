@@ -8,8 +8,9 @@ from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after
 from understudy_lab.teachers.teacher import LessonPlan, Situation
 
-QUIET_S, SLACK_S = 3.0, 3.0
-"""The time in s until an unheard call ends the joint work, and the extra time before the teacher corrects."""
+QUIET_S, SLACK_S, HESITATES_S = 3.0, 3.0, 1.5
+"""The time in s until an unheard call ends the joint work, the extra time before the teacher corrects, and, taught
+live, the time in which members that work again may join again by themselves."""
 
 
 def _joint(
@@ -35,6 +36,10 @@ def _joint(
 
         return wished
 
+    def wish_live(screen: SessionView) -> str | None:
+        hesitates = screen.state == "work" and screen.features["time_in_state"] < HESITATES_S
+        return None if hesitates else wish(SLACK_S)(screen)
+
     return LessonPlan(
         name,
         lambda library: new_lesson(
@@ -54,6 +59,7 @@ def _joint(
         tries=2,
         limit_s=300.0,
         patience_s=130.0,
+        complain_live=wish_live,
     )
 
 
