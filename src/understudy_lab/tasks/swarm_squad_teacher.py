@@ -37,8 +37,13 @@ def _joint(
         return wished
 
     def wish_live(screen: SessionView) -> str | None:
-        hesitates = screen.state == "work" and screen.features["time_in_state"] < HESITATES_S
-        return None if hesitates else wish(SLACK_S)(screen)
+        if screen.state != "work":
+            return wish(SLACK_S)(screen)
+        return wish(0.0)(screen) if screen.features["time_in_state"] > HESITATES_S else None
+
+    def accept(screen: SessionView, proposed: str) -> bool:
+        gives_up = screen.state == "join" and screen.features["time_in_state"] > 0.7 * most_s
+        return gives_up and proposed == "work"
 
     return LessonPlan(
         name,
@@ -60,6 +65,7 @@ def _joint(
         limit_s=300.0,
         patience_s=130.0,
         complain_live=wish_live,
+        accepts=accept,
     )
 
 
