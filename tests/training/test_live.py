@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import Scripted
-from tests.training.lessons import ROBOT, play, rows, session, ticks
+from tests.training.lessons import ROBOT, WITH_GO, play, rows, session, ticks
 
 from understudy.model.lesson import LearnerOptions
 from understudy.training.lesson_design import new_lesson
@@ -125,6 +125,29 @@ def test_another_state_that_was_shown_from_here_only_is_meant_from_here() -> Non
         assert taught.view().state == "left"
         play(taught, "right", 1)
         assert rows(taught)[2 * len([step for step in shown if isinstance(step, str)])][0] == judged
+
+
+@pytest.mark.parametrize(
+    ("shown", "waited", "judged"),
+    [
+        (("forward", 6, "go", 1), 10, "go"),  # go is done there, and was directed: what it did was right
+        (("forward", 6, "go", 1), 1, "forward"),  # too soon to be about that
+        (("forward", 3, "go", 1), 1, "forward"),  # go is not done yet
+        (("forward", 3, "go", 1), 10, "go"),
+    ],
+)
+def test_a_press_back_from_where_a_flag_was_raised_is_meant_from_there(
+    shown: tuple[str | int, ...], waited: int, judged: str
+) -> None:
+    taught = session(states=["forward", "go"], features=["range_of(ball)", "done"], library=WITH_GO)
+    taught.teach()
+    play(taught, *shown)
+    taught.reset(1)
+    while taught.view().state != "go":
+        taught.tick()
+    assert len(rows(taught)) == 4
+    play(taught, waited, "forward", 1)
+    assert rows(taught)[4][0] == judged
 
 
 def test_soon_depends_on_the_reaction_time() -> None:

@@ -30,7 +30,7 @@ from understudy.training.journal import (
 )
 from understudy.training.journal_replay import HistoryStep, ReplayedSession, diff_lessons
 from understudy.training.sample_buffer import Sample, compact_reading_log
-from understudy.training.trainee import FlagEntry, Mode, OwnSwitch, Press, TickResult
+from understudy.training.trainee import FlagEntry, Mode, OwnSwitch, Press, TickResult, Trainee
 from understudy.training.watched_examples import (
     WatchedBatch,
     WatchedBuffer,
