@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import nan
 
 import pytest
 
@@ -13,7 +14,10 @@ from understudy.training.session import Session
 from understudy.training.trainee import SessionView
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.tasks.forage_teacher import GOTO, HARVEST, WATCHED, DrivesAway
+from understudy_lab.tasks.patrol_teacher import RUN_AWAY
+from understudy_lab.tasks.patrol_wander_teacher import DISPERSE
 from understudy_lab.teachers.live_teacher import Expectations, LiveTeacher
+from understudy_lab.teachers.person import KEEP
 
 ROOM = "a small room"
 
@@ -40,6 +44,30 @@ def test_a_switch_is_shown_once_and_then_expected(screen: SessionView) -> None:
     driving = replace(driving, features={**screen.features, "distance_to(A)": 0.9})
     assert expected.wish(driving) is None  # here it may do that a little later
     assert expected.wish(replace(driving, features={**driving.features, "angle_to(A)": 1.2})) == "rotate_left"
+
+
+def test_to_stay_will_do_until_a_switch_that_was_shown_is_overdue(screen: SessionView) -> None:
+    """At 0.5 m to something on the left, Disperse would be shown to turn right; at 0.2 m that is overdue."""
+    expected = Expectations(DISPERSE)
+    close, closer = (
+        replace(screen, state="forwards", features={"sonar_front_left": left, "sonar_front_right": 2.0})
+        for left in (0.5, 0.2)
+    )
+    assert expected.find_right_state(close, "forwards") == "right"
+    expected.note_press("forwards", "right")
+    assert expected.find_right_state(close, "forwards") == "forwards"
+    assert expected.find_right_state(close, "left") == "right"
+    assert expected.find_right_state(closer, "forwards") == "right"
+
+
+def test_that_a_robot_should_stay_is_confirmed_once(screen: SessionView) -> None:
+    """A robot that turns to its boss is not to stop at the wall behind it."""
+    expected = Expectations(RUN_AWAY)
+    turning = replace(screen, state="scatter", features={"blob_x(boss)": nan, "sonar_rear": 0.3})
+    assert expected.wish(turning) == KEEP
+    assert expected.find_right_state(turning, "stop") == "scatter"
+    expected.note_press("scatter", KEEP)
+    assert expected.wish(turning) is None
 
 
 def test_a_robot_that_switches_back_and_forth_is_told_what_to_do(screen: SessionView) -> None:

@@ -10,10 +10,11 @@ import numpy as np
 from understudy.analysis.evaluation import measure_outcomes
 from understudy.sim.forage import Forage
 from understudy_lab.figures import dots, panels
-from understudy_lab.forage.teach import LIVE, METHODS, WORLDS, summary, teach_and_judge, worlds_of
+from understudy_lab.forage.teach import METHODS, WORLDS, summary, teach_and_judge, worlds_of
 from understudy_lab.statistics import format_median, spread
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 from understudy_lab.tasks.forage_expert import ExpertForager, lower_bound
+from understudy_lab.teachers.live_teacher import LIVE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

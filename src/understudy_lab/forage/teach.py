@@ -14,15 +14,13 @@ from understudy.runtime.program import link
 from understudy.sim.forage import FORAGE_KIT, NAME, Forage, make_corner_cases, make_practice_worlds
 from understudy.sim.view import RunFrame
 from understudy_lab.tasks.forage_teacher import PLAIN, TOPICS, WATCHED
-from understudy_lab.teachers.live_teacher import LiveTeacher
+from understudy_lab.teachers.live_teacher import LIVE, choose_teacher
 from understudy_lab.teachers.teacher import Progress as TeachingProgress
-from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult, ignore_progress
+from understudy_lab.teachers.teacher import TeachingResult, ignore_progress
 
 WORLDS = 100
 CORNER_WORLDS = 20
 
-LIVE = "live"
-"""The method in which the robot acts from the first press on, and learns at every press."""
 METHODS: Mapping[str, Mapping[str, LearnerOptions]] = {LIVE: WATCHED, "watched": WATCHED, "plain": PLAIN}
 """The options of each method: live teaching and the paper's training, both with watched examples and a reaction time
 for GoTo, and the paper's training without them."""
@@ -55,7 +53,7 @@ def teach(
     seed: int, *, method: str = "watched", progress: TeachingProgress = ignore_progress
 ) -> TeachingResult:
     """Teach GoTo, Harvest, Deposit and Forage with one of `METHODS`; the same seed gives the same library."""
-    teacher = LiveTeacher if method == LIVE else ScriptedTeacher
+    teacher = choose_teacher(method)
     return teacher(
         Library(FORAGE_KIT), make_practice, seed, options=METHODS[method], progress=progress
     ).teach(*TOPICS)

@@ -11,7 +11,8 @@ from understudy.sim.kit import make_scenario_kit
 from understudy.training.lesson_design import new_lesson
 from understudy_lab.patrol.practice import robots_world, scenario, squads_library, troops
 from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher, patrol_wander_teacher
-from understudy_lab.teachers.teacher import LessonPlan, Progress, ScriptedTeacher, Situation, TeachingResult
+from understudy_lab.teachers.live_teacher import choose_teacher
+from understudy_lab.teachers.teacher import LessonPlan, Progress, Situation, TeachingResult
 
 
 class PatrolTeaching(NamedTuple):
@@ -26,13 +27,15 @@ def teach(
     topics: Sequence[LessonPlan] = patrol_teacher.TOPICS,
     squads: Sequence[LessonPlan] = patrol_squad_teacher.SQUAD_TOPICS,
     *,
+    method: str = "watched",
     progress: Progress = lambda name, what, account: None,
 ) -> PatrolTeaching:
-    """Teach robots and coordinator from empty libraries; the same seed gives the same lessons."""
+    """Teach robots and coordinator from empty libraries, live or as in the paper; a seed gives the same lessons."""
+    make_teacher = choose_teacher(method)
     kit = make_scenario_kit(scenario())
-    robots = ScriptedTeacher(Library(kit), robots_world, seed, options={}, progress=progress).teach(*topics)
+    robots = make_teacher(Library(kit), robots_world, seed, options={}, progress=progress).teach(*topics)
     library = robots.library
-    teacher = ScriptedTeacher(squads_library(library), troops(library), seed, options={}, progress=progress)
+    teacher = make_teacher(squads_library(library), troops(library), seed, options={}, progress=progress)
     return PatrolTeaching(robots, teacher.teach(*squads))
 
 

@@ -19,7 +19,8 @@ from understudy.sim.team.libraries import Libraries, collect_libraries, make_coo
 from understudy.sim.world import World
 from understudy_lab.tasks import swarm_squad_teacher, swarm_teacher
 from understudy_lab.tasks.swarm_world import PLATOON, ROBOT, SQUAD, SWARM, of_platoons, scenario
-from understudy_lab.teachers.teacher import Progress, ScriptedTeacher, TeachingResult
+from understudy_lab.teachers.live_teacher import choose_teacher
+from understudy_lab.teachers.teacher import Progress, TeachingResult
 
 ROOM_M = 12.0
 ENOUGH = ("enough", None)
@@ -224,17 +225,18 @@ class SwarmTeaching(NamedTuple):
         return (self.robots, *self.squads.values())
 
 
-def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> SwarmTeaching:
-    """Teach robots and coordinators from empty libraries; the same seed gives the same lessons."""
+def teach(
+    seed: int, *, method: str = "watched", progress: Progress = lambda name, what, account: None
+) -> SwarmTeaching:
+    """Teach robots and coordinators from empty libraries, live or as in the paper; a seed gives the same lessons."""
+    make_teacher = choose_teacher(method)
     library = Library(make_scenario_kit(scenario()))
-    robots = ScriptedTeacher(library, robots_world, seed, options={}, progress=progress).teach(
+    robots = make_teacher(library, robots_world, seed, options={}, progress=progress).teach(
         *swarm_teacher.TOPICS
     )
     taught = SwarmTeaching(robots, {})
     for sort, topic in TOPICS.items():
         libraries = taught.libraries
-        teacher = ScriptedTeacher(
-            libraries[sort], troops(sort, libraries), seed, options={}, progress=progress
-        )
+        teacher = make_teacher(libraries[sort], troops(sort, libraries), seed, options={}, progress=progress)
         taught = SwarmTeaching(robots, {**taught.squads, sort: teacher.teach(topic)})
     return taught

@@ -28,6 +28,8 @@ from understudy_lab.teachers.teacher import (
     ignore_progress,
 )
 
+LIVE = "live"
+"""The method in which the robot acts from the first press on, and learns at every press."""
 FIDGETING_S = 4.0
 """A robot that switches `LessonPlan.fidgets` times in so many s is told what it should do there."""
 MOST_FAILED = 30
@@ -230,3 +232,8 @@ class LiveTeacher(ScriptedTeacher):
         session = super()._session(topic, lesson, case)
         session.teach()
         return session
+
+
+def choose_teacher(method: str) -> type[ScriptedTeacher]:
+    """Return the class of the teacher of a method: `LIVE`, or any other, by the paper's training."""
+    return LiveTeacher if method == LIVE else ScriptedTeacher
