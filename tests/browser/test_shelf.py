@@ -89,6 +89,7 @@ def test_out_as_a_file_and_in_again(teacher: Teacher, tmp_path: Path) -> None:
     show(teacher, "rotate_left")
     page.get_by_role("tab", name="Library").click()
     page.get_by_role("button", name="Open goto 2").click()
+    expect(page.get_by_text("Opened goto 2")).to_be_visible()
     page.get_by_role("tab", name="Library").click()
     give()
     page.get_by_role("button", name="Replace").click()

@@ -11,17 +11,17 @@ from tests.ui.tui.desks import GOTO, Wall, plan
 
 from understudy.errors import SessionError
 from understudy.sim.forage import FORAGE_KIT
-from understudy.storage.library_folder import open_library
+from understudy.storage.library_folder import list_versions, load_version, open_library
 from understudy.ui.controller.formatting import format_saved_message
 from understudy.ui.controller.lesson_actions import add_expectation_here
 from understudy.ui.controller.open_session import begin_session
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.controller.training_plan import make_session_start
+from understudy.ui.controller.training_plan import LessonChoices, make_session_start
 
 
 @contextmanager
-def open_trainer(folder: Path) -> Iterator[Trainer]:
-    made = plan(folder, choices=GOTO)
+def open_trainer(folder: Path, name: str = "goto", choices: LessonChoices = GOTO) -> Iterator[Trainer]:
+    made = plan(folder, name, choices)
     start = make_session_start(made)
     assert start is not None
     opened = begin_session(made, start, Wall())
@@ -84,4 +84,40 @@ def test_only_some_is_said() -> None:
     said = format_saved_message(Path("goto.json"), ("a", "b", "c", "d"))
     assert said == (
         "Saved in goto.json, but something that worked no longer does: a; b; and 2 more, which `understudy test` lists"
+    )
+
+
+def test_what_others_saved_meanwhile_is_said_and_kept(tmp_path: Path) -> None:
+    """Two teach the same automaton at once: whoever saves last is told once, and no lesson is lost."""
+    with open_trainer(tmp_path) as here, open_trainer(tmp_path) as there:
+        press(here, "forward")
+        press(there, "rotate_left")
+        tones = []
+        for saving in (there, here, here):
+            saving.save()
+            tones.append(saving.status.tone)
+            if saving is here and len(tones) == 2:
+                assert here.status.text.endswith(
+                    "; others had saved another version of goto meanwhile, which is kept as a former version"
+                )
+    assert tones == ["recorded", "error", "recorded"]
+    (former,) = list_versions(tmp_path, "goto")
+    kept = load_version(tmp_path, "goto", former.number, FORAGE_KIT).taught.lesson
+    assert kept is not None
+    assert kept.examples[0].next == "rotate_left"
+
+
+def test_a_part_that_others_changed_meanwhile_is_said(tmp_path: Path) -> None:
+    with open_trainer(tmp_path) as first:
+        press(first, "forward")
+        first.save()
+    fetch = LessonChoices(live=False, states=["goto=goto(station)"], features=["done"])
+    with open_trainer(tmp_path, "fetch", fetch) as here, open_trainer(tmp_path) as there:
+        press(here, "goto")
+        press(there, "rotate_left")
+        there.save()
+        here.save()
+    assert here.status.text == (
+        f"Saved in {tmp_path / 'fetch.json'}; goto was changed meanwhile, and is taught here as it was: open fetch "
+        "again to use it"
     )

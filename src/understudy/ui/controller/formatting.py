@@ -103,8 +103,10 @@ def format_targets(view: SessionView) -> str:
     return f"({inside})" if inside else ""
 
 
-def format_saved_message(path: Path, worse: tuple[str, ...]) -> str:
-    """Say that the automaton is saved, and which outcomes are no longer reached."""
+def format_saved_message(path: Path, worse: tuple[str, ...], others: tuple[str, ...] = ()) -> str:
+    """Say that the automaton is saved, which outcomes are no longer reached, and what others had saved meanwhile."""
+    if others:
+        return "; ".join((format_saved_message(path, worse), *others))
     if not worse:
         return f"Saved in {path}"
     more = (

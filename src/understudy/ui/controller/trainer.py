@@ -28,6 +28,7 @@ from understudy.ui.controller.coach import CoachController, pause_for_question
 from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.interrupted_sessions import is_same_lesson
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
+from understudy.ui.controller.library_changes import list_library_changes
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status
 from understudy.ui.controller.training_plan import LessonChoices
 
@@ -411,11 +412,13 @@ class Trainer:
 
     @keep_status
     def save(self) -> StatusMessage:
-        """Save the automaton to the library, keep its former version, and report outcomes that are lost."""
-        taught = self.session.make_trained_automaton()
-        worse = find_regressions_since_saved(self.folder, self.session.library, taught)
+        """Save the automaton and keep its former version; report outcomes that are lost, and what others saved."""
+        taught, library = self.session.make_trained_automaton(), self.session.library
+        worse = find_regressions_since_saved(self.folder, library, taught)
+        others = list_library_changes(self.folder, library, taught.automaton, self._saved)
         path = self.save_unchecked(taught)
-        return StatusMessage(formatting.format_saved_message(path, worse), "error" if worse else "recorded")
+        said = formatting.format_saved_message(path, worse, others)
+        return StatusMessage(said, "error" if worse or others else "recorded")
 
     def save_unchecked(self, taught: TrainedAutomaton) -> Path:
         """Save the automaton to the library and keep its former version, without checking its outcomes."""
