@@ -48,7 +48,8 @@ class Teacher:
     def state(self) -> str:
         """The state that is lit."""
         pressed = self.page.get_by_role("toolbar", name="Direct the robot").locator("[aria-pressed=true]")
-        return pressed.get_attribute("data-state") or "" if pressed.count() else ""
+        states: list[str] = pressed.evaluate_all("all => all.map(one => one.dataset.state)")
+        return states[0] if states else ""
 
     def reading(self) -> tuple[float, float]:
         """Distance (m) and angle (deg) to A, as the page shows them."""
