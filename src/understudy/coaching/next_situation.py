@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.queries import Question
+from understudy.coaching.queries import Question, UncertaintyQueries
 from understudy.coaching.uncertainty import UncertaintyModel
 from understudy.errors import SessionError
 from understudy.learning.fit import learn, learn_automaton
@@ -21,9 +21,9 @@ from understudy.model.automaton import Transition
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import PathStep
+from understudy.runtime.body import SeededBody
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import IDLE_PROGRAM, link
-from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
@@ -64,7 +64,11 @@ class NextSituation:
 
 
 def find_next_situation(
-    session: Session, *, seeds: Sequence[int], duration_s: float = DURATION_S
+    session: Session,
+    *,
+    seeds: Sequence[int],
+    duration_s: float = DURATION_S,
+    queries: UncertaintyQueries | None = None,
 ) -> NextSituation | None:
     """Find the situation in fresh worlds in which an answer would change most decisions.
 
@@ -79,11 +83,13 @@ def find_next_situation(
         Seeds of worlds that the demonstrator has not seen.
     duration_s
         How long the automaton runs in each world, s.
+    queries
+        What was asked before, and is not asked again before the lesson changes. None: nothing.
 
     Returns
     -------
     NextSituation or None
-        The situation. None if no decision was met, as where the lesson is empty.
+        The situation. None if no decision was met, as where the lesson is empty, or all were asked about.
 
     Raises
     ------
@@ -98,10 +104,7 @@ def find_next_situation(
     met = _run(session, lesson, seeds, duration_s)
     transitions = learn(lesson)
     doubts = UncertaintyModel(lesson, transitions)
-    doubtful = sorted(
-        ((doubts.estimate(each.state, each.values).amount, each) for each in _thin(met, MOST_DOUBTS)),
-        key=lambda found: -found[0],
-    )
+    doubtful = _list_doubtful(_thin(met, MOST_DOUBTS), doubts, queries)
     judge = _AnswerJudge(lesson, transitions, _thin(met, MOST_DECISIONS))
     best: tuple[float, _Met] | None = None
     for doubt, each in doubtful[:MOST_TRIED]:
@@ -138,6 +141,21 @@ def go_to_situation(session: Session, situation: NextSituation) -> None:
         session.is_watching = watching
 
 
+def _list_doubtful(
+    met: Sequence[_Met], doubts: UncertaintyModel, queries: UncertaintyQueries | None
+) -> list[tuple[float, _Met]]:
+    """List the most doubtful decision for each state and reason that was not asked about, most doubtful first."""
+    found: dict[tuple[str, str], tuple[float, _Met]] = {}
+    for each in met:
+        doubt = doubts.estimate(each.state, each.values)
+        key = each.state, doubt.reason
+        if (queries is None or not queries.was_asked(each.state, doubt)) and (
+            key not in found or doubt.amount > found[key][0]
+        ):
+            found[key] = doubt.amount, each
+    return sorted(found.values(), key=lambda pair: -pair[0])
+
+
 @dataclass(frozen=True, slots=True)
 class _Met:
     """A decision that was met in a fresh world."""
@@ -171,9 +189,9 @@ class _Recorder:
 
 def _run(session: Session, lesson: Lesson, seeds: Sequence[int], duration_s: float) -> list[_Met]:
     """Run the automaton in fresh worlds, and list the decisions that it met, in the order of time."""
-    if not isinstance(session.body, World):
+    if not isinstance(session.body, SeededBody):
         raise SessionError("only a robot of a simulated world can be placed where a press teaches most")
-    world = World(session.body.scenario, seeds)
+    world = session.body.with_seeds(seeds)
     learned = learn_automaton(lesson)
     recorders = {name: _Recorder(each) for name, each in learned.transitions.items()}
     automaton = replace(learned, transitions=MappingProxyType(recorders))
@@ -189,7 +207,7 @@ def _run(session: Session, lesson: Lesson, seeds: Sequence[int], duration_s: flo
 
 def _listed(
     engine: Engine,
-    world: World,
+    world: SeededBody,
     seeds: Sequence[int],
     mine: NDArray[np.int64],
     recorders: Mapping[str, _Recorder],

@@ -10,21 +10,26 @@ The queries stand beside a session. Its driver asks for a question before each t
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from understudy.coaching.uncertainty import Uncertainty, UncertaintyModel
+from understudy.coaching.uncertainty import DoubtReason, Uncertainty, UncertaintyModel
 from understudy.learning.fit import learn
 from understudy.runtime.body import is_rewindable
 from understudy.training.other_agents import SessionSnapshot
 from understudy.training.session import Session
-from understudy.training.trainee import Mode
+from understudy.training.trainee import Mode, SessionView
 
 UNSURE, UNSURE_LIVE = 0.5, 0.7
 """From so much doubt on it asks: in testing, and in live teaching, where much is still new."""
 MOST_MARKS = 50
 REST_S = 2.0
 """So long after a question it does not ask another one: whoever is asked at every step hears nothing any more."""
+
+
+FIDGETS, FIDGETING_S = 8, 2.0
+"""So many switches within so many seconds, s, are no behavior: it asks what the robot should do."""
 
 
 class QueryPolicy(StrEnum):
@@ -58,6 +63,9 @@ class Question:
         return f"I am not sure: I would {does}, but {self.doubt.reason}. What is right?"
 
 
+_FIDGETING = Uncertainty(1.0, DoubtReason.FIDGETING, "I switch back and forth here")
+
+
 class UncertaintyQueries:
     """Uncertain decisions of a session in testing or live teaching.
 
@@ -73,6 +81,7 @@ class UncertaintyQueries:
         self._asked: set[tuple[str, str]] = set()
         self._for: tuple[object, ...] = ()
         self._last_s = -REST_S
+        self._state, self._switches = "", deque[float](maxlen=FIDGETS)
 
     @property
     def unsure(self) -> float:
@@ -91,13 +100,14 @@ class UncertaintyQueries:
         if self.when is QueryPolicy.NEVER or session.mode is Mode.TRAINING:
             return None
         view = session.view()
+        fidgets = self._note_state(view)
         rests = 0.0 <= view.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
         if view.flag is not None or view.waiting is not None or rests:
             return None
         self._learn()
         values = tuple(view.features.values())
-        doubt = self._doubts.estimate(view.state, values)
-        if doubt.amount < self.unsure or (view.state, doubt.reason) in self._asked:
+        doubt = _FIDGETING if fidgets else self._doubts.estimate(view.state, values)
+        if doubt.amount < self.unsure or self.was_asked(view.state, doubt):
             return None
         self._asked.add((view.state, doubt.reason))
         self._last_s = view.time_s
@@ -110,6 +120,26 @@ class UncertaintyQueries:
             return question
         self._mark(question)
         return None
+
+    def was_asked(self, state: str, doubt: Uncertainty) -> bool:
+        """Return whether a question was asked in a state for the same reason, and the lesson has not changed since."""
+        self._learn()
+        return (state, doubt.reason) in self._asked
+
+    def note_asked(self, question: Question) -> None:
+        """Note a question that something else has asked, so that it is not repeated either."""
+        self._learn()
+        self._asked.add((question.state, question.doubt.reason))
+
+    def _note_state(self, view: SessionView) -> bool:
+        """Note the present state, and return whether the robot switches back and forth."""
+        switches = self._switches
+        if switches and view.time_s < switches[-1]:  # another world
+            switches.clear()
+        if view.state != self._state:
+            self._state = view.state
+            switches.append(view.time_s)
+        return len(switches) == FIDGETS and view.time_s - switches[0] < FIDGETING_S
 
     def _list_answers(self, state: str, values: tuple[float, ...], following: str) -> tuple[str, ...]:
         """List all states: that of the decision, those of the nearest examples, the present one, then the others."""

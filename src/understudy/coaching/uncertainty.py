@@ -41,6 +41,7 @@ class DoubtReason(StrEnum):
     OTHERWISE = "otherwise"  # what was shown nearest says something else
     HANGING = "hanging"  # at a boundary held by one example
     DISAGREEING = "disagreeing"  # examples of the leaf want different things
+    FIDGETING = "fidgeting"  # the robot switches back and forth
 
 
 @dataclass(frozen=True, slots=True)

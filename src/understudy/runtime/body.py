@@ -160,6 +160,29 @@ class Resettable(Protocol):
 
 
 @runtime_checkable
+class SeededBody(Body, Protocol):
+    """A body in worlds that seeds lay out, such as a simulated one, of which there can be others."""
+
+    worlds: int
+    robots: int
+
+    def with_seeds(self, seeds: Sequence[int]) -> SeededBody:
+        """Make a body like this one in other worlds, at time 0; this one does not change.
+
+        Parameters
+        ----------
+        seeds
+            One whole number from 0 to 2**63 - 1 per world.
+
+        Returns
+        -------
+        SeededBody
+            The body, with as many robots in each world.
+        """
+        ...
+
+
+@runtime_checkable
 class OrderReceiver(Protocol):
     """A body that passes on orders, that is, a squad. Its channels are ORDER and ISSUED."""
 

@@ -103,6 +103,10 @@ class Walker:
         self.world.reset(seeds)
         self._rest()
 
+    def with_seeds(self, seeds: Sequence[int]) -> Walker:
+        """Make a body in worlds of the same scenario with other seeds, at time 0."""
+        return Walker(self.scenario, seeds, self.gait)
+
     def _rest(self) -> None:
         """Make all robots stand."""
         self._step = np.zeros((self.agents, len(self.channels)))

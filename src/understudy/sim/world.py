@@ -161,6 +161,10 @@ class World(EditableWorld):
         memory = np.full((self.agents, self._planner.slots), np.nan)
         self._begin(state._replace(memory=memory))
 
+    def with_seeds(self, seeds: Sequence[int]) -> World:
+        """Make worlds of the same scenario with other seeds, at time 0."""
+        return World(self.scenario, seeds)
+
     def _begin(self, state: WorldState) -> None:
         self.state = state
         near = make_static_neighbors(state, self.rules, reach=max(self._planner.reach, self._touch()))

@@ -104,6 +104,10 @@ class Soccer(Walker):
         super().reset(seeds)
         self._begin()
 
+    def with_seeds(self, seeds: Sequence[int]) -> Soccer:
+        """Make a body in worlds with other seeds, all of which start like the first one of this body."""
+        return Soccer(seeds, self.starts[0], self.gait)
+
     def _begin(self) -> None:
         """Place each robot at its start pose."""
         seeds = np.asarray(self.seeds, np.int64)
