@@ -33,6 +33,7 @@ ASTRAY = 0.6  # rad: driving past it, plainly
 FACED_AWAY = 0.45  # rad: not facing it
 FACING = 0.12  # rad: as good as facing it, while turning
 NEARLY_FACING = 0.25  # rad: turning and driving are both right
+EARLY = 0.2  # rad: turning has stopped too early
 WRONG_WAY, LONG_WAY = (
     1.0,
     2.6,
@@ -114,6 +115,14 @@ def accept_goto(screen: SessionView, state: str) -> bool:
     return state == _toward(bearing) and abs(bearing) > NEARLY_FACING
 
 
+def take_back_goto(screen: SessionView, before: str) -> bool:
+    """Return whether GoTo(A) has plainly stopped turning too early, far from A."""
+    if screen.state != "forward" or before not in ("rotate_left", "rotate_right"):
+        return False
+    left = _bearing(screen) if before == "rotate_left" else -_bearing(screen)
+    return screen.features["distance_to(A)"] > FAR_M and EARLY < left < ASTRAY
+
+
 def settle_goto(screen: SessionView) -> str | None:
     """Return the state that a robot which switches back and forth should be in."""
     distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
@@ -191,6 +200,7 @@ GOTO = LessonPlan(
     complain_live=complain_live_goto,
     settle=settle_goto,
     accepts=accept_goto,
+    takes_back=take_back_goto,
     fidgets=16,
     skips_after=2,
     make_alarm=DrivesAway,

@@ -32,6 +32,8 @@ LIVE = "live"
 """The method in which the robot acts from the first press on, and learns at every press."""
 FIDGETING_S = 4.0
 """A robot that switches `LessonPlan.fidgets` times in so many s is told what it should do there."""
+TAKES_BACK_S = 0.6
+"""A demonstrator takes a switch back within so many s, or lets it pass."""
 MOST_FAILED = 30
 """The number of situations that may need presses before a lesson is discarded."""
 
@@ -49,13 +51,15 @@ class Expectations:
         """Whether the demonstrator skips what goes well."""
         self._shown: set[tuple[str, str]] = set()
         self._state, self._switched = "", deque[float]([], maxlen=topic.fidgets)
+        self._before = ""
 
     def wish(self, screen: SessionView) -> str | None:
         """Return the state that the robot should be in; None if it may go on."""
         if self._switched and screen.time_s < self._switched[-1]:  # another world
             self._switched.clear()
+            self._before = ""
         if screen.state != self._state:
-            self._state = screen.state
+            self._before, self._state = self._state, screen.state
             self._switched.append(screen.time_s)
         fidgets = (
             len(self._switched) == self._topic.fidgets and screen.time_s - self._switched[0] < FIDGETING_S
@@ -65,7 +69,12 @@ class Expectations:
         wanted = self._topic.show(screen)
         if wanted not in (None, KEEP) and (screen.state, wanted) not in self._shown:
             return wanted
-        return self._find_overdue(screen)
+        return self._before if self._is_too_early(screen) else self._find_overdue(screen)
+
+    def _is_too_early(self, screen: SessionView) -> bool:
+        """Return whether the robot has just made a switch that came too early."""
+        just = bool(self._switched) and screen.time_s - self._switched[-1] <= TAKES_BACK_S
+        return just and bool(self._before) and self._topic.takes_back(screen, self._before)
 
     def begin_situation(self, passed: int | None) -> None:
         """Begin a situation, after so many in a row without a press; None: a demonstration."""

@@ -28,7 +28,7 @@ LooksBack: TypeAlias = Callable[[Session], None]
 """A function that is applied to a session before the robot tries by itself."""
 
 Accepts: TypeAlias = Callable[[SessionView, str], bool]
-"""Whether a robot may go to a state now, although it is not the one that a demonstrator would choose."""
+"""A judgment of a state that a robot goes to, or comes from, other than the one that a demonstrator would choose."""
 
 MakesPerson: TypeAlias = Callable[[np.random.Generator, ReactionTime], SimulatedPerson]
 """Makes the person who teaches, from what they draw from and how fast they react."""
@@ -103,6 +103,7 @@ class LessonPlan:
     settle: Wish | None = None
     fidgets: int = 6
     accepts: Accepts = lambda screen, state: False
+    takes_back: Accepts = lambda screen, before: False
     skips_after: int | None = None
     make_alarm: Callable[[], Seen] = lambda: lambda screen: False
 
