@@ -13,6 +13,7 @@ import numpy as np
 
 from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.queries import Question, UncertaintyQueries
+from understudy.coaching.uncertainty import DoubtReason
 from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.training.session import Session
@@ -87,18 +88,22 @@ class Expectations:
         screen = session.view()
         return self._alarm(screen) or self._topic.finished(screen)
 
-    def find_right_state(self, screen: SessionView, proposed: str) -> str:
-        """Return the state that the robot should be in next: what it proposes, if that will do.
+    def find_right_state(self, screen: SessionView, question: Question) -> str | None:
+        """Return the state that the robot should be in next; None if what it proposes will do.
 
-        To stay will do until a switch that was shown is overdue.
+        To stay will do until a switch that was shown is overdue. A robot that switches back and forth is told what to
+        do, unless that is what it proposes.
         """
+        proposed, settle = question.next, self._topic.settle
+        if question.doubt.because is DoubtReason.FIDGETING and settle is not None:
+            return None if self._topic.accepts(screen, proposed) else settle(screen)
         wanted = self._topic.show(screen)
         if wanted is None or wanted == KEEP:
             wanted = screen.state
         stays = proposed == screen.state and (screen.state, wanted) in self._shown
         if (stays and self._find_overdue(screen) is None) or self._topic.accepts(screen, proposed):
-            return proposed
-        return wanted
+            return None
+        return None if wanted == proposed else wanted
 
     def _find_overdue(self, screen: SessionView) -> str | None:
         """Return the state to which a switch is overdue, KEEP once where the robot might wrongly switch, or None."""
@@ -142,8 +147,8 @@ class LivePerson(SimulatedPerson):
     def _answer(self, session: Session, question: Question, expected: Expectations) -> None:
         """Press what is right at a question, while the robot waits; nothing if it would do that."""
         self.seconds += LOOK_S
-        right = expected.find_right_state(session.view(), question.next)
-        if right == question.next:
+        right = expected.find_right_state(session.view(), question)
+        if right is None:
             return
         expected.note_press(question.state, right)
         session.paused = True
