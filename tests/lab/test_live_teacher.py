@@ -8,6 +8,8 @@ from math import nan
 import pytest
 
 from understudy.analysis.evaluation import evaluate
+from understudy.coaching.queries import Question
+from understudy.coaching.uncertainty import DoubtReason, Uncertainty
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, NAME
 from understudy.training.session import Session
@@ -46,6 +48,30 @@ def test_a_switch_is_shown_once_and_then_expected(screen: SessionView) -> None:
     assert expected.wish(replace(driving, features={**driving.features, "angle_to(A)": 1.2})) == "rotate_left"
 
 
+def ask(proposed: str, because: DoubtReason = DoubtReason.FAR) -> Question:
+    """A question about a decision for a state."""
+    return Question(0.0, "", (), proposed, Uncertainty(0.8, because, ""))
+
+
+def test_a_robot_that_asks_since_it_switches_back_and_forth_is_told_what_to_do(screen: SessionView) -> None:
+    loading = {"food_stored": 3.0, "food_left": 1.0, "food_below_me": 2.0, "done": 0.0}
+    going = replace(screen, state="goto", features=loading)
+    question = ask("goto", DoubtReason.FIDGETING)
+    assert Expectations(HARVEST).find_right_state(going, question) == "load_food"
+
+
+def test_a_switch_that_came_too_early_is_taken_back(screen: SessionView) -> None:
+    """It stops turning 0.3 rad to the right of A, 2 m away; half a second later this is accepted."""
+    expected = Expectations(GOTO)
+    features = {"distance_to(A)": 2.0, "angle_to(A)": 0.3}
+    expected.note_press("rotate_left", "forward")
+    for at, state, wished in (
+        (1.0, "rotate_left", None), (1.1, "forward", "rotate_left"), (1.8, "forward", None),
+    ):  # fmt: skip
+        seen = replace(screen, time_s=at, state=state, features=features)
+        assert expected.wish(seen) == wished
+
+
 def test_to_stay_will_do_until_a_switch_that_was_shown_is_overdue(screen: SessionView) -> None:
     """At 0.5 m to something on the left, Disperse would be shown to turn right; at 0.2 m that is overdue."""
     expected = Expectations(DISPERSE)
@@ -53,11 +79,11 @@ def test_to_stay_will_do_until_a_switch_that_was_shown_is_overdue(screen: Sessio
         replace(screen, state="forwards", features={"sonar_front_left": left, "sonar_front_right": 2.0})
         for left in (0.5, 0.2)
     )
-    assert expected.find_right_state(close, "forwards") == "right"
+    assert expected.find_right_state(close, ask("forwards")) == "right"
     expected.note_press("forwards", "right")
-    assert expected.find_right_state(close, "forwards") == "forwards"
-    assert expected.find_right_state(close, "left") == "right"
-    assert expected.find_right_state(closer, "forwards") == "right"
+    assert expected.find_right_state(close, ask("forwards")) is None
+    assert expected.find_right_state(close, ask("left")) == "right"
+    assert expected.find_right_state(closer, ask("forwards")) == "right"
 
 
 def test_that_a_robot_should_stay_is_confirmed_once(screen: SessionView) -> None:
@@ -65,7 +91,7 @@ def test_that_a_robot_should_stay_is_confirmed_once(screen: SessionView) -> None
     expected = Expectations(RUN_AWAY)
     turning = replace(screen, state="scatter", features={"blob_x(boss)": nan, "sonar_rear": 0.3})
     assert expected.wish(turning) == KEEP
-    assert expected.find_right_state(turning, "stop") == "scatter"
+    assert expected.find_right_state(turning, ask("stop")) == "scatter"
     expected.note_press("scatter", KEEP)
     assert expected.wish(turning) is None
 

@@ -5,10 +5,11 @@ The ball is 100 m away at first, and one meter nearer each tick of 0.1 s.
 
 from __future__ import annotations
 
+from math import nan
 from typing import Any
 
 import pytest
-from tests.bodies import Scripted
+from tests.bodies import RANGE, Scripted
 from tests.training.lessons import ROBOT, WITH_GO, play, rows, session, ticks
 
 from understudy.model.lesson import LearnerOptions
@@ -276,3 +277,28 @@ def test_a_lesson_that_is_taught_live_begins_live_and_goes_back_to_it() -> None:
 def test_a_new_lesson_is_taught_live_unless_it_says_otherwise() -> None:
     assert new_lesson(ROBOT, "taught", states=["forward"], features=[]).options.live
     assert not new_lesson(ROBOT, "taught", states=["forward"], features=[], live=False).options.live
+
+
+APPEARED = [  # distance when it switched, and at a press back 1 s later; the state that the press is about
+    (94.0, 80.0, "forward"),
+    (nan, nan, "forward"),
+    (nan, 80.0, "left"),
+    (94.0, nan, "left"),
+]
+
+
+@pytest.mark.parametrize(("then", "now", "judged"), APPEARED)
+def test_a_press_back_after_something_has_appeared_is_meant_from_here(
+    then: float, now: float, judged: str
+) -> None:
+    """Forward at once, and left from tick 5 on, as shown before; the press comes at tick 15."""
+    distances = [100.0] * 5 + [then] * 5 + [now] * 20
+    script = {**RANGE, ("range", "ball"): lambda tick: distances[tick]}
+    taught = session(flags=["done"], body=Scripted(script=script))
+    taught.teach()
+    play(taught, "forward", 5, "left", 2)
+    taught.reset(1)
+    ticks(taught, 15)
+    assert taught.view().state == "left"
+    play(taught, "forward", 1)
+    assert rows(taught)[4][0] == judged

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import replace
 from functools import cached_property
+from math import isnan
 from typing import Self
 
 import numpy as np
@@ -13,9 +14,10 @@ from understudy.learning.correction_diagnosis import CorrectionDiagnosis, diagno
 from understudy.learning.fit import learn_state
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.binding import Binding
-from understudy.model.features import ReadingKey
+from understudy.model.features import BoundFeature, Feature, ReadingKey
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.tree import STAY
+from understudy.runtime.feature_columns import get_feature_key
 from understudy.training.edits import describe_edit, set_quarantine
 from understudy.training.feature_values import compute_example_values
 from understudy.training.sample_buffer import Sample
@@ -60,12 +62,14 @@ class LastSwitch:
         late_s: float,
         paused: bool,
         raised: bool,
+        appeared: bool = False,
     ) -> OwnSwitch | None:
         """Return the last switch if a press at this time judges it: by taking it back, or since it comes so soon.
 
         `directed` has the switches, from and to, that were demonstrated. A switch that was demonstrated from the
         present state is meant from there, unless the press comes so soon that it must judge the last switch. So is one
-        back from where the behavior has `raised` a flag, if the last switch was demonstrated.
+        back from where the behavior has `raised` a flag, if the last switch was demonstrated; and one back after
+        something has `appeared` or disappeared since.
         """
         switch = self.switch
         if switch is None or state is None or state == switch.next:  # it confirms where the robot is now
@@ -73,10 +77,26 @@ class LastSwitch:
         passed_s = now - switch.seconds
         is_from_here = (switch.next, state) in directed
         if state == switch.state:
-            is_from_here |= raised and (switch.state, switch.next) in directed
+            is_from_here |= appeared or (raised and (switch.state, switch.next) in directed)
             return switch if passed_s <= (late_s if is_from_here else SOON_S) else None
         is_from_here = is_from_here and (switch.state, state) not in directed
         return switch if passed_s <= late_s and not paused and not is_from_here else None
+
+    def has_anything_appeared(self, readings: Sequence[float], features: Sequence[BoundFeature]) -> bool:
+        """Return whether a reading of these features was absent at the switch and is present now, or vice versa."""
+        if self._last is None:
+            return False
+        switch, binding = self._last
+        ground = (BoundFeature(each.feature, each.binding.substitute(binding)) for each in features)
+        keys = {
+            get_feature_key(each)
+            for each in ground
+            if isinstance(each.feature, Feature) and each.feature.function is None
+        }
+        return any(
+            key in keys and isnan(then) != isnan(now)
+            for key, then, now in zip(self._keys, switch.values, readings, strict=True)
+        )
 
     def find_undone_stay(self, correction: Example, lesson: Lesson, now: float) -> Example | None:
         """Return the example of staying, if the correction takes the last switch back; otherwise None."""

@@ -155,9 +155,9 @@ class LessonLog:
             self._watched.add_tick(WatchedTick(moment, example))
 
     def find_answered_switch(
-        self, now: float, state: str | None, trainee: Trainee, *, paused: bool
+        self, now: Sample, state: str | None, trainee: Trainee, *, paused: bool
     ) -> OwnSwitch | None:
-        """Return the recent switch of the learned automaton that a press at this time judges; None if there is none.
+        """Return the recent switch of the learned automaton that a press now judges; None if there is none.
 
         There is one in live teaching only: the last switch, if the press takes it back within 2 s, or comes so soon
         that the demonstrator began to press before it.
@@ -172,7 +172,13 @@ class LessonLog:
             if example.kind is ExampleKind.DIRECTIVE and not example.quarantined
         }
         found = self.last_switch.find_answered(
-            now, state, directed=directed, late_s=late_s, paused=paused, raised=raised
+            now.seconds,
+            state,
+            directed=directed,
+            late_s=late_s,
+            paused=paused,
+            raised=raised,
+            appeared=self.last_switch.has_anything_appeared(now.values, self.lesson.automaton.features),
         )
         lasting = {state.name for state in self.lesson.automaton.states if state.flag is None}
         return found if found is not None and found.state in lasting else None

@@ -281,7 +281,7 @@ class Session(EditableSession):
             self.drive(None)
         waiting = self.trainee.press
         correction = self.mode is Mode.TESTING or (waiting is not None and waiting.correction)
-        answers = self._log.find_answered_switch(self._clock(), state, self.trainee, paused=self.paused)
+        answers = self._log.find_answered_switch(self._sample(), state, self.trainee, paused=self.paused)
         press = Press(self._log.presses + 1, state, correction, self.paused, answers or UNSET)
         self._keep_snapshot()
         self._log.presses = self._log.journal.press(press)
@@ -289,13 +289,16 @@ class Session(EditableSession):
         self.trainee.mode = choose_mode_after_press(self.mode, self._log.lesson.options)
         return press.number
 
+    def _sample(self) -> Sample:
+        """Return the present moment: the readings on display, and the demonstrator's time."""
+        return Sample(self._clock(), tuple(float(self.percept[key][self.agent]) for key in self._keys))
+
     def tick(self) -> None:
         """Run one tick: sense, decide, act, and record the examples of a press."""
         percept, trainee, log = self.percept, self.trainee, self._log
         if log.journal.wants_snapshot(self.body.tick_s):
             self._keep_snapshot()
-        readings = tuple(float(percept[key][self.agent]) for key in self._keys)
-        moment = Sample(self._clock(), readings)
+        moment = self._sample()
         log.add_tick(moment, trainee.taught.state_name)
         before = self._trainee_state() if trainee.press else None
         commands = self._run.decide(percept)

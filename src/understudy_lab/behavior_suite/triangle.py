@@ -16,7 +16,7 @@ from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ArenaRegion, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
-from understudy.training.trainee import SessionView
+from understudy.training.trainee import Mode, SessionView
 from understudy_lab.behavior_suite.task import (
     SPEED,
     BehaviorTask,
@@ -54,6 +54,7 @@ SCENARIO = Scenario(
 GOES_M, THERE_M = 0.15, 0.12
 FACING = 0.15
 SEEN_TWICE = 10
+TO_AND_FRO_S = 25.0
 BEE_AND_CAT = {"A": "bee", "B": "cat"}
 
 
@@ -111,6 +112,19 @@ def choose_settling_action(screen: SessionView, slack: float) -> str | None:
     return "done" if (off if screen.state == "forward" else -off) < THERE_M - slack else None
 
 
+def settle_distance(screen: SessionView) -> str | None:
+    """Return the state that a robot which switches back and forth should be in."""
+    off = screen.features["distance_to(A)"] - SIDE_M
+    return "done" if abs(off) < GOES_M else "forward" if off > 0 else "backward"
+
+
+def complain_live_settle(screen: SessionView) -> str | None:
+    """Return the state to direct settling to in live teaching, or None: also where it drives the wrong way."""
+    off = screen.features["distance_to(A)"] - SIDE_M
+    wrong = screen.state == "forward" and off < -GOES_M, screen.state == "backward" and off > GOES_M
+    return settle_distance(screen) if any(wrong) else choose_settling_action(screen, 0.08)
+
+
 def _at(least: float, most: float) -> Situation:
     return Situation(
         "two wait", {"A": "bee"}, lambda screen: least < screen.features["distance_to(A)"] < most
@@ -134,6 +148,8 @@ SETTLE = LessonPlan(
     cases=(_at(2.4, 3.0), _at(1.0, 1.6), _at(2.18, 2.3), _at(1.7, 1.82), _at(2.04, 2.13), _at(1.87, 1.96)),
     tries=6,
     limit_s=40.0,
+    complain_live=complain_live_settle,
+    settle=settle_distance,
 )
 
 
@@ -144,6 +160,13 @@ complain_line_up = alternate_moves("settle_A", "settle_B")
 def show_line_up(screen: SessionView) -> str | None:
     """Return the next state, or None: settle with A, then with B, repeatedly, until this was shown twice."""
     return None if screen.examples >= SEEN_TWICE else complain_line_up(screen)
+
+
+def has_lined_up(screen: SessionView) -> bool:
+    """Return whether the robot has gone to and fro for a while: in live teaching, far fewer presses show it."""
+    if screen.mode is Mode.LIVE:
+        return screen.time_s >= TO_AND_FRO_S
+    return screen.time_s >= 2.0 and screen.examples >= SEEN_TWICE
 
 
 LINE_UP = LessonPlan(
@@ -158,7 +181,7 @@ LINE_UP = LessonPlan(
     ),
     show_line_up,
     complain_line_up,
-    lambda screen: screen.time_s >= 2.0 and screen.examples >= SEEN_TWICE,
+    has_lined_up,
     cases=(Situation("two wait", BEE_AND_CAT),) * 2,
     tries=2,
     limit_s=60.0,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from math import pi, tau
 
 import numpy as np
@@ -77,6 +78,7 @@ def make_wall_topic(name: str, hand: str, practice: str, *, cases: int, seconds:
         cases=(Situation(practice, enough=after(seconds)),) * cases,
         tries=4,
         limit_s=4 * seconds,
+        accepts=lambda screen, state: pressing(0.1)(replace(screen, state=state)) in (None, state),
     )
 
 
