@@ -1,4 +1,4 @@
-"""The experiment: a hundred simulated novices, five minutes each, and the same with each parameter changed."""
+"""The experiment: a hundred simulated novices, five minutes each, the same live, and with each parameter changed."""
 
 from __future__ import annotations
 
@@ -12,19 +12,22 @@ from understudy.runtime.program import link
 from understudy_lab.lesson_stats import describe_lesson
 from understudy_lab.novices.failure_causes import count_turn_backs, list_blind_states
 from understudy_lab.novices.findings import conclude, draw
+from understudy_lab.novices.live_novice import LiveNovice
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.sensitivity import FACTORS, SENSITIVITY
 from understudy_lab.novices.success import TRIALS
 from understudy_lab.novices.traits import MINUTES_S, PARAMETERS, draw_traits, make_shared_traits
 from understudy_lab.study import Row, Study, StudyPlan, Task
 from understudy_lab.tasks.soccer import POSITIONS, Soccer, approach_by, kit
+from understudy_lab.teachers.live_teacher import LIVE
 
 SEEDS = range(53_000, 53_100)
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per novice, and unless quick, further tasks for the first ones with each parameter changed."""
+    """Return two tasks per novice, one of them live, and unless quick, others with each parameter changed."""
     made: list[Task] = [{"seed": seed} for seed in plan.seeds]
+    made += [{"seed": seed, "method": LIVE} for seed in plan.seeds]
     if not plan.quick:
         changes = [(name, factor) for name in PARAMETERS for factor in FACTORS]
         made += [
@@ -40,7 +43,8 @@ def work(task: Task) -> Row:
     seed = task["seed"]
     scaled = {task["trait"]: task["factor"]} if "trait" in task else {}
     traits = draw_traits(seed, scaled=scaled)
-    novice = Novice(traits, seed, make_shared_traits(scaled))
+    person = LiveNovice if task.get("method") == LIVE else Novice
+    novice = person(traits, seed, make_shared_traits(scaled))
     taught = novice.teach()
     times = judge(taught, seed)
     lesson = describe_lesson(taught, MINUTES_S)

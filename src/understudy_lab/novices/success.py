@@ -34,9 +34,19 @@ def times(row: Row, position: str) -> list[float]:
     return [each for each in row["times"][position] if each is not None and each == each]
 
 
+def succeeds_nearly_always(row: Row) -> bool:
+    """Return whether the robot reaches the ball in at least 90 % of all its trials."""
+    return bool(row["reached"] >= 0.9 * TRIALS * len(POSITIONS))
+
+
 def select_unchanged(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows of novices without a changed parameter."""
-    return [row for row in rows if "trait" not in row["task"]]
+    """Return the rows of the paper's training without a changed parameter."""
+    return [row for row in rows if "trait" not in row["task"] and "method" not in row["task"]]
+
+
+def select_live(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows of live teaching."""
+    return [row for row in rows if "method" in row["task"]]
 
 
 def share(rows: Sequence[Row], well: Callable[[Row], bool] = has_succeeded) -> dict[str, Any]:
