@@ -54,7 +54,7 @@ SCENARIO = Scenario(
 GOES_M, THERE_M = 0.15, 0.12
 FACING = 0.15
 SEEN_TWICE = 10
-TO_AND_FRO_S = 25.0
+TO_AND_FRO_S = 10.0
 BEE_AND_CAT = {"A": "bee", "B": "cat"}
 
 
@@ -78,6 +78,17 @@ def complain_face(screen: SessionView) -> str | None:
     return "done" if past and abs(off) < 1.5 else None
 
 
+def complain_live_face(screen: SessionView) -> str | None:
+    """Return the state to direct facing to in live teaching, or None: also where it stops a little beside the target.
+
+    In live teaching the robot stops by itself from the second time on, so how well it stops is seen more often.
+    """
+    off = bearing(screen)
+    if screen.state == "done" and abs(off) > 1.5 * FACING:
+        return "rotate_left" if off > 0 else "rotate_right"
+    return complain_face(screen)
+
+
 FACE = LessonPlan(
     "face",
     lambda library: new_lesson(
@@ -99,6 +110,7 @@ FACE = LessonPlan(
     ),
     tries=6,
     limit_s=20.0,
+    complain_live=complain_live_face,
 )
 
 

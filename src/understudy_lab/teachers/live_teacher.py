@@ -68,7 +68,7 @@ class Expectations:
         if fidgets and screen.flag is None and self._topic.settle is not None:
             return KEEP if (wanted := self._topic.settle(screen)) == screen.state else wanted
         wanted = self._topic.show(screen)
-        if wanted not in (None, KEEP) and (screen.state, wanted) not in self._shown:
+        if wanted not in (None, KEEP, screen.state) and (screen.state, wanted) not in self._shown:
             return wanted
         return self._before if self._is_too_early(screen) else self._find_overdue(screen)
 
