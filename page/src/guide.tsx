@@ -6,7 +6,7 @@ import { useSlowNews } from "./news";
 import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
 import { isThere, STEPS, wish, type Moment, type Tour } from "./tour";
-import { className, degrees, keyName } from "./words";
+import { className, degrees, keyName, plain } from "./words";
 
 interface Advice {
   text: string;
@@ -123,7 +123,7 @@ function drives(moment: Moment, desk: Session): Advice {
   const now = desk.states.find(({ name }) => name === moment.state);
   const wished = wish(moment, now?.arrow ?? null);
   const next = desk.states.find((each) => (wished === "done" ? each.flag : each.arrow === wished));
-  const place = desk.targets[desk.parameters[0] ?? ""] ?? "the place";
+  const place = plain(desk.targets[desk.parameters[0] ?? ""] ?? "place");
   if (wished === null || next === undefined)
     return { text: `Turn until the robot sees the ${place}.`, at: null };
   if (now === next) {
@@ -137,9 +137,14 @@ function drives(moment: Moment, desk: Session): Advice {
 }
 
 function said(next: State, wished: string, place: string): string {
-  if (wished === "done") return `It is there: press ${keyName(next)}, ${next.name}.`;
-  if (wished === "up") return `The ${place} is ahead: press ${keyName(next)}, ${next.name}.`;
-  return `The ${place} is to the ${wished}: press ${keyName(next)}, ${next.name}.`;
+  if (wished === "done") return `It is there: press ${named(next)}.`;
+  if (wished === "up") return `The ${place} is ahead: press ${named(next)}.`;
+  return `The ${place} is to the ${wished}: press ${named(next)}.`;
+}
+
+/** A state with its key; where there is no keyboard, without. */
+function named(state: State): string {
+  return matchMedia("(hover: none)").matches ? plain(state.name) : `${keyName(state)}, ${plain(state.name)}`;
 }
 
 /** A ring around what to press. */

@@ -315,6 +315,8 @@ export interface SessionNews {
   library: Library;
   desk: Session | null;
   said: StatusMessage;
+  /** Grows with every message, so that one that says the same as the last is known for a new one. */
+  said_number: number;
   viewers: number;
   paused: boolean;
   speed: SpeedFactor;
@@ -326,6 +328,8 @@ export interface SessionNews {
   run: Run;
   /** Whether any client has control. */
   directed: boolean;
+  /** Whether a page that asks for control gets it. */
+  can_take: boolean;
   /** Whether this page has control. */
   directs: boolean;
 }

@@ -166,7 +166,7 @@ export class Studio implements Listener {
     const { desk, said } = news;
     const grew = before !== null && desk !== null && before.examples.length < desk.examples.length;
     const recorded = grew && (said.tone === "recorded" || said.tone === "correction");
-    if (said.text !== this.told?.said.text || said.tone !== this.told.said.tone) {
+    if (news.said_number !== this.told?.said_number) {
       const undo: Request | null = recorded ? { do: "undo" } : this.back;
       this.notice = undo === null ? said : { ...said, undo };
       this.back = null;

@@ -5,7 +5,7 @@ import { BUTTON, curve, drawing, edgeId, HEIGHT, type Bend, type Node } from "..
 import type { Panel } from "../panel";
 import type { Session } from "../protocol";
 import type { Switch } from "../studio";
-import { className, counted } from "../words";
+import { className, counted, plain } from "../words";
 
 const LARGEST = 1.15;
 /** Smaller could not be read: then it is scrolled. */
@@ -29,7 +29,13 @@ export function GraphView({ desk, panel, last }: GraphProps) {
   const edges = desk.edges.map(edgeId).join();
   const drawn = useMemo(
     () =>
-      drawing(desk.states, desk.edges, ({ name, flag }) => name + (flag ? " ⚑" : ""), opened, desk.nested),
+      drawing(
+        desk.states,
+        desk.edges,
+        ({ name, flag }) => plain(name) + (flag ? " ⚑" : ""),
+        opened,
+        desk.nested,
+      ),
     [shape, edges, opened, Object.keys(desk.nested).join()],
   );
   const within = drawn.nodes.some(({ inner }) => inner !== null);
@@ -51,7 +57,7 @@ export function GraphView({ desk, panel, last }: GraphProps) {
         width={drawn.width * scale}
         height={drawn.height * scale}
         role="group"
-        aria-label={`The automaton ${desk.name}`}
+        aria-label={`The automaton ${plain(desk.name)}`}
       >
         <defs>
           {["line", "picked", "flash"].map((name) => (
@@ -118,7 +124,7 @@ function ArcView({ arc, panel, last, examples, of }: ArcProps) {
       role="button"
       tabindex={0}
       aria-pressed={picked}
-      aria-label={`${arc.edge.from} to ${arc.edge.to}, ${examples === undefined ? `in ${of}` : counted(examples, "example")}`}
+      aria-label={`${plain(arc.edge.from)} to ${plain(arc.edge.to)}, ${examples === undefined ? `in ${plain(of ?? "")}` : counted(examples, "example")}`}
       onClick={() => panel.selectEdge(arc.id)}
       onKeyDown={(event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
@@ -160,7 +166,7 @@ function NodeView({ node, desk, panel, first, level, lit, open }: NodeProps) {
     >
       <rect x={x - width / 2} y={top} width={width} height={height} rx={first ? height / 2 : 8} />
       <text x={x} y={top + HEIGHT / 2 + 4} text-anchor="middle">
-        {state.name}
+        {plain(state.name)}
         {state.flag ? " ⚑" : ""}
       </text>
       {state.automaton !== null && (
@@ -203,7 +209,7 @@ function Opener({ node: { state, path, inner }, at, open }: OpenerProps) {
       role="button"
       tabindex={0}
       aria-expanded={inner !== null}
-      aria-label={`What ${state.name} runs`}
+      aria-label={`What ${plain(state.name)} runs`}
       onClick={() => open(path)}
       onKeyDown={(event) => {
         if (event.key !== "Enter" && event.key !== " ") return;

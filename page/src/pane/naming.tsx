@@ -15,7 +15,10 @@ interface Props {
 export function Naming({ way, name, studio, close }: Props) {
   const [to, setTo] = useState(way === "rename" ? name : `${name} 2`);
   const field = useRef<HTMLInputElement>(null);
-  useLayoutEffect(() => field.current?.select(), []);
+  useLayoutEffect(() => {
+    field.current?.focus(); // selecting alone leaves Escape and letters to the page
+    field.current?.select();
+  }, []);
   const wanted = to.trim();
   const useless = wanted === "" || wanted === name || !studio.directs;
   const act = async (): Promise<void> => {
