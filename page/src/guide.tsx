@@ -6,7 +6,7 @@ import { useSlowNews } from "./news";
 import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
 import { isThere, STEPS, wish, type Moment, type Tour } from "./tour";
-import { className, degrees, keyName, plain } from "./words";
+import { className, degrees, hasKeys, keyName, plain } from "./words";
 
 interface Advice {
   text: string;
@@ -102,7 +102,8 @@ function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Adv
       };
     return { text: "Begin goto, or open it again, and the tour goes on.", at: ".shelf-new" };
   }
-  if (studio.told?.paused === true) return { text: "Paused. Press Space to resume.", at: ".pause" };
+  if (studio.told?.paused === true)
+    return { text: `Paused. Press ${hasKeys() ? "Space" : "▶"} to resume.`, at: ".pause" };
   if (tour.step < 3) return drives(moment, desk);
   if (tour.same(moment))
     return { text: "It has learned from your presses already. Go to a new world.", at: NEW_WORLD };
@@ -144,7 +145,7 @@ function said(next: State, wished: string, place: string): string {
 
 /** A state with its key; where there is no keyboard, without. */
 function named(state: State): string {
-  return matchMedia("(hover: none)").matches ? plain(state.name) : `${keyName(state)}, ${plain(state.name)}`;
+  return hasKeys() ? `${keyName(state)}, ${plain(state.name)}` : plain(state.name);
 }
 
 /** A ring around what to press. */

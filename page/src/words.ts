@@ -77,6 +77,16 @@ function spelled(name: string): string {
   return [rest.length > 0 ? (SPELLED[first] ?? first) : first, ...rest].join(" ");
 }
 
+/** Whether the screen is small, or touched: nothing is in small print then (as in style/touch.css). */
+export function isSmall(): boolean {
+  return matchMedia("(max-width: 1000px), (max-height: 500px), (pointer: coarse)").matches;
+}
+
+/** Whether keys are worth telling of: a screen that is only touched seldom has a keyboard (as in style/touch.css). */
+export function hasKeys(): boolean {
+  return !matchMedia("(hover: none), (pointer: coarse)").matches;
+}
+
 export function className(...names: (string | false | null | undefined)[]): string {
   return names.filter(Boolean).join(" ");
 }

@@ -85,8 +85,9 @@ def test_control_that_would_be_refused_is_not_offered(teacher: Teacher, visit: V
     expect(other.get_by_role("button", name="Take control")).to_be_visible()
 
 
+@pytest.mark.parametrize("elsewhere", [False, True])
 @pytest.mark.parametrize("way", ["Rename", "Duplicate"])
-def test_escape_closes_the_field_for_a_name(teacher: Teacher, way: str) -> None:
+def test_escape_closes_the_field_for_a_name(teacher: Teacher, way: str, elsewhere: bool) -> None:
     page = teacher.page
     teacher.press("ArrowUp")
     expect(page.get_by_role("button", name="Save", exact=True)).to_be_enabled()
@@ -95,6 +96,8 @@ def test_escape_closes_the_field_for_a_name(teacher: Teacher, way: str) -> None:
     teacher.click(f"{way} goto")
     field = page.locator(".naming input")
     expect(field).to_be_focused()
+    if elsewhere:
+        page.get_by_text("As a file").click()
     page.keyboard.press("Escape")
     expect(field).to_have_count(0)
 

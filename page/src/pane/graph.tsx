@@ -5,9 +5,11 @@ import { BUTTON, curve, drawing, edgeId, HEIGHT, type Bend, type Node } from "..
 import type { Panel } from "../panel";
 import type { Session } from "../protocol";
 import type { Switch } from "../studio";
-import { className, counted, plain } from "../words";
+import { className, counted, isSmall, plain } from "../words";
 
 const LARGEST = 1.15;
+/** On a small screen letters are 13 px high at this scale. */
+const READABLE = 1;
 /** Smaller could not be read: then it is scrolled. */
 const LEAST = 0.8;
 const MOST_HIGH = 300;
@@ -39,7 +41,8 @@ export function GraphView({ desk, panel, last }: GraphProps) {
     [shape, edges, opened, Object.keys(desk.nested).join()],
   );
   const within = drawn.nodes.some(({ inner }) => inner !== null);
-  const [least, most] = within ? [LEAST_OPEN, MOST_HIGH_OPEN] : [LEAST, MOST_HIGH];
+  const [drawnLeast, most] = within ? [LEAST_OPEN, MOST_HIGH_OPEN] : [LEAST, MOST_HIGH];
+  const least = isSmall() ? READABLE : drawnLeast;
   const scale = Math.max(least, Math.min(LARGEST, WIDE / drawn.width, most / drawn.height));
   const wide = drawn.width * scale > WIDE;
   const place = useRef<HTMLDivElement>(null);
@@ -217,6 +220,7 @@ function Opener({ node: { state, path, inner }, at, open }: OpenerProps) {
         open(path);
       }}
     >
+      <circle class="reach" cx={at.x} cy={at.y} r={22} />
       <circle cx={at.x} cy={at.y} r={8} />
       <path d={`M${at.x - 4} ${at.y}h8${inner === null ? `M${at.x} ${at.y - 4}v8` : ""}`} />
     </g>
