@@ -56,7 +56,31 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
   };
   return (
     <span class="soft place">
-      <span class="cut">in {scenario},</span>
+      {studio.told?.places.saves === true ? (
+        <label class="where">
+          in{" "}
+          <select
+            value={scenario}
+            aria-label="Go to a world of"
+            disabled={!studio.directs}
+            title="Another scenario; more in the tab Library"
+            onChange={(event) => {
+              const name = event.currentTarget.value;
+              event.currentTarget.value = scenario; // until the server says so
+              event.currentTarget.blur();
+              void studio.ask({ do: "open_world", name, discard: false });
+            }}
+          >
+            {studio.told.places.worlds.map((each) => (
+              <option key={each} value={each}>
+                {plain(each)}
+              </option>
+            ))}
+          </select>
+        </label>
+      ) : (
+        <span class="cut">in {plain(scenario)},</span>
+      )}
       <label>
         seed{" "}
         <input

@@ -6,6 +6,7 @@ import type { Studio } from "../studio";
 import { Behavior } from "./behavior";
 import { CutOffLesson } from "./cutoff";
 import { Parcel } from "./parcel";
+import { Places } from "./places";
 import { plain } from "../words";
 
 export function LibraryTab() {
@@ -61,6 +62,7 @@ export function LibraryTab() {
           </ul>
         </>
       )}
+      <Places />
       <h3>As a file</h3>
       <Parcel studio={studio} />
       <p class="padded tiny folder">in the folder {folder}</p>

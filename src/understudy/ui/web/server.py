@@ -12,6 +12,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy import __version__
 from understudy.errors import SessionError
+from understudy.sim.world import World
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST, WallClock
 from understudy.ui.controller.status import StatusMessage
@@ -19,6 +20,7 @@ from understudy.ui.web.actions import handler_table
 from understudy.ui.web.clients import PER_SECOND, Client, Clients
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
+from understudy.ui.web.places import PlacesData
 from understudy.ui.web.rewind import RunData
 from understudy.ui.web.session_host import SessionHost, describe_error
 from understudy.ui.web.views.library import LibraryData
@@ -71,6 +73,7 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
     robots: list[RobotStatus]
     """The states of the real robots; empty in simulation."""
     run: RunData
+    places: PlacesData
     directed: bool
     """Whether any client has control."""
     can_take: bool
@@ -100,6 +103,7 @@ class StudioServer:
         self._seen: tuple[SceneData, LibraryData] | None = None
         self._shown: SessionNewsData | None = None
         self._directed: Client | None = None
+        self._places = self._list_places()
         self._said, self._said_number = host.status, 0
         self._left: tuple[str, float] | None = None  # key of the page whose leaving stopped the run, and when
         self._due_s = 0.0
@@ -255,11 +259,17 @@ class StudioServer:
         if self._seen is None or self.host.scene_version != self._rebuilt:
             self._rebuilt = self.host.scene_version
             before, self._seen = self._seen, (self.host.scene(), self.host.library())
+            self._places = self._list_places()
             scene, _ = self._seen
             if before is None or scene != before[0]:
                 for viewer in self.viewers:
                     viewer.show(scene=_encode(SceneNewsData(scene=scene)))
         return self._seen
+
+    def _list_places(self) -> PlacesData:
+        """Return the worlds and libraries that can be chosen; in reality there is one world."""
+        host = self.host
+        return host.places.data(host.scenario, host.folder, saves=isinstance(host.world, World))
 
     def _show_session(self, library: LibraryData) -> SessionNewsData:
         """Send the session's data to every page if it changed, and return it."""
@@ -279,6 +289,7 @@ class StudioServer:
             sort=host.sort,
             robots=host.robots.list_statuses(),
             run=host.run,
+            places=self._places,
             directed=director is not None,
             can_take=self.viewers.can_be_taken,
             directs=False,
