@@ -21,7 +21,7 @@ export function Guide() {
   useSlowNews(studio.framed, 80);
   const moment = seen(studio);
   useEffect(() => {
-    tour.see(moment);
+    if (studio.current) tour.see(moment);
   });
   const advice = tour.active ? advised(tour, moment, studio, panel.form !== null) : null;
   usePointing(advice?.at ?? null);
@@ -104,6 +104,7 @@ function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Adv
   }
   if (studio.told?.paused === true)
     return { text: `Paused. Press ${hasKeys() ? "Space" : "▶"} to resume.`, at: ".pause" };
+  if (!studio.current) return { text: "A new world.", at: null }; // nothing is known of it yet
   if (tour.step < 3) return drives(moment, desk);
   if (tour.same(moment))
     return { text: "It has learned from your presses already. Go to a new world.", at: NEW_WORLD };

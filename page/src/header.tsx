@@ -61,7 +61,7 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
           in{" "}
           <select
             value={scenario}
-            aria-label="Go to a world of"
+            aria-label="Scenario"
             disabled={!studio.directs}
             title="Another scenario; more in the tab Library"
             onChange={(event) => {

@@ -32,7 +32,7 @@ def test_a_world_of_ones_own(teacher: Teacher, snap: Callable[[Page, str], None]
     snap(page, "places")
     page.get_by_label("World", exact=True).select_option("yard")
     page.get_by_role("button", name="Save, then go to yard").click()
-    expect(page.get_by_role("banner").get_by_label("Go to a world of")).to_have_value("yard")
+    expect(page.get_by_role("banner").get_by_label("Scenario")).to_have_value("yard")
     expect(page.get_by_text("goto is opened here")).to_be_visible()
     expect(page.get_by_role("banner")).to_contain_text("goto (A)")
     before = teacher.examples
@@ -57,7 +57,7 @@ def test_a_library_of_ones_own(teacher: Teacher) -> None:
 def test_the_header_goes_to_another_world(teacher: Teacher) -> None:
     """What is not saved is not left behind."""
     page = teacher.page
-    where = page.get_by_role("banner").get_by_label("Go to a world of")
+    where = page.get_by_role("banner").get_by_label("Scenario")
     where.select_option("arena")
     expect(page.get_by_text("goto has unsaved changes")).to_be_visible()
     expect(where).to_have_value("forage")

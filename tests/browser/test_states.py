@@ -20,7 +20,7 @@ def test_two_states_that_run_forward(visit: Callable[[], Page], snap: Callable[[
     expect(page.get_by_role("textbox", name=FORWARD)).to_have_count(0)
     teacher.click("Names of the states")
     teacher.click("forward once more")
-    teacher.click("Leave out forward_2")
+    teacher.click("Leave out forward 2")
     teacher.click("forward once more")
     page.get_by_role("textbox", name=FORWARD).nth(0).fill("forward_left")
     page.get_by_role("textbox", name=FORWARD).nth(1).fill("forward_left")
