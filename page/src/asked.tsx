@@ -3,6 +3,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import { useStudio } from "./context";
 import { isAskedAnew, playQuestion, soundIsOn, type Heard } from "./sound";
+import { plain } from "./words";
 
 /** How many other answers are offered beside the likeliest. */
 const OTHERS = 2;
@@ -21,7 +22,7 @@ export function Asked() {
   return (
     <section class="asked" role="status" aria-label="Question of the robot">
       <p>
-        {question.sentence} <span class="soft">Press it below.</span>
+        {plain(question.sentence)} <span class="soft">Press it below.</span>
       </p>
       <p class="choices">
         <button
@@ -30,7 +31,7 @@ export function Asked() {
           disabled={!studio.directs}
           onClick={(event) => answer(question.next, event)}
         >
-          {stays ? `Yes, stay in ${desk.state}` : `Yes, go to ${question.next}`}
+          {stays ? `Yes, stay in ${plain(desk.state)}` : `Yes, go to ${plain(question.next)}`}
         </button>
         {others.map((each) => (
           <button
@@ -40,7 +41,7 @@ export function Asked() {
             disabled={!studio.directs}
             onClick={(event) => answer(each, event)}
           >
-            {each === desk.state ? `No, stay in ${each}` : `No, ${each}`}
+            {each === desk.state ? `No, stay in ${plain(each)}` : `No, ${plain(each)}`}
           </button>
         ))}
         <button

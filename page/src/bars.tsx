@@ -24,12 +24,16 @@ export function Bars() {
     <div class="bar" role="status">
       <span>
         {studio.told.directed
-          ? "Someone else is in control. You can watch, and take control when nobody is."
+          ? studio.told.can_take
+            ? "Someone else is in control, and has done nothing for a while."
+            : "Someone else is in control. You can watch, and take control when nobody is."
           : "No one is in control. Take control to teach the robot."}
       </span>
-      <button type="button" class="small" onClick={() => void studio.ask({ do: "take" })}>
-        Take
-      </button>
+      {studio.told.can_take && (
+        <button type="button" class="small" onClick={() => void studio.ask({ do: "take" })}>
+          Take control
+        </button>
+      )}
     </div>
   );
 }

@@ -3,7 +3,7 @@
 import { useStudio } from "./context";
 import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
-import { className, keyName } from "./words";
+import { className, keyName, plain } from "./words";
 
 export function Directing() {
   const studio = useStudio();
@@ -65,14 +65,17 @@ function StateButton({ state, studio, desk }: { state: State; studio: Studio; de
       onClick={(event) => void studio.press(state.name, event.timeStamp)}
     >
       {key !== "" && <kbd aria-hidden="true">{key}</kbd>}
-      {state.name}
+      {state === desk.states[0] ? "stand still" : plain(state.name)}
       {state.flag && <span aria-hidden="true">⚑</span>}
     </button>
   );
 }
 
 function title(state: State, desk: Session): string {
-  const runs = state.runs === null || state.runs === state.name ? "" : ` It runs ${state.runs}.`;
-  const what = desk.mode === "testing" ? `Correct it: go to ${state.name}.` : `Direct it to ${state.name}.`;
+  if (state === desk.states[0])
+    return `Direct it back to ${state.name}, its first state, where it stands still. An example, as every press.`;
+  const name = plain(state.name);
+  const runs = state.runs === null || state.runs === state.name ? "" : ` It runs ${plain(state.runs)}.`;
+  const what = desk.mode === "testing" ? `Correct it: go to ${name}.` : `Direct it to ${name}.`;
   return what + (state.flag ? " It stops there and raises this flag." : runs);
 }

@@ -87,12 +87,17 @@ function kept(draft: Draft, studio: Studio, scene: Scene): Pick<Draft, "states" 
   };
 }
 
+/** The reaction time that was typed, s; null where it is none. */
+export function reaction({ reaction }: Pick<Draft, "reaction">): number | null {
+  const seconds = Number(reaction.replace(",", "."));
+  return reaction.trim() !== "" && Number.isFinite(seconds) && seconds >= 0 ? seconds : null;
+}
+
 /** How a draft is asked for. */
 export function request(form: Form, draft: Draft, studio: Studio, scene: Scene, discard: boolean): Request {
   const flags = listed(draft.flags);
-  const reaction = Number(draft.reaction);
   const { watched, unlearning, live } = draft;
-  const options = { watched, unlearning, live, reaction_s: Number.isFinite(reaction) ? reaction : null };
+  const options = { watched, unlearning, live, reaction_s: reaction(draft) };
   if (form === "choose") {
     return {
       do: "choose",

@@ -3,7 +3,7 @@
 import { Graph, layout } from "@dagrejs/dagre";
 import type { Arrow, NestedAutomaton, NestedState, Way } from "./protocol";
 
-const LETTER = 6.7;
+const LETTER = 7.2;
 const PADDING = 26;
 export const HEIGHT = 30;
 /** Room for the button that opens a state. */

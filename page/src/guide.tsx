@@ -6,7 +6,7 @@ import { useSlowNews } from "./news";
 import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
 import { isThere, STEPS, wish, type Moment, type Tour } from "./tour";
-import { className, degrees, keyName } from "./words";
+import { className, degrees, hasKeys, keyName, plain } from "./words";
 
 interface Advice {
   text: string;
@@ -21,7 +21,7 @@ export function Guide() {
   useSlowNews(studio.framed, 80);
   const moment = seen(studio);
   useEffect(() => {
-    tour.see(moment);
+    if (studio.current) tour.see(moment);
   });
   const advice = tour.active ? advised(tour, moment, studio, panel.form !== null) : null;
   usePointing(advice?.at ?? null);
@@ -102,7 +102,9 @@ function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Adv
       };
     return { text: "Begin goto, or open it again, and the tour goes on.", at: ".shelf-new" };
   }
-  if (studio.told?.paused === true) return { text: "Paused. Press Space to resume.", at: ".pause" };
+  if (studio.told?.paused === true)
+    return { text: `Paused. Press ${hasKeys() ? "Space" : "▶"} to resume.`, at: ".pause" };
+  if (!studio.current) return { text: "A new world.", at: null }; // nothing is known of it yet
   if (tour.step < 3) return drives(moment, desk);
   if (tour.same(moment))
     return { text: "It has learned from your presses already. Go to a new world.", at: NEW_WORLD };
@@ -123,7 +125,7 @@ function drives(moment: Moment, desk: Session): Advice {
   const now = desk.states.find(({ name }) => name === moment.state);
   const wished = wish(moment, now?.arrow ?? null);
   const next = desk.states.find((each) => (wished === "done" ? each.flag : each.arrow === wished));
-  const place = desk.targets[desk.parameters[0] ?? ""] ?? "the place";
+  const place = plain(desk.targets[desk.parameters[0] ?? ""] ?? "place");
   if (wished === null || next === undefined)
     return { text: `Turn until the robot sees the ${place}.`, at: null };
   if (now === next) {
@@ -137,9 +139,14 @@ function drives(moment: Moment, desk: Session): Advice {
 }
 
 function said(next: State, wished: string, place: string): string {
-  if (wished === "done") return `It is there: press ${keyName(next)}, ${next.name}.`;
-  if (wished === "up") return `The ${place} is ahead: press ${keyName(next)}, ${next.name}.`;
-  return `The ${place} is to the ${wished}: press ${keyName(next)}, ${next.name}.`;
+  if (wished === "done") return `It is there: press ${named(next)}.`;
+  if (wished === "up") return `The ${place} is ahead: press ${named(next)}.`;
+  return `The ${place} is to the ${wished}: press ${named(next)}.`;
+}
+
+/** A state with its key; where there is no keyboard, without. */
+function named(state: State): string {
+  return hasKeys() ? `${keyName(state)}, ${plain(state.name)}` : plain(state.name);
 }
 
 /** A ring around what to press. */

@@ -1,10 +1,10 @@
 /** The header: what is trained and where, time, mode, saving. */
 
-import { useState } from "preact/hooks";
+import { useRef, useState } from "preact/hooks";
 import { useStudio } from "./context";
 import { Running } from "./running";
 import type { Studio } from "./studio";
-import { className } from "./words";
+import { className, plain } from "./words";
 
 export function Header() {
   const studio = useStudio();
@@ -19,7 +19,7 @@ export function Header() {
           <span class="soft">No automaton open</span>
         ) : (
           <b>
-            {desk.name}
+            {plain(desk.name)}
             {desk.parameters.length > 0 && <span class="soft"> ({desk.parameters.join(", ")})</span>}
           </b>
         )}
@@ -38,17 +38,49 @@ export function Header() {
 function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
   const seed = studio.told?.seed ?? studio.scene?.seed ?? null;
   const [typed, setTyped] = useState<string | null>(null);
+  const edited = useRef(false);
   const go = (event: Event): void => {
     const field = event.currentTarget as HTMLInputElement;
+    if (!edited.current) return;
+    edited.current = false; // leaving the field is a change, too
     const wanted = Number(field.value);
     const sensible = field.value !== "" && Number.isInteger(wanted) && wanted >= 0;
     if (sensible) void studio.ask({ do: "reset", seed: wanted });
+    else if (field.value.trim() !== "")
+      studio.say({
+        text: `The seed ${field.value} is no whole number of 0 or more: 42, for example`,
+        tone: "error",
+      });
     setTyped(null);
     field.blur();
   };
   return (
     <span class="soft place">
-      <span class="cut">in {scenario},</span>
+      {studio.told?.places.saves === true ? (
+        <label class="where">
+          in{" "}
+          <select
+            value={scenario}
+            aria-label="Scenario"
+            disabled={!studio.directs}
+            title="Another scenario; more in the tab Library"
+            onChange={(event) => {
+              const name = event.currentTarget.value;
+              event.currentTarget.value = scenario; // until the server says so
+              event.currentTarget.blur();
+              void studio.ask({ do: "open_world", name, discard: false });
+            }}
+          >
+            {studio.told.places.worlds.map((each) => (
+              <option key={each} value={each}>
+                {plain(each)}
+              </option>
+            ))}
+          </select>
+        </label>
+      ) : (
+        <span class="cut">in {plain(scenario)},</span>
+      )}
       <label>
         seed{" "}
         <input
@@ -56,11 +88,14 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
           inputMode="numeric"
           disabled={!studio.directs}
           value={typed ?? (seed === null ? "" : String(seed))}
-          onInput={(event) => setTyped(event.currentTarget.value)}
+          onInput={(event) => {
+            edited.current = true;
+            setTyped(event.currentTarget.value);
+          }}
           onChange={go}
           onBlur={() => setTyped(null)}
           onKeyDown={(event) => {
-            if (event.key === "Enter") event.currentTarget.blur();
+            if (event.key === "Enter") go(event); // the present seed, too, which is no change
           }}
           title="Another number, another world"
         />

@@ -4,6 +4,7 @@ import { useEffect, useMemo } from "preact/hooks";
 import { useStudio } from "./context";
 import { Pad } from "./gamepad";
 import { useNews } from "./news";
+import { plain } from "./words";
 
 export function PadHint() {
   const studio = useStudio();
@@ -15,7 +16,7 @@ export function PadHint() {
   const hints = [
     ["✚", "direct"],
     ["A", "confirm"],
-    ...(flag === undefined ? [] : [["X", flag.name]]),
+    ...(flag === undefined ? [] : [["X", plain(flag.name)]]),
     ["Y", studio.desk.mode === "testing" ? "teach" : "try"],
     ["B", "undo"],
     ["Start", "pause"],

@@ -1,5 +1,6 @@
 /** The right column: a form while one is open, else the tabs Automaton, Lesson, Coach, Library. */
 
+import { useEffect, useRef } from "preact/hooks";
 import { usePanel, useStudio } from "./context";
 import { AutomatonTab } from "./pane/automaton";
 import { ChoiceForm } from "./pane/choice";
@@ -9,6 +10,7 @@ import { LessonTab } from "./pane/lesson";
 import { LibraryTab } from "./pane/library";
 import { SavingCard } from "./pane/saving";
 import { TABS, type Panel, type Tab } from "./panel";
+import { isSmall } from "./words";
 
 const NAMES: Readonly<Record<Tab, string>> = {
   automaton: "Automaton",
@@ -26,6 +28,7 @@ export function Pane() {
     ...(studio.desk === null ? {} : { lesson: studio.desk.examples.length }),
     ...(studio.told === null ? {} : { library: studio.told.library.trained.length }),
   };
+  useShownOnPhones(panel.form !== null);
   return (
     <section class="pane" aria-label="Automaton, lesson, coach and library">
       <div class="tabs" role="tablist" onKeyDown={(event) => turnPage(panel, event)}>
@@ -62,6 +65,17 @@ export function Pane() {
       </div>
     </section>
   );
+}
+
+/** Where the page scrolls as a whole, a form that opens is scrolled to, and the world once it is closed. */
+function useShownOnPhones(open: boolean): void {
+  const before = useRef(open);
+  useEffect(() => {
+    if (open === before.current) return;
+    before.current = open;
+    if (!isSmall()) return;
+    document.querySelector(open ? ".pane" : ".screen")?.scrollIntoView({ block: "start" });
+  }, [open]);
 }
 
 function turnPage(panel: Panel, event: KeyboardEvent): void {

@@ -142,6 +142,12 @@ export type Request =
   | { do: "go_back"; name: NameField; version: Index }
   /** Select the robot to train, or the coordinator of a squad of this sort. */
   | { do: "agent"; agent: Index; sort?: NameField | null; discard?: boolean }
+  /** Go to a world of another scenario, one of those that the studio lists. */
+  | { do: "open_world"; name: NameField; discard?: boolean }
+  /** Use another library, one of those that the studio lists, or a new one of this name. */
+  | { do: "open_library"; name: NameField; discard?: boolean }
+  /** Save the world as it stands as a scenario of this name. */
+  | { do: "save_world"; name: NameField }
   /** Set what the robots that are not in training do: idle, or a behavior of the library. */
   | { do: "others"; behavior: NameField | null; targets?: Targets }
   /** Turn learning from silence off or on. */
@@ -315,6 +321,8 @@ export interface SessionNews {
   library: Library;
   desk: Session | null;
   said: StatusMessage;
+  /** Grows with every message, so that one that says the same as the last is known for a new one. */
+  said_number: number;
   viewers: number;
   paused: boolean;
   speed: SpeedFactor;
@@ -324,8 +332,11 @@ export interface SessionNews {
   /** The states of the real robots; empty in simulation. */
   robots: readonly RobotStatus[];
   run: Run;
+  places: Places;
   /** Whether any client has control. */
   directed: boolean;
+  /** Whether a page that asks for control gets it. */
+  can_take: boolean;
   /** Whether this page has control. */
   directs: boolean;
 }
@@ -503,6 +514,16 @@ export interface RobotStatus {
 export interface Run {
   number: number;
   from_s: number;
+}
+
+/** The scenarios and libraries that can be chosen, and the present ones. */
+export interface Places {
+  world: string;
+  worlds: readonly string[];
+  library: string;
+  libraries: readonly string[];
+  /** Whether the world can be saved as a scenario, and another be chosen. */
+  saves: boolean;
 }
 
 /**

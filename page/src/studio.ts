@@ -18,6 +18,9 @@ import type {
 } from "./protocol";
 import { Motion } from "./world/motion";
 
+/** So long after another world was chosen its first frame is here. */
+const LATE_MS = 500;
+
 export interface Notice extends StatusMessage {
   /** What takes it back, where something does. */
   undo?: Request;
@@ -72,6 +75,8 @@ export class Studio implements Listener {
   latency: Latency | null = null;
   asking: string | null = null;
   switch: Switch | null = null;
+  /** Whether the last frame is of the present run: after another world was chosen it comes a moment later. */
+  current = true;
   version = "";
   private back: Request | null = null;
   private readonly link = new Link(this);
@@ -147,6 +152,7 @@ export class Studio implements Listener {
 
   saw(buffer: ArrayBuffer): void {
     const frame = decode(buffer);
+    this.current = true;
     this.motion.take(frame, performance.now());
     this.memory.see(frame.tick, frame.features);
     this.past.see(frame.time);
@@ -166,7 +172,7 @@ export class Studio implements Listener {
     const { desk, said } = news;
     const grew = before !== null && desk !== null && before.examples.length < desk.examples.length;
     const recorded = grew && (said.tone === "recorded" || said.tone === "correction");
-    if (said.text !== this.told?.said.text || said.tone !== this.told.said.tone) {
+    if (news.said_number !== this.told?.said_number) {
       const undo: Request | null = recorded ? { do: "undo" } : this.back;
       this.notice = undo === null ? said : { ...said, undo };
       this.back = null;
@@ -178,7 +184,11 @@ export class Studio implements Listener {
       this.switch = { from: before.state, to: desk.state, corrected, at: performance.now() };
     }
     if (labels(before) !== labels(desk)) this.memory.forget();
-    if (news.run.number !== this.told?.run.number) this.past.begin(news.run.from_s);
+    if (news.run.number !== this.told?.run.number) {
+      this.past.begin(news.run.from_s);
+      this.current = this.told === null;
+      setTimeout(() => (this.current = true), LATE_MS); // a frame that is as the last is not sent
+    }
     this.past.note(desk?.examples ?? [], grew && before?.name === desk?.name);
     this.told = news;
     this.directs = news.directs;

@@ -1,7 +1,7 @@
 /** The line that says what just happened, with a way back where there is one. */
 
 import { useStudio } from "./context";
-import { className } from "./words";
+import { className, plain } from "./words";
 
 export function Toast() {
   const studio = useStudio();
@@ -13,7 +13,7 @@ export function Toast() {
     <div class="toasts" role="status" aria-live="polite">
       {shown && (
         <div class={className("toast", notice.tone)} key={studio.notices}>
-          <span>{notice.text}</span>
+          <span>{plain(notice.text)}</span>
           {undo !== undefined && studio.directs && (
             <button type="button" onClick={() => void studio.ask(undo)}>
               undo

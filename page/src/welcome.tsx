@@ -3,7 +3,7 @@
 import { usePanel, useStudio, useTour } from "./context";
 import { drafted } from "./draft";
 import { Discard } from "./pane/cutoff";
-import { counted } from "./words";
+import { counted, plain } from "./words";
 
 export function Welcome() {
   const studio = useStudio();
@@ -28,7 +28,7 @@ export function Welcome() {
             disabled={!studio.directs}
             onClick={() => void studio.ask({ do: "open", name: left.name })}
           >
-            Resume {left.name} ({counted(left.examples, "example")})
+            Resume {plain(left.name)} ({counted(left.examples, "example")})
           </button>
           <Discard name={left.name} studio={studio} />
         </span>

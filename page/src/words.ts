@@ -53,9 +53,38 @@ export function keyName(state: { key: string; arrow: Arrow | null }): string {
   return state.arrow === null ? state.key : ARROWS[state.arrow];
 }
 
-/** Names of the code as people read them: nearest_food is nearest food. */
-export function plain(name: string): string {
-  return name.replaceAll("_", " ");
+/** A call, or a name of several words, unless it stands in quotes or is part of a path. */
+const IDENTIFIER =
+  /(?<![\w/\\.'-])(?:([A-Za-z]\w*)\(([^()=]+)\)|([A-Za-z]\w*_\w*[A-Za-z0-9]))(?![\w/\\]|[.-]\w)/g;
+const SPELLED: Readonly<Record<string, string>> = { rotate: "turn" };
+
+/**
+ * Names of the code as people read them, wherever they are in a text: nearest_food is "nearest food", distance_to(A)
+ * "distance to A", rotate_left "turn left". Files, code and messages of the studio keep the names themselves.
+ */
+export function plain(text: string): string {
+  return text.replace(IDENTIFIER, (_, name: string | undefined, bound = "", words = "") => {
+    if (name === undefined) return spelled(words as string);
+    const targets = (bound as string).split(",").map((target) => spelled(target.trim()));
+    return / ?to$/.test(spelled(name))
+      ? `${spelled(name)} ${targets.join(", ")}`
+      : `${spelled(name)} (${targets.join(", ")})`;
+  });
+}
+
+function spelled(name: string): string {
+  const [first = "", ...rest] = name.split("_").filter((word) => word !== "");
+  return [rest.length > 0 ? (SPELLED[first] ?? first) : first, ...rest].join(" ");
+}
+
+/** Whether the screen is small, or touched: nothing is in small print then (as in style/touch.css). */
+export function isSmall(): boolean {
+  return matchMedia("(max-width: 1000px), (max-height: 500px), (pointer: coarse)").matches;
+}
+
+/** Whether keys are worth telling of: a screen that is only touched seldom has a keyboard (as in style/touch.css). */
+export function hasKeys(): boolean {
+  return !matchMedia("(hover: none), (pointer: coarse)").matches;
 }
 
 export function className(...names: (string | false | null | undefined)[]): string {

@@ -15,14 +15,15 @@ from understudy.analysis.evaluation import (
     LENIENCE,
     evaluate,
     evaluate_team,
+    find_success_flag,
     measure_outcomes,
     measure_program_outcomes,
 )
 from understudy.errors import SettingError, UnboundParameter, UnknownName
-from understudy.model.automaton import Automaton
+from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, TimeInState, feature
 from understudy.model.kinds import Column, Continuous
-from understudy.model.library import Library
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
@@ -171,6 +172,25 @@ def test_a_behavior_that_says_when_it_is_done_is_judged_by_that() -> None:
             run.tick()
         assert run.body.time_s == seconds
     assert evaluate(LIBRARY, "forage", FORAGE, range(2)).flag is None
+
+
+FLAGS = [  # what a behavior can raise; what it is judged by
+    ((), None),
+    (("done",), "done"),
+    (("there",), "there"),
+    (("there", "done"), "done"),
+    (("failed",), None),
+    (("seen", "lost"), None),
+    (("there", "failed"), "there"),
+]
+
+
+@pytest.mark.parametrize(("flags", "judged_by"), FLAGS)
+def test_a_behavior_is_judged_by_its_own_goal(flags: tuple[str, ...], judged_by: str | None) -> None:
+    states = (START, *(State(flag, flag=flag) for flag in flags))
+    library = Library(FORAGE_KIT).with_automaton(TrainedAutomaton(Automaton("go", states)))
+    assert find_success_flag(library, "go") == judged_by
+    assert find_success_flag(library, "forward") is None
 
 
 def test_who_says_done_too_late_has_failed() -> None:

@@ -17,6 +17,7 @@ from playwright.sync_api import Page, expect
 from tests.browser.glance import glance
 from tests.browser.hand import drag_robot, turn_robot
 from tests.browser.teacher import Teacher
+from tests.browser.words import plain
 
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks import forage_teacher
@@ -128,7 +129,7 @@ class Forager(Teacher):
         form.get_by_label("Reaction time").fill("0.2" if about is GOTO else "0")
         for label in (*about.states, *about.features):
             self.actions += 1
-            form.get_by_role("checkbox", name=label, exact=True).check()
+            form.get_by_role("checkbox", name=plain(label), exact=True).check()
         self.actions += 1
         form.get_by_role("checkbox", name="Learn from silence").check()
 

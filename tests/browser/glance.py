@@ -15,19 +15,18 @@ LOOK = """() => {
   const all = (selector) => [...document.querySelectorAll(selector)];
   const text = (selector) => document.querySelector(selector)?.innerText ?? "";
   return {
-    features: all(".reading").map((each) => each.innerText.split("\\n").slice(0, 2)),
+    features: all(".reading").map((each) => [each.dataset.feature, each.querySelector("b").innerText]),
     states: all(".state").map(({ dataset }) => dataset.state),
     state: all(".state.on").map(({ dataset }) => dataset.state)[0] ?? "",
     flag: all(".state.flag.on").length > 0,
     waiting: all(".state.waiting").map(({ dataset }) => dataset.state)[0] ?? null,
     testing: text(".modes [aria-pressed=true]") === "Try",
     clock: text(".time"),
-    path: text(".path"),
+    path: document.querySelector(".path")?.dataset.path ?? "",
     examples: Number(text("#tab-lesson").replace(/\\D+/g, "")),
   };
 }"""
 """All that a person takes in at a glance."""
-NAMES = re.compile(r"\w+")
 CLOCK = re.compile(r"(\d+):([\d.]+)")
 
 
@@ -39,7 +38,7 @@ def glance(page: Page) -> SessionView:
         time_s=int(clock[1]) * 60 + float(clock[2]) if clock else 0.0,
         mode=Mode.TESTING if seen["testing"] else Mode.TRAINING,
         state=seen["state"],
-        path=tuple(NAMES.findall(seen["path"])[1:]) or (seen["state"],),
+        path=tuple(seen["path"].split("/")) if seen["path"] else (seen["state"],),
         flag=seen["state"] if seen["flag"] else None,
         features={label: written(text) for label, text in seen["features"]},
         states=tuple(seen["states"]),

@@ -8,8 +8,8 @@ from time import monotonic
 from playwright.sync_api import Locator, Page, expect
 
 KEYS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight", "done": "4"}
-DISTANCE = re.compile(r"distance_to\(A\)\s*([\d.]+) m")
-ANGLE = re.compile(r"angle_to\(A\)\s*(−?\d+)°")
+DISTANCE = re.compile(r"distance to A\s*([\d.]+) m")
+ANGLE = re.compile(r"angle to A\s*(−?\d+)°")
 NEAR_M = 0.35
 
 
@@ -40,9 +40,7 @@ class Teacher:
 
     def directing(self, state: str):  # type: ignore[no-untyped-def]  # a Locator
         """The button that directs to a state."""
-        return self.page.get_by_role("toolbar", name="Direct the robot").get_by_role(
-            "button", name=state, exact=True
-        )
+        return self.page.get_by_role("toolbar", name="Direct the robot").locator(f'[data-state="{state}"]')
 
     @property
     def state(self) -> str:

@@ -134,11 +134,11 @@ def nests(teacher: Teacher) -> None:
     page.get_by_role("tab", name="Automaton").click()
     teacher.click("+ Teach something new")
     page.get_by_label("Name", exact=True).fill("carry")
-    page.get_by_label("goto(station)", exact=True).check()
-    page.get_by_label("food_stored", exact=True).check()
+    page.get_by_label("goto station", exact=True).check()
+    page.get_by_label("food stored", exact=True).check()
     teacher.begin_as_in_the_paper()
     teacher.click("What goto runs")
-    expect(page.locator(".inner").get_by_text("rotate_left", exact=True)).to_be_visible()
+    expect(page.locator(".inner").get_by_text("turn left", exact=True)).to_be_visible()
 
 
 def test_goto_is_taught_and_saved_without_a_mouse(visit: Callable[[], Page], studio: Studio) -> None:

@@ -77,7 +77,7 @@ def test_what_to_show_next_is_set_up_shown_and_said_no_more(teacher: Teacher, sn
     expect(behind).to_contain_text("The situation is set up in state forward")
     expect(teacher.directing("forward")).to_have_attribute("aria-pressed", "true")
     expect(page.get_by_role("button", name="Resume", exact=True)).to_be_visible()
-    expect(page.get_by_role("complementary")).to_contain_text(re.compile(r"angle_to\(A\)\s*−?1[3-8]\d°"))
+    expect(page.get_by_role("complementary")).to_contain_text(re.compile(r"angle to A\s*−?1[3-8]\d°"))
     snap(page, "coach")
     before = teacher.examples
     teacher.press(KEYS["rotate_right"])
@@ -100,7 +100,7 @@ def test_a_robot_that_is_unsure_asks_and_the_press_is_the_answer(teacher: Teache
     teacher.press("t")
     teacher.press("Space")
     question = page.get_by_role("status", name="Question of the robot")
-    expect(question).to_contain_text("I am not sure: I would go to rotate_left")
+    expect(question).to_contain_text("I am not sure: I would go to turn left")
     snap(page, "asked")
     before, clock = teacher.examples, teacher.clock_s
     page.wait_for_timeout(300)
@@ -110,7 +110,7 @@ def test_a_robot_that_is_unsure_asks_and_the_press_is_the_answer(teacher: Teache
     expect(page.get_by_role("group", name="Mode").get_by_role("button", name="Try")).to_have_attribute(
         "aria-pressed", "true"
     )
-    expect(question).to_contain_text("I would stay in rotate_left", timeout=10_000)  # it went on
+    expect(question).to_contain_text("I would stay in turn left", timeout=10_000)  # it went on
     assert teacher.clock_s > clock
     now = teacher.clock_s
     question.get_by_role("button", name="Carry on").click()
@@ -134,10 +134,10 @@ def test_where_it_was_unsure_is_marked_and_gone_back_to(teacher: Teacher, snap: 
     snap(page, "marked")
     marks.last.get_by_role("button").click()
     question = page.get_by_role("status", name="Question of the robot")
-    expect(question).to_contain_text("I would go to rotate_left")
+    expect(question).to_contain_text("I would go to turn left")
     expect(page.get_by_title("Time in the world")).to_have_text("0:00.0")
     snap(page, "gone-back")
-    question.get_by_role("button", name="Yes, go to rotate_left").click()
+    question.get_by_role("button", name="Yes, go to turn left").click()
     expect(question).to_have_count(0)
     expect(marks.filter(has_text="in start")).to_have_count(0)
 
@@ -168,7 +168,7 @@ def test_late_presses_are_noticed_and_taken_earlier_on_a_click(
         page.get_by_role("tab", name="Coach").click()
         late = page.get_by_role("region", name="Reaction time")
         expect(late).to_contain_text(
-            re.compile(r"Your presses seem to come 0\.\d+ s late\. Taken 0\.\d+ s earlier, the")
+            re.compile(r"You seem to react within 0\.\d+ s\. Taken 0\.\d+ s earlier, the")
         )
         snap(page, "late")
         late.get_by_role("button", name=re.compile("Use 0")).click()
@@ -218,7 +218,7 @@ def test_a_press_that_looks_like_a_slip_was_meant_or_is_mended(
         expect(asked).to_have_count(0)
         page.get_by_role("tab", name="Lesson").click()
         ninth = page.get_by_role("row").filter(has_text="105")
-        expect(ninth).to_contain_text("rotate_left")
+        expect(ninth).to_contain_text("turn left")
         teacher.click("undo")
         expect(ninth).to_contain_text("done")
         page.get_by_role("tab", name="Coach").click()

@@ -150,7 +150,7 @@ def test_what_moved_between_two_versions(teacher: Teacher, snap: Snap) -> None:
     page.get_by_role("button", name="version 1", exact=True).click()
     changes = page.get_by_role("region", name="What changed since version 1")
     expect(changes).to_contain_text("forward → done vanished")
-    expect(changes).to_contain_text("− distance_to(A) is below")
+    expect(changes).to_contain_text("− distance to A is below")
     expect(changes).to_contain_text(f"because of example {number} (gone, showed it)")
     snap(page, "moved")
 

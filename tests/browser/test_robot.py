@@ -13,6 +13,7 @@ import pytest
 from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
+from tests.browser.words import plain
 
 for module in ("cyclonedds", "rosbags", "mujoco", "cv2"):
     pytest.importorskip(module, reason="needs the extras ros2 and mujoco")
@@ -75,7 +76,7 @@ def test_a_robot_is_armed_taught_and_stopped(
     form = page.locator("form.choice")
     form.get_by_role("textbox", name="Name", exact=True).fill("servo")
     for label in ("turn_left", "turn_right", "walk_forward", "blob_x(ball)", "blob_size(ball)"):
-        form.get_by_role("checkbox", name=label, exact=True).check()
+        form.get_by_role("checkbox", name=plain(label), exact=True).check()
     teacher.begin_as_in_the_paper()
     bar.get_by_role("button", name="Arm").click()
     expect(bar).to_contain_text("humanoid armed")

@@ -58,7 +58,7 @@ def test_back_to_a_former_version(teacher: Teacher) -> None:
     page.get_by_role("button", name="Versions of goto").click()
     page.get_by_role("button", name="version 1", exact=True).click()
     changes = page.get_by_role("region", name="What changed since version 1")
-    expect(changes).to_contain_text("go to rotate_left (directive)")
+    expect(changes).to_contain_text("go to turn left (directive)")
     assert teacher.examples == 4
     page.get_by_role("button", name="Go back to version 1 of goto").click()
     expect(page.get_by_role("button", name="version 2", exact=True)).to_be_visible()
@@ -120,13 +120,13 @@ def test_one_behavior_in_two_ways(teacher: Teacher) -> None:
     page = teacher.page
     page.get_by_role("tabpanel").get_by_role("button", name="Teach something new").click()
     page.get_by_label("Name", exact=True).fill("fetch")
-    for chosen in ("goto(station)", "goto(nearest_food)", "load_food", "food_stored"):
+    for chosen in ("goto station", "goto nearest food", "load food", "food stored"):
         page.get_by_role("checkbox", name=chosen, exact=True).check(force=True)
     page.get_by_role("button", name="Begin", exact=True).click()
     teacher.directing("goto(nearest_food)").click()
     expect(teacher.directing("goto(nearest_food)")).to_have_attribute("aria-pressed", "true")
     page.get_by_role("button", name="choose features").click()
-    page.get_by_role("checkbox", name="food_left", exact=True).check(force=True)
+    page.get_by_role("checkbox", name="food left", exact=True).check(force=True)
     page.get_by_role("button", name="Choose", exact=True).click()
     expect(teacher.directing("goto(station)")).to_be_visible()
     assert teacher.examples == 2

@@ -20,12 +20,12 @@ def test_two_states_that_run_forward(visit: Callable[[], Page], snap: Callable[[
     expect(page.get_by_role("textbox", name=FORWARD)).to_have_count(0)
     teacher.click("Names of the states")
     teacher.click("forward once more")
-    teacher.click("Leave out forward_2")
+    teacher.click("Leave out forward 2")
     teacher.click("forward once more")
     page.get_by_role("textbox", name=FORWARD).nth(0).fill("forward_left")
     page.get_by_role("textbox", name=FORWARD).nth(1).fill("forward_left")
     expect(page.get_by_role("button", name="Begin", exact=True)).to_be_disabled()
-    expect(page.get_by_text("Two states are called forward_left.")).to_be_visible()
+    expect(page.get_by_text("Two states are called forward left.")).to_be_visible()
     page.get_by_role("textbox", name=FORWARD).nth(1).fill("forward_right")
     snap(page, "two-states-forward")
     teacher.begin_as_in_the_paper()
@@ -34,7 +34,7 @@ def test_two_states_that_run_forward(visit: Callable[[], Page], snap: Callable[[
     expect(teacher.directing("forward_left")).to_have_attribute("aria-pressed", "true")
     teacher.press("2")
     expect(teacher.directing("forward_right")).to_have_attribute("aria-pressed", "true")
-    expect(page.get_by_role("button", name=re.compile("^forward_left to forward_right"))).to_have_count(1)
+    expect(page.get_by_role("button", name=re.compile("^forward left to forward right"))).to_have_count(1)
     snap(page, "two-states-forward-taught")
 
 

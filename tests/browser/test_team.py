@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
+from tests.browser.words import plain
 from tests.sim.patrollers import ROBOTS
 
 from understudy.model.library import TrainedAutomaton
@@ -44,7 +45,7 @@ def test_a_coordinator_is_taught(visit: Callable[[], Page], snap: Callable[[Page
         "all_done",
         "present",
     ):
-        form.get_by_role("checkbox", name=label, exact=True).check()
+        form.get_by_role("checkbox", name=plain(label), exact=True).check()
     teacher.begin_as_in_the_paper()
     expect(patrol).to_contain_text("4 idles")
     teacher.directing("wander").click()

@@ -103,7 +103,7 @@ def test_it_says_how_far_it_is_while_the_world_goes_on_and_is_cancelled(
         page.goto(studio.address)
         teacher = Teacher(page)
         teacher.click("Teach something new")
-        page.get_by_label("stored_twice", exact=True).check()
+        page.get_by_label("stored twice", exact=True).check()
         teacher.begin_as_in_the_paper()
         for key in ("ArrowLeft", "ArrowUp", "ArrowLeft"):
             teacher.press(key)
@@ -112,7 +112,7 @@ def test_it_says_how_far_it_is_while_the_world_goes_on_and_is_cancelled(
         unseen = part(page)
         unseen.get_by_role("button", name="Try in 100 worlds").click()
         expect(unseen.get_by_role("progressbar", name="Worlds tried")).to_be_visible()
-        expect(unseen).to_contain_text("goto(station): 0 of 100 worlds")
+        expect(unseen).to_contain_text("goto station: 0 of 100 worlds")
         before = teacher.clock_s
         page.wait_for_timeout(500)
         assert teacher.clock_s > before

@@ -110,6 +110,20 @@ def test_the_evidence_says_by_what() -> None:
     )
 
 
+def test_the_evidence_speaks_of_angles_in_degrees() -> None:
+    """As everything else that people read: 0.3 rad are 17 degrees."""
+    lesson = demonstrated(0.3, kind=Toroidal())
+    angle, aside = lesson.automaton.features
+    bound = BoundFeature(Feature("x", angle.kind, reading="x", unit="rad"))
+    features = replace(lesson.automaton, features=(bound, aside))
+    said = str(estimate_reaction_time(replace(lesson, automaton=features)))
+    meters = str(estimate_reaction_time(lesson))
+    then, now = (float(each) for each in re.findall(r"([\d.]+)°", said))
+    radians = [float(each) for each in re.findall(r"(0\.\d+) m", meters)]
+    assert "rad" not in said
+    assert [then, now] == pytest.approx(np.degrees(radians), rel=0.05)
+
+
 def test_too_little_gives_no_estimate() -> None:
     assert estimate_reaction_time(demonstrated(0.3, presses=7)) is None
     lesson = demonstrated(0.3)

@@ -4,7 +4,7 @@ import { useState } from "preact/hooks";
 import type { AskWhenName, Session } from "../protocol";
 import { soundIsOn, turnSound } from "../sound";
 import type { Studio } from "../studio";
-import { clock } from "../words";
+import { clock, plain } from "../words";
 
 const WAYS: Readonly<Record<AskWhenName, readonly [name: string, about: string]>> = {
   never: ["no", "Never asks."],
@@ -61,7 +61,7 @@ export function AskingPart({ desk, studio }: { desk: Session; studio: Studio }) 
               </button>
               <span>
                 {run !== studio.told?.run.number && <span class="soft">in an earlier run: </span>}
-                {sentence.replace(/^I am not sure: | What is right\?$/g, "")}
+                {plain(sentence.replace(/^I am not sure: | What is right\?$/g, ""))}
               </span>
             </li>
           ))}

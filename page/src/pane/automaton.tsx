@@ -5,7 +5,7 @@ import { usePanel, useStudio } from "../context";
 import { edgeId, innerEdge } from "../graph";
 import type { Panel } from "../panel";
 import type { Edge, Way } from "../protocol";
-import { className } from "../words";
+import { className, plain } from "../words";
 import { GraphView } from "./graph";
 import { Pruned, SimplerCard } from "./simpler";
 import { Why } from "./why";
@@ -28,12 +28,16 @@ export function AutomatonTab() {
   return (
     <>
       <GraphView desk={desk} panel={panel} last={studio.switch} />
-      {desk.path.length > 1 && <p class="tiny path">now {desk.path.join(" › ")}</p>}
+      {desk.path.length > 1 && (
+        <p class="tiny path" data-path={desk.path.join("/")}>
+          now {desk.path.map(plain).join(" › ")}
+        </p>
+      )}
       <Why />
       <div class="rules-head">
         <h3>
           {inner !== null
-            ? `This transition, in ${inner.of}`
+            ? `This transition, in ${plain(inner.of)}`
             : picked === undefined
               ? "What it learned"
               : "This transition"}
@@ -58,7 +62,7 @@ export function AutomatonTab() {
         {inner !== null ? (
           <li class="rule picked">
             <b class="rule-name">
-              {inner.edge.from} → {inner.edge.to}
+              {plain(inner.edge.from)} → {plain(inner.edge.to)}
             </b>
             <Conditions edge={inner.edge} />
           </li>
@@ -79,7 +83,7 @@ function Rule({ edge, panel, picked }: { edge: Edge; panel: Panel; picked: boole
         aria-expanded={picked}
         onClick={() => panel.selectEdge(edgeId(edge))}
       >
-        {edge.from} → {edge.to}
+        {plain(edge.from)} → {plain(edge.to)}
       </button>
       <Conditions edge={edge} />
       {edge.examples.length > 0 && (
@@ -119,7 +123,7 @@ function When({ text }: { text: string }) {
       {text.split(JOINT).map((statement, index) => (
         <span key={statement}>
           {index > 0 && <span class="soft"> and </span>}
-          <b>{statement}</b>
+          <b>{plain(statement)}</b>
         </span>
       ))}
     </>

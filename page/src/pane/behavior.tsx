@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel } from "../context";
 import type { Trained } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted } from "../words";
+import { className, counted, plain } from "../words";
 import { Naming, type Way } from "./naming";
 import { useOpening } from "./opening";
 import { Versions } from "./versions";
@@ -34,7 +34,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
     >
       <div class="behavior-head">
         <b>
-          {name}
+          {plain(name)}
           {parameters.length > 0 && <span class="soft"> ({parameters.join(", ")})</span>}
         </b>
         <span class="space" />
@@ -65,7 +65,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
       </div>
       <p class="tiny">
         {counted(examples, "example")}
-        {runs.length > 0 && `, runs ${runs.join(", ")}`}
+        {runs.length > 0 && `, runs ${runs.map(plain).join(", ")}`}
       </p>
       <p class="behavior-more">
         {(["rename", "duplicate"] as const).map((way) => (
@@ -95,7 +95,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
         <Naming key={shown} way={shown} name={name} studio={studio} close={() => setShown(null)} />
       )}
       {shown === "versions" && <Versions name={name} count={versions} studio={studio} />}
-      {!complete && <p class="warn">Not complete: {whyNot ?? "something it needs is missing"}</p>}
+      {!complete && <p class="warn">Not complete: {plain(whyNot ?? "something it needs is missing")}</p>}
       {asks}
     </li>
   );

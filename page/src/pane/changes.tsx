@@ -4,7 +4,7 @@ import { useEffect, useState } from "preact/hooks";
 import { usePanel } from "../context";
 import type { Answer, Moved, Version } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted, minus } from "../words";
+import { className, counted, minus, plain } from "../words";
 
 const MOST_EXAMPLES = 6;
 
@@ -61,7 +61,7 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
           <h4>{topic}</h4>
           {said.map((line, index) => (
             <p key={index} class={className("change", /^\+/.test(line) && "new", /^-/.test(line) && "gone")}>
-              {line.startsWith("-") ? minus(line) : line.trim()}
+              {plain(line.startsWith("-") ? minus(line) : line.trim())}
             </p>
           ))}
         </div>
@@ -79,18 +79,18 @@ function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: 
     <div class="moved">
       <p>
         <b>
-          {moved.from} → {moved.to}
+          {plain(moved.from)} → {plain(moved.to)}
         </b>{" "}
-        {moved.what}
+        {plain(moved.what)}
       </p>
       {moved.gone.map((line) => (
         <p key={line} class="change gone">
-          − {line}
+          − {plain(line)}
         </p>
       ))}
       {moved.new.map((line) => (
         <p key={line} class="change new">
-          + {line}
+          + {plain(line)}
         </p>
       ))}
       <p class="tiny">

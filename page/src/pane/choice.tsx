@@ -3,11 +3,11 @@
 import { useState } from "preact/hooks";
 import { twice } from "../calls";
 import { usePanel, useStudio } from "../context";
-import { drafted, offers, request, type Draft } from "../draft";
+import { drafted, offers, reaction, request, type Draft } from "../draft";
 import type { Form } from "../panel";
 import type { Scene } from "../protocol";
 import type { Studio } from "../studio";
-import { counted } from "../words";
+import { counted, plain } from "../words";
 import { Bindings, Choices, Field, Options } from "./fields";
 import { States } from "./states";
 
@@ -44,7 +44,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
       }}
     >
       <div class="choice-head">
-        <h3>{fresh ? "New automaton" : `What ${draft.name} is about`}</h3>
+        <h3>{fresh ? "New automaton" : `What ${plain(draft.name)} is about`}</h3>
         <button type="button" class="link" aria-label="Close the form" onClick={() => panel.choose(null)}>
           ×
         </button>
@@ -79,7 +79,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
       <Options draft={draft} change={change} />
       {asks ? (
         <div class="asks" role="alert">
-          <p>{atStake(studio, draft.name)}</p>
+          <p>{plain(atStake(studio, draft.name) ?? "")}</p>
           {studio.desk?.unsaved === true && (
             <button type="button" class="small" onClick={() => void saveFirst()}>
               Save, then begin
@@ -118,6 +118,7 @@ function lacks(draft: Draft): string | null {
   if (draft.name.trim() === "") return "Give it a name.";
   if (draft.states.length === 0) return "Choose at least one state.";
   const same = twice(draft.states);
-  if (same !== null) return `Two states are called ${same}.`;
-  return draft.features.length === 0 ? "Choose at least one feature." : null;
+  if (same !== null) return `Two states are called ${plain(same)}.`;
+  if (draft.features.length === 0) return "Choose at least one feature.";
+  return reaction(draft) === null ? "The reaction time is no number of seconds: 0.3, for example." : null;
 }

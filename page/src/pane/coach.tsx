@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
 import type { Advice, Late, Session } from "../protocol";
 import type { Studio } from "../studio";
-import { className } from "../words";
+import { className, plain } from "../words";
 import { AskingPart } from "./asking";
 
 /** So long after the coach was asked it is not asked again: a watched lesson changes all the time. */
@@ -131,7 +131,7 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
       class={className("advice", (weight > PLAIN || kind === "few") && "plainly", outcome !== null && "on")}
     >
       <div class="advice-head">
-        <p>{sentence}</p>
+        <p>{plain(sentence)}</p>
         {place && (
           <button
             type="button"
@@ -167,7 +167,7 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
           </button>
         )}
       </p>
-      {outcome !== null && <p class="outcome">{outcome}</p>}
+      {outcome !== null && <p class="outcome">{plain(outcome)}</p>}
     </li>
   );
 }
@@ -191,7 +191,7 @@ function MeantPart({ number, says, desk, studio, again }: MeantProps) {
   return (
     <p class="choices">
       <button type="button" class="small" disabled={!studio.directs} onClick={() => void stand()}>
-        Yes, I meant {says.next}
+        Yes, I meant {plain(says.next)}
       </button>
       <select
         aria-label={`What example ${number} was meant to say`}
@@ -203,7 +203,7 @@ function MeantPart({ number, says, desk, studio, again }: MeantProps) {
         <option value="">No, I meant …</option>
         {others.map((name) => (
           <option key={name} value={name}>
-            {name === says.state ? `stay in ${name}` : name}
+            {name === says.state ? `stay in ${plain(name)}` : plain(name)}
           </option>
         ))}
       </select>
@@ -215,7 +215,7 @@ function LateCard({ late, studio }: { late: Late; studio: Studio }) {
   const { reaction_s, sentence } = late;
   return (
     <section class="advice plainly late" aria-label="Reaction time">
-      <p>{sentence}</p>
+      <p>{plain(sentence)}</p>
       <p class="choices">
         <button
           type="button"

@@ -2,7 +2,7 @@
 
 import type { CutOff } from "../protocol";
 import type { Studio } from "../studio";
-import { counted } from "../words";
+import { counted, plain } from "../words";
 import { useOpening } from "./opening";
 
 export function CutOffLesson({ left, studio }: { left: CutOff; studio: Studio }) {
@@ -11,7 +11,7 @@ export function CutOffLesson({ left, studio }: { left: CutOff; studio: Studio })
   return (
     <li class="behavior">
       <div class="behavior-head">
-        <b>{name}</b>
+        <b>{plain(name)}</b>
         <span class="space" />
         <button
           type="button"

@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
 import type { Doubt } from "../protocol";
+import { plain } from "../words";
 
 export function DoubtCard() {
   const studio = useStudio();
@@ -14,10 +15,10 @@ export function DoubtCard() {
   const one = numbers.length === 1;
   return (
     <section class="doubt" role="status" aria-label="Doubtful examples">
-      <p>{doubt.reason}</p>
+      <p>{plain(doubt.reason)}</p>
       <ul>
         {doubt.suspects.map(({ number, reason }) => (
-          <li key={number}>{reason}</li>
+          <li key={number}>{plain(reason)}</li>
         ))}
       </ul>
       <p class="choices">

@@ -3,7 +3,7 @@
 import { useState } from "preact/hooks";
 import type { Example, Feature, Session } from "../protocol";
 import type { Studio } from "../studio";
-import { clock } from "../words";
+import { clock, plain } from "../words";
 import type { TableProps } from "./examples";
 
 type Part = { state: string } | { next: string } | { values: Readonly<Record<string, string>> };
@@ -100,7 +100,7 @@ function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
     >
       {names.map((name) => (
         <option key={name} value={name}>
-          {name === stay ? `${name} (stay)` : name}
+          {name === stay ? `${plain(name)} (stay)` : plain(name)}
         </option>
       ))}
     </select>
@@ -131,7 +131,7 @@ function Values({ example, desk, studio, edit }: ValuesProps) {
         };
         return (
           <label key={feature.label}>
-            {feature.label}{" "}
+            {plain(feature.label)}{" "}
             {feature.labels === undefined ? (
               <input {...options} autocomplete="off" />
             ) : (

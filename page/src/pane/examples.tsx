@@ -48,7 +48,7 @@ export function Examples({ desk, panel, studio }: TableProps) {
             <th>state</th>
             <th>next</th>
             {desk.features.map(({ label, unit }) => (
-              <th key={label} class="number" title={unit === "" ? label : `${label}, ${unit}`}>
+              <th key={label} class="number" title={unit === "" ? plain(label) : `${plain(label)}, ${unit}`}>
                 {shortened(label)}
               </th>
             ))}
@@ -95,8 +95,8 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
             {number}
           </button>
         </td>
-        <td>{example.state}</td>
-        <td>{example.next === example.state ? <span class="soft">stay</span> : example.next}</td>
+        <td>{plain(example.state)}</td>
+        <td>{example.next === example.state ? <span class="soft">stay</span> : plain(example.next)}</td>
         {example.values.map((value, index) => (
           <td key={desk.features[index]?.label} class="number">
             {bare(value, desk.features[index]?.unit ?? "")}

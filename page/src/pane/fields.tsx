@@ -4,6 +4,7 @@ import type { ComponentChildren } from "preact";
 import { listed, type Offer } from "../calls";
 import type { Draft } from "../draft";
 import type { Scene } from "../protocol";
+import { plain } from "../words";
 
 interface FieldProps {
   label: string;
@@ -48,7 +49,7 @@ export function Bindings({ draft, scene, change }: PartProps & { scene: Scene })
           >
             {scene.targets.map((target) => (
               <option key={target} value={target}>
-                {target}
+                {plain(target)}
               </option>
             ))}
           </select>
@@ -117,13 +118,13 @@ export function Choices({ legend, offers, chosen, choose, children }: ChoicesPro
       <label class="chip" key={way}>
         <input
           type="checkbox"
-          aria-label={way}
+          aria-label={plain(way)}
           checked={times > 0}
           onChange={(event) => {
             choose(event.currentTarget.checked ? [...chosen, way] : chosen.filter((each) => each !== way));
           }}
         />
-        {short}
+        {plain(short)}
         {times > 1 && ` × ${times}`}
       </label>
     );
@@ -133,7 +134,7 @@ export function Choices({ legend, offers, chosen, choose, children }: ChoicesPro
       <legend>{legend}</legend>
       {several.map((offer) => (
         <div class="chips-named" key={offer.name}>
-          <span class="cut">{offer.name}</span>
+          <span class="cut">{plain(offer.name)}</span>
           <div class="chips">{offer.ways.map((way) => chip(way, way.slice(offer.name.length + 1, -1)))}</div>
         </div>
       ))}

@@ -5,9 +5,11 @@ import { BUTTON, curve, drawing, edgeId, HEIGHT, type Bend, type Node } from "..
 import type { Panel } from "../panel";
 import type { Session } from "../protocol";
 import type { Switch } from "../studio";
-import { className, counted } from "../words";
+import { className, counted, isSmall, plain } from "../words";
 
 const LARGEST = 1.15;
+/** On a small screen letters are 13 px high at this scale. */
+const READABLE = 1;
 /** Smaller could not be read: then it is scrolled. */
 const LEAST = 0.8;
 const MOST_HIGH = 300;
@@ -29,11 +31,18 @@ export function GraphView({ desk, panel, last }: GraphProps) {
   const edges = desk.edges.map(edgeId).join();
   const drawn = useMemo(
     () =>
-      drawing(desk.states, desk.edges, ({ name, flag }) => name + (flag ? " ⚑" : ""), opened, desk.nested),
+      drawing(
+        desk.states,
+        desk.edges,
+        ({ name, flag }) => plain(name) + (flag ? " ⚑" : ""),
+        opened,
+        desk.nested,
+      ),
     [shape, edges, opened, Object.keys(desk.nested).join()],
   );
   const within = drawn.nodes.some(({ inner }) => inner !== null);
-  const [least, most] = within ? [LEAST_OPEN, MOST_HIGH_OPEN] : [LEAST, MOST_HIGH];
+  const [drawnLeast, most] = within ? [LEAST_OPEN, MOST_HIGH_OPEN] : [LEAST, MOST_HIGH];
+  const least = isSmall() ? READABLE : drawnLeast;
   const scale = Math.max(least, Math.min(LARGEST, WIDE / drawn.width, most / drawn.height));
   const wide = drawn.width * scale > WIDE;
   const place = useRef<HTMLDivElement>(null);
@@ -51,7 +60,7 @@ export function GraphView({ desk, panel, last }: GraphProps) {
         width={drawn.width * scale}
         height={drawn.height * scale}
         role="group"
-        aria-label={`The automaton ${desk.name}`}
+        aria-label={`The automaton ${plain(desk.name)}`}
       >
         <defs>
           {["line", "picked", "flash"].map((name) => (
@@ -118,7 +127,7 @@ function ArcView({ arc, panel, last, examples, of }: ArcProps) {
       role="button"
       tabindex={0}
       aria-pressed={picked}
-      aria-label={`${arc.edge.from} to ${arc.edge.to}, ${examples === undefined ? `in ${of}` : counted(examples, "example")}`}
+      aria-label={`${plain(arc.edge.from)} to ${plain(arc.edge.to)}, ${examples === undefined ? `in ${plain(of ?? "")}` : counted(examples, "example")}`}
       onClick={() => panel.selectEdge(arc.id)}
       onKeyDown={(event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
@@ -160,7 +169,7 @@ function NodeView({ node, desk, panel, first, level, lit, open }: NodeProps) {
     >
       <rect x={x - width / 2} y={top} width={width} height={height} rx={first ? height / 2 : 8} />
       <text x={x} y={top + HEIGHT / 2 + 4} text-anchor="middle">
-        {state.name}
+        {plain(state.name)}
         {state.flag ? " ⚑" : ""}
       </text>
       {state.automaton !== null && (
@@ -203,7 +212,7 @@ function Opener({ node: { state, path, inner }, at, open }: OpenerProps) {
       role="button"
       tabindex={0}
       aria-expanded={inner !== null}
-      aria-label={`What ${state.name} runs`}
+      aria-label={`What ${plain(state.name)} runs`}
       onClick={() => open(path)}
       onKeyDown={(event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
@@ -211,6 +220,7 @@ function Opener({ node: { state, path, inner }, at, open }: OpenerProps) {
         open(path);
       }}
     >
+      <circle class="reach" cx={at.x} cy={at.y} r={22} />
       <circle cx={at.x} cy={at.y} r={8} />
       <path d={`M${at.x - 4} ${at.y}h8${inner === null ? `M${at.x} ${at.y - 4}v8` : ""}`} />
     </g>

@@ -6,6 +6,8 @@ import type { Studio } from "../studio";
 import { Behavior } from "./behavior";
 import { CutOffLesson } from "./cutoff";
 import { Parcel } from "./parcel";
+import { Places } from "./places";
+import { plain } from "../words";
 
 export function LibraryTab() {
   const studio = useStudio();
@@ -39,14 +41,14 @@ export function LibraryTab() {
         </button>
       </p>
       <h3>Basic behaviors</h3>
-      <p class="padded tiny">{basic.join(", ")}</p>
+      <p class="padded tiny">{basic.map(plain).join(", ")}</p>
       {trash.length > 0 && (
         <>
           <h3>Deleted</h3>
           <ul class="trash">
             {trash.map((name) => (
               <li key={name}>
-                {name}
+                {plain(name)}
                 <button
                   type="button"
                   class="link"
@@ -60,6 +62,7 @@ export function LibraryTab() {
           </ul>
         </>
       )}
+      <Places />
       <h3>As a file</h3>
       <Parcel studio={studio} />
       <p class="padded tiny folder">in the folder {folder}</p>
@@ -80,7 +83,7 @@ function SaveAs({ studio, name }: { studio: Studio; name: string }) {
       }}
     >
       <label>
-        Save {name} as{" "}
+        Save {plain(name)} as{" "}
         <input
           value={wanted}
           placeholder="another name"

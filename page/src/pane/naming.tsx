@@ -1,6 +1,6 @@
 /** Another name for a trained behavior: for itself, or for a copy of it. */
 
-import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { Studio } from "../studio";
 
 export type Way = "rename" | "duplicate";
@@ -15,7 +15,17 @@ interface Props {
 export function Naming({ way, name, studio, close }: Props) {
   const [to, setTo] = useState(way === "rename" ? name : `${name} 2`);
   const field = useRef<HTMLInputElement>(null);
-  useLayoutEffect(() => field.current?.select(), []);
+  useLayoutEffect(() => {
+    field.current?.focus(); // selecting alone leaves Escape and letters to the page
+    field.current?.select();
+  }, []);
+  useEffect(() => {
+    const leave = (event: KeyboardEvent): void => {
+      if (event.key === "Escape") close(); // wherever the focus is by then
+    };
+    addEventListener("keydown", leave);
+    return () => removeEventListener("keydown", leave);
+  });
   const wanted = to.trim();
   const useless = wanted === "" || wanted === name || !studio.directs;
   const act = async (): Promise<void> => {
@@ -29,7 +39,6 @@ export function Naming({ way, name, studio, close }: Props) {
         event.preventDefault();
         if (!useless) void act();
       }}
-      onKeyDown={(event) => event.key === "Escape" && close()}
     >
       <input
         ref={field}

@@ -5,7 +5,7 @@ import { useState } from "preact/hooks";
 import { usePanel } from "../context";
 import type { CutOff } from "../protocol";
 import type { Studio } from "../studio";
-import { counted } from "../words";
+import { counted, plain } from "../words";
 
 interface Opening {
   open: () => void;
@@ -39,7 +39,7 @@ export function useOpening(studio: Studio, name: string, left?: CutOff): Opening
   const asks = {
     unsaved: (
       <div class="asks" role="alert">
-        <p>{desk?.name} has changes that are not in the library.</p>
+        <p>{plain(desk?.name ?? "")} has changes that are not in the library.</p>
         <button type="button" class="small" onClick={() => void saveFirst()}>
           Save, then open
         </button>
@@ -52,7 +52,7 @@ export function useOpening(studio: Studio, name: string, left?: CutOff): Opening
     "cut off": (
       <div class="asks" role="alert">
         <p>
-          A lesson of {name} was interrupted before it was saved, with{" "}
+          A lesson of {plain(name)} was interrupted before it was saved, with{" "}
           {counted(left?.examples ?? 0, "example")}.
         </p>
         <button type="button" class="small" onClick={() => void send()}>

@@ -6,7 +6,7 @@
 import { useState } from "preact/hooks";
 import type { Evaluation, EvaluationResult, Session, Tested } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted } from "../words";
+import { className, counted, plain } from "../words";
 
 /** In so many worlds what is trained is tried at a click. */
 const WORLDS = 100;
@@ -49,7 +49,7 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
           title="All recorded moments and outcomes of the library, as everything is now"
           onClick={() => void trial.test()}
         >
-          {trial.testing === null ? "Test lessons" : `Testing ${trial.testing} …`}
+          {trial.testing === null ? "Test lessons" : `Testing ${plain(trial.testing)} …`}
         </button>
       </div>
       {adding && <Promising desk={desk} studio={studio} close={() => add(false)} />}
@@ -57,7 +57,7 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
         {desk.outcomes.map((said, index) => (
           <li key={index}>
             <Came outcome={tested?.outcomes[index]} />
-            <span class="promised">{said}</span>
+            <span class="promised">{plain(said)}</span>
             <button
               type="button"
               class="link"
@@ -129,7 +129,7 @@ function Progress({ evaluation }: { evaluation: Evaluation }) {
     <p class="trying">
       <progress aria-label="Worlds tried" value={through} max={worlds} />
       <span class="tiny">
-        {called}: {through} of {counted(worlds, "world")}
+        {plain(called)}: {through} of {counted(worlds, "world")}
       </span>
     </p>
   );
@@ -159,12 +159,12 @@ function Evaluated({ evaluation, desk, studio }: { evaluation: Evaluation; desk:
       </div>
       {edition !== desk.edition && <p class="tiny">before the lesson changed; try it again</p>}
       {result === null ? (
-        <p class="warn">{problem}</p>
+        <p class="warn">{plain(problem)}</p>
       ) : (
         <>
           <p>95% interval {percent(result.interval)} %</p>
           <p class="tiny">
-            {called} in worlds {result.first} to {result.last}. Success: {result.success}
+            {plain(called)} in worlds {result.first} to {result.last}. Success: {plain(result.success)}
             {(studio.scene?.robots ?? 1) > 1 && "; all robots run it"}.
           </p>
           <Failed result={result} failed={worlds - result.succeeded} desk={desk} studio={studio} />
@@ -207,7 +207,7 @@ function Failed({
         {listed.map(({ seed, problem }) => (
           <li key={seed} class={className(studio.told?.seed === seed && "on")}>
             <span class="promised">
-              World {seed} <span class="soft">{problem}</span>
+              World {seed} <span class="soft">{plain(problem)}</span>
             </span>
             <button
               type="button"
@@ -269,7 +269,9 @@ function Promising({ desk, studio, close }: { desk: Session; studio: Studio; clo
       <span>From here,</span>
       <select aria-label="flag" value={flag} onChange={(event) => setFlag(event.currentTarget.value)}>
         {desk.flags.map((each) => (
-          <option key={each}>{each}</option>
+          <option key={each} value={each}>
+            {plain(each)}
+          </option>
         ))}
       </select>
       <label>
@@ -334,7 +336,7 @@ function Result({ tested }: { tested: Tested }) {
         <span role="img" aria-label={word} class={works ? "came" : "warn"}>
           {sign}
         </span>{" "}
-        <b>{name}</b>{" "}
+        <b>{plain(name)}</b>{" "}
         <span class="tiny">
           {examples === 0 ? "nothing recorded" : counted(examples, "moment")}
           {outcomes.length > 0 && `, ${counted(outcomes.length, "outcome")}`}
@@ -342,12 +344,12 @@ function Result({ tested }: { tested: Tested }) {
       </p>
       {worse.map((line) => (
         <p key={line} class="line">
-          {line}
+          {plain(line)}
         </p>
       ))}
       {rest.map((line) => (
         <p key={line} class="line tiny">
-          {line}
+          {plain(line)}
         </p>
       ))}
     </li>

@@ -2,6 +2,7 @@
 
 import { useRef, useState } from "preact/hooks";
 import type { Studio } from "../studio";
+import { plain } from "../words";
 
 const PATH = "library.zip";
 type Taken = "refuse" | "replace" | "keep";
@@ -55,8 +56,8 @@ export function Parcel({ studio }: { studio: Studio }) {
       {asked !== null && (
         <div class="asks" role="alert">
           <p>
-            {asked.taken.join(", ")} {asked.taken.length === 1 ? "is" : "are"} in the library already, and not
-            the same. What is replaced is kept as a former version.
+            {asked.taken.map(plain).join(", ")} {asked.taken.length === 1 ? "is" : "are"} in the library
+            already, and not the same. What is replaced is kept as a former version.
           </p>
           <button type="button" class="small" onClick={() => void give(asked.file, "replace")}>
             Replace

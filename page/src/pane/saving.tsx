@@ -1,6 +1,7 @@
 /** What saving would break, before it does: save anyway, or not now. */
 
 import { useStudio } from "../context";
+import { plain } from "../words";
 
 export function SavingCard() {
   const { trial, desk, directs } = useStudio();
@@ -9,11 +10,11 @@ export function SavingCard() {
   return (
     <section class="doubt" role="alert" aria-label="Before it is saved">
       <p>
-        <b>{desk.name} is not saved yet.</b> Something that worked no longer does:
+        <b>{plain(desk.name)} is not saved yet.</b> Something that worked no longer does:
       </p>
       <ul>
         {worse.map((each) => (
-          <li key={each}>{each}</li>
+          <li key={each}>{plain(each)}</li>
         ))}
       </ul>
       <p class="choices">

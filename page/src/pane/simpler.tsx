@@ -4,7 +4,7 @@ import { useEffect, useState } from "preact/hooks";
 import type { Panel } from "../panel";
 import type { Session, Simpler } from "../protocol";
 import type { Studio } from "../studio";
-import { counted } from "../words";
+import { counted, plain } from "../words";
 
 const MOST_DECISIONS = 8;
 
@@ -136,26 +136,26 @@ function Advice({ found, suggest }: { found: Simpler; suggest: () => void }) {
 function Conditions({ state, before, after }: Simpler["states"][number]) {
   return (
     <div class="changes">
-      <h4>{state}</h4>
+      <h4>{plain(state)}</h4>
       {before
         .filter((line) => after.includes(line))
         .map((line) => (
           <p key={line} class="change">
-            {line}
+            {plain(line)}
           </p>
         ))}
       {before
         .filter((line) => !after.includes(line))
         .map((line) => (
           <p key={line} class="change gone">
-            − {line}
+            − {plain(line)}
           </p>
         ))}
       {after
         .filter((line) => !before.includes(line))
         .map((line) => (
           <p key={line} class="change new">
-            + {line}
+            + {plain(line)}
           </p>
         ))}
     </div>
@@ -176,7 +176,8 @@ function Decisions({ found, panel }: { found: Simpler; panel: Panel }) {
           <button type="button" class="link" onClick={() => panel.openExample(number)}>
             {number}
           </button>{" "}
-          in {state}: {before} → {after} ({after === shown ? "as shown" : `shown: ${shown}`})
+          in {plain(state)}: {plain(before ?? "")} → {plain(after ?? "")} (
+          {after === shown ? "as shown" : `shown: ${plain(shown)}`})
         </p>
       ))}
       {decisions.length > MOST_DECISIONS && (

@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import { chosen as fresh, onceMore, stateNames, type Chosen, type Offer } from "../calls";
 import { Choices } from "./fields";
+import { plain } from "../words";
 
 interface StatesProps {
   offers: readonly Offer[];
@@ -61,18 +62,18 @@ function Names({ chosen, choose }: Omit<StatesProps, "offers">) {
       {chosen.map((state, index) => (
         <li key={index}>
           <input
-            aria-label={`Name of the state ${index + 1}, which runs ${state.runs}`}
+            aria-label={`Name of the state ${index + 1}, which runs ${plain(state.runs)}`}
             value={state.name}
             placeholder={unnamed[index]}
             spellcheck={false}
             autocomplete="off"
             onInput={(event) => change(index, event.currentTarget.value)}
           />
-          <span class="tiny cut">runs {state.runs}</span>
+          <span class="tiny cut">runs {plain(state.runs)}</span>
           <button
             type="button"
             class="link"
-            aria-label={`${state.runs} once more`}
+            aria-label={`${plain(state.runs)} once more`}
             title="Duplicate state"
             onClick={() => choose(onceMore(chosen, index))}
           >
@@ -81,7 +82,7 @@ function Names({ chosen, choose }: Omit<StatesProps, "offers">) {
           <button
             type="button"
             class="link"
-            aria-label={`Leave out ${names[index]}`}
+            aria-label={`Leave out ${plain(names[index] ?? "")}`}
             onClick={() => choose(chosen.filter((_, at) => at !== index))}
           >
             ×

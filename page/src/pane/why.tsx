@@ -5,7 +5,7 @@ import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
 import type { Answer, Behind, Level, Responsible } from "../protocol";
 import type { Studio } from "../studio";
-import { clock } from "../words";
+import { clock, plain } from "../words";
 import { KINDS, kindOf } from "./examples";
 
 const EVERY_MS = 300;
@@ -79,11 +79,11 @@ function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
       {levels.map((level, depth) => (
         <div key={depth} class="reason" style={{ marginLeft: `${9 * depth}px` }}>
           <p class="tiny">
-            <b>{level.automaton}</b> in {level.state} since {clock(level.since_s)}
+            <b>{plain(level.automaton)}</b> in {plain(level.state)} since {clock(level.since_s)}
           </p>
           <p>
             {level.yours && "In training, you decide. In testing: "}
-            {says(level)}
+            {plain(says(level))}
           </p>
           <BehindIt behind={level} />
         </div>
@@ -91,9 +91,9 @@ function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
       {last !== null && last !== undefined && (
         <div class="reason last">
           <p class="tiny">
-            the last switch, at {clock(last.time_s)}, of <b>{last.automaton}</b>
+            the last switch, at {clock(last.time_s)}, of <b>{plain(last.automaton)}</b>
           </p>
-          <p>{last.says}</p>
+          <p>{plain(last.says)}</p>
           <BehindIt behind={last} />
         </div>
       )}
@@ -112,7 +112,7 @@ function BehindIt({ behind }: { behind: Behind }) {
   const behavior = automaton.replace(/\(.*/, "");
   return (
     <>
-      {read !== "" && <p class="tiny">it read {read}</p>}
+      {read !== "" && <p class="tiny">it read {plain(read)}</p>}
       {byHand && <p class="tiny">It was written by hand: no example is behind it.</p>}
       {examples.length > 0 && (
         <p class="tiny responsible">
@@ -137,7 +137,7 @@ function BehindIt({ behind }: { behind: Behind }) {
           {more > 0 && <span>and {more} more</span>}
           {!here && (
             <button type="button" class="link" onClick={() => panel.showBehavior(behavior)}>
-              of {behavior}
+              of {plain(behavior)}
             </button>
           )}
         </p>

@@ -30,7 +30,9 @@ export function Others() {
         onChange={(event) => choose(event.currentTarget)}
       >
         <option value="">idle</option>
-        {now !== "" && !offered.some((each) => called(each) === now) && <option value={now}>{now}</option>}
+        {now !== "" && !offered.some((each) => called(each) === now) && (
+          <option value={now}>{plain(now)}</option>
+        )}
         {offered.map((each) => (
           <option key={called(each)} value={called(each)}>
             {plain(called(each))}

@@ -3,7 +3,7 @@
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
 import { Spark } from "../spark";
-import { value } from "../words";
+import { plain, value } from "../words";
 
 export function Readings() {
   const studio = useStudio();
@@ -19,9 +19,9 @@ export function Readings() {
         <p class="tiny">None is chosen: it cannot tell one moment from another. Choose some below.</p>
       )}
       {desk.features.map((feature, index) => (
-        <div class="reading" key={feature.label}>
-          <span class="cut" title={feature.label}>
-            {feature.label}
+        <div class="reading" key={feature.label} data-feature={feature.label}>
+          <span class="cut" title={plain(feature.label)}>
+            {plain(feature.label)}
           </span>
           <b class="number">{value(feature, values?.[index] ?? NaN)}</b>
           <Spark feature={feature} values={memory.of(index)} />

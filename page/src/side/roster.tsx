@@ -2,7 +2,7 @@
 
 import { useStudio } from "../context";
 import { useSlowNews } from "../news";
-import { className, counted } from "../words";
+import { className, counted, plain } from "../words";
 import { doing } from "./doing";
 import { Others } from "./others";
 import { Squads } from "./squads";
@@ -39,7 +39,7 @@ export function Roster() {
                   <span class={className("dot", trained && desk?.mode)} />
                   {scene.real[robot] ?? `robot ${robot + 1}`}
                   <span class="soft cut">
-                    · {trained && desk !== null ? "being trained" : doing(studio, robot)}
+                    · {trained && desk !== null ? "being trained" : plain(doing(studio, robot))}
                   </span>
                 </button>
               </li>

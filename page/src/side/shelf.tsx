@@ -1,7 +1,7 @@
 /** The library at a glance: basic behaviors, trained ones, and the way to a new one. */
 
 import { usePanel, useStudio } from "../context";
-import { className, counted } from "../words";
+import { className, counted, plain } from "../words";
 
 export function Shelf() {
   const studio = useStudio();
@@ -17,13 +17,13 @@ export function Shelf() {
         <summary class="row">
           basic <span class="soft">{basic.length}</span>
         </summary>
-        <p class="tiny list">{basic.join(", ")}</p>
+        <p class="tiny list">{basic.map(plain).join(", ")}</p>
       </details>
       <ul class="rows">
         {desk !== null && !known && (
           <li class="row on">
             <span aria-hidden="true">◆</span>
-            <b>{desk.name}</b>
+            <b>{plain(desk.name)}</b>
             <span class="soft cut">not saved yet</span>
           </li>
         )}
@@ -36,9 +36,12 @@ export function Shelf() {
               title={complete ? "Go to it in the tab Library" : "Some choices are missing"}
             >
               <span aria-hidden="true">{name === desk?.name ? "◆" : "◇"}</span>
-              <b>{name}</b>
+              <b>{plain(name)}</b>
               <span class="soft cut">
-                {[parameters.join(", "), runs.length > 0 ? runs.join(", ") : counted(examples, "example")]
+                {[
+                  parameters.join(", "),
+                  runs.length > 0 ? runs.map(plain).join(", ") : counted(examples, "example"),
+                ]
                   .filter(Boolean)
                   .join(" · ")}
               </span>

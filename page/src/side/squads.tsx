@@ -4,7 +4,7 @@ import { useMemo, useState } from "preact/hooks";
 import type { SquadSort } from "../protocol";
 import type { Studio } from "../studio";
 import { squadTree, type Squad } from "../squads";
-import { className, counted } from "../words";
+import { className, counted, plain } from "../words";
 import { atWork } from "./doing";
 
 /** Of so many squads or fewer each is shown at once. */
@@ -91,11 +91,11 @@ function Coordinator({ studio, squad }: { studio: Studio; squad: Squad }) {
       onClick={() => void studio.ask({ do: "agent", agent: squad.number, sort: squad.sort })}
     >
       <span class={className("dot", trained && desk?.mode)} />
-      <b>{squad.name}</b>
+      <b>{plain(squad.name)}</b>
       <span class="soft cut">
         ·{" "}
         {studio.sort !== null && desk !== null
-          ? atWork(studio, squad.robots)
+          ? plain(atWork(studio, squad.robots))
           : counted(squad.robots.length, "robot")}
       </span>
     </button>

@@ -1,6 +1,7 @@
 /** What the parameters stand for now. */
 
 import { useStudio } from "../context";
+import { plain } from "../words";
 
 export function Standing() {
   const studio = useStudio();
@@ -24,7 +25,7 @@ export function Standing() {
           >
             {scene.targets.map((target) => (
               <option key={target} value={target}>
-                {target}
+                {plain(target)}
               </option>
             ))}
           </select>

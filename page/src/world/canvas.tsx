@@ -67,7 +67,10 @@ export function WorldView() {
       <Welcome />
       {studio.told?.paused === true && studio.desk !== null && (
         <div class="tools paused">
-          Paused. <kbd>␣</kbd> resumes
+          Paused.
+          <span class="keys">
+            <kbd>␣</kbd> resumes
+          </span>
         </div>
       )}
       <Latency />

@@ -1,7 +1,7 @@
 /** What is shown on demand: the way it came, lines to targets, measured distances, what the camera sees. */
 
 import type { Session } from "../protocol";
-import { degrees, minus } from "../words";
+import { degrees, minus, plain } from "../words";
 import { disc, letters, spot, type Picture } from "./picture";
 import { pose } from "./robots";
 
@@ -125,7 +125,7 @@ function drawTargets(picture: Picture, robot: number, desk: Session, values: Flo
     pen.stroke();
     pen.setLineDash([]);
     if (Math.hypot(toX - fromX, toY - fromY) < NEAR_PX) continue;
-    const text = `${name} · ${distance.toFixed(2)} m, ${minus(`${degrees(angle)}°`)}`;
+    const text = `${plain(name)} · ${distance.toFixed(2)} m, ${minus(`${degrees(angle)}°`)}`;
     letters(picture, text, (fromX + toX) / 2 + 8, (fromY + toY) / 2 - 6, palette.accent);
   }
 }

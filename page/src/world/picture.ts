@@ -4,6 +4,7 @@ import type { Scene, Session } from "../protocol";
 import { toScreen, type Size, type View } from "./geometry";
 import type { Motion } from "./motion";
 import type { Palette } from "./palette";
+import { isSmall } from "../words";
 
 export const OVERLAYS = ["targets", "distances", "camera", "trail", "names"] as const;
 export type Overlay = (typeof OVERLAYS)[number];
@@ -48,7 +49,7 @@ export function disc(pen: CanvasRenderingContext2D, x: number, y: number, radius
 /** Letters with a rim of the ground's color, readable on anything. */
 export function letters(picture: Picture, text: string, x: number, y: number, color: string): void {
   const { pen, palette } = picture;
-  pen.font = "11px ui-sans-serif, system-ui, sans-serif";
+  pen.font = `${isSmall() ? 13 : 11}px ui-sans-serif, system-ui, sans-serif`;
   pen.lineJoin = "round";
   pen.lineWidth = 3;
   pen.strokeStyle = palette.ground;

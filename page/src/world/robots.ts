@@ -4,6 +4,7 @@ import { paint } from "./palette";
 import { disc, is, letters, spot, type Picture } from "./picture";
 import { ring } from "./things";
 import type { Pose } from "./motion";
+import { plain } from "../words";
 
 const LEAST_PX = 3;
 const DOING = ["#3a6fd8", "#e08a2b", "#5a9a34", "#c2407f", "#2ba3b8", "#8f4aa3", "#d9ac14", "#8a5a3c"];
@@ -112,7 +113,7 @@ function drawNames(picture: Picture): void {
     const doing = picture.led ? picture.desk?.doing[picture.motion.last?.robots.doing[robot] ?? -1] : "";
     letters(
       picture,
-      `${robot + 1} ${doing ?? ""}`,
+      `${robot + 1} ${plain(doing ?? "")}`,
       x - 3,
       y - size(picture, robot) - 6,
       picture.palette.soft,

@@ -108,7 +108,8 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
         <>
           <b>robot {mark.of + 1}</b>
           <span class="soft">
-            {trained && desk !== null ? "is being trained; " : ""}drag to move it, with Shift to turn it
+            {trained && desk !== null ? "is being trained; " : ""}drag to move it
+            <span class="keys">, with Shift to turn it</span>
           </span>
           {!trained && (
             <button type="button" disabled={!directs} onClick={() => act({ do: "agent", agent: mark.of })}>

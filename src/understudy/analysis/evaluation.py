@@ -1,7 +1,7 @@
 """Measurement of batches of runs: time to finish, and food per second relative to a baseline.
 
-A behavior that can raise the flag `done` is finished when it raises it; any other when the scenario's goal is
-reached.
+A behavior that can raise the flag `done`, or a single other one, is finished when it raises it; any other when the
+scenario's goal is reached.
 
 A baseline is a controller written by hand for a scenario, found by entry points (`BASELINES`). A world that has one
 has a time limit of three times the baseline's time; any other has the scenario's limit.
@@ -50,6 +50,9 @@ BASELINES = "understudy.baselines"
 
 SUCCESS_FLAG = "done"
 """The flag that a behavior raises when it has succeeded."""
+
+FAILURE_FLAG = "failed"
+"""The flag that a behavior raises when it has given up."""
 
 LENIENCE = 3.0
 """The time limit of a taught robot, in multiples of the baseline's time."""
@@ -458,9 +461,16 @@ def _evaluate(
 
 
 def find_success_flag(library: Library, behavior: str) -> str | None:
-    """Return the flag by which a behavior is judged, or None if it cannot raise it and the scenario's goal counts."""
+    """Return the flag by which a behavior is judged: `done`, or else its only one besides `failed`.
+
+    None if it has no such flag, and the scenario's goal counts.
+    """
     found = library.taught.get(behavior)
-    return SUCCESS_FLAG if found is not None and SUCCESS_FLAG in found.automaton.flags else None
+    flags = () if found is None else found.automaton.flags
+    if SUCCESS_FLAG in flags:
+        return SUCCESS_FLAG
+    goals = [flag for flag in flags if flag != FAILURE_FLAG]
+    return goals[0] if len(goals) == 1 else None
 
 
 def link_for_evaluation(

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import degrees
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import UnderstudyError
+from understudy.model.describe import is_angle
 from understudy.model.features import BoundFeature, Percept
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, Lesson, ReadingLog
@@ -185,12 +187,19 @@ def _scatter(values: Shifted, bound: BoundFeature) -> NDArray[np.float64]:
 
 
 def _evidence(told: _ShiftLikelihood, best: int) -> str:
-    unit = f" {told.bound.feature.unit}" if told.bound.feature.unit else ""
-    now, then = told.scatter[0], told.scatter[best]
+    now, then = (_format_spread(told.bound, told.scatter[shift]) for shift in (0, best))
     where = f"the {told.presses} presses from {told.state} to {told.next}"
     if best == 0:
         return f"By {told.bound}, {where} hardly agree better at any earlier moment: they do not seem late."
     return (
-        f"Taken {SHIFTS_S[best]:g} s earlier, {where} lie about {then:.3g}{unit} from each other by {told.bound}, "
-        f"instead of {now:.3g}{unit}."
+        f"Taken {SHIFTS_S[best]:g} s earlier, {where} lie about {then} from each other by {told.bound}, "
+        f"instead of {now}."
     )
+
+
+def _format_spread(bound: BoundFeature, spread: float) -> str:
+    """Format how far apart values lie; angles in degrees, as everywhere that people read."""
+    if is_angle(bound):
+        return f"{degrees(spread):.3g}°"
+    unit = bound.feature.unit
+    return f"{spread:.3g}{f' {unit}' if unit else ''}"

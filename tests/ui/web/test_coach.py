@@ -13,8 +13,13 @@ from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 from tests.ui.web.test_lesson import step
 
 from understudy.coaching.give_advice import give_advice
+from understudy.model.lesson import LearnerOptions
+from understudy.model.library import Library
+from understudy.sim.forage import FORAGE_KIT
+from understudy.training.lesson_design import new_lesson
 from understudy.training.reaction_time import ReactionEstimate
 from understudy.ui.controller import coach as coaching
+from understudy.ui.controller.coach import AdviceReport
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.server import StudioServer
 
@@ -299,10 +304,10 @@ def test_a_reaction_time_is_offered_taken_and_undone(
     monkeypatch.setattr(coaching, "estimate_reaction_time", lambda lesson, *, steady: found)
     person.done("edit", number=1, next="forward")
     late = ready(person)["late"]
-    said = "Your presses seem to come 0.55 s late. Taken 0.55 s earlier, they agree."
-    assert late == {"reaction_s": 0.55, "sentence": said}
-    person.done("use_reaction", reaction_s=0.55)
-    assert made.host.active_trainer.session.lesson.options.reaction_s == 0.55
+    said = "You seem to react within 0.45 s. Taken 0.55 s earlier, they agree."  # and the tick of 0.1 s
+    assert late == {"reaction_s": 0.45, "sentence": said}
+    person.done("use_reaction", reaction_s=0.45)
+    assert made.host.active_trainer.session.lesson.options.reaction_s == 0.45
     assert ready(person)["late"] is None
     person.done("undo")
     assert made.host.active_trainer.session.lesson.options.reaction_s == 0.0
@@ -433,3 +438,28 @@ def test_it_goes_to_where_an_answer_matters_most(made: StudioServer) -> None:
         person.done("press", state=question.answers[1])
         assert trainer.session_view.examples > shown
         assert trainer.coach.question is None
+
+
+REACTIONS = [  # what presses agree at, its bounds, what the lesson has; what is offered
+    (0.45, (0.4, 0.6), 0.3, None),  # somebody who reacts within 0.3 s, and a tick
+    (0.5, (0.4, 0.6), 0.3, None),
+    (0.7, (0.5, 0.8), 0.3, 0.6),
+    (0.7, (0.3, 0.8), 0.3, None),  # it may be what the lesson has
+    (0.45, (0.4, 0.6), 0.0, 0.35),
+    (0.1, (0.0, 0.2), 0.3, 0.0),
+]
+
+
+@pytest.mark.parametrize(("found_s", "within", "has_s", "offered_s"), REACTIONS)
+def test_a_reaction_time_is_offered_where_it_is_another(
+    found_s: float, within: tuple[float, float], has_s: float, offered_s: float | None
+) -> None:
+    lesson = new_lesson(
+        Library(FORAGE_KIT),
+        "go",
+        states=["forward"],
+        features=["at_station"],
+        options=LearnerOptions(reaction_s=has_s),
+    )
+    found = ReactionEstimate(found_s, *within, 20, "They agree.")
+    assert AdviceReport(lesson, (), found, tick_s=0.1).new_reaction_s == offered_s

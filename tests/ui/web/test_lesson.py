@@ -205,3 +205,28 @@ def test_cut_off_after_going_back(tmp_path: Path, ticks_after: int) -> None:
         person.done("press", state="done")
         step(person)
         person.done("save")
+
+
+def test_a_press_after_the_end_says_how_to_go_on(tmp_path: Path) -> None:
+    """It records nothing; who wanted something else is told what to do."""
+    made = studio(tmp_path)
+    with served(made) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        for state in ("forward", "done", "forward"):
+            person.done("press", state=state)
+            step(person)
+        said = made.host.status.text
+        assert said.startswith("done → forward; nothing recorded: goto had ended with done")
+        assert "next press teaches again" in said
+        assert "go back to before done" in said
+
+
+def test_a_flag_that_is_added_has_a_name(tmp_path: Path) -> None:
+    with served(studio(tmp_path)) as client, page(client) as person:
+        person.done(**GOTO)
+        design = {"states": GOTO["states"], "features": GOTO["features"]}
+        assert (
+            "'1' cannot be the name of a flag" in person.say("choose", **design, flags=["done", "1"])["error"]
+        )
+        person.done("choose", **design, flags=["done", "lost"])

@@ -11,6 +11,7 @@ from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.views.library import save_copy
 
 CARRY: dict[str, Any] = {
     "do": "new",
@@ -78,8 +79,10 @@ def test_a_copy_under_another_name(made: StudioServer, person: Page) -> None:
 def test_nothing_leaves_the_folder(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     teach(person, "forward")
-    person.done("save", name="../../escaped")
-    person.done("save", name="/etc/understudy")
+    for name in ("../../escaped", "/etc/understudy"):
+        assert "cannot be the name" in person.say("save", name=name)["error"]
+        taught = made.host.active_trainer.session.make_trained_automaton()
+        save_copy(made.host.library_view, taught, name)  # as a program may
     assert files(made.host) == ["%2E%2E%2F%2E%2E%2Fescaped.json", "%2Fetc%2Funderstudy.json"]
     person.done("remove", name="../../escaped")
     assert files(made.host) == ["%2Fetc%2Funderstudy.json", ".trash/%2E%2E%2F%2E%2E%2Fescaped.json"]

@@ -19,6 +19,7 @@ from tests.ui.web.test_library import files, names, teach
 from understudy.storage.library_folder import list_versions
 from understudy.ui.web.app import make_app
 from understudy.ui.web.server import StudioServer
+from understudy.ui.web.views.library import save_copy
 
 HERE = "/library.zip"
 
@@ -64,7 +65,8 @@ def zipped(*members: tuple[str, bytes | str]) -> bytes:
 
 
 def test_documents_go_out_and_come_in_elsewhere(rig: Rig, tmp_path: Path) -> None:
-    rig.person.done("duplicate", name="goto", to="a/b")
+    taught = rig.host.library_view.find_automaton("goto")
+    save_copy(rig.host.library_view, taught, "a/b")  # as a program may
     teach(rig.person, "rotate_left")
     rig.person.done("save")
     assert len(files(rig.host)) == 3  # one of them a former version

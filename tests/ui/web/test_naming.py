@@ -93,12 +93,42 @@ def test_names_that_cannot_be(made: StudioServer, person: Page, do: str) -> None
     assert files(made.host) == before
 
 
+NO_NAMES = ["a/b", "../twin", "start", "1", "2go", " go", "go*", "a\\b"]
+
+
+@pytest.mark.parametrize("name", NO_NAMES)
+@pytest.mark.parametrize("do", ["rename", "duplicate", "save", "new"])
+def test_names_that_are_none(made: StudioServer, person: Page, do: str, name: str) -> None:
+    """A path, the start state, a number: refused wherever an automaton gets a name."""
+    before = files(made.host)
+    fields = {"rename": {"name": "goto", "to": name}, "duplicate": {"name": "goto", "to": name}}
+    asked = fields.get(do, {"name": name} if do == "save" else {**GOTO, "name": name})
+    problem = person.say(**{"do": do, **asked})["error"]
+    assert repr(name) in problem
+    assert "starts with a letter" in problem or "start state" in problem
+    assert files(made.host) == before
+
+
+@pytest.mark.parametrize("field", ["parameters", "flags"])
+@pytest.mark.parametrize("name", ["1", "a/b", "start"])
+def test_parameters_and_flags_have_names(made: StudioServer, person: Page, field: str, name: str) -> None:
+    asked = {**GOTO, "name": "other", field: [name], "targets": {}, "features": ["distance_to(station)"]}
+    assert repr(name) in person.say(**asked)["error"]
+    assert made.host.active_trainer.name == "goto"
+
+
+@pytest.mark.parametrize("name", ["go to", "goto-2", "bring_home", "Ärger", "goto2"])
+def test_names_that_can_be(made: StudioServer, person: Page, name: str) -> None:
+    person.done("duplicate", name="goto", to=name)
+    assert name in names(made.host)
+
+
 def test_a_copy_is_as_the_library_has_it(made: StudioServer, person: Page) -> None:
     teach(person, "rotate_left")
-    person.done("duplicate", name="goto", to="../twin")
-    assert files(made.host) == ["%2E%2E%2Ftwin.json", "goto.json"]
+    person.done("duplicate", name="goto", to="twin")
+    assert files(made.host) == ["goto.json", "twin.json"]
     rows = {row["name"]: row["examples"] for row in plain(made.host.library())["trained"]}
-    assert rows["../twin"] == rows["goto"] == 2
+    assert rows["twin"] == rows["goto"] == 2
     assert made.host.active_trainer.has_unsaved_changes
 
 

@@ -55,6 +55,59 @@ def test_the_director_leaving_pauses_and_its_key_brings_it_back(tmp_path: Path) 
             assert again.desk["desk"]["waiting"] == "forward"  # what was acknowledged is there
 
 
+def test_a_run_goes_on_when_the_page_that_left_comes_back(tmp_path: Path) -> None:
+    """A page that was loaded anew, or lost its connection, goes on; what a person paused stays paused."""
+    wall = Wall()
+    made = studio(tmp_path, wall=wall)
+    with served(made) as client:
+        with page(client) as person:
+            person.done(**GOTO)
+            key = person.hello["key"]
+        assert made.host.paused
+        with page(client, f"?key={key}") as again:
+            assert not made.host.paused
+            again.done("pause", paused=True)
+        with page(client, f"?key={key}"):
+            assert made.host.paused
+
+
+@pytest.mark.parametrize("how", ["another page came", "too late", "handed over"])
+def test_a_run_stays_paused(tmp_path: Path, how: str) -> None:
+    """Nothing moves again where somebody else was in control, after a long time, or after handing over."""
+    wall = Wall()
+    made = studio(tmp_path, wall=wall)
+    with served(made) as client:
+        with page(client) as person:
+            person.done(**GOTO)
+            key = person.hello["key"]
+            if how == "handed over":
+                person.done("hand_over")
+        if how == "another page came":
+            with page(client):
+                pass
+        wall.now += 31 if how == "too late" else 0
+        with page(client, f"?key={key}") as again:
+            assert again.hello["directs"]
+            assert made.host.paused
+
+
+def test_control_is_offered_only_where_it_can_be_taken(tmp_path: Path) -> None:
+    wall = Wall()
+    made = studio(tmp_path, wall=wall)
+    with served(made) as client, page(client) as first, page(client) as second:
+        assert (second.desk["directed"], second.desk["can_take"]) == (True, False)
+        wall.now += 31
+        while not second.desk["can_take"]:
+            second.hear()
+        first.done("pause", paused=True)  # it speaks again
+        while second.desk["can_take"]:
+            second.hear()
+        first.done("hand_over")
+        while second.desk["directed"]:
+            second.hear()
+        assert second.desk["can_take"]
+
+
 def test_a_page_cut_off_unnoticed_is_replaced_by_itself(tmp_path: Path) -> None:
     with (
         served(studio(tmp_path)) as client,

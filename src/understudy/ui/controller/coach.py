@@ -34,8 +34,8 @@ WHEN_SAID = {
     QueryPolicy.PAUSE: "It pauses and asks where it is unsure",
     QueryPolicy.MARK: "It marks moments at which it is unsure, and continues",
 }
-AS_GOOD_S = 0.1
-"""A reaction time so near to what the lesson has is no news."""
+AS_GOOD_S = 0.2
+"""A reaction time so near to what the lesson has is no news: every other estimate is off by nearly as much."""
 
 
 class AdviceReport(NamedTuple):
@@ -44,13 +44,20 @@ class AdviceReport(NamedTuple):
     lesson: Lesson
     advice: tuple[Advice, ...]
     late: ReactionEstimate | None
+    tick_s: float = 0.0
+    """How long the robot takes from a press to the tick at which it acts, at most, s."""
 
     @property
-    def new_reaction_estimate(self) -> ReactionEstimate | None:
-        """The estimate of how late presses come, unless the lesson is set to it already."""
+    def new_reaction_s(self) -> float | None:
+        """The reaction time that the estimate speaks for, s; None if the lesson is set to about that.
+
+        A press acts at the tick that follows it, so a tick of the delay is no reaction of the person.
+        """
         late, now = self.late, self.lesson.options.reaction_s
-        fits = late is None or late.least_s <= now <= late.most_s or abs(late.reaction_s - now) < AS_GOOD_S
-        return None if fits else late
+        if late is None or late.least_s <= now <= late.most_s:
+            return None
+        reaction_s = round(max(0.0, late.reaction_s - self.tick_s), 3)
+        return None if abs(reaction_s - now) <= AS_GOOD_S + 1e-9 else reaction_s
 
 
 def _advised(
@@ -59,9 +66,10 @@ def _advised(
     kit: Kit,
     steady: frozenset[str],
     meant: Mapping[int, float],
+    tick_s: float,
 ) -> AdviceReport:
     said = give_advice(lesson, transitions, kit=kit, meant=meant)
-    return AdviceReport(lesson, said, estimate_reaction_time(lesson, steady=steady))
+    return AdviceReport(lesson, said, estimate_reaction_time(lesson, steady=steady), tick_s)
 
 
 class CoachController:
@@ -102,6 +110,7 @@ class CoachController:
             session.library.kit,
             list_steady_readings(session.body),
             dict(self._meant),
+            session.body.tick_s,
         )
         if beside is None:
             self.last_report = _advised(*given)

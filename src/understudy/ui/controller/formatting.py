@@ -61,7 +61,10 @@ def format_switch(name: str, before: SessionView, after: SessionView, *, driving
     if before.state == after.state:
         return ""
     if before.waiting is not None:
-        return f"{before.state} → {after.state}; nothing recorded: a flag state has no examples"
+        return (
+            f"{before.state} → {after.state}; nothing recorded: {name} had ended with {before.state}. The next press "
+            f"teaches again. To change when it ends, go back to before {before.state}"
+        )
     if after.flag is None or driving:
         return ""
     return f"{name} raised {after.flag}. If that is right, try another world; if not, press the right state"

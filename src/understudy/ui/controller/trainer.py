@@ -30,7 +30,7 @@ from understudy.ui.controller.interrupted_sessions import is_same_lesson
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
 from understudy.ui.controller.library_changes import list_library_changes
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status
-from understudy.ui.controller.training_plan import LessonChoices
+from understudy.ui.controller.training_plan import LessonChoices, check_new_name
 
 TRAIL_POINTS = 400
 READINGS = 60
@@ -406,6 +406,9 @@ class Trainer:
     @keep_status
     def change_design(self, choices: LessonChoices) -> StatusMessage:
         """Change the design of the lesson; examples are kept if possible."""
+        for flag in choices.flags or ():
+            if flag not in self.session.automaton.flags:
+                check_new_name(flag, "a flag")
         self.session.change_design(**choices.to_design_change(self._options))
         self.memory.clear()
         return self._changed("Design changed; the examples are kept, and undo reverts this")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from understudy.errors import DefinitionError, SessionError, SettingError, UnboundParameter, UnknownName
-from understudy.model.automaton import Automaton, State
+from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import LearnerOptions, Lesson
@@ -16,6 +17,9 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.storage.library_folder import make_file_stem, normalize_name
 from understudy.training.edits import DesignChange, change_design
 from understudy.training.lesson_design import new_lesson, parse_feature
+
+NEW_NAME = re.compile(r"[^\W\d_]([\w -]*[\w-])?")
+"""What may be the name of something new."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,20 @@ class SessionStart:
     targets: Mapping[str, str]
 
 
+def check_new_name(name: str, what: str) -> None:
+    """Raise SessionError if a new automaton, parameter or flag (`what`) may not have this name.
+
+    What has such a name already keeps it: files and programs may use any.
+    """
+    if name == START.name:
+        raise SessionError(
+            f"{name!r} cannot be the name of {what}: it is that of the start state; give another"
+        )
+    if not NEW_NAME.fullmatch(name):
+        rule = "starts with a letter and has only letters, digits, _, - and spaces between them"
+        raise SessionError(f"{name!r} cannot be the name of {what}: a name {rule}")
+
+
 def make_session_start(plan: TrainingPlan) -> SessionStart | None:
     """Return the data to start the session with, or None if choices are missing; errors are raised."""
     make_file_stem(plan.name)
@@ -93,6 +111,11 @@ def make_session_start(plan: TrainingPlan) -> SessionStart | None:
             )
     if plan.is_known:
         return _again(plan)
+    check_new_name(plan.name, "an automaton")
+    for parameter in plan.choices.parameters or ():
+        check_new_name(parameter, "a parameter")
+    for flag in plan.choices.flags or ():
+        check_new_name(flag, "a flag")
     plan.library.with_automaton(
         TrainedAutomaton(Automaton(plan.name))
     )  # refuses the name of a basic behavior

@@ -134,15 +134,19 @@ class Clients:
             self.director = None
         return directed
 
+    @property
+    def can_be_taken(self) -> bool:
+        """Whether a page that asks for control gets it now."""
+        return self.director is None or self._wall() - self.director.spoke_s >= SILENT_S
+
     def take_control(self, viewer: Client) -> None:
         """Give a page control; SessionError if another page has it and was not silent for long enough."""
-        if self.director is not None and self.director is not viewer:
+        if self.director is not None and self.director is not viewer and not self.can_be_taken:
             silent_s = self._wall() - self.director.spoke_s
-            if silent_s < SILENT_S:
-                raise SessionError(
-                    f"another page is in control: it can hand over control, or be replaced after {SILENT_S:g} s "
-                    f"without a message ({silent_s:.0f} s so far)"
-                )
+            raise SessionError(
+                f"another page is in control: it can hand over control, or be replaced after {SILENT_S:g} s "
+                f"without a message ({silent_s:.0f} s so far)"
+            )
         self.director = viewer
 
     def hand_over_control(self, viewer: Client) -> None:

@@ -12,6 +12,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy import __version__
 from understudy.errors import SessionError
+from understudy.sim.world import World
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST, WallClock
 from understudy.ui.controller.status import StatusMessage
@@ -19,6 +20,7 @@ from understudy.ui.web.actions import handler_table
 from understudy.ui.web.clients import PER_SECOND, Client, Clients
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
+from understudy.ui.web.places import PlacesData
 from understudy.ui.web.rewind import RunData
 from understudy.ui.web.session_host import SessionHost, describe_error
 from understudy.ui.web.views.library import LibraryData
@@ -31,6 +33,9 @@ REST_S = 0.002
 SESSION_S = 1 / 20
 """The least time (s) between two updates of the session, except after a message."""
 LEFT = "Paused: no page is in control"
+RETURNED = "Going on: the page is here again"
+RETURN_S = 30.0
+"""How long after a page in control left the run goes on when it comes back, s."""
 LEFT_ROBOTS = "no page is in control in the studio"
 _encode = msgspec.json.Encoder().encode
 
@@ -57,6 +62,8 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
     library: LibraryData
     desk: SessionData | None
     said: StatusMessage
+    said_number: int
+    """Grows with every message, so that one that says the same as the last is known for a new one."""
     viewers: int
     paused: bool
     speed: m.SpeedFactor
@@ -66,8 +73,11 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
     robots: list[RobotStatus]
     """The states of the real robots; empty in simulation."""
     run: RunData
+    places: PlacesData
     directed: bool
     """Whether any client has control."""
+    can_take: bool
+    """Whether a page that asks for control gets it."""
     directs: bool
     """Whether this page has control."""
 
@@ -93,6 +103,9 @@ class StudioServer:
         self._seen: tuple[SceneData, LibraryData] | None = None
         self._shown: SessionNewsData | None = None
         self._directed: Client | None = None
+        self._places = self._list_places()
+        self._said, self._said_number = host.status, 0
+        self._left: tuple[str, float] | None = None  # key of the page whose leaving stopped the run, and when
         self._due_s = 0.0
 
     # Pages
@@ -131,6 +144,8 @@ class StudioServer:
             self.host.robots.disarm(LEFT_ROBOTS)  # it comes again since its connection was lost
         scene, library = self._see_rebuilt()
         directs = viewer is self.viewers.director
+        if directs:
+            self._resume_after(viewer)
         hello = HelloData(version=__version__, key=viewer.key, directs=directs, scene=scene)
         viewer.send_reply(_encode(hello))
         shown = self._show_session(library)
@@ -141,9 +156,17 @@ class StudioServer:
         """Remove a page; if it was in control, pause and disarm real robots."""
         viewer.close()
         if self.viewers.disconnect(viewer):
+            ran = not self.host.paused and not self.host.robots.list_statuses()
+            self._left = (viewer.key, self._wall()) if ran else None
             self.host.robots.disarm(LEFT_ROBOTS)
             self.host.pause(True, LEFT)
         self.show()
+
+    def _resume_after(self, viewer: Client) -> None:
+        """Let the run go on if it was stopped because this page left a moment ago; real robots wait for a person."""
+        left, self._left = self._left, None
+        if left is not None and left[0] == viewer.key and self._wall() - left[1] <= RETURN_S:
+            self.host.pause(False, RETURNED)
 
     def handle_text(self, viewer: Client, text: str | bytes) -> None:
         """Execute the message of a page and queue the answer."""
@@ -177,6 +200,7 @@ class StudioServer:
         """
         if isinstance(message, m.TakeControl):
             self.viewers.take_control(viewer)
+            self._left = None
             return None
         if isinstance(message, m.ReleaseControl):
             self.viewers.hand_over_control(viewer)
@@ -235,20 +259,29 @@ class StudioServer:
         if self._seen is None or self.host.scene_version != self._rebuilt:
             self._rebuilt = self.host.scene_version
             before, self._seen = self._seen, (self.host.scene(), self.host.library())
+            self._places = self._list_places()
             scene, _ = self._seen
             if before is None or scene != before[0]:
                 for viewer in self.viewers:
                     viewer.show(scene=_encode(SceneNewsData(scene=scene)))
         return self._seen
 
+    def _list_places(self) -> PlacesData:
+        """Return the worlds and libraries that can be chosen; in reality there is one world."""
+        host = self.host
+        return host.places.data(host.scenario, host.folder, saves=isinstance(host.world, World))
+
     def _show_session(self, library: LibraryData) -> SessionNewsData:
         """Send the session's data to every page if it changed, and return it."""
         self._due_s = self._wall() + SESSION_S
         host, director = self.host, self.viewers.director
+        if host.status is not self._said:
+            self._said, self._said_number = host.status, self._said_number + 1
         shown = SessionNewsData(
             library=library,
             desk=host.session_data(),
             said=host.status,
+            said_number=self._said_number,
             viewers=len(self.viewers),
             paused=host.paused,
             speed="fastest" if host.speed == FASTEST else host.speed,
@@ -256,7 +289,9 @@ class StudioServer:
             sort=host.sort,
             robots=host.robots.list_statuses(),
             run=host.run,
+            places=self._places,
             directed=director is not None,
+            can_take=self.viewers.can_be_taken,
             directs=False,
         )
         if shown != self._shown or director is not self._directed:

@@ -30,6 +30,7 @@ from understudy.ui.controller.open_session import OpenSession
 from understudy.ui.controller.status import StatusMessage, keep_status
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
+from understudy.ui.web.places import Places
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
 from understudy.ui.web.views.library import CutOffData, LibraryData
 from understudy.ui.web.views.scene import SceneData, describe_scene
@@ -130,32 +131,43 @@ class SessionHost:
         wall: WallClock = monotonic,
         twin: DigitalTwin | None = None,
     ) -> None:
-        self.world: Ground = twin or World(scenario, [seed])
-        self.wall, self.robots = wall, RobotArming(self.world, wall, place="the studio")
-        self.groups = TrainableGroups(self.world.scenario, folder, kit)
-        self.library_view = self.groups.read_library(None)
-        self.kit = self.library_view.library.kit
-        self.sort: str | None = None  # the sort of squads that is trained; None: the robots
-        self.doing = ActivityNames()
+        self.wall, self._speed = wall, 1.0
         self.open_session: OpenSession | None = None
         self.frame_version = self.scene_version = 0
-        self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
-        self._speed, self._idling = 1.0, IdleWorld(self.world, wall)
+        self.places = Places(scenario, kit, folder)
+        self._place(twin or World(scenario, [seed]), folder, kit)
         self._status = StatusMessage(NOTHING)
         self._picture: SessionViewBuilder | None = None
         self.rewind_buffer, self.unsure = RewindBuffer(), UncertainMoments()
         self.executor = ThreadPoolExecutor(1)  # for what takes longer than a tick may
         self.evaluation: UnseenWorldsEvaluation | None = None
-        self.shown_seeds: set[int] = set()  # of the worlds that were on the page
         self.run = RunData(number=0, from_s=0.0)
-        self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
         self.refresh_interrupted()
         if self.cut_off:
             self._status = StatusMessage(
                 f"Interrupted before it was saved: {', '.join(self.cut_off)}. Open it to resume"
             )
 
+    def _place(self, world: Ground, folder: Path, kit: Kit) -> None:
+        """Set the world, the library's folder and the kit that both are read with."""
+        self.world, self.folder, self.first_kit = world, folder, kit
+        self.robots = RobotArming(world, self.wall, place="the studio")
+        self.groups = TrainableGroups(world.scenario, folder, kit)
+        self.sort: str | None = None  # the sort of squads that is trained; None: the robots
+        self.library_view = self.groups.read_library(None)
+        self.kit = self.library_view.library.kit
+        self.doing = ActivityNames()
+        self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
+        self._idling = IdleWorld(world, self.wall)
+        self.shown_seeds: set[int] = set()  # of the worlds that were on the page
+        self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
+
     # What there is to see
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario of the world."""
+        return self.world.scenario
 
     @property
     def trainer(self) -> Trainer | None:
@@ -407,6 +419,16 @@ class SessionHost:
         self._begin_rewind()
         self.refresh_interrupted()
         self.note_world_change()
+
+    def enter(self, scenario: Scenario, folder: Path, kit: Kit) -> None:
+        """Close the present session, and go to the world of a scenario and to the library in a folder."""
+        world = World(scenario, [self.seed])
+        self._leave()
+        self._place(world, folder, kit)
+        self.unsure = UncertainMoments()
+        self.set_speed(self._speed)
+        self.refresh_interrupted()
+        self.clear_rewind()
 
     def select_agents(self, sort: str | None, agent: int) -> None:
         """Close the present session and select robots (None) or a sort of squads for training."""

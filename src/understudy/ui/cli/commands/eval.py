@@ -47,9 +47,9 @@ def evaluate_behavior(
 ) -> None:
     """Evaluate a behavior in many worlds of a scenario; all its robots run it.
 
-    A world is a success if the behavior raises its flag done within the scenario's time limit. A behavior without
-    that flag has to reach the scenario's goal by then. Where there is a hand-written controller to compare with, as
-    for foraging by a single robot, the limit is three times its time in the same world.
+    A world is a success if the behavior raises its flag done, or its only one, within the scenario's time limit. A
+    behavior without such a flag has to reach the scenario's goal by then. Where there is a hand-written controller to
+    compare with, as for foraging by a single robot, the limit is three times its time in the same world.
 
     [dim]understudy eval --library demo/library --behavior forage --seeds 1000:1100[/]
 

@@ -90,16 +90,16 @@ def _says(trainer: Trainer, advice: Advice) -> PressSaysData:
 
 
 def _late(said: AdviceReport) -> LateData | None:
-    late, now = said.new_reaction_estimate, said.lesson.options.reaction_s
-    if late is None:
+    late, reaction_s, now = said.late, said.new_reaction_s, said.lesson.options.reaction_s
+    if late is None or reaction_s is None:
         return None
     but = f", not {now:g} s" if now else ""
     seems = (
-        f"Your presses seem to come {late.reaction_s:g} s late{but}."
-        if late.reaction_s
+        f"You seem to react within {reaction_s:g} s{but}."
+        if reaction_s
         else "Your presses seem to be on time."
     )
-    return LateData(reaction_s=late.reaction_s, sentence=f"{seems} {late.evidence}")
+    return LateData(reaction_s=reaction_s, sentence=f"{seems} {late.evidence}")
 
 
 def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> SituationReply:

@@ -30,7 +30,7 @@ from understudy.ui.web.session_host import SessionHost
 
 def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, discard: bool) -> None:
     """Begin a new automaton; SessionError if the open one has unsaved changes that are not to be discarded."""
-    _refuse_unsaved(host, discard=discard)
+    refuse_unsaved(host, discard=discard)
     host.refresh_library()
     host.refresh_interrupted()
     host.library_view.refuse_new(name, remedy="open it to go on, or give another name")
@@ -52,7 +52,7 @@ def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, dis
 
 def open_automaton(host: SessionHost, name: str, *, discard: bool) -> None:
     """Continue the training of an automaton of the library, or resume its interrupted session."""
-    _refuse_unsaved(host, discard=discard)
+    refuse_unsaved(host, discard=discard)
     host.refresh_library()
     host.refresh_interrupted()
     left = host.cut_off.get(name)
@@ -90,7 +90,7 @@ def _go_on_with_cut_off(host: SessionHost, name: str, left: interrupted_sessions
 def select_squad_sort(host: SessionHost, sort: str | None, agent: int, *, discard: bool) -> None:
     """Select robots (None) or a sort of squads for training; SessionError if unsaved changes are not discarded."""
     _refuse_beyond(host, sort, agent)
-    _refuse_unsaved(host, discard=discard)
+    refuse_unsaved(host, discard=discard)
     host.select_agents(sort, agent)
 
 
@@ -175,7 +175,8 @@ def _plan(host: SessionHost, name: str, choices: LessonChoices | None = None) ->
     )
 
 
-def _refuse_unsaved(host: SessionHost, *, discard: bool) -> None:
+def refuse_unsaved(host: SessionHost, *, discard: bool) -> None:
+    """Raise SessionError if what is trained has unsaved changes that are not to be discarded."""
     trainer = host.trainer
     if trainer is not None and trainer.has_unsaved_changes and not discard:
         raise SessionError(f"{trainer.name} has unsaved changes: save it first, or discard them")

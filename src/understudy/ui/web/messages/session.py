@@ -215,6 +215,26 @@ class SelectAgent(Message, frozen=True, kw_only=True, tag="agent"):
     discard: bool = False
 
 
+class OpenWorld(Message, frozen=True, kw_only=True, tag="open_world"):
+    """Go to a world of another scenario, one of those that the studio lists."""
+
+    name: NameField
+    discard: bool = False
+
+
+class OpenLibrary(Message, frozen=True, kw_only=True, tag="open_library"):
+    """Use another library, one of those that the studio lists, or a new one of this name."""
+
+    name: NameField
+    discard: bool = False
+
+
+class SaveWorld(Message, frozen=True, kw_only=True, tag="save_world"):
+    """Save the world as it stands as a scenario of this name."""
+
+    name: NameField
+
+
 class SetOtherAgents(Message, frozen=True, kw_only=True, tag="others"):
     """Set what the robots that are not in training do: idle, or a behavior of the library."""
 

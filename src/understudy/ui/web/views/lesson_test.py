@@ -148,7 +148,8 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
     name, library, targets = trainer.name, _present(host), dict(trainer.session_view.targets)
     if scenario.goal is None and find_success_flag(library, name) is None:
         raise SessionError(
-            f"success is not defined: scenario {scenario.name} has no goal, and {name} has no flag {SUCCESS_FLAG}"
+            f"success is not defined: scenario {scenario.name} has no goal, and {name} has no flag "
+            f"{SUCCESS_FLAG}, nor a single other one"
         )
     link_for_evaluation(library, name, scenario, targets)  # mistakes are told at once
     unseen = (seed for seed in count(FIRST_SEED) if seed not in host.shown_seeds)

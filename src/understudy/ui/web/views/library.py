@@ -25,6 +25,7 @@ from understudy.storage.library_folder import (
     open_each_automaton,
     save_automaton,
 )
+from understudy.ui.controller.training_plan import check_new_name
 from understudy.ui.web.messages.base import Data
 
 TRASH = ".trash"
@@ -83,6 +84,7 @@ class LibraryView:
         if any(each in NOT_IN_NAMES for each in name):
             problem = "goto(A) binds a target, and a=b names a state"
             raise SessionError(f"{name!r} cannot be the name of a state: {problem}; leave out ( ) , and =")
+        check_new_name(name, "an automaton")
         self.refuse_taken(name, remedy=remedy)
 
     def refuse_taken(self, name: str, *, remedy: str) -> None:

@@ -1,0 +1,121 @@
+"""What a person meets on the first day: mistakes are told, old ones go away, and names can be read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Page, expect
+from tests.browser.teacher import Teacher
+
+Visit = Callable[[], Page]
+IDENTIFIER = re.compile(r"[a-z]_[a-z]|[a-z]\([A-Za-z]")
+
+
+@pytest.fixture
+def teacher(visit: Visit) -> Teacher:
+    """Somebody who has begun goto."""
+    made = Teacher(visit())
+    made.begin_goto()
+    return made
+
+
+def error(page: Page):  # type: ignore[no-untyped-def]  # a Locator
+    """The error that is shown."""
+    return page.locator(".toast.error")
+
+
+@pytest.mark.parametrize("seed", ["abc", "-1", "4.5"])
+def test_a_seed_that_is_none_is_told(teacher: Teacher, seed: str) -> None:
+    field = teacher.page.get_by_label("seed")
+    before = field.input_value()
+    field.fill(seed)
+    field.press("Enter")
+    expect(error(teacher.page)).to_contain_text(f"The seed {seed} is no whole number")
+    expect(field).to_have_value(before)
+
+
+def test_an_old_error_goes_with_the_next_success_that_says_the_same(teacher: Teacher) -> None:
+    page, field = teacher.page, teacher.page.get_by_label("seed")
+    field.fill("3")
+    field.press("Enter")
+    expect(page.locator(".toast")).to_contain_text("World 3, restarted")
+    field.fill("abc")
+    field.press("Enter")
+    expect(error(page)).to_be_visible()
+    field.fill("3")
+    field.press("Enter")
+    expect(error(page)).to_have_count(0)
+    expect(page.locator(".toast")).to_contain_text("World 3, restarted")
+
+
+@pytest.mark.parametrize("seconds", ["abc", "-0.3", ""])
+def test_a_reaction_time_that_is_none_is_told(visit: Visit, seconds: str) -> None:
+    page = visit()
+    page.get_by_role("button", name="Teach something new", exact=True).click()
+    page.get_by_label("Reaction time").fill(seconds)
+    expect(page.get_by_text("The reaction time is no number of seconds")).to_be_visible()
+    expect(page.get_by_role("button", name="Begin", exact=True)).to_be_disabled()
+    page.get_by_label("Reaction time").fill("0,25")
+    expect(page.get_by_role("button", name="Begin", exact=True)).to_be_enabled()
+
+
+def test_the_first_state_does_not_look_like_a_start_button(teacher: Teacher) -> None:
+    """It records an example, as every press."""
+    row = teacher.page.get_by_role("toolbar", name="Direct the robot")
+    expect(row).not_to_contain_text(re.compile("start", re.IGNORECASE))
+    expect(teacher.directing("start")).to_contain_text("stand still")
+
+
+def test_the_robot_goes_on_after_a_reload(teacher: Teacher) -> None:
+    before = teacher.clock_s
+    teacher.page.reload()
+    expect(teacher.directing("forward")).to_be_visible()
+    expect(teacher.page.get_by_role("button", name="Pause")).to_be_visible()
+    teacher.page.wait_for_timeout(500)
+    assert teacher.clock_s > before
+
+
+def test_control_that_would_be_refused_is_not_offered(teacher: Teacher, visit: Visit) -> None:
+    other = visit()
+    expect(other.get_by_text("Someone else is in control")).to_be_visible()
+    expect(other.get_by_role("button", name="Take control")).to_have_count(0)
+    teacher.click("Hand over")
+    expect(other.get_by_role("button", name="Take control")).to_be_visible()
+
+
+@pytest.mark.parametrize("elsewhere", [False, True])
+@pytest.mark.parametrize("way", ["Rename", "Duplicate"])
+def test_escape_closes_the_field_for_a_name(teacher: Teacher, way: str, elsewhere: bool) -> None:
+    page = teacher.page
+    teacher.press("ArrowUp")
+    expect(page.get_by_role("button", name="Save", exact=True)).to_be_enabled()
+    teacher.click("Save")
+    page.get_by_role("tab", name="Library").click()
+    teacher.click(f"{way} goto")
+    field = page.locator(".naming input")
+    expect(field).to_be_focused()
+    if elsewhere:
+        page.get_by_text("As a file").click()
+    page.keyboard.press("Escape")
+    expect(field).to_have_count(0)
+
+
+def test_names_are_written_as_people_read_them(teacher: Teacher) -> None:
+    """On every tab and in the form, in the rules and in what is said of a press."""
+    page = teacher.page
+    teacher.press("ArrowLeft")
+    page.wait_for_timeout(500)
+    teacher.press("ArrowUp")
+    expect(page.get_by_text("turn left → forward").first).to_be_visible()
+    for tab in ("Automaton", "Lesson", "Coach", "Library"):
+        page.get_by_role("tab", name=tab).click()
+        page.wait_for_timeout(300)
+        seen = page.evaluate(
+            "document.body.innerText.replace(document.querySelector('.folder')?.innerText, '')"
+        )
+        assert IDENTIFIER.findall(seen) == [], tab
+    page.get_by_role("button", name="choose features").click()
+    assert IDENTIFIER.findall(page.locator("form.choice").inner_text()) == []
+    page.get_by_role("checkbox", name="distance to nearest food").check(force=True)
