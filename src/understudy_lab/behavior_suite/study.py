@@ -16,10 +16,11 @@ from understudy_lab.behavior_suite import (
     waypoints,
 )
 from understudy_lab.behavior_suite.task import BehaviorTask
-from understudy_lab.behavior_suite.teach import WORLDS, row_of
+from understudy_lab.behavior_suite.teach import PAPER, WORLDS, row_of
 from understudy_lab.figures import dots, panels
 from understudy_lab.statistics import Numbers, format_median, interval_of_median, spread
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.teachers.live_teacher import LIVE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,20 +42,28 @@ FEATS: Mapping[str, BehaviorTask] = {
 }
 
 SUCCESS, RATIO, EXAMPLES = 0.95, 0.85, 60
+LIVE_TEACHINGS = 10
+"""The number of teachings of each behavior that are also taught live."""
+FEWER = 0.6
+"""The largest share of presses in live teaching, for the median behavior."""
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per behavior and seed."""
-    return [{"behavior": name, "seed": seed} for name in FEATS for seed in plan.seeds]
+    """Return one task per behavior and seed, and one in live teaching for the first seeds."""
+    made: list[Task] = [{"behavior": name, "seed": seed} for name in FEATS for seed in plan.seeds]
+    first = plan.seeds[:LIVE_TEACHINGS]
+    return made + [{"behavior": name, "seed": seed, "method": LIVE} for name in FEATS for seed in first]
 
 
 def work(task: Task) -> Row:
     """Teach one behavior once and test it."""
-    return row_of(FEATS[task["behavior"]], task["seed"])
+    return row_of(FEATS[task["behavior"]], task["seed"], method=task.get("method", PAPER))
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
     """Summarize each behavior over its teachings."""
+    every, rows = rows, [row for row in rows if "method" not in row["task"]]
+    live = group_by_behavior([row for row in every if "method" in row["task"]])
     groups = group_by_behavior(rows)
     behaviors = {name: summarize_teachings(of) for name, of in groups.items()}
     goals = tuple(goal for name, of in behaviors.items() for goal in goals_of(name, of))
@@ -85,6 +94,20 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 [make_taught_row(name, of, behaviors[name]) for name, of in groups.items()],
             ),
             ResultTable(
+                f"Taught live, the first {LIVE_TEACHINGS} teachings: median (smallest–largest), and its share of the "
+                "median above",
+                (
+                    "behavior",
+                    "#teachings with 95 % success",
+                    "#success",
+                    "#speed / hand-written",
+                    "#presses",
+                    "#share",
+                    "#teaching time, s",
+                ),
+                [make_live_row(name, of, groups[name]) for name, of in live.items()],
+            ),
+            ResultTable(
                 "Success criteria and references: a hand-written controller, and a lower bound of the time",
                 ("behavior", "success", "lower bound", "#hand-written: success", "#its time / bound"),
                 [make_expert_row(name, of) for name, of in groups.items()],
@@ -95,14 +118,17 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 [lesson for name, of in groups.items() for lesson in lessons(name, of)],
             ),
         ),
-        goals=goals,
+        goals=(*goals, *make_live_goals(live, groups)),
         notes=(
             NOTE,
             *list_failed_teachings(groups),
             *list_uncertain_goals(behaviors),
             describe_discarded_lessons(rows),
         ),
-        numbers={"behaviors": behaviors},
+        numbers={
+            "behaviors": behaviors,
+            "live": {name: summarize_teachings(of) for name, of in live.items()},
+        },
     )
 
 
@@ -167,6 +193,57 @@ def make_taught_row(name: str, rows: Sequence[Row], of: Mapping[str, Any]) -> li
         format_median([row["presses"] for row in rows]),
         format_median([row["seconds"] for row in rows]),
     ]
+
+
+def make_live_row(name: str, rows: Sequence[Row], before: Sequence[Row]) -> list[str]:
+    """Return a behavior's row of the table of live teaching."""
+    return [
+        format_behavior_name(name),
+        f"{sum(row['success'] >= SUCCESS for row in rows)} of {len(rows)}",
+        format_median([row["success"] for row in rows], percent=True),
+        format_median(ratios(rows), 2),
+        format_median([row["presses"] for row in rows]),
+        f"{share_presses(rows, before):.2f}",
+        format_median([row["seconds"] for row in rows]),
+    ]
+
+
+def share_presses(rows: Sequence[Row], before: Sequence[Row]) -> float:
+    """Return the median presses of teachings as a share of those of others."""
+    now, then = (float(np.median([row["presses"] for row in of])) for of in (rows, before))
+    return now / then
+
+
+def make_live_goals(
+    live: Mapping[str, Sequence[Row]], groups: Mapping[str, Sequence[Row]]
+) -> tuple[StudyGoal, ...]:
+    """Return the goals of live teaching: as successful everywhere, with fewer presses for the median behavior."""
+    if not live:
+        return ()
+    shares = [share_presses(of, groups[name]) for name, of in live.items()]
+    medians = {
+        name: tuple(float(np.median([row["success"] for row in each])) for each in (of, groups[name]))
+        for name, of in live.items()
+    }
+    lower = [
+        f"{format_behavior_name(name)} {now:.1%} instead of {then:.1%}"
+        for name, (now, then) in medians.items()
+        if now < then
+    ]
+    return (
+        StudyGoal(
+            "taught live: presses as a share of those above, median behavior",
+            f"at most {FEWER}",
+            f"{np.median(shares):.2f}",
+            float(np.median(shares)) <= FEWER,
+        ),
+        StudyGoal(
+            "taught live: median success of each behavior",
+            "no lower than above",
+            "; ".join(lower) or "in none",
+            not lower,
+        ),
+    )
 
 
 def format_interval(of: Mapping[str, float], *, digits: int = 0, unit: str = "") -> str:
@@ -267,7 +344,7 @@ SHOWN: Mapping[str, tuple[str, float, Callable[[Row], float]]] = {
 
 def draw(rows: Sequence[Row]) -> Figure:
     """Draw success, speed and examples of every teaching, by behavior."""
-    groups = group_by_behavior(rows)
+    groups = group_by_behavior([row for row in rows if "method" not in row["task"]])
     figure, found = panels(3, rows=3, wide=7.2, tall=2.1)
     names = {name: format_behavior_name(name).replace(", ", "\n") for name in groups}
     for axes, (title, (unit, goal, values)) in zip(found, SHOWN.items(), strict=True):

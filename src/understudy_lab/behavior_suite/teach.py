@@ -13,7 +13,8 @@ from understudy.runtime.program import link
 from understudy_lab.behavior_suite.task import BehaviorTask, TaskResult, TaskTrial
 from understudy_lab.behavior_suite.tracks import GroundTruth, record
 from understudy_lab.lesson_stats import lessons_of
-from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult
+from understudy_lab.teachers.live_teacher import choose_teacher
+from understudy_lab.teachers.teacher import TeachingResult
 
 WORLDS = 100
 
@@ -23,9 +24,14 @@ def worlds_of(seed: int) -> range:
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
-def teach(feat: BehaviorTask, seed: int) -> TeachingResult:
+PAPER = "paper"
+"""The paper's training, as opposed to live teaching."""
+
+
+def teach(feat: BehaviorTask, seed: int, *, method: str = PAPER) -> TeachingResult:
     """Teach the automata of a behavior one after another; the same seed gives the same library."""
-    return ScriptedTeacher(Library(feat.kit), feat.practice, seed, options=feat.options).teach(*feat.topics)
+    teacher = choose_teacher(method)
+    return teacher(Library(feat.kit), feat.practice, seed, options=feat.options).teach(*feat.topics)
 
 
 def make_taught_controller(trial: TaskTrial, library: Library, behavior: str) -> GroundTruth:
@@ -41,9 +47,9 @@ def make_expert_controller(trial: TaskTrial, feat: BehaviorTask) -> GroundTruth:
     return record(world, lambda: world.act(hand.decide(world.sense(hand.keys))), trial.seconds)
 
 
-def row_of(feat: BehaviorTask, seed: int) -> dict[str, Any]:
+def row_of(feat: BehaviorTask, seed: int, *, method: str = PAPER) -> dict[str, Any]:
     """Teach and test one behavior, and return the result as plain data."""
-    teaching = teach(feat, seed)
+    teaching = teach(feat, seed, method=method)
     trial = feat.trial(worlds_of(seed))
     taught = trial.judge(make_taught_controller(trial, teaching.library, feat.behavior))
     trial = feat.trial(worlds_of(seed))
