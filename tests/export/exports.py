@@ -1,0 +1,113 @@
+"""Exports of libraries into folders, and what runs them there."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from random import Random
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from tests.runtime import random_libraries
+from tests.runtime.random_libraries import Played, random_library
+
+from understudy.export.body_interface import BodyInterface
+from understudy.export.export_automaton import TARGETS, prepare_export
+from understudy.export.target_files import ExportJob
+from understudy.model.behaviors import Behavior, Command, increment, reset_timer, set_timer
+from understudy.model.library import Kit
+
+BODY = BodyInterface(Played.readings, Played.channels, 0.1)
+WHOLE_KIT = Kit.from_parts(
+    *(part for part in random_libraries.kit.parts if part.name not in ("slip", "unclick")),
+    Behavior("slip", Command(), (increment("falls", -1.0), increment("laps", 2.0), set_timer("bell"))),
+    Behavior("unclick", Command(), (reset_timer("watch"), increment("unread"))),
+)
+"""The kit of random libraries with counters that are whole numbers, as single precision asks for."""
+
+
+def draw_job(seed: int, *, to: str, levels: int = 6, single: bool = False) -> ExportJob:
+    """Draw a library, and prepare the export of its topmost automaton with some binding."""
+    random = Random(seed)
+    kit = WHOLE_KIT if single else random_libraries.kit
+    library = random_library(random, automata=random.randint(1, levels), depth=random.randint(0, 4), kit=kit)
+    name = list(library.taught)[-1]
+    binding = {each: random.choice(Played.targets) for each in library.parameters(name)}
+    return prepare_export(
+        library, name, to=to, binding=binding, body=BODY, fingerprint="drawn", single_precision=single
+    )[0]
+
+
+def write_job(folder: Path, job: ExportJob, *, to: str) -> Path:
+    """Write the files of a job without its manifest."""
+    for name, content in TARGETS[to](job).files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    return folder
+
+
+def load_python(job: ExportJob) -> Any:
+    """Load the exported Python module, without files."""
+    files = TARGETS["python"](job).files
+    text = next(
+        content for name, content in files.items() if name.endswith(".py") and name != "conformance.py"
+    )
+    space: dict[str, Any] = {}
+    exec(compile(text, "exported.py", "exec"), space)
+    return SimpleNamespace(**space)
+
+
+def count_mismatches(module: Any, job: ExportJob) -> tuple[int, int]:
+    """Run an exported Python module on its conformance rows: ticks and mismatches."""
+    machine, mismatches = None, 0
+    names = [*module.READINGS]
+    for tick in job.conformance.ticks:
+        machine = machine or module.Machine(tick.time)
+        if tick.starts:
+            machine.start(tick.time)
+        basic = machine.step(dict(zip(names, tick.readings, strict=True)), tick.time)
+        states, flags = machine.path()
+        found = (
+            tuple(states),
+            tuple(flags),
+            basic,
+            tuple(machine.commands[each] for each in module.CHANNELS),
+        )
+        expected = tick.expected
+        mismatches += found != (expected.path, expected.flags, expected.basic, expected.commands)
+    return len(job.conformance.ticks), mismatches
+
+
+def make(folder: Path, *targets: str, **variables: str) -> str:
+    """Run make in the folder of an export; what it printed."""
+    done = subprocess.run(
+        ["make", *targets, *(f"{name}={value}" for name, value in variables.items())],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "warning" not in done.stderr.lower(), done.stderr
+    return done.stdout + done.stderr
+
+
+def read_counts(printed: str) -> tuple[int, int]:
+    """Read `TICKS ticks, MISMATCHES mismatches` from what an export printed."""
+    found = re.search(r"(\d+) ticks, (\d+) mismatches", printed)
+    assert found is not None, printed
+    return int(found[1]), int(found[2])
+
+
+def need(*programs: str) -> None:
+    """Skip a test if a program is missing; fail in continuous integration, which installs them."""
+    missing = [program for program in programs if shutil.which(program) is None]
+    if missing:
+        assert not os.environ.get("CI"), f"{missing} are missing"
+        pytest.skip(f"needs {', '.join(missing)}")
