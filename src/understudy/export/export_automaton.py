@@ -15,6 +15,7 @@ from understudy.export.manifest import MANIFEST, make_manifest
 from understudy.export.single_precision import RoundedCut, round_library
 from understudy.export.target_files import ExportJob, MakeFiles
 from understudy.export.targets.c99 import make_c99_files
+from understudy.export.targets.json_documents import make_json_files
 from understudy.export.targets.python_module import make_python_files
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.library import Library
@@ -22,7 +23,11 @@ from understudy.runtime.body import Body
 from understudy.runtime.program import Program, link
 from understudy.storage.document import fingerprint_automaton, hash_content
 
-TARGETS: Mapping[str, MakeFiles] = {"c99": make_c99_files, "python": make_python_files}
+TARGETS: Mapping[str, MakeFiles] = {
+    "c99": make_c99_files,
+    "python": make_python_files,
+    "json": make_json_files,
+}
 """The targets by name."""
 SINGLE = ("c99",)
 """The targets that can be written in single precision."""
@@ -133,7 +138,7 @@ def export_automaton(
         len(job.conformance.ticks),
         tuple(
             (what, tuple(str(hierarchy.readings[slot]) for slot in slots), problem)
-            for what, slots, problem in hierarchy.missing_functions
+            for what, slots, problem in hierarchy.functions_to_write
         ),
         rounded,
     )

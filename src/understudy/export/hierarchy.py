@@ -174,7 +174,7 @@ class Hierarchy:
         return any(basic.order is not None for basic in self.basics)
 
     @property
-    def missing_functions(self) -> tuple[tuple[str, tuple[int, ...], str], ...]:
+    def functions_to_write(self) -> tuple[tuple[str, tuple[int, ...], str], ...]:
         """The functions that cannot be translated: name, readings and reason of each."""
         features = [
             (f"feature {each.name}", each.slots, each.problem) for each in self.computed if each.problem

@@ -83,7 +83,7 @@ def describe_untranslated(hierarchy: Hierarchy) -> list[dict[str, Any]]:
     """Describe the Python functions that could not be translated, with the readings that they look at."""
     return [
         {"name": name, "readings": [str(hierarchy.readings[slot]) for slot in slots], "problem": problem}
-        for name, slots, problem in hierarchy.missing_functions
+        for name, slots, problem in hierarchy.functions_to_write
     ]
 
 

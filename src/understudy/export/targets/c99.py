@@ -88,7 +88,7 @@ class _CFiles:
         used = [f"(void)commands.{channel};" for channel in channels]
         notes = [
             f"\nPut in {name} yourself, where `{p}.c` says so: {problem}."
-            for name, _, problem in hierarchy.missing_functions
+            for name, _, problem in hierarchy.functions_to_write
         ]
         if self.single:
             notes.append("\nNumbers are single precision, times whole milliseconds.")

@@ -123,7 +123,7 @@ class CCode:
 
     def _body(self) -> Iterator[str]:
         p, hierarchy = self.names.prefix, self.hierarchy
-        for name, slots, problem in hierarchy.missing_functions:
+        for name, slots, problem in hierarchy.functions_to_write:
             read = ", ".join(str(hierarchy.readings[slot]) for slot in slots) or "unknown readings"
             what = f"{name} of {read} could not be translated ({problem})"
             yield f'#error "{quote_for_c(what)}: write it in place of this line"'

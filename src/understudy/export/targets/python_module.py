@@ -37,7 +37,7 @@ def make_python_files(job: ExportJob) -> TargetFiles:
         "code": "\n".join(_PythonSource(job, readings).write()),
         "notes": "".join(
             f"\nPut in {name} yourself, where `{module}.py` says so: {problem}.\n"
-            for name, _, problem in hierarchy.missing_functions
+            for name, _, problem in hierarchy.functions_to_write
         ),
     }
     files = {f"{module}.py": fill_template("python/module.py.in", values)}
@@ -86,7 +86,7 @@ class _PythonSource:
             flags = [-1 if state.flag is None else state.flag for state in automaton.states]
             yield f"{INDENT}({_items(flags)}),"
         yield from (")", f"_ROOT = {hierarchy.root.index}", "")
-        for name, slots, problem in hierarchy.missing_functions:
+        for name, slots, problem in hierarchy.functions_to_write:
             read = ", ".join(str(hierarchy.readings[slot]) for slot in slots) or "unknown readings"
             text = f"{name} of {read} could not be translated ({problem}): write it in place of this line"
             yield f"raise NotImplementedError({text!r})"
