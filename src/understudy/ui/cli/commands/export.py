@@ -46,29 +46,14 @@ def export_behavior(
 
     [dim]understudy export goto --bind A=station --library demo/library --to python --out goto-python[/]
     """
-    from understudy.export.body_interface import BodyInterface, describe_kit
     from understudy.export.export_automaton import export_automaton
-    from understudy.sim.kit import list_readings, make_channels, make_scenario_kit
-    from understudy.ui.cli.library_data import find_fitting_world, find_listed, open_all_libraries
-    from understudy.ui.cli.options import find_kit, import_learner, open_scenario, parse_bindings
+    from understudy.ui.cli.export_library import open_library_to_export
+    from understudy.ui.cli.options import parse_bindings
     from understudy.ui.cli.output import print_json
 
-    where = None
-    if world is not None or kit is None:
-        where = open_scenario(world or find_fitting_world(library))
-    parts = make_scenario_kit(where) if kit is None and where is not None else find_kit(kit, "")
-    listings = open_all_libraries(library, where, parts, import_learner())
-    prefix, name = find_listed(listings, name)
-    listing = listings[prefix]
-    if name not in listing.opened:
-        raise listing.problems[f"{name}.json"]
-    body = describe_kit(listing.library)
-    if where is not None:
-        body = describe_kit(listing.library, tick_s=where.tick_s)
-        if not any(each.order is not None for each in listing.library.kit.behaviors.values()):
-            body = BodyInterface(tuple(list_readings(where)), make_channels(where), where.tick_s)
+    known, name, body = open_library_to_export(library, name, world, kit)
     found = export_automaton(
-        listing.library, name, out, to=to, binding=parse_bindings(bind), body=body, single_precision=float32
+        known, name, out, to=to, binding=parse_bindings(bind), body=body, single_precision=float32
     )
     if as_json:
         print_json(_make_result(name, found))
