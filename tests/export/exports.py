@@ -6,6 +6,8 @@ import os
 import re
 import shutil
 import subprocess
+from dataclasses import replace
+from math import nan
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
@@ -18,9 +20,16 @@ from tests.runtime.random_libraries import Played, random_library
 from understudy.export.body_interface import BodyInterface
 from understudy.export.export_automaton import TARGETS, prepare_export
 from understudy.export.target_files import ExportJob
+from understudy.learning.fit import learn as learn_from
 from understudy.model.behaviors import Behavior, Command, increment, reset_timer, set_timer
-from understudy.model.library import Kit
+from understudy.model.kinds import Continuous
+from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.model.tree import TestKind, Tree
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import list_readings, make_channels, make_scenario_kit
+from understudy.storage.library_folder import open_library
 
+FIXTURE = Path(__file__).parents[1] / "fixtures" / "v0_1_0" / "library"
 BODY = BodyInterface(Played.readings, Played.channels, 0.1)
 WHOLE_KIT = Kit.from_parts(
     *(part for part in random_libraries.kit.parts if part.name not in ("slip", "unclick")),
@@ -35,11 +44,43 @@ def draw_job(seed: int, *, to: str, levels: int = 6, single: bool = False) -> Ex
     random = Random(seed)
     kit = WHOLE_KIT if single else random_libraries.kit
     library = random_library(random, automata=random.randint(1, levels), depth=random.randint(0, 4), kit=kit)
+    if to == "json":
+        library = keep_arcs_on_circles(library)
     name = list(library.taught)[-1]
     binding = {each: random.choice(Played.targets) for each in library.parameters(name)}
     return prepare_export(
         library, name, to=to, binding=binding, body=BODY, fingerprint="drawn", single_precision=single
     )[0]
+
+
+def keep_arcs_on_circles(library: Library) -> Library:
+    """Replace arcs on features that lie on no circle by cuts, since documents hold none."""
+    for name in library.taught:
+        automaton = library.automaton(name)
+        made: dict[int, Tree] = {}
+        for tree in automaton.transitions.values():
+            assert isinstance(tree, Tree)
+            kinds = [
+                None if node.feature < 0 else automaton.features[node.feature].kind for node in tree.nodes
+            ]
+            made[id(tree)] = Tree(
+                tuple(
+                    node._replace(test=TestKind.BELOW, low=nan)
+                    if node.test == TestKind.ARC and isinstance(kind, Continuous)
+                    else node
+                    for node, kind in zip(tree.nodes, kinds, strict=True)
+                )
+            )
+        transitions = {state: made[id(tree)] for state, tree in automaton.transitions.items()}
+        library = library.with_automaton(TrainedAutomaton(replace(automaton, transitions=transitions)))
+    return library
+
+
+def open_fixture() -> tuple[Library, BodyInterface]:
+    """Open a foraging robot's library that was taught, with its lessons."""
+    scenario = find_scenario("forage")
+    library = open_library(FIXTURE, make_scenario_kit(scenario), learn_from).library
+    return library, BodyInterface(tuple(list_readings(scenario)), make_channels(scenario), scenario.tick_s)
 
 
 def write_job(folder: Path, job: ExportJob, *, to: str) -> Path:

@@ -144,3 +144,12 @@ def test_random_exports_have_what_there_is_to_get_wrong() -> None:
     assert sorts == {"reading", "flag", "counter", "timer", "time in state"}
     assert counted > 50
     assert stateless > 10
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_reader_of_documents_decides_as_the_interpreter(seed: int, tmp_path: Path) -> None:
+    need("node")
+    job = draw_job(seed, to="json")
+    ticks, mismatches = read_counts(make(write_job(tmp_path, job, to="json"), "test"))
+    assert ticks == len(job.conformance.ticks)
+    assert mismatches == 0
