@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from tests.export.exports import make, need, open_fixture, read_counts
+from tests.export.measure_times import build_times
 
 from understudy.export.export_automaton import ExportResult, export_automaton
 from understudy.storage.schema import make_document_schema
@@ -158,3 +159,13 @@ def test_the_schema_in_the_documents_is_up_to_date() -> None:
     """If not: write make_document_schema() there, indented by 2."""
     kept = msgspec.json.decode((ROOT / "docs" / "reference" / "library.schema.json").read_bytes())
     assert kept == make_document_schema()
+
+
+def test_the_forager_by_hand_decides_as_the_exported_one(tmp_path: Path) -> None:
+    """So that the times which the documents compare are those of the same decisions."""
+    need("gcc")
+    program = build_times(tmp_path, "gcc", "-std=c99", "-O2", single=False)
+    assert (
+        "; 0 decided otherwise"
+        in subprocess.run([program], capture_output=True, text=True, check=True).stdout
+    )

@@ -110,7 +110,7 @@ def make_conformance(
         tuple(recorder.ticks),
         recorded,
         (len(walker.reached), len(walker.leaves)),
-        (len(walker.boundaries) - len(walker.waiting), len(walker.boundaries)),
+        (len(walker.boundaries) - sum(map(len, walker.waiting.values())), len(walker.boundaries)),
     )
 
 

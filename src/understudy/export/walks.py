@@ -39,14 +39,15 @@ class ReadingWalk:
         self.paths: dict[tuple[int, int], list[list[tuple[int, int]]]] = {}
         self.leaves: set[tuple[int, int, int]] = set()
         self.boundaries: set[Boundary] = set()
-        self.waiting: set[Boundary] = set()
+        self.waiting: dict[tuple[int, int], set[Boundary]] = {}
         self.reached: set[tuple[int, int, int]] = set()
         self._first: dict[tuple[int, int], int] = {}
         for number, automaton in enumerate(hierarchy.automata):
             for index, state in enumerate(automaton.states):
                 if state.tree is not None:
                     self._add_tree(number, index, automaton, state.tree)
-        self.waiting = set(self.boundaries)
+        for boundary in self.boundaries:
+            self.waiting.setdefault(boundary[:2], set()).add(boundary)
         self.indices = {each.name: number for number, each in enumerate(hierarchy.automata)}
 
     def _add_tree(self, number: int, index: int, automaton: GroundAutomaton, tree: Tree) -> None:
@@ -120,8 +121,8 @@ class ReadingWalk:
             return None
         machine = self.random.choice(active)
         number = self.indices[str(machine.instance)]
-        index = self._first.get((number, -1 - machine.state))
-        near = sorted(each for each in self.waiting if each[:2] == (number, index))
+        index = self._first.get((number, -1 - machine.state), -1)
+        near = sorted(self.waiting.get((number, index), ()))
         return self.random.choice(near) if near else None
 
     def _aim(self, boundary: Boundary) -> None:
@@ -154,9 +155,10 @@ class ReadingWalk:
         steps, leaf = tree.path(values)
         if leaf != STAY:
             self.reached.add((number, index, leaf))
+        waiting = self.waiting.get((number, index), set())
         for step in steps:
             value = values[tree.nodes[step.node].feature]
-            self.waiting.discard((number, index, step.node, value if value == value else inf))
+            waiting.discard((number, index, step.node, value if value == value else inf))
 
 
 def find_child(node: Node, x: float) -> int:
