@@ -22,7 +22,8 @@ from understudy.export.export_automaton import TARGETS, prepare_export
 from understudy.export.target_files import ExportJob
 from understudy.learning.fit import learn as learn_from
 from understudy.model.behaviors import Behavior, Command, increment, reset_timer, set_timer
-from understudy.model.kinds import Continuous
+from understudy.model.features import Feature
+from understudy.model.kinds import BOOLEAN, Continuous
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.model.tree import TestKind, Tree
 from understudy.sim.catalog import find_scenario
@@ -31,26 +32,41 @@ from understudy.storage.library_folder import open_library
 
 FIXTURE = Path(__file__).parents[1] / "fixtures" / "v0_1_0" / "library"
 BODY = BodyInterface(Played.readings, Played.channels, 0.1)
+FRESH = (
+    Feature("seen_since_entry", BOOLEAN, "seen", fresh=1.0),
+    Feature("load_since_entry", Continuous(), "load", fresh=0.0),
+)
+"""Features such as those of coordinators, which a switch resets."""
+KIT = Kit.from_parts(*random_libraries.kit.parts, *FRESH)
 WHOLE_KIT = Kit.from_parts(
-    *(part for part in random_libraries.kit.parts if part.name not in ("slip", "unclick")),
+    *(part for part in KIT.parts if part.name not in ("slip", "unclick")),
     Behavior("slip", Command(), (increment("falls", -1.0), increment("laps", 2.0), set_timer("bell"))),
     Behavior("unclick", Command(), (reset_timer("watch"), increment("unread"))),
 )
 """The kit of random libraries with counters that are whole numbers, as single precision asks for."""
+LIVELY = 8
+"""Most random automata soon end in a flag; so many leaves must be reached for a job to count."""
+DRAWS = 15
 
 
 def draw_job(seed: int, *, to: str, levels: int = 6, single: bool = False) -> ExportJob:
-    """Draw a library, and prepare the export of its topmost automaton with some binding."""
-    random = Random(seed)
-    kit = WHOLE_KIT if single else random_libraries.kit
-    library = random_library(random, automata=random.randint(1, levels), depth=random.randint(0, 4), kit=kit)
-    if to == "json":
-        library = keep_arcs_on_circles(library)
-    name = list(library.taught)[-1]
-    binding = {each: random.choice(Played.targets) for each in library.parameters(name)}
-    return prepare_export(
-        library, name, to=to, binding=binding, body=BODY, fingerprint="drawn", single_precision=single
-    )[0]
+    """Draw libraries until one is lively, and prepare the export of its topmost automaton with some binding."""
+    random, job = Random(seed), None
+    for _ in range(DRAWS):
+        kit = WHOLE_KIT if single else KIT
+        automata = random.randint(1, levels)
+        library = random_library(random, automata=automata, depth=random.randint(0, 4), kit=kit)
+        if to == "json":
+            library = keep_arcs_on_circles(library)
+        name = list(library.taught)[-1]
+        binding = {each: random.choice(Played.targets) for each in library.parameters(name)}
+        job, _ = prepare_export(
+            library, name, to=to, binding=binding, body=BODY, fingerprint="drawn", single_precision=single
+        )
+        if job.conformance.leaves[0] >= LIVELY:
+            break
+    assert job is not None
+    return job
 
 
 def keep_arcs_on_circles(library: Library) -> Library:

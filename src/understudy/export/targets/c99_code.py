@@ -127,16 +127,14 @@ class CCode:
             read = ", ".join(str(hierarchy.readings[slot]) for slot in slots) or "unknown readings"
             what = f"{name} of {read} could not be translated ({problem})"
             yield f'#error "{quote_for_c(what)}: write it in place of this line"'
-        used = {
-            source.index
-            for each in hierarchy.automata
-            for source in each.features
-            if source.sort == "computed"
-        }
-        for index in sorted(used):
-            yield from self.source.write_computed(index)
-        for number in range(len(hierarchy.automata)):
-            yield from self.source.write_automaton(number)
+        automata = [
+            line for number in range(len(hierarchy.automata)) for line in self.source.write_automaton(number)
+        ]
+        text = "\n".join(automata)
+        for index in range(len(hierarchy.computed)):
+            if f"value_{index}(r)" in text:
+                yield from self.source.write_computed(index)
+        yield from automata
         yield from self._step()
         yield from self._path()
         yield f"void {p}_clear_readings({p}_readings *r)"

@@ -169,25 +169,34 @@ class CSource:
         yield from ("}", "")
 
     def _write_tree(self, number: int, states: Sequence[int], called: str, takes: str) -> Iterator[str]:
-        automaton, p = self.hierarchy.automata[number], self.names.prefix
+        automaton = self.hierarchy.automata[number]
         tree = automaton.states[states[0]].tree or Tree(())
         shared = len(states) > 1
-        if shared:
-            for flag in dict.fromkeys(each.index for each in automaton.features if each.sort == "flag"):
-                yield f"static int flag_{flag}_{called}(const {p}_machine *m)"
-                yield from ("{", f"{INDENT}switch (m->{called}.state) {{")
-                for index in states:
-                    if (raised := self._flag(number, index, flag)) != "0" and raised:
-                        yield from (f"{INDENT}case {index}:", f"{INDENT * 2}return {raised};")
-                yield from (f"{INDENT}default:", f"{INDENT * 2}return 0;", f"{INDENT}}}", "}", "")
         routines = make_routines(tree, lambda feature: automaton.features[feature].can_be_absent)
         name = f"tree_{called}_{states[0]}"
+        lines = []
+        for index, routine in enumerate(routines):
+            lines += [f"static int {name}_{index}{takes}", "{", f"{INDENT}(void)m; (void)r; (void)now;"]
+            lines += [*self.write_step(routine, number, None if shared else states[0], name, 1), "}", ""]
+        if shared:
+            text = "\n".join(lines)
+            flags = dict.fromkeys(each.index for each in automaton.features if each.sort == "flag")
+            for flag in flags:
+                if f"flag_{flag}_{called}(m)" in text:
+                    yield from self._write_flag(number, states, called, flag)
         for index in range(1, len(routines)):
             yield f"static int {name}_{index}{takes};"
-        for index, routine in enumerate(routines):
-            yield from (f"static int {name}_{index}{takes}", "{", f"{INDENT}(void)m; (void)r; (void)now;")
-            yield from self.write_step(routine, number, None if shared else states[0], name, 1)
-            yield from ("}", "")
+        yield from lines
+
+    def _write_flag(self, number: int, states: Sequence[int], called: str, flag: int) -> Iterator[str]:
+        """Write a function that says whether the automaton run by the current state has raised a flag."""
+        yield f"static int flag_{flag}_{called}(const {self.names.prefix}_machine *m)"
+        yield from ("{", f"{INDENT}switch (m->{called}.state) {{")
+        for index in states:
+            raised = self._flag(number, index, flag)
+            if raised != "0":
+                yield from (f"{INDENT}case {index}:", f"{INDENT * 2}return {raised};")
+        yield from (f"{INDENT}default:", f"{INDENT * 2}return 0;", f"{INDENT}}}", "}", "")
 
     def _write_enter(self, number: int, called: str) -> Iterator[str]:
         automaton, p = self.hierarchy.automata[number], self.names.prefix
