@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -157,6 +158,34 @@ def test_what_is_no_simple_arithmetic_is_refused(function: Any, problem: str) ->
     found = translate_function(function, ())
     assert found.results == {}
     assert found.problem.startswith(problem)
+
+
+@behavior
+def wander(robot: Any) -> Any:
+    """Do something else."""
+    return {"drive": np.cumsum(robot.speed)}
+
+
+def test_a_behavior_to_write_runs_once_it_is_written(tmp_path: Path) -> None:
+    need("gcc", "node")
+    kit = Kit.from_parts(*KIT.parts, wander)
+    tree = Tree((make_leaf(1),))
+    automaton = Automaton("a", (START, State("wander", "wander")), transitions={"start": tree})
+    library = Library.from_automata(kit, automaton)
+    export_automaton(library, "a", tmp_path / "c", to="c99", body=BODY)
+    with pytest.raises(AssertionError, match="#error"):
+        make(tmp_path / "c", "test")
+    source = tmp_path / "c" / "a.c"
+    source.write_text(re.sub("(?m)^#error.*$", "commands->drive = r->speed;", source.read_text()))
+    assert read_counts(make(tmp_path / "c", "test"))[1] == 0
+    export_automaton(library, "a", tmp_path / "python", to="python", body=BODY)
+    module = tmp_path / "python" / "a.py"
+    text = re.sub("(?m)^raise NotImplementedError.*$", "", module.read_text())
+    module.write_text(text.replace("pass  # set", "command['drive'] = r['speed']  # set"))
+    assert read_counts(make(tmp_path / "python", "test"))[1] == 0
+    export_automaton(library, "a", tmp_path / "json", to="json", body=BODY)
+    with pytest.raises(AssertionError, match="wander is computed by code that could not be translated"):
+        make(tmp_path / "json", "test")
 
 
 def test_a_function_to_write_does_not_compile_and_is_listed(tmp_path: Path) -> None:

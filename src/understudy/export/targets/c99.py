@@ -126,7 +126,7 @@ class _CFiles:
         size = 4 if self.single else 8
         each = size * (1 + len(hierarchy.readings) + len(hierarchy.channels)) + 2 * hierarchy.depth + 8
         chosen = _choose_rows(
-            self.job.conformance.ticks, self.job.conformance.recorded, MOST_EMBEDDED_BYTES // each
+            self.job.conformance.ticks, self.job.conformance.recorded, max(20, MOST_EMBEDDED_BYTES // each)
         )
         lines = [f"#define ROWS {len(chosen)}", "static const row_type rows[ROWS] PROGMEM = {"]
         for tick in chosen:

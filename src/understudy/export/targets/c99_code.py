@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from understudy.export.target_files import ExportJob
-from understudy.export.targets.c99_header import GENERATED, quote_for_c
+from understudy.export.targets.c99_header import GENERATED
 from understudy.export.targets.c99_names import CNames
-from understudy.export.targets.c99_source import INDENT, CSource
+from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c
 from understudy.model.kinds import Categorical
 
 HELPERS = {
@@ -123,10 +123,6 @@ class CCode:
 
     def _body(self) -> Iterator[str]:
         p, hierarchy = self.names.prefix, self.hierarchy
-        for name, slots, problem in hierarchy.functions_to_write:
-            read = ", ".join(str(hierarchy.readings[slot]) for slot in slots) or "unknown readings"
-            what = f"{name} of {read} could not be translated ({problem})"
-            yield f'#error "{quote_for_c(what)}: write it in place of this line"'
         automata = [
             line for number in range(len(hierarchy.automata)) for line in self.source.write_automaton(number)
         ]
@@ -135,6 +131,14 @@ class CCode:
             if f"value_{index}(r)" in text:
                 yield from self.source.write_computed(index)
         yield from automata
+        for index, basic in enumerate(hierarchy.basics):
+            if basic.problem:
+                yield f"static void command_{index}(const {p}_readings *r, {p}_commands *commands)"
+                yield from (
+                    "{",
+                    self.source.write_error(f"behavior {basic.name}", basic.slots, basic.problem),
+                )
+                yield from ("}", "")
         yield from self._step()
         yield from self._path()
         yield f"void {p}_clear_readings({p}_readings *r)"
@@ -170,7 +174,7 @@ class CCode:
             rest = self.source.write_real(channel.rest)
             yield f"{INDENT}commands->{self.names.channels[channel.name]} = {rest};"
         yield f"{INDENT}switch (basic) {{"
-        for basic in hierarchy.basics:
+        for index, basic in enumerate(hierarchy.basics):
             lines = [
                 f"commands->{self.names.channels[channel]} = {self.source.write_real(value)};"
                 for channel, value in basic.command.items()
@@ -182,6 +186,8 @@ class CCode:
                     text = self.source.expression(expression)
                     called = self.names.channels[computes]
                     lines.append(f"commands->{called} = or_rest({text}, {self.source.write_real(at_rest)});")
+            if basic.problem:
+                lines = [f"command_{index}(r, commands);"]
             if lines:
                 yield f"{INDENT}case {p.upper()}_{self.names.basics[basic.name].upper()}:"
                 yield from (f"{INDENT * 2}{line}" for line in [*lines, "break;"])

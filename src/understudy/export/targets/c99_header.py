@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from understudy.export.conformance import MS_PER_S
 from understudy.export.target_files import ExportJob
 from understudy.export.targets.c99_names import CNames
-from understudy.export.targets.c99_source import INDENT, CSource
+from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c
 from understudy.export.trace_format import format_trace_header
 from understudy.model.kinds import Categorical, Toroidal
 
@@ -101,9 +101,3 @@ class CHeader:
             return labels.encode("ascii", "replace").decode().replace("*/", "* /")
         period = f"in [0, {kind.period!r}), " if isinstance(kind, Toroidal) else ""
         return f"{period}{unit or 'no unit'}".encode("ascii", "replace").decode()
-
-
-def quote_for_c(text: str) -> str:
-    """Make a text fit to stand in a string of C."""
-    plain = text.encode("ascii", "backslashreplace").decode()
-    return plain.replace("\\", "/").replace('"', "'")

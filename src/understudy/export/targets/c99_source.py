@@ -262,10 +262,13 @@ class CSource:
     def write_computed(self, index: int) -> Iterator[str]:
         """Write the function of a computed value."""
         value, p = self.hierarchy.computed[index], self.names.prefix
+        is_label = isinstance(value.kind, Categorical)
         if value.expression is None:
+            yield f"static {'int' if is_label else f'{p}_real'} value_{index}(const {p}_readings *r)"
+            yield from ("{", self.write_error(f"feature {value.name}", value.slots, value.problem))
+            yield from (f"{INDENT}return {'-1' if is_label else f'({p}_real)NAN'};", "}", "")
             return
         text = self.expression(value.expression)
-        is_label = isinstance(value.kind, Categorical)
         yield f"/* {_comment(value.name)} */"
         yield f"static {'int' if is_label else f'{p}_real'} value_{index}(const {p}_readings *r)"
         yield from ("{", f"{INDENT}(void)r;")
@@ -276,6 +279,14 @@ class CSource:
         else:
             yield f"{INDENT}return finite_or_absent({text});"
         yield from ("}", "")
+
+    def write_error(self, name: str, slots: Sequence[int], problem: str) -> str:
+        """Write what keeps a function from compiling that could not be translated."""
+        read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
+        text = quote_for_c(
+            f"{name} of {read} could not be translated ({problem}): write it in place of this line"
+        )
+        return f'#error "{text}"'
 
     def expression(self, expression: GroundExpression) -> str:
         """Write an expression; comparisons give 1 or 0."""
@@ -302,6 +313,12 @@ class CSource:
             "maximum": "greater",
         }
         return f"{name[expression.name]}({', '.join(operands)})"
+
+
+def quote_for_c(text: str) -> str:
+    """Make a text fit to stand in a string of C."""
+    plain = text.encode("ascii", "backslashreplace").decode()
+    return plain.replace("\\", "/").replace('"', "'")
 
 
 def _comment(text: str) -> str:

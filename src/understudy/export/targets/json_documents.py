@@ -97,10 +97,10 @@ def _describe_feature(feature: Feature) -> dict[str, Any]:
 
 
 def _describe_behavior(behavior: Behavior) -> dict[str, Any]:
-    command: dict[str, Any] = dict(behavior.command)
+    command: dict[str, Any] | None = dict(behavior.command)
     if behavior.function is not None:
         translated = translate_function(behavior.function, behavior.parameters)
-        command = {channel: _spell(each) for channel, each in translated.results.items()}
+        command = {channel: _spell(each) for channel, each in translated.results.items()} or None
     changes = [msgspec.to_builtins(each) for each in behavior.changes]
     return {"parameters": list(behavior.parameters), "command": command, "changes": changes}
 

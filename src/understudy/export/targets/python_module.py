@@ -19,7 +19,7 @@ from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import Tree
 
 INDENT = "    "
-RESERVED = frozenset(each.lower() for each in keyword.kwlist)
+RESERVED = frozenset((*(each.lower() for each in keyword.kwlist), "conformance", "math", "sys"))
 
 
 def make_python_files(job: ExportJob) -> TargetFiles:
@@ -86,10 +86,6 @@ class _PythonSource:
             flags = [-1 if state.flag is None else state.flag for state in automaton.states]
             yield f"{INDENT}({_items(flags)}),"
         yield from (")", f"_ROOT = {hierarchy.root.index}", "")
-        for name, slots, problem in hierarchy.functions_to_write:
-            read = ", ".join(str(hierarchy.readings[slot]) for slot in slots) or "unknown readings"
-            text = f"{name} of {read} could not be translated ({problem}): write it in place of this line"
-            yield f"raise NotImplementedError({text!r})"
         used = {
             source.index
             for each in hierarchy.automata
@@ -110,6 +106,8 @@ class _PythonSource:
     def _computed(self, index: int) -> Iterator[str]:
         value = self.hierarchy.computed[index]
         if value.expression is None:
+            yield from self._refuse(f"feature {value.name}", value.slots, value.problem, f"_value_{index}")
+            yield from ("", f"def _value_{index}(r):", f"{INDENT}return ABSENT", "")
             return
         text = self.expression(value.expression)
         if isinstance(value.kind, Categorical):
@@ -125,6 +123,12 @@ class _PythonSource:
             f"{INDENT}return {text}",
             "",
         )
+
+    def _refuse(self, name: str, slots: Sequence[int], problem: str, called: str) -> Iterator[str]:
+        """Write what keeps the module from being imported until a function is written."""
+        read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
+        text = f"{name} of {read} could not be translated ({problem}): write {called} and remove this line"
+        yield f"raise NotImplementedError({text!r})"
 
     def expression(self, expression: GroundExpression) -> str:
         if isinstance(expression, Number):
@@ -251,14 +255,27 @@ class _PythonSource:
         for basic in hierarchy.basics:
             command = {each.name: basic.command.get(each.name, each.rest) for each in hierarchy.channels}
             yield f"{INDENT}{{{', '.join(f'{name!r}: {self.write_real(value)}' for name, value in command.items())}}},"
+        yield ")"
+        for index, basic in enumerate(hierarchy.basics):
+            if basic.problem:
+                yield from self._refuse(
+                    f"behavior {basic.name}", basic.slots, basic.problem, f"_command_{index}"
+                )
+                yield from (
+                    "",
+                    f"def _command_{index}(r, command):",
+                    f"{INDENT}pass  # set the channels of command",
+                    "",
+                )
         yield from (
-            ")",
             "",
             "",
             "def _command(m, basic, r, now):",
             f"{INDENT}command = dict(_COMMANDS[basic])",
         )
         for index, basic in enumerate(hierarchy.basics):
+            if basic.problem:
+                yield from (f"{INDENT}if basic == {index}:", f"{INDENT * 2}_command_{index}(r, command)")
             if basic.computed:
                 yield f"{INDENT}if basic == {index}:"
                 for channel, computed in basic.computed.items():

@@ -2,12 +2,15 @@
 // `node reader.mjs` runs it on conformance.csv; `node reader.mjs --trace` prints the trace of that instead.
 
 import { readFileSync, readdirSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
 
-const read = (path) => readFileSync(new URL(path, import.meta.url), "utf8");
+const folder = dirname(fileURLToPath(import.meta.url));
+const read = (...path) => readFileSync(join(folder, ...path), "utf8");
 const parts = JSON.parse(read("parts.json"));
 const documents = {};
-for (const file of readdirSync(new URL("library/", import.meta.url))) {
-  const document = JSON.parse(read(`library/${file}`));
+for (const file of readdirSync(join(folder, "library"))) {
+  const document = JSON.parse(read("library", file));
   documents[document.automaton.name] = document;
 }
 
@@ -147,6 +150,7 @@ function labels(kind) {
 function command({ name, binding, since }, readings, now) {
   if (parts.is_coordinator) return [parts.basics.indexOf(nameOf(name, binding)), Number(since === now)];
   const values = name === undefined || name === null ? {} : parts.behaviors[name].command;
+  if (values === null) throw new Error(`${name} is computed by code that could not be translated`);
   return parts.channels.map(({ channel, rest }) => {
     const value = channel in values ? evaluate(values[channel], binding, readings) : rest;
     return Number.isFinite(value) ? value : rest;
