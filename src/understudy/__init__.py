@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from understudy.analysis.evaluation import Evaluation as Evaluation
     from understudy.analysis.evaluation import evaluate as evaluate
     from understudy.errors import UnderstudyError as UnderstudyError
+    from understudy.export.export_automaton import ExportResult as ExportResult
+    from understudy.export.export_automaton import export_automaton as export_automaton
     from understudy.learning.correction_diagnosis import CorrectionDiagnosis as CorrectionDiagnosis
     from understudy.learning.correction_diagnosis import diagnose_correction as diagnose_correction
     from understudy.learning.explain import Explanation as Explanation
@@ -85,6 +87,8 @@ _MODULES = {
     "Evaluation": "analysis.evaluation",
     "evaluate": "analysis.evaluation",
     "UnderstudyError": "errors",
+    "ExportResult": "export.export_automaton",
+    "export_automaton": "export.export_automaton",
     "CorrectionDiagnosis": "learning.correction_diagnosis",
     "diagnose_correction": "learning.correction_diagnosis",
     "Explanation": "learning.explain",

@@ -98,6 +98,7 @@ COMMANDS = {
     "bench swarm": "--json",
     "demo": "TASK --seed --out -o --method --json",
     "diff": "NAME --from --to --library -l --world -w --kit --all --json",
+    "export": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --json",
     "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --each --json",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --json",
     "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "
@@ -122,7 +123,7 @@ COMMANDS = {
     "--reaction --seed --robot --no-record --kit --json",
     "test": "[LIBRARY] --library -l --world -w --kit --json",
     "validate": "[NAME]... --library -l --world -w --kit --json",
-    "why": "RUN --time -t --agent -a --library -l --world -w --json",
+    "why": "RUN --time -t --agent -a --library -l --world -w --exported --kit --json",
     "worlds": "[SCENARIO] --json",
 }
 """Commands, their arguments as the help shows them, and their options."""

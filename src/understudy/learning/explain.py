@@ -15,7 +15,7 @@ from understudy.model.automaton import Automaton, Transition
 from understudy.model.describe import list_shown_vectors as vectors_shown
 from understudy.model.kinds import Column
 from understudy.model.lesson import Example, Lesson
-from understudy.model.tree import STAY, Node, TestKind, Tree
+from understudy.model.tree import STAY, Node, PathStep, TestKind, Tree
 from understudy.model.tree_text import describe_path
 
 
@@ -97,13 +97,32 @@ def explain(
     following = state if outcome == STAY else automaton.state_names[outcome]
     if not isinstance(transition, Tree):
         return Explanation(state, following, shown=True)
-    steps, leaf = transition.path(values)
+    return _explain_path(lesson, state, transition, *transition.path(values))
+
+
+def explain_leaf(lesson: Lesson, state: str, tree: Tree, leaf: int) -> Explanation:
+    """Explain the decisions that end at a leaf of a state's tree, given the index of its node; -1 if at none.
+
+    Of several ways to the leaf, the conditions are those of the first.
+    """
+    if leaf == STAY:
+        return Explanation(state, state)
+    steps = next((steps for steps, at in tree.leaves() if at == leaf), ())
+    return _explain_path(lesson, state, tree, steps, leaf)
+
+
+def _explain_path(
+    lesson: Lesson, state: str, tree: Tree, steps: tuple[PathStep, ...], leaf: int
+) -> Explanation:
+    """Explain a decision by its way through the tree."""
+    outcome = STAY if leaf == STAY else tree.nodes[leaf].yes
+    following = state if outcome == STAY else lesson.automaton.state_names[outcome]
     alike = tuple(
         example
         for example in group_examples_by_state(lesson).get(state, ())
-        if leaf != STAY and transition.path(example.values)[1] == leaf
+        if leaf != STAY and tree.path(example.values)[1] == leaf
     )
-    held = describe_path(transition, steps, automaton.features, vectors_shown(lesson, state))
+    held = describe_path(tree, steps, lesson.automaton.features, vectors_shown(lesson, state))
     return Explanation(state, following, held, alike, shown=leaf != STAY)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, Literal, TypeAlias
 
+import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType, field
 
 FORMAT = 1
@@ -224,3 +225,12 @@ class FormatVersion(Struct):
     """The number of a document's format, which documents of every format have."""
 
     format: int
+
+
+def make_document_schema() -> dict[str, Any]:
+    """Make the JSON Schema (draft 2020-12) of the documents of a library."""
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Understudy library document",
+    }
+    return {**schema, **msgspec.json.schema(Document)}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from understudy.ui.cli.options import Json
+from understudy.ui.cli.options import LIBRARY, Json, KitName
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,8 +20,14 @@ NEAR_S = 1e-6
 
 
 def show_explanation(
-    run: Annotated[Path, typer.Argument(help="Trace or recording written by `understudy run`.")],
-    time_s: Annotated[float, typer.Option("--time", "-t", min=0, help="Time of the moment, in seconds.")],
+    run: Annotated[
+        Path,
+        typer.Argument(help="Trace or recording written by `understudy run`, or trace of exported code."),
+    ],
+    time_s: Annotated[
+        float | None,
+        typer.Option("--time", "-t", min=0, help="Time of the moment, in seconds.", show_default=False),
+    ] = None,
     robot: Annotated[int, typer.Option("--agent", "-a", min=0, help="Index of the robot, from 0.")] = 0,
     library: Annotated[
         Path | None,
@@ -38,6 +44,10 @@ def show_explanation(
             "--world", "-w", metavar="SCENARIO", help="Scenario, if its file was moved since the run."
         ),
     ] = None,
+    exported: Annotated[
+        bool, typer.Option("--exported", help="The file is a trace that exported code wrote.")
+    ] = False,
+    kit: KitName = None,
     as_json: Json = False,
 ) -> None:
     """Explain what a robot did at one moment: the decision of each level, its reason, and the examples.
@@ -49,10 +59,24 @@ def show_explanation(
     [dim]understudy run --library demo/library --seed 7 --trace run.jsonl[/]
 
     [dim]understudy why run.jsonl --time 12.5[/]
+
+    With --exported it explains every switch in a trace of exported code, or the tick at --time, in the unit of the
+    trace.
+
+    [dim]understudy why --exported trace.csv --library demo/library[/]
     """
+    from understudy.errors import SettingError
     from understudy.ui.cli.output import make_console, print_json
     from understudy.ui.cli.recordings import is_recording
 
+    if exported:
+        from understudy.ui.cli.commands.why_exported import explain_exported
+
+        explain_exported(run, library or LIBRARY, time=time_s, world=world, kit=kit, as_json=as_json)
+        return
+    if time_s is None:
+        problem, remedy = "is missing", "give the time of the moment to explain, in seconds"
+        raise SettingError(where="why", setting="--time", problem=problem, remedy=remedy)
     if is_recording(run):
         said, data = _of_recording(run, time_s, robot, library)
     else:

@@ -1,0 +1,1 @@
+"""Export of taught behaviors to code and files that run without Understudy."""

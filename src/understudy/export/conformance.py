@@ -1,0 +1,217 @@
+"""Conformance files: rows of readings with what the interpreter answers, by which an export proves itself.
+
+The file is CSV with one tick per row; `docs/exporting.md` describes its columns. Its rows come from the recorded
+lessons, and from walks that look for the boundaries of trees, absent values and seams.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from random import Random
+
+from understudy.errors import UnderstudyError
+from understudy.export.hierarchy import Hierarchy
+from understudy.export.reference_run import ReferenceRun, ReferenceTick
+from understudy.export.single_precision import round_to_single
+from understudy.export.walks import ReadingWalk
+from understudy.model.kinds import Categorical
+from understudy.model.lesson import Lesson
+from understudy.model.library import Library
+from understudy.runtime.program import Program
+
+TICKS = 60
+"""The number of ticks of a walk."""
+MOST_TICKS = 6000
+"""The largest number of ticks of all walks of a file."""
+MOST_RECORDED = 1500
+"""The largest number of ticks from the record of one lesson."""
+SEED = 22
+MS_PER_S = 1000
+CLOCKS_S = (0.0, 0.0, 0.0, 1e5 / 3, 1_700_000_000.0)
+"""Times at which walks begin, in s: clocks of robots, and one that counts from 1970."""
+CLOCKS_MS = (0, 0, 0, 33_333_333, 2**32 - 2_000)
+"""Times at which walks begin on a clock in ms; the last one overflows soon."""
+
+
+@dataclass(frozen=True, slots=True)
+class ConformanceTick:
+    """One row: whether the behavior starts before it, the time (s or ms), the readings, and the expected answer."""
+
+    starts: bool
+    time: float
+    readings: tuple[float, ...]
+    expected: ReferenceTick
+
+
+@dataclass(frozen=True, slots=True)
+class Conformance:
+    """All rows of a conformance file, and how much of the trees they reach.
+
+    `leaves` and `boundaries` are pairs: how many were reached, of how many. `recorded` is the number of rows that come
+    from lessons.
+    """
+
+    ticks: tuple[ConformanceTick, ...]
+    recorded: int
+    leaves: tuple[int, int]
+    boundaries: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class ConformanceClock:
+    """The clock of an exported behavior: seconds as a double, or milliseconds as a whole number of 32 bits."""
+
+    tick_s: float
+    is_ms: bool
+
+    def list_times(self, random: Random) -> Iterator[tuple[float, float]]:
+        """Yield the times of a walk with ticks that jitter: in s, and as the exported behavior reads them."""
+        if self.is_ms:
+            tick = max(1, round(self.tick_s * MS_PER_S))
+            now = random.choice(CLOCKS_MS)
+            while True:
+                yield now / MS_PER_S, float(now % 2**32)
+                now += random.choice((tick, tick, tick, max(1, tick // 2), 2 * tick))
+        begin_s, passed = random.choice(CLOCKS_S), 0.0
+        while True:
+            time_s = begin_s + passed
+            yield time_s, time_s
+            passed += random.choice((1.0, 1.0, 1.0, 0.5, 7 / 3)) * self.tick_s
+
+
+def make_conformance(
+    program: Program,
+    hierarchy: Hierarchy,
+    library: Library,
+    *,
+    single_precision: bool = False,
+    seed: int = SEED,
+) -> Conformance:
+    """Make the rows of the conformance file of a program.
+
+    Rows for which a Python function fails are left out, and the walk starts again.
+    """
+    random = Random(seed)
+    reference = ReferenceRun(program, hierarchy, single_precision=single_precision)
+    walker = ReadingWalk(hierarchy, random, single_precision=single_precision)
+    reference.interpreter.observe_queries(
+        lambda machine, state, _, values: walker.note(machine, state, values)
+    )
+    clock = ConformanceClock(hierarchy.tick_s, single_precision)
+    recorder = _Recorder(reference, clock, random, single_precision)
+    for rows in list_recorded_rows(hierarchy, library):
+        recorder.record(rows)
+    recorded = len(recorder.ticks)
+    enough = min(MOST_TICKS, 20 * TICKS + 10 * len(walker.boundaries))
+    while len(recorder.ticks) < recorded + enough and recorder.failures < MOST_TICKS:
+        recorder.walk(walker)
+    return Conformance(
+        tuple(recorder.ticks),
+        recorded,
+        (len(walker.reached), len(walker.leaves)),
+        (len(walker.boundaries) - sum(map(len, walker.waiting.values())), len(walker.boundaries)),
+    )
+
+
+class _Recorder:
+    def __init__(
+        self, reference: ReferenceRun, clock: ConformanceClock, random: Random, single_precision: bool
+    ) -> None:
+        self.reference, self.clock, self.random = reference, clock, random
+        self.single = single_precision
+        self.ticks: list[ConformanceTick] = []
+        self.failures = 0
+
+    def record(self, rows: Sequence[Sequence[float]]) -> None:
+        times = self.clock.list_times(self.random)
+        starts = True
+        for row in rows:
+            starts = not self.add(
+                starts, next(times), tuple(map(round_to_single, row)) if self.single else tuple(row)
+            )
+
+    def walk(self, walker: ReadingWalk) -> None:
+        times = self.clock.list_times(self.random)
+        starts = True
+        for _ in range(TICKS):
+            active = () if starts else self.reference.interpreter.active
+            starts = not self.add(starts, next(times), walker.advance(active))
+
+    def add(self, starts: bool, time: tuple[float, float], row: tuple[float, ...]) -> bool:
+        now, read = time
+        if starts:
+            self.reference.start(now)
+        try:
+            expected = self.reference.pulse(row, now)
+        except UnderstudyError:  # no run would have got further with these readings
+            self.failures += 1
+            return False
+        self.ticks.append(ConformanceTick(starts, read, row, expected))
+        return True
+
+
+def list_recorded_rows(hierarchy: Hierarchy, library: Library) -> Iterator[list[list[float]]]:
+    """Yield the readings of recorded lessons, of each automaton of a hierarchy: around presses, in order."""
+    for name in dict.fromkeys(each.automaton for each in hierarchy.automata):
+        lesson = library.taught[name].lesson
+        if lesson is None:
+            continue
+        if len(lesson.record):
+            yield _read_record(hierarchy, lesson)
+    yield from _list_example_rows(hierarchy, library)
+
+
+def _read_record(hierarchy: Hierarchy, lesson: Lesson) -> list[list[float]]:
+    keys = {key: index for index, key in enumerate(lesson.record.keys)}
+    columns = [keys.get((slot.reading, slot.target)) for slot in hierarchy.readings]
+    rows = sorted(
+        {
+            row
+            for example in lesson.examples
+            if example.moment is not None
+            for row in range(example.moment - example.window, example.moment + 1)
+        }
+    )[:MOST_RECORDED]
+    values = lesson.record.values
+    return [
+        [float("nan") if column is None else float(values[row, column]) for column in columns] for row in rows
+    ]
+
+
+def _list_example_rows(hierarchy: Hierarchy, library: Library) -> Iterator[list[list[float]]]:
+    """Yield the values of examples, for each ground automaton, as rows of the readings that its features are."""
+    for automaton in hierarchy.automata:
+        lesson = library.taught[automaton.automaton].lesson
+        rows = []
+        for example in () if lesson is None else lesson.examples:
+            if example.is_from_press and len(example.values) == len(automaton.features):
+                row = [float("nan")] * len(hierarchy.readings)
+                for source, value in zip(automaton.features, example.values, strict=True):
+                    if source.sort == "reading":
+                        row[source.index] = value
+                rows.append(row)
+        if rows:
+            yield rows[:MOST_RECORDED]
+
+
+def format_conformance(
+    conformance: Conformance, hierarchy: Hierarchy, readings: Sequence[str], channels: Sequence[str]
+) -> bytes:
+    """Format a conformance file, with the names of columns that a target uses for readings and channels."""
+    labels = [isinstance(slot.kind, Categorical) for slot in hierarchy.readings]
+    lines = [",".join(("starts", "time", *readings, "path", "flags", "basic", *channels))]
+    for tick in conformance.ticks:
+        values = [
+            "" if value != value else str(int(value)) if label else repr(value)
+            for value, label in zip(tick.readings, labels, strict=True)
+        ]
+        expected = tick.expected
+        time = str(int(tick.time)) if tick.time == int(tick.time) else repr(tick.time)
+        path = ".".join(map(str, expected.path))
+        flags = ".".join(str(flag + 1) for flag in expected.flags)
+        commands = map(repr, expected.commands)
+        lines.append(
+            ",".join((str(int(tick.starts)), time, *values, path, flags, str(expected.basic), *commands))
+        )
+    return ("\n".join(lines) + "\n").encode()

@@ -1,0 +1,205 @@
+"""Export of an automaton of a library, with everything below it, to a folder of files that run without Understudy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from understudy.errors import SettingError, UnknownName, join_names
+from understudy.export.body_interface import BodyInterface, describe_body, describe_kit
+from understudy.export.conformance import MS_PER_S, make_conformance
+from understudy.export.export_folder import check_export_folder, write_export
+from understudy.export.hierarchy import Hierarchy, flatten_program
+from understudy.export.manifest import MANIFEST, make_manifest
+from understudy.export.single_precision import RoundedCut, round_library
+from understudy.export.target_files import ExportJob, MakeFiles
+from understudy.export.targets.c99 import make_c99_files
+from understudy.export.targets.json_documents import make_json_files
+from understudy.export.targets.python_module import make_python_files
+from understudy.model.binding import NOTHING_BOUND, Binding
+from understudy.model.library import Library
+from understudy.runtime.body import Body
+from understudy.runtime.program import Program, link
+from understudy.storage.document import fingerprint_automaton, hash_content
+
+TARGETS: Mapping[str, MakeFiles] = {
+    "c99": make_c99_files,
+    "python": make_python_files,
+    "json": make_json_files,
+}
+"""The targets by name."""
+SINGLE = ("c99",)
+"""The targets that can be written in single precision."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExportResult:
+    """What an export wrote.
+
+    Parameters
+    ----------
+    folder
+        The folder of the export.
+    target
+        The target.
+    files
+        Number of bytes by file.
+    ticks
+        Number of rows of the conformance file.
+    untranslated
+        Functions that could not be translated: name, readings and reason of each.
+    rounded
+        Cuts that single precision decides otherwise.
+    """
+
+    folder: Path
+    target: str
+    files: Mapping[str, int]
+    ticks: int
+    untranslated: tuple[tuple[str, tuple[str, ...], str], ...]
+    rounded: tuple[RoundedCut, ...]
+
+
+def export_automaton(
+    library: Library,
+    name: str,
+    folder: Path | str,
+    *,
+    to: str,
+    binding: Mapping[str, str] = NOTHING_BOUND,
+    body: Body | BodyInterface | None = None,
+    single_precision: bool = False,
+) -> ExportResult:
+    """Export an automaton with everything below it.
+
+    Parameters
+    ----------
+    library
+        The library of a type of robots, or of the coordinators of a kind of squads.
+    name
+        Name of the automaton.
+    folder
+        Folder to write. It must be empty or hold only an earlier export.
+    to
+        The target, such as "c99", "python" or "json".
+    binding
+        A target for each parameter of the automaton.
+    body
+        The body that it is for, which says the channels' values at rest and the length of a tick. None: channels are
+        at rest at 0, and a tick is 0.1 s.
+    single_precision
+        Whether numbers are 32-bit floats and times milliseconds, for small microcontrollers.
+
+    Returns
+    -------
+    ExportResult
+        What was written, and what could not be translated.
+
+    Raises
+    ------
+    UnknownName
+        If the library has no such automaton or the target is unknown, or the body has not what it uses.
+    UnboundParameter
+        If a parameter is not bound.
+    DefinitionError
+        If it cannot be exported, such as a classifier of scikit-learn.
+    SettingError
+        If the target has no single precision, or cannot keep the length of the tick.
+    FileError
+        If the folder holds something else, or cannot be written.
+    """
+    if to not in TARGETS:
+        raise UnknownName(what="target", name=to, where="export", known=list(TARGETS))
+    check_export_folder(folder)
+    interface = describe_kit(library) if body is None else body
+    if not isinstance(interface, BodyInterface):
+        interface = describe_body(interface)
+    used = list_exported_automata(library, name)
+    fingerprints = {each: fingerprint_automaton(library.taught[each]) for each in used}
+    job, rounded = prepare_export(
+        library,
+        name,
+        to=to,
+        binding=binding,
+        body=interface,
+        fingerprint=combine_fingerprints(fingerprints),
+        single_precision=single_precision,
+    )
+    made = TARGETS[to](job)
+    manifest = make_manifest(job, made, target=to, fingerprints=fingerprints, rounded=rounded)
+    files = {**made.files, MANIFEST: manifest}
+    write_export(folder, files)
+    hierarchy = job.hierarchy
+    return ExportResult(
+        Path(folder),
+        to,
+        {each: len(content) for each, content in sorted(files.items())},
+        len(job.conformance.ticks),
+        tuple(
+            (what, tuple(str(hierarchy.readings[slot]) for slot in slots), problem)
+            for what, slots, problem in hierarchy.functions_to_write
+        ),
+        rounded,
+    )
+
+
+def prepare_export(
+    library: Library,
+    name: str,
+    *,
+    to: str,
+    binding: Mapping[str, str],
+    body: BodyInterface,
+    fingerprint: str,
+    single_precision: bool = False,
+) -> tuple[ExportJob, tuple[RoundedCut, ...]]:
+    """Prepare what a target is written from; also return the cuts that single precision decides otherwise."""
+    program, hierarchy = link_ground(library, name, binding, body)
+    rounded: tuple[RoundedCut, ...] = ()
+    if single_precision:
+        _check_single(to, body.tick_s)
+        library, rounded = round_library(library, list_exported_automata(library, name))
+        program, hierarchy = link_ground(library, name, binding, body)
+    conformance = make_conformance(program, hierarchy, library, single_precision=single_precision)
+    return ExportJob(hierarchy, conformance, library, fingerprint, single_precision), rounded
+
+
+def list_exported_automata(library: Library, name: str) -> list[str]:
+    """List the automata of a library that an automaton consists of, itself included, by name."""
+    found, waiting = {name}, [library.automaton(name)]
+    while waiting:
+        for state in waiting.pop().states:
+            below = state.behavior or ""
+            if below in library.taught and below not in found:
+                found.add(below)
+                waiting.append(library.automaton(below))
+    return sorted(found)
+
+
+def combine_fingerprints(fingerprints: Mapping[str, str]) -> str:
+    """Combine the fingerprints of automata into the fingerprint of an export."""
+    return hash_content("".join(f"{name}={mark};" for name, mark in sorted(fingerprints.items())).encode())
+
+
+def link_ground(
+    library: Library, name: str, binding: Mapping[str, str], interface: BodyInterface
+) -> tuple[Program, Hierarchy]:
+    """Link an automaton and make its intermediate form."""
+    program = link(library, name, binding)
+    return program, flatten_program(program, name=name, binding=Binding(binding), body=interface)
+
+
+def _check_single(to: str, tick_s: float) -> None:
+    if to not in SINGLE:
+        remedy = f"leave it out, or export to {join_names(SINGLE)}"
+        raise SettingError(
+            where=f"target {to}", setting="single precision", problem="is not offered", remedy=remedy
+        )
+    if abs(tick_s * MS_PER_S - round(tick_s * MS_PER_S)) > 1e-9 or tick_s * MS_PER_S < 1:
+        raise SettingError(
+            where="single precision",
+            setting="tick",
+            problem=f"of {tick_s:g} s is no whole number of milliseconds, which its clock counts",
+            remedy="export with double precision, or choose a tick of whole milliseconds",
+        )

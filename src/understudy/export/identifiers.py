@@ -1,0 +1,38 @@
+"""Identifiers: names of a library as a target's language can spell them."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping
+
+from understudy.errors import DefinitionError
+
+_OTHER = re.compile(r"[^a-z0-9_]+", re.IGNORECASE)
+
+
+def make_identifier(name: str, reserved: Iterable[str] = ()) -> str:
+    """Make an identifier of ASCII letters, digits and underscores from a name; `reserved` ones get an underscore."""
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    found = _OTHER.sub("_", plain).strip("_") or "unnamed"
+    if found[0].isdigit():
+        found = f"n{found}"
+    return f"{found}_" if found.lower() in reserved else found
+
+
+def make_identifiers(names: Iterable[str], *, what: str, reserved: Iterable[str] = ()) -> Mapping[str, str]:
+    """Make an identifier for each name; refuse two names that become the same, ignoring case.
+
+    `what` says what the names are of, in the plural, for the error message.
+    """
+    kept = {name: make_identifier(name, reserved) for name in names}
+    by_identifier: dict[str, str] = {}
+    for name, identifier in kept.items():
+        other = by_identifier.setdefault(identifier.upper(), name)
+        if other != name:
+            raise DefinitionError(
+                what=f"{what} {other!r} and {name!r}",
+                problem=f"both become {identifier!r} in the exported code",
+                remedy="rename one of the two",
+            )
+    return kept

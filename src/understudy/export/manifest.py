@@ -1,0 +1,145 @@
+"""Manifests: what an export reads, commands and contains, for people and for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+
+from understudy.export.hierarchy import GroundAutomaton, GroundBasic, Hierarchy
+from understudy.export.single_precision import RoundedCut
+from understudy.export.target_files import ExportJob, TargetFiles
+from understudy.model.kinds import Categorical, Toroidal
+
+MANIFEST = "manifest.json"
+FORMAT = "understudy export"
+VERSION = 1
+
+
+def make_manifest(
+    job: ExportJob,
+    made: TargetFiles,
+    *,
+    target: str,
+    fingerprints: Mapping[str, str],
+    rounded: tuple[RoundedCut, ...] = (),
+) -> bytes:
+    """Make the manifest of an export."""
+    hierarchy, conformance = job.hierarchy, job.conformance
+    names = made.names
+    content = {
+        "format": FORMAT,
+        "version": VERSION,
+        "target": target,
+        "automaton": hierarchy.name,
+        "binding": dict(hierarchy.binding),
+        "is_coordinator": hierarchy.is_coordinator,
+        "fingerprint": job.fingerprint,
+        "fingerprints": dict(fingerprints),
+        "precision": "single" if job.single_precision else "double",
+        "tick_s": hierarchy.tick_s,
+        "time": "ms" if job.single_precision else "s",
+        "readings": [
+            {
+                "name": slot.reading,
+                "target": slot.target,
+                "identifier": names.get("readings", {}).get(str(slot)),
+                **_describe_kind(slot.kind),
+                "unit": slot.unit,
+                "doc": slot.doc,
+            }
+            for slot in hierarchy.readings
+        ],
+        "commands": [
+            {
+                "channel": channel.name,
+                "identifier": names.get("channels", {}).get(channel.name),
+                "rest": channel.rest,
+                "unit": channel.unit,
+                "doc": channel.doc,
+            }
+            for channel in hierarchy.channels
+        ],
+        "flags": list(hierarchy.flags),
+        "basics": [_describe_basic(each, names) for each in hierarchy.basics],
+        "automata": [_describe_automaton(each, hierarchy, names) for each in hierarchy.automata],
+        "root": hierarchy.root.index,
+        "untranslated": describe_untranslated(hierarchy),
+        "rounded_cuts": [msgspec.to_builtins(each) for each in rounded],
+        "conformance": {
+            "ticks": len(conformance.ticks),
+            "from_lessons": conformance.recorded,
+            "leaves": {"reached": conformance.leaves[0], "of": conformance.leaves[1]},
+            "boundaries": {"reached": conformance.boundaries[0], "of": conformance.boundaries[1]},
+        },
+        "files": sorted(made.files),
+        "makes": sorted(made.makes),
+    }
+    return msgspec.json.format(msgspec.json.encode(content), indent=2) + b"\n"
+
+
+def describe_untranslated(hierarchy: Hierarchy) -> list[dict[str, Any]]:
+    """Describe the Python functions that could not be translated, with the readings that they look at."""
+    return [
+        {"name": name, "readings": [str(hierarchy.readings[slot]) for slot in slots], "problem": problem}
+        for name, slots, problem in hierarchy.functions_to_write
+    ]
+
+
+def _describe_kind(kind: object) -> dict[str, Any]:
+    if isinstance(kind, Categorical):
+        return {"kind": "categorical", "labels": list(kind.labels)}
+    if isinstance(kind, Toroidal):
+        return {"kind": "toroidal", "period": kind.period}
+    return {"kind": "continuous"}
+
+
+def _describe_basic(basic: GroundBasic, names: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+    described: dict[str, Any] = {
+        "name": basic.name,
+        "behavior": basic.behavior,
+        "binding": dict(basic.binding),
+        "identifier": names.get("basics", {}).get(basic.name),
+        "command": dict(basic.command),
+        "computes": sorted(basic.computed),
+        "changes": [msgspec.to_builtins(each) for each in basic.changes],
+    }
+    if basic.order is not None:
+        described["order"] = [
+            {
+                "behavior": duty.behavior,
+                "binding": dict(duty.binding),
+                "role": duty.role,
+                "share": None if duty.share is None else str(duty.share),
+            }
+            for duty in basic.order.duties
+        ]
+    return described
+
+
+def _describe_automaton(
+    automaton: GroundAutomaton, hierarchy: Hierarchy, names: Mapping[str, Mapping[str, str]]
+) -> dict[str, Any]:
+    def runs(index: int) -> str:
+        child = automaton.states[index].child
+        return (hierarchy.automata if child.is_automaton else hierarchy.basics)[child.index].name
+
+    return {
+        "name": automaton.name,
+        "automaton": automaton.automaton,
+        "binding": dict(automaton.binding),
+        "identifier": names.get("automata", {}).get(automaton.name),
+        "states": [
+            {
+                "name": state.name,
+                "identifier": names.get("states", {}).get(f"{automaton.name}/{state.name}"),
+                "runs": runs(index),
+                "flag": None if state.flag is None else hierarchy.flags[state.flag],
+            }
+            for index, state in enumerate(automaton.states)
+        ],
+        "features": [each.name for each in automaton.features],
+        "counters": list(automaton.counters),
+        "timers": list(automaton.timers),
+    }

@@ -1,0 +1,60 @@
+"""The identifiers of an export to C."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from understudy.errors import DefinitionError
+from understudy.export.hierarchy import Hierarchy
+from understudy.export.identifiers import make_identifier, make_identifiers
+
+KEYWORDS = """
+auto break case char const continue default do double else enum extern float for goto if inline int long register
+restrict return short signed sizeof static struct switch typedef union unsigned void volatile while asm bool class
+delete explicit export false friend mutable namespace new operator private protected public template this throw true
+try catch typename using virtual wchar_t and or not xor main
+"""
+MEMBERS = "issued traced leaf trace levels tick_ms trace_header h"
+FUNCTIONS = "start enter pulse next tree flag value command conformance embedded embedded_rows"
+RESERVED = frozenset(f"{KEYWORDS} {MEMBERS}".split())
+"""Words of C and C++, and members of the structures of an export."""
+MOST = 255
+"""How many states an automaton may have, and how many basic behaviors there may be: their indices are one byte."""
+
+
+@dataclass(frozen=True, slots=True)
+class CNames:
+    """The identifiers of an export to C: what everything begins with, and those of its parts by name."""
+
+    prefix: str
+    readings: Mapping[str, str]
+    channels: Mapping[str, str]
+    basics: Mapping[str, str]
+    automata: Mapping[str, str]
+    states: Mapping[str, str]
+
+
+def name_for_c(hierarchy: Hierarchy) -> CNames:
+    """Make the identifiers of a hierarchy; DefinitionError if two names become the same."""
+    for what, count in [
+        ("the hierarchy has basic behaviors", len(hierarchy.basics)),
+        *((f"automaton {each.name!r} has states", len(each.states)) for each in hierarchy.automata),
+    ]:
+        if count > MOST:
+            raise DefinitionError(what="target c99", problem=f"{what}: {count}", remedy=f"it can take {MOST}")
+    states: dict[str, str] = {}
+    automata = make_identifiers(
+        [each.name for each in hierarchy.automata], what="automata", reserved=RESERVED
+    )
+    for each in hierarchy.automata:
+        of = make_identifiers([state.name for state in each.states], what=f"states of {each.name}")
+        states |= {f"{each.name}/{name}": identifier for name, identifier in of.items()}
+    return CNames(
+        make_identifier(hierarchy.name, RESERVED | set(FUNCTIONS.split())).lower(),
+        make_identifiers([str(each) for each in hierarchy.readings], what="readings", reserved=RESERVED),
+        make_identifiers([each.name for each in hierarchy.channels], what="channels", reserved=RESERVED),
+        make_identifiers([each.name for each in hierarchy.basics], what="behaviors", reserved=RESERVED),
+        automata,
+        states,
+    )

@@ -1,0 +1,331 @@
+"""The C source of an exported hierarchy: one function per automaton for each step of a pulse, no recursion, no heap."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition
+from understudy.export.decisions import Answer, Branch, Continuation, Step, make_routines
+from understudy.export.expressions import Number
+from understudy.export.hierarchy import (
+    FeatureSource,
+    GroundAutomaton,
+    GroundExpression,
+    Hierarchy,
+    SlotValue,
+)
+from understudy.export.targets.c99_names import CNames
+from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.tree import STAY, Tree
+
+INDENT = "    "
+
+
+class CSource:
+    """A writer of the parts of the source that depend on the hierarchy."""
+
+    def __init__(self, hierarchy: Hierarchy, names: CNames, *, single_precision: bool) -> None:
+        self.hierarchy, self.names, self.single = hierarchy, names, single_precision
+        self.spelling = Spelling(*C_WORDS, self.write_real, lambda ms: f"{ms}UL", str)
+
+    def write_real(self, value: float) -> str:
+        """Write a floating-point constant of the export's precision."""
+        if np.isinf(value):
+            return "INFINITY" if value > 0 else "-INFINITY"
+        text = f"{value:.9g}" if self.single else repr(float(value))
+        if not any(each in text for each in ".e"):
+            text += ".0"
+        return f"{text}f" if self.single else text
+
+    # What an automaton remembers
+
+    def keeps_entry(self, automaton: GroundAutomaton) -> bool:
+        """Return whether an automaton remembers when it entered its state."""
+        timed = any(each.sort == "time in state" or each.fresh is not None for each in automaton.features)
+        return timed or self.hierarchy.is_coordinator
+
+    def write_memory(self, number: int) -> list[str]:
+        """Write the members of the structure in which an automaton's state is kept."""
+        automaton, p = self.hierarchy.automata[number], self.names.prefix
+        lines = [f"{p}_state state;"]
+        if self.keeps_entry(automaton):
+            lines.append(f"{p}_time entered;")
+        if automaton.counters:
+            lines.append(f"{p}_count counters[{len(automaton.counters)}]; /* {_list(automaton.counters)} */")
+        if automaton.timers:
+            count = len(automaton.timers)
+            lines.append(f"{p}_time timers[{count}]; /* {_list(automaton.timers)} */")
+            lines.append(f"uint8_t is_set[{count}]; /* whether each timer is set */")
+        return lines
+
+    # Values
+
+    def operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
+        """Return the value of a feature, for the tree of a state; None is the tree of all states."""
+        automaton = self.hierarchy.automata[number]
+        memory = f"m->{self.names.automata[automaton.name]}"
+        if source.sort == "flag":
+            return Operand("flag", self._flag(number, state, source.index))
+        if source.sort == "counter":
+            text = f"{memory}.counters[{source.index}]"
+            return Operand("count" if self.single else "real", text)
+        if source.sort == "time in state":
+            return self._elapsed(f"{memory}.entered")
+        if source.sort == "timer":
+            is_set = f"{memory}.is_set[{source.index}]"
+            elapsed = self._elapsed(f"{memory}.timers[{source.index}]")
+            return Operand(elapsed.sort, elapsed.text, f"!{is_set}", is_set)
+        if source.sort == "reading":
+            text = f"r->{self.names.readings[str(self.hierarchy.readings[source.index])]}"
+        else:
+            text = f"value_{source.index}(r)"
+        is_label = isinstance(source.kind, Categorical)
+        if source.fresh is not None:
+            fresh = str(int(source.fresh)) if is_label else self.write_real(source.fresh)
+            text = f"({memory}.entered == now ? {fresh} : {text})"
+        return (
+            Operand("label", text, f"{text} < 0") if is_label else Operand("real", text, f"is_absent({text})")
+        )
+
+    def _elapsed(self, since: str) -> Operand:
+        if self.single:
+            return Operand("ms", f"(uint32_t)(now - {since})")
+        return Operand("real", f"elapsed(now, {since})")
+
+    def _flag(self, number: int, state: int | None, flag: int) -> str:
+        """Write whether the automaton that a state runs has raised a flag."""
+        automaton = self.hierarchy.automata[number]
+        if state is None:
+            return f"flag_{flag}_{self.names.automata[automaton.name]}(m)"
+        child = automaton.states[state].child
+        if not child.is_automaton:
+            return "0"
+        below = self.hierarchy.automata[child.index]
+        memory = f"m->{self.names.automata[below.name]}.state"
+        raising = [f"{memory} == {index}" for index, each in enumerate(below.states) if each.flag == flag]
+        return " || ".join(raising) or "0"
+
+    # Trees
+
+    def write_step(
+        self, step: Step, number: int, state: int | None, called: str, indent: int
+    ) -> Iterator[str]:
+        """Write what follows at a place of a tree; `called` begins the names of its routines."""
+        pad = INDENT * indent
+        if isinstance(step, Continuation):
+            yield f"{pad}return {called}_{step.routine}(m, r, now);"
+            return
+        if isinstance(step, Answer):
+            yield f"{pad}ANSWER({step.leaf}, {'STAY' if step.outcome == STAY else step.outcome});"
+            return
+        features = self.hierarchy.automata[number].features
+        word = "if"
+        while isinstance(step, Branch):
+            source = features[step.condition.feature]
+            condition = write_condition(step.condition, self.operand(number, state, source), self.spelling)
+            yield f"{pad}{word} ({condition or '0'}) {{"
+            yield from self.write_step(step.yes, number, state, called, indent + 1)
+            word, step = "} else if", step.no
+        yield f"{pad}}} else {{"
+        yield from self.write_step(step, number, state, called, indent + 1)
+        yield f"{pad}}}"
+
+    def write_automaton(self, number: int) -> Iterator[str]:
+        """Write the functions of an automaton: start, next state, enter a state, pulse."""
+        automaton = self.hierarchy.automata[number]
+        called, p = self.names.automata[automaton.name], self.names.prefix
+        yield f"/* {_comment(automaton.name)} */"
+        yield from self._write_start(number, called)
+        takes = f"({p}_machine *m, const {p}_readings *r, {p}_time now)"
+        trees: dict[int, list[int]] = {}
+        for index, state in enumerate(automaton.states):
+            if state.tree is not None:
+                trees.setdefault(id(state.tree), []).append(index)
+        for states in trees.values():
+            yield from self._write_tree(number, states, called, takes)
+        yield f"static int next_{called}{takes}"
+        yield "{"
+        yield from (f"{INDENT}(void)m; (void)r; (void)now;", f"{INDENT}switch (m->{called}.state) {{")
+        for states in trees.values():
+            for index in states:
+                yield f"{INDENT}case {index}: /* {_comment(automaton.states[index].name)} */"
+            yield f"{INDENT * 2}return tree_{called}_{states[0]}_0(m, r, now);"
+        yield from (f"{INDENT}default:", f"{INDENT * 2}ANSWER(NO_TREE, STAY);", f"{INDENT}}}", "}", "")
+        yield from self._write_enter(number, called)
+        yield from self._write_pulse(number, called, takes)
+
+    def _write_start(self, number: int, called: str) -> Iterator[str]:
+        automaton, p = self.hierarchy.automata[number], self.names.prefix
+        yield f"static void start_{called}({p}_machine *m, {p}_time now)"
+        yield from ("{", f"{INDENT}(void)now;", f"{INDENT}m->{called}.state = 0;")
+        if self.keeps_entry(automaton):
+            yield f"{INDENT}m->{called}.entered = now;"
+        for index in range(len(automaton.counters)):
+            yield f"{INDENT}m->{called}.counters[{index}] = 0;"
+        for index in range(len(automaton.timers)):
+            yield f"{INDENT}m->{called}.is_set[{index}] = 0;"
+        yield from ("}", "")
+
+    def _write_tree(self, number: int, states: Sequence[int], called: str, takes: str) -> Iterator[str]:
+        automaton = self.hierarchy.automata[number]
+        tree = automaton.states[states[0]].tree or Tree(())
+        shared = len(states) > 1
+        routines = make_routines(tree, lambda feature: automaton.features[feature].can_be_absent)
+        name = f"tree_{called}_{states[0]}"
+        lines = []
+        for index, routine in enumerate(routines):
+            lines += [f"static int {name}_{index}{takes}", "{", f"{INDENT}(void)m; (void)r; (void)now;"]
+            lines += [*self.write_step(routine, number, None if shared else states[0], name, 1), "}", ""]
+        if shared:
+            text = "\n".join(lines)
+            flags = dict.fromkeys(each.index for each in automaton.features if each.sort == "flag")
+            for flag in flags:
+                if f"flag_{flag}_{called}(m)" in text:
+                    yield from self._write_flag(number, states, called, flag)
+        for index in range(1, len(routines)):
+            yield f"static int {name}_{index}{takes};"
+        yield from lines
+
+    def _write_flag(self, number: int, states: Sequence[int], called: str, flag: int) -> Iterator[str]:
+        """Write a function that says whether the automaton run by the current state has raised a flag."""
+        yield f"static int flag_{flag}_{called}(const {self.names.prefix}_machine *m)"
+        yield from ("{", f"{INDENT}switch (m->{called}.state) {{")
+        for index in states:
+            raised = self._flag(number, index, flag)
+            if raised != "0":
+                yield from (f"{INDENT}case {index}:", f"{INDENT * 2}return {raised};")
+        yield from (f"{INDENT}default:", f"{INDENT * 2}return 0;", f"{INDENT}}}", "}", "")
+
+    def _write_enter(self, number: int, called: str) -> Iterator[str]:
+        automaton, p = self.hierarchy.automata[number], self.names.prefix
+        yield f"static void enter_{called}({p}_machine *m, int next, {p}_time now)"
+        yield from ("{", f"{INDENT}(void)now;", f"{INDENT}m->{called}.state = ({p}_state)next;")
+        if self.keeps_entry(automaton):
+            yield f"{INDENT}m->{called}.entered = now;"
+        cases = []
+        for index, state in enumerate(automaton.states):
+            lines = []
+            if state.child.is_automaton:
+                lines.append(
+                    f"start_{self.names.automata[self.hierarchy.automata[state.child.index].name]}(m, now);"
+                )
+            for effect in state.effects:
+                kept = f"m->{called}.{effect.of}s[{effect.index}]"
+                is_set = f"m->{called}.is_set[{effect.index}]"
+                if effect.of == "counter":
+                    value = str(int(effect.value)) if self.single else self.write_real(effect.value)
+                    value = "0" if effect.action == "reset" else value
+                    lines.append(f"{kept} {'+=' if effect.action == 'increment' else '='} {value};")
+                elif effect.action == "set":
+                    lines.append(f"{kept} = now; {is_set} = 1;")
+                else:
+                    lines.append(f"{is_set} = 0;")
+            if lines:
+                cases.append((index, state.name, lines))
+        if cases:
+            yield f"{INDENT}switch (next) {{"
+            for index, name, lines in cases:
+                yield f"{INDENT}case {index}: /* {_comment(name)} */"
+                yield from (f"{INDENT * 2}{line}" for line in [*lines, "break;"])
+            yield from (f"{INDENT}default:", f"{INDENT * 2}break;", f"{INDENT}}}")
+        yield from ("}", "")
+
+    def _write_pulse(self, number: int, called: str, takes: str) -> Iterator[str]:
+        automaton = self.hierarchy.automata[number]
+        yield f"static uint8_t pulse_{called}{takes}"
+        yield from (
+            "{",
+            f"{INDENT}int next;",
+            f"{INDENT}BEFORE({number}, m->{called}.state);",
+            f"{INDENT}next = next_{called}(m, r, now);",
+            f"{INDENT}if (next != STAY && next != (int)m->{called}.state)",
+            f"{INDENT * 2}enter_{called}(m, next, now);",
+            f"{INDENT}AFTER(m->{called}.state);",
+        )
+        if self.hierarchy.is_coordinator:
+            yield f"{INDENT}m->issued = (uint8_t)(m->{called}.entered == now);"
+        yield f"{INDENT}switch (m->{called}.state) {{"
+        for index, state in enumerate(automaton.states):
+            runs = str(state.child.index)
+            if state.child.is_automaton:
+                below = self.names.automata[self.hierarchy.automata[state.child.index].name]
+                runs = f"pulse_{below}(m, r, now)"
+            if runs != "0":
+                yield f"{INDENT}case {index}: /* {_comment(state.name)} */"
+                yield f"{INDENT * 2}return {runs};"
+        yield from (f"{INDENT}default:", f"{INDENT * 2}return 0;", f"{INDENT}}}", "}", "")
+
+    # Computed values
+
+    def write_computed(self, index: int) -> Iterator[str]:
+        """Write the function of a computed value."""
+        value, p = self.hierarchy.computed[index], self.names.prefix
+        is_label = isinstance(value.kind, Categorical)
+        if value.expression is None:
+            yield f"static {'int' if is_label else f'{p}_real'} value_{index}(const {p}_readings *r)"
+            yield from ("{", self.write_error(f"feature {value.name}", value.slots, value.problem))
+            yield from (f"{INDENT}return {'-1' if is_label else f'({p}_real)NAN'};", "}", "")
+            return
+        text = self.expression(value.expression)
+        yield f"/* {_comment(value.name)} */"
+        yield f"static {'int' if is_label else f'{p}_real'} value_{index}(const {p}_readings *r)"
+        yield from ("{", f"{INDENT}(void)r;")
+        if is_label:
+            yield f"{INDENT}return to_label({text}, {len(value.kind.labels)});"  # type: ignore[union-attr]
+        elif isinstance(value.kind, Toroidal):
+            yield f"{INDENT}return wrap(finite_or_absent({text}), {self.write_real(value.kind.period)});"
+        else:
+            yield f"{INDENT}return finite_or_absent({text});"
+        yield from ("}", "")
+
+    def write_error(self, name: str, slots: Sequence[int], problem: str) -> str:
+        """Write what keeps a function from compiling that could not be translated."""
+        read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
+        text = quote_for_c(
+            f"{name} of {read} could not be translated ({problem}): write it in place of this line"
+        )
+        return f'#error "{text}"'
+
+    def expression(self, expression: GroundExpression) -> str:
+        """Write an expression; comparisons give 1 or 0."""
+        if isinstance(expression, Number):
+            return f"({self.write_real(expression.value)})"
+        if isinstance(expression, SlotValue):
+            slot = self.hierarchy.readings[expression.slot]
+            text, p = f"r->{self.names.readings[str(slot)]}", self.names.prefix
+            if isinstance(slot.kind, Categorical):
+                return f"({text} < 0 ? ({p}_real)NAN : ({p}_real){text})"
+            return text
+        operands = [self.expression(each) for each in expression.operands]
+        if expression.name in ("+", "-", "*", "/", "<", "<=", ">", ">="):
+            return f"({operands[0]} {expression.name} {operands[1]})"
+        if expression.name == "neg":
+            return f"(-{operands[0]})"
+        if expression.name == "where":
+            return f"({operands[0]} ? {operands[1]} : {operands[2]})"
+        name = {
+            "abs": "absolute",
+            "isnan": "is_absent",
+            "sqrt": "root",
+            "minimum": "lesser",
+            "maximum": "greater",
+        }
+        return f"{name[expression.name]}({', '.join(operands)})"
+
+
+def quote_for_c(text: str) -> str:
+    """Make a text fit to stand in a string of C."""
+    plain = text.encode("ascii", "backslashreplace").decode()
+    return plain.replace("\\", "/").replace('"', "'")
+
+
+def _comment(text: str) -> str:
+    """Make a text fit to stand in a comment of C."""
+    plain = text.encode("ascii", "replace").decode().replace("*/", "* /").replace("/*", "/ *")
+    return plain.replace("??", "? ?").rstrip("\\")
+
+
+def _list(names: Sequence[str]) -> str:
+    return _comment(", ".join(names))

@@ -1,0 +1,294 @@
+"""Target python: one file for Python 3.9 and newer and MicroPython, which needs the standard library only."""
+
+from __future__ import annotations
+
+import keyword
+from collections.abc import Iterator, Mapping, Sequence
+from math import isinf
+
+from understudy.export.code_text import PYTHON_WORDS, Operand, Spelling, write_condition
+from understudy.export.conformance import format_conformance
+from understudy.export.decisions import Answer, Branch, Continuation, Step, make_routines
+from understudy.export.expressions import Number
+from understudy.export.hierarchy import FeatureSource, GroundExpression, SlotValue
+from understudy.export.identifiers import make_identifier, make_identifiers
+from understudy.export.target_files import ExportJob, TargetFiles
+from understudy.export.templates import fill_template
+from understudy.export.trace_format import format_trace_header
+from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.tree import Tree
+
+INDENT = "    "
+RESERVED = frozenset((*(each.lower() for each in keyword.kwlist), "conformance", "math", "sys"))
+
+
+def make_python_files(job: ExportJob) -> TargetFiles:
+    """Make the files of an export to Python."""
+    hierarchy = job.hierarchy
+    readings = make_identifiers(
+        [str(each) for each in hierarchy.readings], what="readings", reserved=RESERVED
+    )
+    channels = {each.name: each.name for each in hierarchy.channels}
+    module = make_identifier(hierarchy.name, RESERVED).lower()
+    values = {
+        "module": module,
+        "title": hierarchy.name,
+        "tick_s": f"{hierarchy.tick_s:g}",
+        "code": "\n".join(_PythonSource(job, readings).write()),
+        "notes": "".join(
+            f"\nPut in {name} yourself, where `{module}.py` says so: {problem}.\n"
+            for name, _, problem in hierarchy.functions_to_write
+        ),
+    }
+    files = {f"{module}.py": fill_template("python/module.py.in", values)}
+    files["conformance.py"] = fill_template("python/conformance.py.in", values)
+    files |= {name: fill_template(f"python/{name}", values) for name in ("Makefile", "README.md")}
+    names = [readings[str(slot)] for slot in hierarchy.readings]
+    files["conformance.csv"] = format_conformance(job.conformance, hierarchy, names, list(channels))
+    return TargetFiles(files, {"readings": readings, "channels": channels}, ("trace.csv",))
+
+
+class _PythonSource:
+    """A writer of the parts of the module that depend on the hierarchy."""
+
+    def __init__(self, job: ExportJob, readings: Mapping[str, str]) -> None:
+        self.job, self.hierarchy, self.readings = job, job.hierarchy, readings
+        self.spelling = Spelling(*PYTHON_WORDS, self.write_real, str, str)
+
+    def write_real(self, value: float) -> str:
+        if isinf(value):
+            return "_INFINITE" if value > 0 else "-_INFINITE"
+        return repr(float(value))
+
+    def write(self) -> Iterator[str]:
+        hierarchy = self.hierarchy
+        yield f"TRACE_HEADER = {format_trace_header(self.job)!r}"
+        yield f"TICK_S = {hierarchy.tick_s!r}"
+        yield from self._tuple("READINGS", [self.readings[str(slot)] for slot in hierarchy.readings])
+        yield from self._tuple("CHANNELS", [channel.name for channel in hierarchy.channels])
+        yield from self._tuple("FLAGS", list(hierarchy.flags))
+        yield from self._tuple("BASICS", [basic.name for basic in hierarchy.basics])
+        yield from self._tuple("AUTOMATA", [automaton.name for automaton in hierarchy.automata])
+        yield from ("# For each automaton, its states.", "STATES = (")
+        yield from (
+            f"{INDENT}({_items([state.name for state in each.states])})," for each in hierarchy.automata
+        )
+        yield from (
+            ")",
+            "# For each state, what it runs: (True, automaton) or (False, basic behavior).",
+            "_CHILDREN = (",
+        )
+        for automaton in hierarchy.automata:
+            children = [(state.child.is_automaton, state.child.index) for state in automaton.states]
+            yield f"{INDENT}({_items(children)}),"
+        yield from (")", "# For each state, the index of the flag that it raises, -1 if none.", "_RAISES = (")
+        for automaton in hierarchy.automata:
+            flags = [-1 if state.flag is None else state.flag for state in automaton.states]
+            yield f"{INDENT}({_items(flags)}),"
+        yield from (")", f"_ROOT = {hierarchy.root.index}", "")
+        used = {
+            source.index
+            for each in hierarchy.automata
+            for source in each.features
+            if source.sort == "computed"
+        }
+        for index in sorted(used):
+            yield from self._computed(index)
+        for number in range(len(hierarchy.automata)):
+            yield from self._automaton(number)
+        yield from self._dispatch()
+        yield from self._commands()
+
+    @staticmethod
+    def _tuple(name: str, items: list[str]) -> Iterator[str]:
+        yield f"{name} = ({_items(items)})"
+
+    def _computed(self, index: int) -> Iterator[str]:
+        value = self.hierarchy.computed[index]
+        if value.expression is None:
+            yield from self._refuse(f"feature {value.name}", value.slots, value.problem, f"_value_{index}")
+            yield from ("", f"def _value_{index}(r):", f"{INDENT}return ABSENT", "")
+            return
+        text = self.expression(value.expression)
+        if isinstance(value.kind, Categorical):
+            text = f"_to_label({text}, {len(value.kind.labels)})"
+        elif isinstance(value.kind, Toroidal):
+            text = f"_wrap({text}, {value.kind.period!r})"
+        else:
+            text = f"_finite({text}, ABSENT)"
+        yield from (
+            "",
+            f"def _value_{index}(r):",
+            f"{INDENT}# {_comment(value.name)}",
+            f"{INDENT}return {text}",
+            "",
+        )
+
+    def _refuse(self, name: str, slots: Sequence[int], problem: str, called: str) -> Iterator[str]:
+        """Write what keeps the module from being imported until a function is written."""
+        read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
+        text = f"{name} of {read} could not be translated ({problem}): write {called} and remove this line"
+        yield f"raise NotImplementedError({text!r})"
+
+    def expression(self, expression: GroundExpression) -> str:
+        if isinstance(expression, Number):
+            return f"({self.write_real(expression.value)})"
+        if isinstance(expression, SlotValue):
+            return f"r[{self.readings[str(self.hierarchy.readings[expression.slot])]!r}]"
+        operands = [self.expression(each) for each in expression.operands]
+        if expression.name in ("+", "-", "*", "<", "<=", ">", ">="):
+            return f"({operands[0]} {expression.name} {operands[1]})"
+        if expression.name == "neg":
+            return f"(-{operands[0]})"
+        if expression.name == "where":
+            return f"({operands[1]} if {operands[0]} else {operands[2]})"
+        name = {"/": "_divide", "abs": "abs", "isnan": "_is_absent", "sqrt": "_root"}
+        name |= {"minimum": "_lesser", "maximum": "_greater"}
+        return f"{name[expression.name]}({', '.join(operands)})"
+
+    def operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
+        if source.sort == "flag":
+            return Operand("flag", self._flag(number, state, source.index))
+        if source.sort == "counter":
+            return Operand("real", f"m.counters[{number}][{source.index}]")
+        if source.sort == "time in state":
+            return Operand("real", f"_elapsed(now, m.entered[{number}])")
+        if source.sort == "timer":
+            timer = f"m.timers[{number}][{source.index}]"
+            return Operand("real", f"_elapsed(now, {timer})", f"{timer} is None", f"{timer} is not None")
+        text = f"_value_{source.index}(r)"
+        if source.sort == "reading":
+            text = f"r[{self.readings[str(self.hierarchy.readings[source.index])]!r}]"
+        if source.fresh is not None:
+            text = f"({source.fresh!r} if m.entered[{number}] == now else {text})"
+        sort = "label" if isinstance(source.kind, Categorical) else "real"
+        return Operand(sort, text, f"_is_absent({text})")
+
+    def _flag(self, number: int, state: int | None, flag: int) -> str:
+        if state is None:
+            return f"m.flag_below({number}) == {flag}"
+        child = self.hierarchy.automata[number].states[state].child
+        if not child.is_automaton:
+            return "False"
+        states = self.hierarchy.automata[child.index].states
+        raising = [
+            f"m.states[{child.index}] == {index}" for index, each in enumerate(states) if each.flag == flag
+        ]
+        return " or ".join(raising) or "False"
+
+    def _step(self, step: Step, number: int, state: int | None, called: str, indent: int) -> Iterator[str]:
+        pad = INDENT * indent
+        if isinstance(step, Continuation):
+            yield f"{pad}return {called}_{step.routine}(m, r, now)"
+            return
+        if isinstance(step, Answer):
+            yield from (f"{pad}m.leaf = {step.leaf}", f"{pad}return {step.outcome}")
+            return
+        features = self.hierarchy.automata[number].features
+        word = "if"
+        while isinstance(step, Branch):
+            source = features[step.condition.feature]
+            condition = write_condition(step.condition, self.operand(number, state, source), self.spelling)
+            yield f"{pad}{word} {condition}:"
+            yield from self._step(step.yes, number, state, called, indent + 1)
+            word, step = "elif", step.no
+        yield f"{pad}else:"
+        yield from self._step(step, number, state, called, indent + 1)
+
+    def _automaton(self, number: int) -> Iterator[str]:
+        automaton = self.hierarchy.automata[number]
+        trees: dict[int, list[int]] = {}
+        for index, state in enumerate(automaton.states):
+            if state.tree is not None:
+                trees.setdefault(id(state.tree), []).append(index)
+        which: dict[int, str] = {}
+        for states in trees.values():
+            called = f"_tree_{number}_{states[0]}"
+            tree = automaton.states[states[0]].tree or Tree(())
+            which |= dict.fromkeys(states, f"{called}_0")
+            routines = make_routines(tree, lambda feature: automaton.features[feature].can_be_absent)
+            for index, routine in enumerate(routines):
+                names = ", ".join(automaton.states[state].name for state in states)
+                yield from ("", f"def {called}_{index}(m, r, now):")
+                yield f"{INDENT}# {_comment(f'{automaton.name} in {names}')}"
+                yield from self._step(routine, number, states[0] if len(states) == 1 else None, called, 1)
+                yield ""
+        trees_text = [which.get(index, "None") for index in range(len(automaton.states))]
+        yield f"_TREES_{number} = ({', '.join(trees_text)},)"
+        yield from ("", f"def _start_{number}(m, now):")
+        yield f"{INDENT}m.states[{number}] = 0"
+        yield f"{INDENT}m.entered[{number}] = now"
+        yield f"{INDENT}m.counters[{number}] = [0.0] * {len(automaton.counters)}"
+        yield f"{INDENT}m.timers[{number}] = [None] * {len(automaton.timers)}"
+        yield from ("", "", f"def _enter_{number}(m, state, now):")
+        yield f"{INDENT}m.states[{number}] = state"
+        yield f"{INDENT}m.entered[{number}] = now"
+        for index, state in enumerate(automaton.states):
+            lines = [f"_start_{state.child.index}(m, now)"] if state.child.is_automaton else []
+            for effect in state.effects:
+                kept = f"m.{effect.of}s[{number}][{effect.index}]"
+                if effect.of == "counter":
+                    value = self.write_real(effect.value) if effect.action != "reset" else "0.0"
+                    lines.append(f"{kept} {'+=' if effect.action == 'increment' else '='} {value}")
+                else:
+                    lines.append(f"{kept} = {'now' if effect.action == 'set' else 'None'}")
+            if lines:
+                yield f"{INDENT}if state == {index}:"
+                yield from (f"{INDENT * 2}{line}" for line in lines)
+        yield ""
+
+    def _dispatch(self) -> Iterator[str]:
+        for name in ("TREES", "start", "enter"):
+            parts = [f"_{name}_{number}" for number in range(len(self.hierarchy.automata))]
+            yield f"_{name.upper()} = ({', '.join(parts)},)"
+        yield ""
+
+    def _commands(self) -> Iterator[str]:
+        hierarchy = self.hierarchy
+        if hierarchy.is_coordinator:
+            order, issued = (channel.name for channel in hierarchy.channels)
+            yield from ("", "def _command(m, basic, r, now):")
+            issued_text = "1.0 if m.issued == now else 0.0"
+            yield f"{INDENT}return {{{order!r}: float(basic), {issued!r}: {issued_text}}}"
+            return
+        yield "_COMMANDS = ("
+        for basic in hierarchy.basics:
+            command = {each.name: basic.command.get(each.name, each.rest) for each in hierarchy.channels}
+            yield f"{INDENT}{{{', '.join(f'{name!r}: {self.write_real(value)}' for name, value in command.items())}}},"
+        yield ")"
+        for index, basic in enumerate(hierarchy.basics):
+            if basic.problem:
+                yield from self._refuse(
+                    f"behavior {basic.name}", basic.slots, basic.problem, f"_command_{index}"
+                )
+                yield from (
+                    "",
+                    f"def _command_{index}(r, command):",
+                    f"{INDENT}pass  # set the channels of command",
+                    "",
+                )
+        yield from (
+            "",
+            "",
+            "def _command(m, basic, r, now):",
+            f"{INDENT}command = dict(_COMMANDS[basic])",
+        )
+        for index, basic in enumerate(hierarchy.basics):
+            if basic.problem:
+                yield from (f"{INDENT}if basic == {index}:", f"{INDENT * 2}_command_{index}(r, command)")
+            if basic.computed:
+                yield f"{INDENT}if basic == {index}:"
+                for channel, computed in basic.computed.items():
+                    expression = hierarchy.computed[computed].expression
+                    if expression is not None:
+                        text = self.expression(expression)
+                        yield f"{INDENT * 2}command[{channel!r}] = _finite({text}, command[{channel!r}])"
+        yield f"{INDENT}return command"
+
+
+def _items(items: Sequence[object]) -> str:
+    return "".join(f"{each!r}, " for each in items).rstrip(" ") if items else ""
+
+
+def _comment(text: str) -> str:
+    return " ".join(text.split())

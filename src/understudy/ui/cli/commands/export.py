@@ -1,0 +1,121 @@
+"""Command `understudy export`: write an automaton as code or files that run without Understudy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, LibraryOption
+
+if TYPE_CHECKING:
+    from understudy.export.export_automaton import ExportResult
+    from understudy.export.single_precision import RoundedCut
+
+
+def export_behavior(
+    name: Annotated[
+        str, typer.Argument(help="Name of the automaton; SORT/NAME for one of a squad or robot type.")
+    ],
+    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="Target: c99, python or json.")],
+    out: Annotated[
+        Path,
+        typer.Option("--out", "-o", metavar="DIR", help="Folder to write: new, empty, or an earlier export."),
+    ],
+    library: LibraryOption = LIBRARY,
+    bind: Bind = None,
+    float32: Annotated[
+        bool,
+        typer.Option(
+            "--float32", help="Single precision, and times in milliseconds, for small microcontrollers (c99)."
+        ),
+    ] = False,
+    world: FoundWorld = None,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Export an automaton with everything below it, so that it runs without Understudy and decides the same.
+
+    The folder gets the code, a manifest of what it reads and commands, and rows of readings with the decisions of
+    Understudy, on which `make test` runs the exported code.
+
+    [dim]understudy export forage --library demo/library --to c99 --out forage-c[/]
+
+    [dim]understudy export goto --bind A=station --library demo/library --to python --out goto-python[/]
+    """
+    from understudy.export.export_automaton import export_automaton
+    from understudy.ui.cli.export_library import open_library_to_export
+    from understudy.ui.cli.options import parse_bindings
+    from understudy.ui.cli.output import print_json
+
+    known, name, body = open_library_to_export(library, name, world, kit)
+    found = export_automaton(
+        known, name, out, to=to, binding=parse_bindings(bind), body=body, single_precision=float32
+    )
+    if as_json:
+        print_json(_make_result(name, found))
+    else:
+        _show(name, found)
+
+
+@dataclass(frozen=True, kw_only=True)
+class UntranslatedFunction:
+    """A Python function that the exported code lacks, and why."""
+
+    name: str
+    readings: Sequence[str]
+    problem: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportReport:
+    """What was exported: the number of bytes by file, and what could not be exported and why."""
+
+    name: str
+    target: str
+    folder: Path
+    files: Mapping[str, int]
+    ticks: int
+    """Number of ticks of the conformance file."""
+    untranslated: Sequence[UntranslatedFunction]
+    rounded_cuts: Sequence[RoundedCut]
+
+
+def _make_result(name: str, found: ExportResult) -> ExportReport:
+    return ExportReport(
+        name=name,
+        target=found.target,
+        folder=found.folder,
+        files=found.files,
+        ticks=found.ticks,
+        untranslated=[
+            UntranslatedFunction(name=what, readings=readings, problem=problem)
+            for what, readings, problem in found.untranslated
+        ],
+        rounded_cuts=found.rounded,
+    )
+
+
+def _show(name: str, found: ExportResult) -> None:
+    from rich.markup import escape
+
+    from understudy.ui.cli.output import format_count, make_console
+
+    out = make_console()
+    size = sum(found.files.values()) / 1000
+    files = format_count(len(found.files), "file")
+    out.print(f"[bold]{escape(name)}[/] for {found.target}: {files}, {size:.0f} kB", soft_wrap=True)
+    for what, readings, problem in found.untranslated:
+        read = f" (reads {', '.join(readings)})" if readings else ""
+        out.print(f"missing: {escape(what)}{escape(read)}, because {escape(problem)}", soft_wrap=True)
+    for cut in found.rounded:
+        margin = "" if cut.margin != cut.margin else f", {cut.margin:.3g} from the nearest example"
+        moved = f"{cut.cut!r} became {cut.exported!r}" if cut.is_separating else f"{cut.cut!r} is too close"
+        where = f"{cut.automaton} in {cut.state}, {cut.feature}"
+        out.print(f"single precision: {escape(where)}: {moved}{margin}", soft_wrap=True)
+    out.print(
+        f"[dim]make -C {escape(str(found.folder))} test runs it on {found.ticks} ticks[/]", soft_wrap=True
+    )

@@ -1,0 +1,97 @@
+"""The folder of an export holds a whole export, or is left as it was."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from tests.export.exports import open_fixture
+
+from understudy.errors import DefinitionError, FileError, SettingError, UnboundParameter, UnknownName
+from understudy.export.body_interface import BodyInterface
+from understudy.export.export_automaton import export_automaton
+from understudy.export.identifiers import make_identifier, make_identifiers
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()
+    }
+
+
+def test_an_earlier_export_is_replaced_as_a_whole(tmp_path: Path) -> None:
+    library, body = open_fixture()
+    out = tmp_path / "out"
+    export_automaton(library, "forage", out, to="c99", body=body)
+    (out / "conformance").write_bytes(b"made by make")
+    result = export_automaton(library, "forage", out, to="python", body=body)
+    assert set(contents(out)) == set(result.files)
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_the_same_export_twice_is_the_same_bytes(tmp_path: Path) -> None:
+    library, body = open_fixture()
+    for name in ("one", "two"):
+        export_automaton(library, "forage", tmp_path / name, to="c99", body=body)
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+
+
+@pytest.mark.parametrize("there", ["notes.txt", "forage.h", "sub/notes.txt"])
+def test_a_folder_with_other_files_is_refused(there: str, tmp_path: Path) -> None:
+    library, body = open_fixture()
+    (tmp_path / there).parent.mkdir(exist_ok=True)
+    (tmp_path / there).write_text("mine")
+    with pytest.raises(FileError, match=f"{there} is there, which is not of an export"):
+        export_automaton(library, "forage", tmp_path, to="c99", body=body)
+    assert contents(tmp_path) == {there: b"mine"}
+
+
+def test_a_file_beside_an_earlier_export_is_kept(tmp_path: Path) -> None:
+    library, body = open_fixture()
+    export_automaton(library, "forage", tmp_path / "out", to="c99", body=body)
+    (tmp_path / "out" / "main.c").write_text("mine")
+    before = contents(tmp_path / "out")
+    with pytest.raises(FileError, match=r"main\.c is there"):
+        export_automaton(library, "forage", tmp_path / "out", to="c99", body=body)
+    assert contents(tmp_path / "out") == before
+
+
+def test_mistakes_write_nothing(tmp_path: Path) -> None:
+    library, body = open_fixture()
+    out = tmp_path / "out"
+    with pytest.raises(UnboundParameter, match="parameter 'A' of 'goto' is bound to nothing"):
+        export_automaton(library, "goto", out, to="c99", body=body)
+    with pytest.raises(UnknownName, match="no automaton 'fly'"):
+        export_automaton(library, "fly", out, to="c99", body=body)
+    with pytest.raises(UnknownName, match="export has no target 'rust'; it has c99, python and json"):
+        export_automaton(library, "forage", out, to="rust", body=body)
+    with pytest.raises(UnknownName, match="has no reading"):
+        export_automaton(library, "forage", out, to="c99", body=BodyInterface((), body.channels))
+    with pytest.raises(UnknownName, match="has no channel"):
+        export_automaton(library, "forage", out, to="c99", body=BodyInterface(body.readings, ()))
+    odd = BodyInterface(body.readings, body.channels, 1 / 3)
+    with pytest.raises(SettingError, match=r"tick of 0\.333333 s is no whole number of milliseconds"):
+        export_automaton(library, "forage", out, to="c99", body=odd, single_precision=True)
+    with pytest.raises(SettingError, match="target python: single precision is not offered"):
+        export_automaton(library, "forage", out, to="python", body=body, single_precision=True)
+    assert list(tmp_path.iterdir()) == []
+
+
+IDENTIFIERS = [
+    ("range(nearest_food)", "range_nearest_food"),
+    ("goto", "goto_"),  # a word of C
+    ("3 laps", "n3_laps"),
+    ("Tür", "Tur"),
+    ("速い", "unnamed"),
+    ("a-b", "a_b"),
+]
+
+
+@pytest.mark.parametrize(("name", "identifier"), IDENTIFIERS)
+def test_identifiers(name: str, identifier: str) -> None:
+    assert make_identifier(name, {"goto"}) == identifier
+
+
+def test_two_names_that_become_one_are_refused() -> None:
+    with pytest.raises(DefinitionError, match="readings 'a b' and 'A_b': both become"):
+        make_identifiers(["a b", "A_b"], what="readings")
