@@ -33,7 +33,6 @@ ASTRAY = 0.6  # rad: driving past it, plainly
 FACED_AWAY = 0.45  # rad: not facing it
 FACING = 0.12  # rad: as good as facing it, while turning
 NEARLY_FACING = 0.25  # rad: turning and driving are both right
-EARLY = 0.2  # rad: turning has stopped too early
 WRONG_WAY, LONG_WAY = (
     1.0,
     2.6,
@@ -120,7 +119,7 @@ def take_back_goto(screen: SessionView, before: str) -> bool:
     if screen.state != "forward" or before not in ("rotate_left", "rotate_right"):
         return False
     left = _bearing(screen) if before == "rotate_left" else -_bearing(screen)
-    return screen.features["distance_to(A)"] > FAR_M and EARLY < left < ASTRAY
+    return screen.features["distance_to(A)"] > FAR_M and NEARLY_FACING < left < ASTRAY
 
 
 def settle_goto(screen: SessionView) -> str | None:
