@@ -48,7 +48,8 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         f"{100 * half['high']:.0f} %) succeed: within five minutes, and without a test or a correction, they teach a "
         "robot that reaches the ball in at least half of its trials (in the paper: 4 of 5 people). The median time of "
         f"these robots is {np.median(medians):.0f} s. But only {each['succeed']} of {each['of']} novices succeed from "
-        "each of the three positions. The other robots do not find a ball that is not visible at the start.",
+        "each of the three positions. The other robots do not find a ball that is not visible at the start."
+        f"{_headline_live(novices, live)}",
         tables=(
             ResultTable(
                 f"Results by start position, {len(novices)} novices",
@@ -115,6 +116,18 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
             "sensitivity": sensitivity.numbers(rows),
             "first": summarize_both_readings(novices[: sensitivity.SENSITIVITY]),
         },
+    )
+
+
+def _headline_live(novices: Sequence[Row], live: Sequence[Row]) -> str:
+    if not live:
+        return ""
+    always = share(live, succeeds_nearly_always)
+    before = share(novices, succeeds_nearly_always)["succeed"]
+    presses, former = (float(np.median([row["presses"] for row in each])) for each in (live, novices))
+    return (
+        f" Taught live, robots of {always['succeed']} of {always['of']} novices reach the ball in at least 90 % of all "
+        f"trials, instead of {before}, after {presses:.0f} instead of {former:.0f} presses (medians)."
     )
 
 
