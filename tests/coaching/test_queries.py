@@ -8,6 +8,7 @@ from itertools import pairwise
 from tests.coaching.lessons import GOTO, goto
 
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
+from understudy.coaching.uncertainty import DoubtReason
 from understudy.model.lesson import LearnerOptions, SklearnOptions
 from understudy.model.library import Library
 from understudy.sim.catalog import find_scenario
@@ -129,3 +130,24 @@ def test_the_likely_answers_come_first() -> None:
     assert question.answers[0] == question.next
     assert set(question.answers) == {"start", "forward", "left", "done"}
     assert question.answers.index("done") == 3  # it was never shown in this state
+
+
+def test_it_asks_where_the_robot_switches_back_and_forth() -> None:
+    """The target is always 2 m away, from where it was shown to drive on, and to turn."""
+    lesson = goto(
+        (
+            ("start", "forward", "directive", 2.0, 0),
+            ("forward", "left", "directive", 2.0, 0),
+            ("left", "forward", "directive", 2.0, 0),
+        )
+    )
+    body = World(find_scenario("forage"), [5])
+    session = Session(body, Library(FORAGE_KIT), lesson, targets={"A": "station"})
+    session.teach()
+    asking, reasons = UncertaintyQueries(session, unsure=1.0), []
+    for _ in range(25):
+        question = asking.find_question()
+        reasons += [question.doubt.because] if question is not None else []
+        session.tick()
+    assert DoubtReason.FIDGETING in reasons
+    assert reasons.count(DoubtReason.FIDGETING) <= 2  # once in each state, until the lesson changes
