@@ -98,3 +98,38 @@ def test_constants_that_become_one_are_refused(names: dict[str, str], tmp_path: 
     with pytest.raises(DefinitionError, match="both become"):
         export(tmp_path / "out", "c99", **names)  # type: ignore[arg-type]
     assert not (tmp_path / "out").exists()
+
+
+IN_PYTHON = [
+    {"name": "time"},
+    {"name": "machine"},
+    {"name": '"""'},
+    {"name": "back\\Nslash\\"},
+    {"channel": "left,wheel"},
+    {"channel": "left  wheel"},
+    {"state": "None"},
+    {"behavior": "idle"},
+]
+
+
+@pytest.mark.parametrize("names", IN_PYTHON, ids=str)
+def test_python_runs_whatever_the_names(names: dict[str, str], tmp_path: Path) -> None:
+    folder = export(tmp_path, "python", **names)  # type: ignore[arg-type]
+    assert read_counts(make(folder, "test"))[1] == 0
+    assert not {"time.py", "machine.py"} & {path.name for path in folder.iterdir()}
+
+
+IN_JAVASCRIPT = [
+    {"behavior": "idle"},
+    {"behavior": "constructor"},
+    {"state": "toString"},
+    {"channel": "left,wheel"},
+    {"name": "constructor"},
+]
+
+
+@pytest.mark.parametrize("names", IN_JAVASCRIPT, ids=str)
+def test_the_reader_runs_whatever_the_names(names: dict[str, str], tmp_path: Path) -> None:
+    need("node")
+    folder = export(tmp_path, "json", **names)  # type: ignore[arg-type]
+    assert read_counts(make(folder, "test"))[1] == 0
