@@ -16,6 +16,7 @@ from understudy.export.hierarchy import (
     Hierarchy,
     SlotValue,
 )
+from understudy.export.single_precision import round_to_single
 from understudy.export.targets.c99_names import CNames
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import STAY, Tree
@@ -34,7 +35,7 @@ class CSource:
         """Write a floating-point constant of the export's precision."""
         if np.isinf(value):
             return "INFINITY" if value > 0 else "-INFINITY"
-        text = f"{value:.9g}" if self.single else repr(float(value))
+        text = f"{round_to_single(value):.9g}" if self.single else repr(float(value))
         if not any(each in text for each in ".e"):
             text += ".0"
         return f"{text}f" if self.single else text
