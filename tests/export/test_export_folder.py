@@ -46,6 +46,47 @@ def test_a_folder_with_other_files_is_refused(there: str, tmp_path: Path) -> Non
     assert contents(tmp_path) == {there: b"mine"}
 
 
+@pytest.mark.parametrize("text", ['{"name": "my page"}', "[]", '{"format": "understudy export", "makes": 5}'])
+def test_a_manifest_of_something_else_is_kept(text: str, tmp_path: Path) -> None:
+    library, body = open_fixture()
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(FileError, match=r"manifest\.json is there, which is not of an export"):
+        export_automaton(library, "forage", tmp_path, to="python", body=body)
+    assert contents(tmp_path) == {"manifest.json": text.encode()}
+
+
+def test_a_link_to_a_folder_is_followed(tmp_path: Path) -> None:
+    """What has the name of the linked folder, but is beside the link, stays as it is."""
+    library, body = open_fixture()
+    (tmp_path / "elsewhere" / "real").mkdir(parents=True)
+    (tmp_path / "real").mkdir()
+    (tmp_path / "real" / "notes.txt").write_text("mine")
+    (tmp_path / "out").symlink_to(tmp_path / "elsewhere" / "real")
+    result = export_automaton(library, "forage", tmp_path / "out", to="python", body=body)
+    assert contents(tmp_path / "real") == {"notes.txt": b"mine"}
+    assert set(contents(tmp_path / "elsewhere" / "real")) == set(result.files)
+    assert (tmp_path / "out").is_symlink()
+
+
+def test_a_link_in_the_folder_is_kept(tmp_path: Path) -> None:
+    library, body = open_fixture()
+    (tmp_path / "data").mkdir()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "link").symlink_to(tmp_path / "data")
+    with pytest.raises(FileError, match="link is there, which is not of an export"):
+        export_automaton(library, "forage", tmp_path / "out", to="python", body=body)
+
+
+def test_the_working_folder_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would be replaced under the feet of the shell that is in it."""
+    library, body = open_fixture()
+    monkeypatch.chdir(tmp_path)
+    for folder in (".", tmp_path):
+        with pytest.raises(FileError, match="it is the working folder"):
+            export_automaton(library, "forage", folder, to="python", body=body)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_file_beside_an_earlier_export_is_kept(tmp_path: Path) -> None:
     library, body = open_fixture()
     export_automaton(library, "forage", tmp_path / "out", to="c99", body=body)

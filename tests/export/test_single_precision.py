@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 from math import inf, nextafter
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.export.exports import make, need, read_counts
 
+from understudy.errors import DefinitionError
+from understudy.export.body_interface import BodyInterface
 from understudy.export.code_text import round_up_to_ms
+from understudy.export.export_automaton import export_automaton
 from understudy.export.single_precision import round_cut, round_to_single, round_up_to_single, step_single
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.behaviors import Behavior, Command, increment
+from understudy.model.library import Kit, Library
+from understudy.model.tree import Tree, make_leaf
+from understudy.runtime.body import Channel
 from understudy.runtime.interpreter import measure_elapsed
 
 NUMBERS = st.floats(-1e6, 1e6)
@@ -49,3 +59,36 @@ def test_milliseconds_are_compared_as_the_interpreter_compares_seconds(
 ) -> None:
     elapsed = measure_elapsed((begin_ms + ms) / 1000, begin_ms / 1000)
     assert (elapsed < cut) == (ms < round_up_to_ms(cut))
+
+
+REFUSED = [
+    (
+        Behavior("go", Command(drive=1e300)),
+        "it commands 1e\\+300 to 'drive', which single precision does not have",
+    ),
+    (Behavior("go", Command(), (increment("laps", 3e9),)), "it changes counter 'laps' by or to 3e\\+09"),
+]
+
+
+@pytest.mark.parametrize(("behavior", "problem"), REFUSED)
+def test_numbers_too_large_for_32_bits_are_refused(behavior: Behavior, problem: str, tmp_path: Path) -> None:
+    automaton = Automaton("a", (START, State("go", "go")), transitions={"start": Tree((make_leaf(1),))})
+    library = Library.from_automata(Kit.from_parts(behavior), automaton)
+    body = BodyInterface((), (Channel("drive"),))
+    with pytest.raises(DefinitionError, match=problem):
+        export_automaton(library, "a", tmp_path / "out", to="c99", body=body, single_precision=True)
+
+
+def test_a_cut_beyond_all_32_bit_floats_is_infinite() -> None:
+    with np.errstate(over="raise"):
+        assert round_up_to_single(1e300) == inf
+        assert round_up_to_single(-1e300) == -3.4028234663852886e38
+
+
+def test_a_tiny_command_compiles_without_a_warning(tmp_path: Path) -> None:
+    need("gcc")
+    kit = Kit.from_parts(Behavior("go", Command(drive=1e-50)))
+    automaton = Automaton("a", (START, State("go", "go")), transitions={"start": Tree((make_leaf(1),))})
+    library, body = Library.from_automata(kit, automaton), BodyInterface((), (Channel("drive"),))
+    export_automaton(library, "a", tmp_path, to="c99", body=body, single_precision=True)
+    assert read_counts(make(tmp_path, "test"))[1] == 0

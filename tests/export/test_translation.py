@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ from tests.export.exports import count_mismatches, load_python, make, need, read
 
 from understudy.export.body_interface import BodyInterface
 from understudy.export.export_automaton import export_automaton, prepare_export
-from understudy.export.expressions import translate_function
+from understudy.export.expressions import Number, Operation, ReadingValue, translate_function
 from understudy.export.target_files import ExportJob
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import behavior
@@ -143,7 +145,39 @@ def _made(value: float) -> Any:
     return lambda robot: robot.speed + value
 
 
+def _double(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    @wraps(function)
+    def doubled(robot: Any) -> Any:
+        return 2.0 * function(robot)
+
+    return doubled
+
+
+@_double
+def _doubled(robot: Any) -> Any:
+    return robot.speed
+
+
+def _enclosed(RADIUS: float) -> Callable[[Any], Any]:
+    def function(robot: Any) -> Any:
+        return robot.speed + RADIUS
+
+    return function
+
+
+def _defaults(robot: Any, RADIUS: float = 3.0) -> Any:
+    return robot.speed + RADIUS
+
+
+def _divides_by_nothing(robot: Any) -> Any:
+    return robot.speed + 1.0 / 0.0
+
+
 REFUSED = [
+    (_doubled, "it is wrapped in another function"),
+    (_enclosed(7.0), "'RADIUS' is not simple arithmetic"),
+    (_defaults, "'RADIUS' is not simple arithmetic"),
+    (_divides_by_nothing, "'1.0 / 0.0' is not simple arithmetic"),
     (_loops, "'for _ in range(3): pass' is not simple arithmetic"),
     (_branches, "'robot.speed if robot.speed > 0 else 0.0' is not simple arithmetic"),
     (_sums, "'np.sum(robot.speed)' is not simple arithmetic"),
@@ -158,6 +192,16 @@ def test_what_is_no_simple_arithmetic_is_refused(function: Any, problem: str) ->
     found = translate_function(function, ())
     assert found.results == {}
     assert found.problem.startswith(problem)
+
+
+def _degrees(robot: Any) -> Any:
+    return robot.speed * (180.0 / math.pi)
+
+
+def test_constants_are_computed_in_double_precision_as_python_does() -> None:
+    """In single precision 180 divided by pi would be another number."""
+    found = translate_function(_degrees, ()).results[""]
+    assert found == Operation("*", (ReadingValue("speed", None), Number(180.0 / math.pi)))
 
 
 @behavior

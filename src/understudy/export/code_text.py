@@ -8,11 +8,10 @@ from math import ceil, isfinite
 
 from understudy.export.conformance import MS_PER_S
 from understudy.export.decisions import ValueCondition
+from understudy.export.single_precision import MOST_COUNT
 
 MOST_MS = 2**32
 """One more than the largest time, in ms, that an unsigned number of 32 bits holds."""
-MOST_COUNT = 2**31
-"""One more than the largest number that a signed number of 32 bits holds."""
 
 
 @dataclass(frozen=True, slots=True)

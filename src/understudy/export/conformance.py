@@ -200,7 +200,8 @@ def format_conformance(
 ) -> bytes:
     """Format a conformance file, with the names of columns that a target uses for readings and channels."""
     labels = [isinstance(slot.kind, Categorical) for slot in hierarchy.readings]
-    lines = [",".join(("starts", "time", *readings, "path", "flags", "basic", *channels))]
+    columns = ("starts", "time", *readings, "path", "flags", "basic", *channels)
+    lines = [",".join(" ".join(each.replace(",", ";").split()) for each in columns)]
     for tick in conformance.ticks:
         values = [
             "" if value != value else str(int(value)) if label else repr(value)

@@ -23,7 +23,7 @@ def write_export(folder: Path | str, files: Mapping[str, bytes]) -> None:
     check_export_folder(folder)
     with convert_os_errors(folder, "writing the export"):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        place = folder.parent.resolve() / folder.resolve().name
+        place = folder.resolve()
         made = place.with_name(f".{place.name}.{os.getpid()}{UNFINISHED}")
         former = place.with_name(f".{place.name}.{os.getpid()}.former{UNFINISHED}")
         try:
@@ -56,10 +56,17 @@ def check_export_folder(folder: Path | str) -> None:
             return
         if not folder.is_dir():
             raise FileError(path=folder, place="", problem="it is not a folder", remedy="name a new folder")
-        there = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir()}
+        if Path.cwd().is_relative_to(folder.resolve()):
+            problem, remedy = "it is the working folder, which cannot be replaced", "name a folder inside it"
+            raise FileError(path=folder, place="", problem=problem, remedy=remedy)
+        there = {
+            path.relative_to(folder).as_posix()
+            for path in folder.rglob("*")
+            if path.is_symlink() or not path.is_dir()
+        }
     if not there:
         return
-    others = sorted(there - _list_files(folder) - {MANIFEST})
+    others = sorted(there - _list_files(folder))
     if others:
         raise FileError(
             path=folder,
@@ -75,7 +82,6 @@ def _list_files(folder: Path) -> set[str]:
         manifest = json.loads((folder / MANIFEST).read_bytes())
         if manifest["format"] != FORMAT:
             return set()
-        files = {str(name) for name in manifest["files"]}
+        return {MANIFEST, *map(str, manifest["files"]), *map(str, manifest.get("makes", ()))}
     except (OSError, ValueError, LookupError, TypeError):
         return set()
-    return files | {str(name) for name in manifest.get("makes", ())}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import unquote
 
 from understudy.errors import FileError
 from understudy.export.hierarchy import Hierarchy
@@ -61,7 +62,10 @@ def read_exported_trace(path: Path | str) -> ExportedTrace:
     if fields[0] != TRACE or len(fields) != 4:
         problem, remedy = "it is not a trace of exported code", "name a file that exported code wrote"
         raise FileError(path=path, place="line 1", problem=problem, remedy=remedy)
-    binding = dict(pair.split("=", 1) for pair in fields[2].split(",") if "=" in pair)
+    binding = {}
+    for pair in filter(None, fields[2].split(",")):
+        parameter, _, target = pair.partition("=")
+        binding[unquote(parameter)] = unquote(target)
     ticks = []
     for number, line in enumerate(lines[:-1], start=2):
         try:
@@ -72,7 +76,7 @@ def read_exported_trace(path: Path | str) -> ExportedTrace:
             problem = f"{line.strip()[:60]!r} is no tick"
             remedy = "write a time, and AUTOMATON.BEFORE.LEAF.AFTER for each level"
             raise FileError(path=path, place=f"line {number}", problem=problem, remedy=remedy) from None
-    return ExportedTrace(path, fields[1], binding, fields[3], tuple(ticks))
+    return ExportedTrace(path, unquote(fields[1]), binding, fields[3], tuple(ticks))
 
 
 def check_trace(trace: ExportedTrace, hierarchy: Hierarchy, fingerprint: str) -> None:

@@ -12,6 +12,7 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
+from operator import add, mul, sub, truediv
 from types import ModuleType
 from typing import Any, TypeAlias
 
@@ -80,6 +81,8 @@ class TranslatedFunction:
 
 def translate_function(function: Callable[..., Any], parameters: Sequence[str]) -> TranslatedFunction:
     """Translate the function of a feature or behavior; `parameters` are its arguments after the robot."""
+    if hasattr(function, "__wrapped__"):  # its source text is that of the inner function
+        return TranslatedFunction({}, (), "it is wrapped in another function")
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     except (OSError, TypeError, SyntaxError):
@@ -106,7 +109,11 @@ def translate_function(function: Callable[..., Any], parameters: Sequence[str]) 
 
 class _Translator:
     def __init__(self, function: Callable[..., Any], owners: Mapping[str, str | None]) -> None:
-        self.globals: Mapping[str, Any] = getattr(function, "__globals__", {})
+        code = getattr(function, "__code__", None)
+        hidden = () if code is None else (*code.co_freevars, *code.co_varnames)
+        self.globals: Mapping[str, Any] = {
+            name: value for name, value in getattr(function, "__globals__", {}).items() if name not in hidden
+        }
         self.owners = owners
         self.locals: dict[str, Expression] = {}
 
@@ -139,7 +146,7 @@ class _Translator:
             inner = self.number(node.operand)
             return Number(-inner.value) if isinstance(inner, Number) else Operation("neg", (inner,))
         if isinstance(node, ast.BinOp) and type(node.op) in ARITHMETIC:
-            return Operation(ARITHMETIC[type(node.op)], (self.number(node.left), self.number(node.right)))
+            return _combine(node, self.number(node.left), self.number(node.right))
         if isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in COMPARED:
             sides = self.number(node.left), self.number(node.comparators[0])
             return Operation(COMPARED[type(node.ops[0])], sides)
@@ -194,6 +201,21 @@ class _Translator:
         if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
             raise _refuse(node)
         return float(value)
+
+
+def _combine(node: ast.BinOp, left: Expression, right: Expression) -> Expression:
+    """Combine two expressions; two constants become one, in double precision as Python computes them."""
+    name = ARITHMETIC[type(node.op)]
+    if not (isinstance(left, Number) and isinstance(right, Number)):
+        return Operation(name, (left, right))
+    compute = {"+": add, "-": sub, "*": mul, "/": truediv}[name]
+    try:
+        value = compute(left.value, right.value)
+    except ZeroDivisionError:
+        raise _refuse(node) from None
+    if not isfinite(value):
+        raise _refuse(node)
+    return Number(value)
 
 
 def _refuse(node: ast.AST) -> NotTranslatable:

@@ -23,6 +23,9 @@ from understudy.model.kinds import Categorical
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Node, TestKind, Tree
 
+MOST_COUNT = 2**31
+"""One more than the largest number that a counter of 32 bits holds."""
+
 
 @dataclass(frozen=True, slots=True)
 class RoundedCut:
@@ -52,7 +55,8 @@ def round_to_single(value: float) -> float:
 
 def step_single(value: float, toward: float) -> float:
     """Return the 32-bit float next to a 32-bit float."""
-    return float(np.nextafter(np.float32(value), np.float32(toward)))
+    with np.errstate(over="ignore", under="ignore"):
+        return float(np.nextafter(np.float32(value), np.float32(toward)))
 
 
 def round_up_to_single(value: float) -> float:
@@ -90,7 +94,8 @@ def round_library(library: Library, names: Sequence[str]) -> tuple[Library, tupl
     """Round the cuts of some automata of a library.
 
     Returned are the library with the rounded automata, and the cuts that moved further than rounding up, or could not
-    be moved far enough. DefinitionError is raised if a behavior changes a counter by a number that is not whole.
+    be moved far enough. DefinitionError is raised if a behavior changes a counter by a number that is not whole or too
+    large, or commands one that is too large for a 32-bit float.
     """
     found: list[RoundedCut] = []
     for name in names:
@@ -98,12 +103,21 @@ def round_library(library: Library, names: Sequence[str]) -> tuple[Library, tupl
         for state in taught.automaton.states:
             behavior = library.kit.behaviors.get(state.behavior or "")
             for change in behavior.changes if behavior else ():
-                if change.of == "counter" and change.value != int(change.value):
+                if change.of == "counter" and not (
+                    change.value == int(change.value) and abs(change.value) < MOST_COUNT
+                ):
                     raise DefinitionError(
                         what=f"behavior {state.behavior!r}",
                         problem=f"it changes counter {change.name!r} by or to {change.value:g}, which single "
                         "precision cannot add up exactly",
-                        remedy="use whole numbers, or export with double precision",
+                        remedy="use whole numbers below 2147483648, or export with double precision",
+                    )
+            for channel, value in behavior.command.items() if behavior else ():
+                if not isfinite(round_to_single(value)):
+                    raise DefinitionError(
+                        what=f"behavior {state.behavior!r}",
+                        problem=f"it commands {value:g} to {channel!r}, which single precision does not have",
+                        remedy="use a smaller number, or export with double precision",
                     )
         automaton = _round_automaton(taught, name, found)
         library = library.with_automaton(TrainedAutomaton(automaton, taught.lesson))

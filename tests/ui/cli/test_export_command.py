@@ -63,6 +63,17 @@ def test_why_finds_the_examples_behind_exported_decisions(taught: Path, tmp_path
     assert tick[2]["why"] == "stays in start: there are no examples there"
 
 
+def test_why_says_times_of_long_clocks_in_full(taught: Path, tmp_path: Path) -> None:
+    said("export", "forage", "--library", taught, "--to", "python", "--out", tmp_path / "out")
+    path = trace(tmp_path / "out")
+    later = path.read_text().replace("\n0,", "\n1700000000,").replace("\n0.1,", "\n1700000000.1,")
+    path.write_text(later)
+    shown = run("why", "--exported", path, "--library", taught, "--time", "1700000000.15")
+    assert shown.stdout.startswith("1700000000.1 forage ")
+    early = run("why", "--exported", path, "--library", taught, "--time", "1600000000.5")
+    assert "--time is 1600000000.5, before the trace begins" in early.stderr
+
+
 def test_why_refuses_a_trace_of_another_library(taught: Path, library: Path, tmp_path: Path) -> None:
     said("export", "forage", "--library", taught, "--to", "python", "--out", tmp_path / "out")
     result = run("why", "--exported", trace(tmp_path / "out"), "--library", library)

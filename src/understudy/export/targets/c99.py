@@ -9,7 +9,7 @@ from understudy.export.target_files import ExportJob, TargetFiles
 from understudy.export.targets.c99_code import CCode
 from understudy.export.targets.c99_header import CHeader
 from understudy.export.targets.c99_names import CNames, name_for_c
-from understudy.export.targets.c99_source import INDENT, CSource
+from understudy.export.targets.c99_source import INDENT, CSource, write_comment
 from understudy.export.templates import fill_template
 from understudy.model.kinds import Categorical
 
@@ -82,7 +82,7 @@ class _CFiles:
         ]
         channels = [self.names.channels[channel.name] for channel in hierarchy.channels]
         samples = [
-            f"// readings.{each} = ...;  ({'index of a label' if is_label else unit or 'a number'})"
+            f"// readings.{each} = ...;  ({'index of a label' if is_label else write_comment(unit) or 'a number'})"
             for each, is_label, _, unit in readings
         ]
         used = [f"(void)commands.{channel};" for channel in channels]

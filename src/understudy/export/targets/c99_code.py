@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from understudy.export.target_files import ExportJob
 from understudy.export.targets.c99_header import GENERATED
 from understudy.export.targets.c99_names import CNames
-from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c
+from understudy.export.targets.c99_source import INDENT, CSource, write_comment
 from understudy.model.kinds import Categorical
 
 HELPERS = {
@@ -93,7 +93,7 @@ class CCode:
 
     def _begin(self) -> str:
         p = self.names.prefix
-        return f"""/* {quote_for_c(self.hierarchy.name)}, {GENERATED} */
+        return f"""/* {write_comment(self.hierarchy.name)}, {GENERATED} */
 
 #include "{p}.h"
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from understudy.export.conformance import MS_PER_S
 from understudy.export.target_files import ExportJob
 from understudy.export.targets.c99_names import CNames
-from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c
+from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c, write_comment
 from understudy.export.trace_format import format_trace_header
 from understudy.model.kinds import Categorical, Toroidal
 
@@ -26,7 +26,7 @@ class CHeader:
         p, hierarchy = self.names.prefix, self.hierarchy
         guard = f"{p.upper()}_H"
         yield from (
-            f"/* {quote_for_c(hierarchy.name)}, {GENERATED} */",
+            f"/* {write_comment(hierarchy.name)}, {GENERATED} */",
             f"#ifndef {guard}", f"#define {guard}", "", "#include <math.h>", "#include <stdint.h>", "",
             "#ifdef __cplusplus", 'extern "C" {', "#endif", "",
         )  # fmt: skip
@@ -66,7 +66,7 @@ class CHeader:
             yield f"{INDENT}uint8_t nothing;"
         yield from (f"}} {p}_readings;", "", "typedef struct {")
         for channel in hierarchy.channels:
-            unit = f" {channel.unit}" if channel.unit else ""
+            unit = f" {write_comment(channel.unit)}" if channel.unit else ""
             yield f"{INDENT}{p}_real {self.names.channels[channel.name]}; /*{unit} {channel.rest:g} at rest */"
         if not hierarchy.channels:
             yield f"{INDENT}{p}_real nothing;"
@@ -98,6 +98,6 @@ class CHeader:
     def _describe(kind: object, unit: str) -> str:
         if isinstance(kind, Categorical):
             labels = ", ".join(f"{index} {label}" for index, label in enumerate(kind.labels))
-            return labels.encode("ascii", "replace").decode().replace("*/", "* /")
+            return write_comment(labels)
         period = f"in [0, {kind.period!r}), " if isinstance(kind, Toroidal) else ""
-        return f"{period}{unit or 'no unit'}".encode("ascii", "replace").decode()
+        return write_comment(f"{period}{unit or 'no unit'}")

@@ -13,11 +13,19 @@ KEYWORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register
 restrict return short signed sizeof static struct switch typedef union unsigned void volatile while asm bool class
 delete explicit export false friend mutable namespace new operator private protected public template this throw true
-try catch typename using virtual wchar_t and or not xor main
+try catch typename using virtual wchar_t and or not xor main alignas alignof and_eq bitand bitor char8_t char16_t
+char32_t compl concept consteval constexpr constinit const_cast co_await co_return co_yield decltype dynamic_cast
+noexcept not_eq nullptr or_eq reinterpret_cast requires static_assert static_cast thread_local typeid typeof xor_eq
 """
+MACROS = """
+nan infinity huge_val null eof absent rows progmem stay no_tree answer before after is_absent
+"""
+"""Macros of the headers that an export includes, and its own."""
 MEMBERS = "issued traced leaf trace levels tick_ms trace_header h"
 FUNCTIONS = "start enter pulse next tree flag value command conformance embedded embedded_rows"
-RESERVED = frozenset(f"{KEYWORDS} {MEMBERS}".split())
+HEADERS = "assert errno math signal stdint stdio stdlib string time"
+"""Headers of C for which that of an export must not be taken."""
+RESERVED = frozenset(f"{KEYWORDS} {MACROS} {MEMBERS}".split())
 """Words of C and C++, and members of the structures of an export."""
 MOST = 255
 """How many states an automaton may have, and how many basic behaviors there may be: their indices are one byte."""
@@ -50,11 +58,37 @@ def name_for_c(hierarchy: Hierarchy) -> CNames:
     for each in hierarchy.automata:
         of = make_identifiers([state.name for state in each.states], what=f"states of {each.name}")
         states |= {f"{each.name}/{name}": identifier for name, identifier in of.items()}
+    basics = make_identifiers([each.name for each in hierarchy.basics], what="behaviors", reserved=RESERVED)
+    _check_constants(hierarchy, basics, automata, states)
     return CNames(
-        make_identifier(hierarchy.name, RESERVED | set(FUNCTIONS.split())).lower(),
+        make_identifier(hierarchy.name, RESERVED | set(f"{FUNCTIONS} {HEADERS}".split())).lower(),
         make_identifiers([str(each) for each in hierarchy.readings], what="readings", reserved=RESERVED),
         make_identifiers([each.name for each in hierarchy.channels], what="channels", reserved=RESERVED),
-        make_identifiers([each.name for each in hierarchy.basics], what="behaviors", reserved=RESERVED),
+        basics,
         automata,
         states,
     )
+
+
+def _check_constants(
+    hierarchy: Hierarchy, basics: Mapping[str, str], automata: Mapping[str, str], states: Mapping[str, str]
+) -> None:
+    """Refuse a behavior and a state, or two states of different automata, whose constants would be the same."""
+    constants = [(f"behavior {each.name!r}", basics[each.name]) for each in hierarchy.basics]
+    constants += [
+        (
+            f"state {state.name!r} of {each.name}",
+            f"{automata[each.name]}_in_{states[f'{each.name}/{state.name}']}",
+        )
+        for each in hierarchy.automata
+        for state in each.states
+    ]
+    found: dict[str, str] = {}
+    for what, constant in constants:
+        if constant.upper() in found:
+            raise DefinitionError(
+                what=f"{found[constant.upper()]} and {what}",
+                problem=f"both become {constant!r} in the exported code",
+                remedy="rename one of the two",
+            )
+        found[constant.upper()] = what

@@ -16,6 +16,7 @@ from understudy.export.hierarchy import (
     Hierarchy,
     SlotValue,
 )
+from understudy.export.single_precision import round_to_single
 from understudy.export.targets.c99_names import CNames
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import STAY, Tree
@@ -34,7 +35,7 @@ class CSource:
         """Write a floating-point constant of the export's precision."""
         if np.isinf(value):
             return "INFINITY" if value > 0 else "-INFINITY"
-        text = f"{value:.9g}" if self.single else repr(float(value))
+        text = f"{round_to_single(value):.9g}" if self.single else repr(float(value))
         if not any(each in text for each in ".e"):
             text += ".0"
         return f"{text}f" if self.single else text
@@ -136,7 +137,7 @@ class CSource:
         """Write the functions of an automaton: start, next state, enter a state, pulse."""
         automaton = self.hierarchy.automata[number]
         called, p = self.names.automata[automaton.name], self.names.prefix
-        yield f"/* {_comment(automaton.name)} */"
+        yield f"/* {write_comment(automaton.name)} */"
         yield from self._write_start(number, called)
         takes = f"({p}_machine *m, const {p}_readings *r, {p}_time now)"
         trees: dict[int, list[int]] = {}
@@ -150,7 +151,7 @@ class CSource:
         yield from (f"{INDENT}(void)m; (void)r; (void)now;", f"{INDENT}switch (m->{called}.state) {{")
         for states in trees.values():
             for index in states:
-                yield f"{INDENT}case {index}: /* {_comment(automaton.states[index].name)} */"
+                yield f"{INDENT}case {index}: /* {write_comment(automaton.states[index].name)} */"
             yield f"{INDENT * 2}return tree_{called}_{states[0]}_0(m, r, now);"
         yield from (f"{INDENT}default:", f"{INDENT * 2}ANSWER(NO_TREE, STAY);", f"{INDENT}}}", "}", "")
         yield from self._write_enter(number, called)
@@ -227,7 +228,7 @@ class CSource:
         if cases:
             yield f"{INDENT}switch (next) {{"
             for index, name, lines in cases:
-                yield f"{INDENT}case {index}: /* {_comment(name)} */"
+                yield f"{INDENT}case {index}: /* {write_comment(name)} */"
                 yield from (f"{INDENT * 2}{line}" for line in [*lines, "break;"])
             yield from (f"{INDENT}default:", f"{INDENT * 2}break;", f"{INDENT}}}")
         yield from ("}", "")
@@ -253,7 +254,7 @@ class CSource:
                 below = self.names.automata[self.hierarchy.automata[state.child.index].name]
                 runs = f"pulse_{below}(m, r, now)"
             if runs != "0":
-                yield f"{INDENT}case {index}: /* {_comment(state.name)} */"
+                yield f"{INDENT}case {index}: /* {write_comment(state.name)} */"
                 yield f"{INDENT * 2}return {runs};"
         yield from (f"{INDENT}default:", f"{INDENT * 2}return 0;", f"{INDENT}}}", "}", "")
 
@@ -269,7 +270,7 @@ class CSource:
             yield from (f"{INDENT}return {'-1' if is_label else f'({p}_real)NAN'};", "}", "")
             return
         text = self.expression(value.expression)
-        yield f"/* {_comment(value.name)} */"
+        yield f"/* {write_comment(value.name)} */"
         yield f"static {'int' if is_label else f'{p}_real'} value_{index}(const {p}_readings *r)"
         yield from ("{", f"{INDENT}(void)r;")
         if is_label:
@@ -283,10 +284,9 @@ class CSource:
     def write_error(self, name: str, slots: Sequence[int], problem: str) -> str:
         """Write what keeps a function from compiling that could not be translated."""
         read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
-        text = quote_for_c(
-            f"{name} of {read} could not be translated ({problem}): write it in place of this line"
-        )
-        return f'#error "{text}"'
+        text = f"{name} of {read} could not be translated ({problem}): write it in place of this line"
+        plain = write_comment(text).replace("\\", "/").replace('"', "'")
+        return f'#error "{plain}"'
 
     def expression(self, expression: GroundExpression) -> str:
         """Write an expression; comparisons give 1 or 0."""
@@ -316,16 +316,18 @@ class CSource:
 
 
 def quote_for_c(text: str) -> str:
-    """Make a text fit to stand in a string of C."""
-    plain = text.encode("ascii", "backslashreplace").decode()
-    return plain.replace("\\", "/").replace('"', "'")
+    """Make a text fit to stand in a string of C, which has the same bytes."""
+    return "".join(
+        chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
+        for byte in text.encode("utf-8")
+    )
 
 
-def _comment(text: str) -> str:
-    """Make a text fit to stand in a comment of C."""
-    plain = text.encode("ascii", "replace").decode().replace("*/", "* /").replace("/*", "/ *")
-    return plain.replace("??", "? ?").rstrip("\\")
+def write_comment(text: str) -> str:
+    """Make a text fit to stand in a comment of C, on one line."""
+    plain = " ".join(text.encode("ascii", "replace").decode().split())
+    return plain.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").rstrip("\\")
 
 
 def _list(names: Sequence[str]) -> str:
-    return _comment(", ".join(names))
+    return write_comment(", ".join(names))

@@ -37,8 +37,7 @@ def make_json_files(job: ExportJob) -> TargetFiles:
     files["reader.mjs"] = (TEMPLATES / "json" / "reader.mjs").read_bytes()
     for name in ("Makefile", "README.md"):
         files[name] = fill_template(f"json/{name}", {"title": hierarchy.name, "notes": notes})
-    columns = [each.replace(",", ";") for each in readings]  # names of columns are not read back
-    files["conformance.csv"] = format_conformance(job.conformance, hierarchy, columns, channels)
+    files["conformance.csv"] = format_conformance(job.conformance, hierarchy, readings, channels)
     return TargetFiles(files, makes=("trace.csv",))
 
 

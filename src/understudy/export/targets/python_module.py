@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import keyword
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from math import isinf
 
@@ -20,6 +21,10 @@ from understudy.model.tree import Tree
 
 INDENT = "    "
 RESERVED = frozenset((*(each.lower() for each in keyword.kwlist), "conformance", "math", "sys"))
+MODULES = (
+    RESERVED | {each.lower() for each in sys.stdlib_module_names} | {"machine", "micropython", "network"}
+)
+"""Modules that `import` finds before, or that others would miss: those of the standard library and of MicroPython."""
 
 
 def make_python_files(job: ExportJob) -> TargetFiles:
@@ -29,10 +34,11 @@ def make_python_files(job: ExportJob) -> TargetFiles:
         [str(each) for each in hierarchy.readings], what="readings", reserved=RESERVED
     )
     channels = {each.name: each.name for each in hierarchy.channels}
-    module = make_identifier(hierarchy.name, RESERVED).lower()
+    module = make_identifier(hierarchy.name, MODULES).lower()
     values = {
         "module": module,
         "title": hierarchy.name,
+        "quoted_title": hierarchy.name.replace("\\", "\\\\").replace('"', '\\"'),
         "tick_s": f"{hierarchy.tick_s:g}",
         "code": "\n".join(_PythonSource(job, readings).write()),
         "notes": "".join(

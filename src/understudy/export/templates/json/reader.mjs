@@ -8,7 +8,7 @@ import { fileURLToPath } from "node:url";
 const folder = dirname(fileURLToPath(import.meta.url));
 const read = (...path) => readFileSync(join(folder, ...path), "utf8");
 const parts = JSON.parse(read("parts.json"));
-const documents = {};
+const documents = Object.create(null);
 for (const file of readdirSync(join(folder, "library"))) {
   const document = JSON.parse(read("library", file));
   documents[document.automaton.name] = document;
@@ -18,7 +18,8 @@ const absent = (x) => x !== x;
 
 // A binding refers to parameters of the automaton around it, or to targets.
 function substitute(binding, around) {
-  return Object.fromEntries(Object.entries(binding ?? {}).map(([key, name]) => [key, around[name] ?? name]));
+  const find = (name) => (Object.hasOwn(around, name) ? around[name] : name);
+  return Object.fromEntries(Object.entries(binding ?? {}).map(([key, name]) => [key, find(name)]));
 }
 
 // Arguments are in the alphabetical order of the parameters in labels, in declared order in names.
@@ -73,7 +74,8 @@ function fit(kind, x) {
 class Running {
   constructor(name, binding, now) {
     const { automaton, built } = documents[name];
-    Object.assign(this, { automaton, binding, counters: {}, timers: {}, index: 0, entered: now, child: null });
+    Object.assign(this, { automaton, binding, index: 0, entered: now, child: null });
+    Object.assign(this, { counters: Object.create(null), timers: Object.create(null) });
     this.trees = built.trees;
     this.names = automaton.states.map((state) => state.name);
     this.features = automaton.features.map((feature) => ({ ...feature, label: label(feature.name, feature.binding) }));
@@ -148,7 +150,7 @@ function labels(kind) {
 }
 
 function command({ name, binding, since }, readings, now) {
-  if (parts.is_coordinator) return [parts.basics.indexOf(nameOf(name, binding)), Number(since === now)];
+  if (parts.is_coordinator) return [basicOf(name, binding), Number(since === now)];
   const values = name === undefined || name === null ? {} : parts.behaviors[name].command;
   if (values === null) throw new Error(`${name} is computed by code that could not be translated`);
   return parts.channels.map(({ channel, rest }) => {
@@ -157,7 +159,10 @@ function command({ name, binding, since }, readings, now) {
   });
 }
 
-const nameOf = (name, binding) => (name ? label(name, binding, parts.behaviors[name].parameters) : "idle");
+// The first is the basic behavior idle, which has no name in a document.
+function basicOf(name, binding) {
+  return name ? parts.basics.lastIndexOf(label(name, binding, parts.behaviors[name].parameters)) : 0;
+}
 
 const [header, ...lines] = read("conformance.csv").trim().split("\n");
 const columns = header.split(",");
@@ -179,7 +184,7 @@ for (const line of lines) {
     path.push(each.index);
     flags.push(parts.flags.indexOf(each.flag) + 1);
   }
-  const found = [path.join("."), flags.join("."), parts.basics.indexOf(nameOf(basic.name, basic.binding))];
+  const found = [path.join("."), flags.join("."), basicOf(basic.name, basic.binding)];
   const right = found.every((each, index) => fields[first + index] === String(each))
     && command(basic, readings, now).every((each, index) => Number(fields[first + 3 + index]) === each);
   ticks += 1;

@@ -63,7 +63,7 @@ def explain_exported(
             raise SettingError(
                 where=str(trace),
                 setting="--time",
-                problem=f"is {time:g}, before the trace begins",
+                problem=f"is {time:.15g}, before the trace begins",
                 remedy="give more",
             )
         ticks = [found]
@@ -80,7 +80,9 @@ def explain_exported(
 
     out = make_console()
     for reason in reasons:
-        out.print(f"{reason.time:g} [cyan]{escape(reason.automaton)}[/] {escape(reason.why)}", soft_wrap=True)
+        out.print(
+            f"{reason.time:.15g} [cyan]{escape(reason.automaton)}[/] {escape(reason.why)}", soft_wrap=True
+        )
     if not reasons:
         out.print(f"no automaton changed its state in {len(read.ticks)} ticks")
 

@@ -1,0 +1,136 @@
+"""Names, units and labels of all sorts: what is exported runs on its rows, or one sentence says why not."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from tests.export.exports import make, need, read_counts
+
+from understudy.errors import DefinitionError
+from understudy.export.body_interface import BodyInterface
+from understudy.export.export_automaton import export_automaton
+from understudy.export.exported_trace import read_exported_trace
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.behaviors import Behavior, Command
+from understudy.model.features import BoundFeature, Feature
+from understudy.model.kinds import Categorical, Continuous, Kind
+from understudy.model.library import Kit, Library
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.runtime.body import Channel, Reading
+
+
+def export(
+    folder: Path,
+    to: str,
+    *,
+    name: str = "a",
+    state: str = "go",
+    reading: str = "speed",
+    unit: str = "m",
+    channel: str = "drive",
+    behavior: str = "go",
+    labels: tuple[str, ...] = (),
+) -> Path:
+    """Export an automaton of two states that has these names."""
+    kind: Kind = Categorical(labels) if labels else Continuous()
+    feature = Feature("f", kind, reading)
+    kit = Kit.from_parts(feature, Behavior(behavior, Command(**{channel: 1.0})))
+    question = Node(TestKind.BELOW, 0, high=0.5, yes=1, no=2, absent=2)
+    if labels:
+        question = Node(TestKind.LABEL, 0, branches=(1, *[2] * (len(labels) - 1)), absent=2)
+    tree = Tree((question, make_leaf(0), make_leaf(1)))
+    automaton = Automaton(
+        name,
+        (START, State(state, behavior)),
+        (BoundFeature(feature),),
+        transitions={"start": tree, state: tree},
+    )
+    body = BodyInterface((Reading(reading, kind, unit),), (Channel(channel, 0.0, unit),))
+    export_automaton(Library.from_automata(kit, automaton), name, folder, to=to, body=body)
+    return folder
+
+
+IN_C = [
+    {"name": "a*/b"},
+    {"name": "math"},
+    {"state": "what??/"},
+    {"unit": "m*/s"},
+    {"unit": "m\\"},
+    {"labels": ("a*/", "b/*", "c")},
+    {"reading": "NAN"},
+    {"reading": "INFINITY"},
+    {"reading": "NULL"},
+    {"reading": "requires"},
+    {"channel": "constexpr"},
+]
+
+
+@pytest.mark.parametrize("names", IN_C, ids=str)
+def test_c_compiles_whatever_the_names(names: dict[str, str], tmp_path: Path) -> None:
+    need("gcc", "g++")
+    folder = export(tmp_path, "c99", **names)  # type: ignore[arg-type]
+    assert read_counts(make(folder, "test"))[1] == 0
+    header = next(path for path in folder.glob("*.h") if path.name != "embedded_rows.h")
+    program = f'#include <stdio.h>\n#include "{header}"\n'
+    command = ["g++", "-std=c++20", "-Wall", "-Werror", "-I", str(folder), "-fsyntax-only", "-x", "c++", "-"]
+    done = subprocess.run(command, input=program, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    source = header.with_suffix(".c")
+    command = ["gcc", "-std=c99", "-I", str(folder), "-fsyntax-only", str(source)]  # as in Zephyr's build
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("name", ['say "hi"', "Tür", "back\\slash", "why??/", "a;b, c=d 100%3B"])
+def test_all_targets_name_the_automaton_in_a_trace_as_the_library_does(name: str, tmp_path: Path) -> None:
+    need("gcc", "node")
+    for target in ("c99", "python", "json"):
+        shutil.rmtree(tmp_path / "out", ignore_errors=True)
+        folder = export(tmp_path / "out", target, name=name)
+        make(folder, "trace")
+        assert read_exported_trace(folder / "trace.csv").name == name
+
+
+@pytest.mark.parametrize("names", [{"behavior": "a in go"}, {"behavior": "idle"}], ids=str)
+def test_constants_that_become_one_are_refused(names: dict[str, str], tmp_path: Path) -> None:
+    with pytest.raises(DefinitionError, match="both become"):
+        export(tmp_path / "out", "c99", **names)  # type: ignore[arg-type]
+    assert not (tmp_path / "out").exists()
+
+
+IN_PYTHON = [
+    {"name": "time"},
+    {"name": "machine"},
+    {"name": '"""'},
+    {"name": "back\\Nslash\\"},
+    {"channel": "left,wheel"},
+    {"channel": "left  wheel"},
+    {"state": "None"},
+    {"behavior": "idle"},
+]
+
+
+@pytest.mark.parametrize("names", IN_PYTHON, ids=str)
+def test_python_runs_whatever_the_names(names: dict[str, str], tmp_path: Path) -> None:
+    folder = export(tmp_path, "python", **names)  # type: ignore[arg-type]
+    assert read_counts(make(folder, "test"))[1] == 0
+    assert not {"time.py", "machine.py"} & {path.name for path in folder.iterdir()}
+
+
+IN_JAVASCRIPT = [
+    {"behavior": "idle"},
+    {"behavior": "constructor"},
+    {"state": "toString"},
+    {"channel": "left,wheel"},
+    {"name": "constructor"},
+]
+
+
+@pytest.mark.parametrize("names", IN_JAVASCRIPT, ids=str)
+def test_the_reader_runs_whatever_the_names(names: dict[str, str], tmp_path: Path) -> None:
+    need("node")
+    folder = export(tmp_path, "json", **names)  # type: ignore[arg-type]
+    assert read_counts(make(folder, "test"))[1] == 0
