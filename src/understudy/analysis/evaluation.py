@@ -48,11 +48,8 @@ def skip_progress(through: int, worlds: int) -> None:
 BASELINES = "understudy.baselines"
 """Entry points of this group are functions that take a scenario and return its `Baseline`, or None."""
 
-SUCCESS_FLAG = "done"
-"""The flag that a behavior raises when it has succeeded."""
-
-FAILURE_FLAG = "failed"
-"""The flag that a behavior raises when it has given up."""
+SUCCESS_FLAG, FAILURE_FLAG = "done", "failed"
+"""The flags that a behavior raises when it has succeeded, and when it has given up."""
 
 LENIENCE = 3.0
 """The time limit of a taught robot, in multiples of the baseline's time."""
@@ -466,11 +463,9 @@ def find_success_flag(library: Library, behavior: str) -> str | None:
     None if it has no such flag, and the scenario's goal counts.
     """
     found = library.taught.get(behavior)
-    flags = () if found is None else found.automaton.flags
-    if SUCCESS_FLAG in flags:
-        return SUCCESS_FLAG
-    goals = [flag for flag in flags if flag != FAILURE_FLAG]
-    return goals[0] if len(goals) == 1 else None
+    flags = set() if found is None else {*found.automaton.flags}
+    goals = flags & {SUCCESS_FLAG} or flags - {FAILURE_FLAG}
+    return goals.pop() if len(goals) == 1 else None
 
 
 def link_for_evaluation(
@@ -494,10 +489,7 @@ def _batches(seeds: Sequence[int]) -> Iterator[tuple[int, list[int]]]:
 
 
 def interval_of_share(count: int, of: int) -> tuple[float, float]:
-    """Compute the 95 % confidence interval of the share `count` / `of`.
-
-    This is the score interval of Wilson (1927), without continuity correction.
-    """
+    """Compute the 95 % score interval of the share `count` / `of` (Wilson 1927, without continuity correction)."""
     if of == 0:
         return 0.0, 1.0
     share, square = count / of, Z95 * Z95 / of

@@ -162,7 +162,18 @@ class World(EditableWorld):
         self._begin(state._replace(memory=memory))
 
     def with_seeds(self, seeds: Sequence[int]) -> World:
-        """Make worlds of the same scenario with other seeds, at time 0."""
+        """Make worlds of the same scenario with other seeds, at time 0.
+
+        Parameters
+        ----------
+        seeds
+            One whole number from 0 to 2**63 - 1 per world.
+
+        Returns
+        -------
+        World
+            The worlds; these ones do not change.
+        """
         return World(self.scenario, seeds)
 
     def _begin(self, state: WorldState) -> None:

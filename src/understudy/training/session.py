@@ -60,8 +60,8 @@ class Session(EditableSession):
     clock
         The demonstrator's time, s. None: the body's clock.
     journal
-        Path of a new file to which every press is written before `direct` or `confirm` returns, so that
-        `Session.resume` can continue the session after any end. None: no journal.
+        Path of a new file to which every press is written before `direct` or `confirm` returns, from which
+        `Session.resume` continues the session after any end. None: no journal.
     about
         What `Session.resume` finds again in the journal, such as the seed of the world.
     """
@@ -137,10 +137,9 @@ class Session(EditableSession):
         lock: JournalLock,
     ) -> Self:
         past = ReplayedSession.from_journal(journal, library, list_reading_keys(body))
-        goes_on = False
+        goes_on = past.body is not None and past.body_tick == past.ticks and is_rewindable(body)
         if past.body is not None and is_rewindable(body):
             body.restore(past.body)
-            goes_on = past.body_tick == past.ticks
         session = cls.__new__(cls)
         session._begin(body, library, past, clock)
         rows = len(past.recorder.record)
@@ -332,8 +331,7 @@ class Session(EditableSession):
             If `seconds` is negative or not finite.
         """
         if not (isinstance(seconds, Real) and isfinite(seconds) and seconds >= 0):
-            where, problem = f"session of {self.automaton.name!r}", f"are {seconds!r:.60}"
-            remedy = "give a finite number, 0 or more"
+            where, problem, remedy = "session", f"are {seconds!r:.60}", "give a finite number, 0 or more"
             raise SettingError(where=where, setting="seconds", problem=problem, remedy=remedy)
         until = self.body.time_s + seconds - self.body.tick_s / 2
         while self.body.time_s < until:
