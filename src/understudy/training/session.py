@@ -289,16 +289,14 @@ class Session(EditableSession):
         return press.number
 
     def _sample(self) -> Sample:
-        """Return the present moment: the readings on display, and the demonstrator's time."""
         return Sample(self._clock(), tuple(float(self.percept[key][self.agent]) for key in self._keys))
 
     def tick(self) -> None:
         """Run one tick: sense, decide, act, and record the examples of a press."""
-        percept, trainee, log = self.percept, self.trainee, self._log
-        if log.journal.wants_snapshot(self.body.tick_s):
+        percept, trainee, moment = self.percept, self.trainee, self._sample()
+        if self._log.journal.wants_snapshot(self.body.tick_s):
             self._keep_snapshot()
-        moment = self._sample()
-        log.add_tick(moment, trainee.taught.state_name)
+        self._log.add_tick(moment, trainee.taught.state_name)
         before = self._trainee_state() if trainee.press else None
         commands = self._run.decide(percept)
         if self._driving is None:
@@ -331,7 +329,8 @@ class Session(EditableSession):
             If `seconds` is negative or not finite.
         """
         if not (isinstance(seconds, Real) and isfinite(seconds) and seconds >= 0):
-            where, problem, remedy = "session", f"are {seconds!r:.60}", "give a finite number, 0 or more"
+            where, problem = f"session of {self.automaton.name!r}", f"are {seconds!r:.60}"
+            remedy = "give a finite number, 0 or more"
             raise SettingError(where=where, setting="seconds", problem=problem, remedy=remedy)
         until = self.body.time_s + seconds - self.body.tick_s / 2
         while self.body.time_s < until:
