@@ -76,7 +76,7 @@ def _head(facts: AutomatonDescription, out: Console) -> None:
     else:
         learns = "decision trees" if chosen["learner"] == "trees" else f"{chosen['learner']} of scikit-learn"
         late = f", presses taken {chosen['reaction_s']:g} s earlier" if chosen["reaction_s"] else ""
-        silence = ", silence is consent" if chosen["watched"] else ""
+        silence = ", also from silence" if chosen["watched"] else ""
         unlearns = ", corrections quarantine bad examples" if chosen["unlearning"] else ""
         pruned = f", pruned by {chosen['pruning']:.3g}" if chosen.get("pruning") else ""
         lines.append(f"learns {learns}{pruned}{late}{silence}{unlearns}")
