@@ -1,4 +1,4 @@
-"""What an exported behavior needs to know of the body that it will run on: readings, channels and the tick."""
+"""The interface between an exported behavior and its body: readings, channels and the tick length."""
 
 from __future__ import annotations
 

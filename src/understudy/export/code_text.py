@@ -31,7 +31,7 @@ class Operand:
 
 @dataclass(frozen=True, slots=True)
 class Spelling:
-    """How a language spells what the text of a question consists of."""
+    """The spelling of the parts of a condition in one programming language."""
 
     both: str  # "&&"
     either: str

@@ -13,14 +13,14 @@ from typing import Literal, TypeAlias
 from understudy.model.tree import STAY, Node, TestKind, Tree
 
 Comparison: TypeAlias = Literal["absent", "below", "from", "inside", "outside", "across", "between", "label"]
-"""How a question compares the value x of a feature with `low` and `high`; all but "absent" are false if x is absent.
+"""The comparison of a feature's value x with `low` and `high`; all but "absent" are false if x is absent.
 
 absent: x is absent. below: x < high. from: x >= low. inside: low <= x < high. outside: x < low or x >= high.
 across: x >= low or x < high. between: high <= x < low. label: x is the label with index `low`.
 """
 
 DEEPEST = 10
-"""How many questions are nested in one routine; a deeper tree continues in further routines."""
+"""The largest number of nested conditions in one routine; a deeper tree continues in further routines."""
 
 
 @dataclass(frozen=True, slots=True)

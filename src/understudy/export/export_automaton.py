@@ -35,7 +35,7 @@ SINGLE = ("c99",)
 
 @dataclass(frozen=True, slots=True)
 class ExportResult:
-    """What an export wrote.
+    """The files and facts of a finished export.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ class NotTranslatable(Exception):
 
 @dataclass(frozen=True, slots=True)
 class TranslatedFunction:
-    """What is known of a Python function: its expressions, or why there are none, and the readings it looks at.
+    """The translation of a Python function: its expressions, or why there are none, and the readings that it uses.
 
     `results` has the expression of a feature under "", and those of a behavior by channel. It is empty if `problem`
     says why the function cannot be translated. `readings` are pairs of a reading and the parameter, or None.
