@@ -1,4 +1,4 @@
-"""Novices with the coach and without: one as published, and when trials succeed from then on."""
+"""Novices with the coach, without, and live: one as published, and when trials succeed from then on."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, STE
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.study import StudyPlan
+from understudy_lab.teachers.live_teacher import LIVE
 
 
-@pytest.mark.parametrize("way", [ALONE, COACHED])
+@pytest.mark.parametrize("way", [ALONE, COACHED, LIVE])
 def test_one_is_as_published(way: str) -> None:
     known = load_published("coached")
     assert known is not None
@@ -34,8 +35,8 @@ def test_enough_is_where_trials_succeed_from_then_on() -> None:
     assert study.count_examples_needed([row(*STEPS)] * 9 + [row()]) == STEPS[0]
 
 
-def test_both_ways_are_the_same_novices() -> None:
+def test_all_ways_are_the_same_novices() -> None:
     made = study.tasks(StudyPlan(study.SEEDS[:2]))
     assert {(task["way"], task["seed"]) for task in made} == {
-        (way, seed) for way in (ALONE, COACHED) for seed in study.SEEDS[:2]
+        (way, seed) for way in (ALONE, COACHED, LIVE) for seed in study.SEEDS[:2]
     }

@@ -1,4 +1,4 @@
-"""The model of a novice's teaching with and without the coach, with the learned automaton after each step.
+"""The model of a novice's teaching alone, with the coach, or live, with the learned automaton after each step.
 
 A novice alone puts the robot into one situation after another and drives it. A coached novice does so once. Then two
 actions alternate: let the robot try from the next situation and answer its questions, or read the first advice, let the
@@ -22,9 +22,11 @@ from understudy.learning.fit import learn
 from understudy.learning.mislabels import find_mislabels
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.training.session import Session
-from understudy_lab.coaching_benefit.tasks import CoachingTask, draw_practice_seed
+from understudy_lab.coaching_benefit.tasks import CoachingTask
 from understudy_lab.noisy_teachers.slipping_person import rebuild_screen
 from understudy_lab.novices.novice import Novice
+from understudy_lab.novices.teach_live import draw_seed, teach_live
+from understudy_lab.teachers.live_teacher import LIVE
 from understudy_lab.teachers.teacher import FIRST_SEED
 
 ALONE, COACHED = "alone", "coached"
@@ -77,15 +79,18 @@ class CoachedTeaching:
 
 
 def teach(novice: Novice, exercise: CoachingTask, way: str) -> CoachedTeaching:
-    """Let a novice teach for the given time, alone or coached, and return the result."""
+    """Let a novice teach for the given time, alone, coached or live, and return the result."""
     session = Session(
-        exercise.body(draw_practice_seed(novice)),
+        exercise.body(draw_seed(novice)),
         Library(exercise.kit),
         exercise.lesson(),
         targets=exercise.targets,
     )
-    situations = _situations(exercise, session)
     course, limit_s = CoachedTeaching(session), novice.habits.given_s
+    if way == LIVE:
+        teach_live(novice, session, exercise.placement, note=course.look)
+        return course
+    situations = _situations(exercise, session)
     put, turn = int(novice.draws.integers(len(novice.traits.situations))), 0
     while novice.seconds < limit_s:
         novice.seconds = min(limit_s, novice.seconds + novice.traits.carry_s)
@@ -95,7 +100,9 @@ def teach(novice: Novice, exercise: CoachingTask, way: str) -> CoachedTeaching:
             _mend(novice, course)
         first = _first(course, exercise, situations) if coached and not tries else None
         if first is None or first.kind is AdviceKind.NEVER_ENTERED:
-            exercise.put_down(novice, session, novice.traits.situations[put % len(novice.traits.situations)])
+            exercise.placement.put_down(
+                novice, session, novice.traits.situations[put % len(novice.traits.situations)]
+            )
             put += 1
             left_s = min(novice.traits.patience_s, limit_s - novice.seconds)
             if coached and tries:

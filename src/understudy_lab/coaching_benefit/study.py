@@ -1,4 +1,4 @@
-"""The experiment: the same simulated novices, alone and with the coach, in two tasks."""
+"""The experiment: the same simulated novices alone, with the coach, and live, in two tasks."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ from understudy_lab.figures import COLORS, panels
 from understudy_lab.novices.traits import SUCCESS, draw_traits
 from understudy_lab.statistics import format_median
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.teachers.live_teacher import LIVE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SEEDS = range(62_100, 62_140)
-WAYS = (ALONE, COACHED)
+WAYS = (ALONE, COACHED, LIVE)
 WANTED, FEWER, OVERALL = 0.9, 0.6, 0.95
+FEWER_LIVE = 0.5
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per novice, exercise, and way (alone or coached)."""
+    """Return one task per novice, exercise, and way (alone, coached or live)."""
     return [
         {"exercise": name, "way": way, "seed": seed}
         for name in EXERCISES
@@ -46,6 +48,7 @@ def work(task: Task) -> Row:
         "everywhere": bool(whole[1]),
         "by_step": [round(share, 4) for share in steps],
         "examples": course.made,
+        **({"presses": novice.presses} if task["way"] == LIVE else {}),
         "followed": dict(sorted(course.followed_kinds.items())),
     }
 
@@ -71,6 +74,11 @@ def succeeds(row: Row) -> bool:
     return bool(row["share"] >= SUCCESS)
 
 
+def succeeds_nearly_always(row: Row) -> bool:
+    """Return whether the final robot succeeds in at least 90 % of its trials."""
+    return bool(row["share"] >= WANTED)
+
+
 def conclude(rows: Sequence[Row]) -> StudyFindings:
     """Summarize success, the examples needed, and the advice that was followed."""
     found = {(name, way): select_rows(rows, name, way) for name in EXERCISES for way in WAYS}
@@ -79,12 +87,13 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
             "novices": len(each),
             "succeed": sum(map(succeeds, each)),
             "everywhere": sum(row["everywhere"] for row in each),
+            "nearly always": sum(map(succeeds_nearly_always, each)),
             "enough": count_examples_needed(each),
         }
         for (name, way), each in found.items()
     }
     return StudyFindings(
-        headline=" ".join(_headline(name, found[name, ALONE], found[name, COACHED]) for name in EXERCISES),
+        headline=" ".join(_headline(name, *(found[name, way] for way in WAYS)) for name in EXERCISES),
         tables=(
             ResultTable(
                 "Results after five minutes: medians (smallest–largest)",
@@ -93,6 +102,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                     "novices",
                     "#succeed",
                     "#succeed in each kind of trial",
+                    "#succeed in 90 % of trials",
                     "#trials that succeed",
                     "#examples",
                 ),
@@ -108,22 +118,29 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
             ),
         ),
         goals=tuple(
-            goal for name in EXERCISES for goal in _goals(name, found[name, ALONE], found[name, COACHED])
+            goal
+            for name in EXERCISES
+            for goal in (
+                *_goals(name, found[name, ALONE], found[name, COACHED]),
+                *_live_goals(name, found[name, ALONE], found[name, LIVE]),
+            )
         ),
         notes=(
             *(_sooner(name, found[name, ALONE], found[name, COACHED]) for name in EXERCISES),
-            _followed(rows),
+            _followed([row for row in rows if row["task"]["way"] == COACHED]),
+            *(_presses(name, found[name, LIVE]) for name in EXERCISES),
             "Examples are those made by presses (two per press), including those deleted later.",
         ),
         numbers=numbers,
     )
 
 
-def _headline(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> str:
+def _headline(name: str, alone: Sequence[Row], coached: Sequence[Row], live: Sequence[Row]) -> str:
     return (
         f"At {name}, {sum(map(succeeds, coached))} of {len(coached)} novices who follow the coach succeed, and "
         f"{sum(map(succeeds, alone))} of {len(alone)} novices without it. 90 % of trials succeed: with the "
-        f"coach, {_after(coached)}; without it, {_after(alone)}."
+        f"coach, {_after(coached)}; without it, {_after(alone)}. Taught live, {sum(map(succeeds, live))} of "
+        f"{len(live)} succeed, and {sum(map(succeeds_nearly_always, live))} in 90 % of trials."
     )
 
 
@@ -138,6 +155,7 @@ def _end(rows: Sequence[Row]) -> tuple[str, ...]:
     return (
         f"{good} of {len(rows)} ({100 * low:.0f}–{100 * high:.0f} %)",
         str(sum(row["everywhere"] for row in rows)),
+        str(sum(map(succeeds_nearly_always, rows))),
         format_median([row["share"] for row in rows], percent=True),
         format_median([row["examples"] for row in rows]),
     )
@@ -158,12 +176,37 @@ def _goals(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> tuple[Stu
     )
 
 
+def _live_goals(name: str, alone: Sequence[Row], live: Sequence[Row]) -> tuple[StudyGoal, StudyGoal]:
+    well = sum(map(succeeds_nearly_always, live)) / len(live)
+    share = float(
+        np.median([row["examples"] for row in live]) / np.median([row["examples"] for row in alone])
+    )
+    return (
+        StudyGoal(
+            f"{name}, taught live: robots that succeed in 90 % of trials",
+            f"{OVERALL:.0%}",
+            f"{well:.0%}",
+            well >= OVERALL,
+        ),
+        StudyGoal(
+            f"{name}, taught live: examples, relative to novices alone",
+            f"at most {FEWER_LIVE}",
+            f"{share:.2f}",
+            share <= FEWER_LIVE,
+        ),
+    )
+
+
 def _sooner(name: str, alone: Sequence[Row], coached: Sequence[Row]) -> str:
     """Return a sentence on when coached novices reach the best result of the others."""
     best = max(means(alone))
     step = next((step for step, mean in zip(STEPS, means(coached), strict=True) if mean >= best), None)
     after = "never" if step is None else f"after {step} examples"
     return f"At {name}, novices alone never exceed {best:.0%} of trials; coached novices reach that {after}."
+
+
+def _presses(name: str, live: Sequence[Row]) -> str:
+    return f"At {name}, novices who teach live press {format_median([row['presses'] for row in live])} times."
 
 
 def _followed(rows: Sequence[Row]) -> str:

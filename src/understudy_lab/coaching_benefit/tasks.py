@@ -20,14 +20,14 @@ from understudy.sim.target_lookup import find_target_place
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
-from understudy_lab.novices.novice import BEARINGS_DEG, FIELD_M, Novice
+from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.study import judge as judge_servoing
+from understudy_lab.novices.teach_live import BY_THE_BALL, Placement, draw_seed
 from understudy_lab.novices.traits import UNDERSTOOD
 from understudy_lab.tasks import soccer
 from understudy_lab.tasks.forage_teacher import GOTO
 from understudy_lab.tasks.servo_teacher import four_states
-from understudy_lab.tasks.soccer import Soccer, StartPose
-from understudy_lab.teachers.teacher import FIRST_SEED
+from understudy_lab.tasks.soccer import Soccer
 
 THERE_M = 0.3
 """The distance in m that counts as arrived for a novice without misjudgment."""
@@ -91,21 +91,9 @@ class CoachingTask:
     person: type[Novice]
     body: Callable[[int], World | Soccer]
     lesson: Callable[[], Lesson]
-    put_down: Callable[[Novice, Session, str], None]
+    placement: Placement
     judge: Callable[[TrainedAutomaton, int], tuple[float, bool]]
     targets: Mapping[str, str] = field(default_factory=dict)
-
-
-def draw_practice_seed(novice: Novice) -> int:
-    """Draw the seed of another practice world."""
-    return FIRST_SEED + int(novice.draws.integers(2**40))
-
-
-def _by_the_ball(novice: Novice, session: Session, situation: str) -> None:
-    body, farthest_m = session.body, novice.habits.distance_m
-    if isinstance(body, Soccer):
-        body.starts = [StartPose((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])]
-    session.reset(draw_practice_seed(novice))
 
 
 def _servoed(taught: TrainedAutomaton, seed: int) -> tuple[float, bool]:
@@ -120,8 +108,8 @@ ASIDE_DEG: Mapping[str, tuple[float, float]] = MappingProxyType(
 FARTHEST_M, TRIES = 4.0, 50
 
 
-def _by_the_station(novice: Novice, session: Session, situation: str) -> None:
-    session.reset(draw_practice_seed(novice))
+def _put_down_by_the_station(novice: Novice, session: Session, situation: str) -> None:
+    session.reset(draw_seed(novice))
     body = session.body
     station = find_target_place(body, "station", session.agent) if isinstance(body, World) else None
     if not isinstance(body, World) or station is None:
@@ -156,7 +144,7 @@ EXERCISES: Mapping[str, CoachingTask] = MappingProxyType(
             Novice,
             lambda seed: Soccer([seed]),
             lambda: four_states(Library(soccer.kit)),
-            _by_the_ball,
+            BY_THE_BALL,
             _servoed,
         ),
         "goto": CoachingTask(
@@ -164,7 +152,7 @@ EXERCISES: Mapping[str, CoachingTask] = MappingProxyType(
             GotoNovice,
             lambda seed: Forage([seed], make_practice_worlds()["an arena"]),
             lambda: replace(GOTO.choose(Library(forage_kit)), options=LearnerOptions(reaction_s=REACTION_S)),
-            _by_the_station,
+            Placement(_put_down_by_the_station),
             _went,
             {"A": "station"},
         ),

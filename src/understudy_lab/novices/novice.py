@@ -37,6 +37,8 @@ class Novice(SimulatedPerson):
         self.slipped = 0
         self.shown: Counter[str] = Counter()
         """The number of times the robot was put into each situation."""
+        self.switched: set[tuple[str, str]] = set()
+        """The switches that this novice meant to show, from and to."""
         self._away_until = 0.0
         self._side: str | None = None  # where they last saw the ball
         self._unlike_since: float | None = None  # when the robot began not to do what they wish
@@ -44,12 +46,12 @@ class Novice(SimulatedPerson):
     def teach(self) -> TrainedAutomaton:
         """Put the robot into one situation after another, drive it for five minutes, and return its automaton."""
         traits, draws, given_s = self.traits, self._draws, self.habits.given_s
-        body = Soccer([FIRST_SEED + int(draws.integers(2**40))], self._start(traits.situations[0]))
+        body = Soccer([FIRST_SEED + int(draws.integers(2**40))], self.choose_start(traits.situations[0]))
         session = Session(body, Library(kit), four_states(Library(kit)))
         turn = int(draws.integers(len(traits.situations)))
         while self.seconds < given_s:
             situation = traits.situations[turn % len(traits.situations)]
-            body.starts = [self._start(situation)]
+            body.starts = [self.choose_start(situation)]
             session.reset(FIRST_SEED + int(draws.integers(2**40)))
             self.seconds = min(given_s, self.seconds + traits.carry_s)
             self._side = None
@@ -83,14 +85,27 @@ class Novice(SimulatedPerson):
 
     def say(self, session: Session, wished: str | None) -> None:
         """Press a button now, possibly a wrong one, or confirm (None), and run one tick."""
+        self.press(session, wished)
+        session.tick()
+
+    def press(self, session: Session, wished: str | None) -> None:
+        """Press a button now, possibly a wrong one, or confirm (None)."""
         if wished is None:
             session.confirm()
             self.presses += 1
         else:
             self._press(session, wished)
-        session.tick()
 
-    def _start(self, situation: str) -> StartPose:
+    def consider(self, session: Session, wished: str | None) -> None:
+        """Press a wished button once the reaction time has passed, if this novice is looking."""
+        self._consider(session, wished, self.seconds)
+
+    def cancel_press(self) -> None:
+        """Give up a press that is wished but not made yet."""
+        self._due = None
+
+    def choose_start(self, situation: str) -> StartPose:
+        """Return the range of places in which this novice puts the robot down, by situation."""
         farthest_m = self.habits.distance_m
         return StartPose((0.4 * farthest_m, min(farthest_m, FIELD_M)), BEARINGS_DEG[situation])
 
@@ -149,6 +164,7 @@ class Novice(SimulatedPerson):
         super()._consider(session, wished, now)
 
     def _press(self, session: Session, wished: str) -> None:
+        self.switched.add((session.view().state, wished))
         others = [state for state in self.buttons if state != wished]
         if self._draws.random() < self.traits.slips:
             wished = others[int(self._draws.integers(len(others)))]

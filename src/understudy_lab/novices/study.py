@@ -9,15 +9,17 @@ import numpy as np
 
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.program import link
+from understudy.training.session import Session
 from understudy_lab.lesson_stats import describe_lesson
 from understudy_lab.novices.failure_causes import count_turn_backs, list_blind_states
 from understudy_lab.novices.findings import conclude, draw
-from understudy_lab.novices.live_novice import LiveNovice
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.sensitivity import FACTORS, SENSITIVITY
 from understudy_lab.novices.success import TRIALS
+from understudy_lab.novices.teach_live import BY_THE_BALL, draw_seed, teach_live
 from understudy_lab.novices.traits import MINUTES_S, PARAMETERS, draw_traits, make_shared_traits
 from understudy_lab.study import Row, Study, StudyPlan, Task
+from understudy_lab.tasks.servo_teacher import four_states
 from understudy_lab.tasks.soccer import POSITIONS, Soccer, approach_by, kit
 from understudy_lab.teachers.live_teacher import LIVE
 
@@ -43,9 +45,8 @@ def work(task: Task) -> Row:
     seed = task["seed"]
     scaled = {task["trait"]: task["factor"]} if "trait" in task else {}
     traits = draw_traits(seed, scaled=scaled)
-    person = LiveNovice if task.get("method") == LIVE else Novice
-    novice = person(traits, seed, make_shared_traits(scaled))
-    taught = novice.teach()
+    novice = Novice(traits, seed, make_shared_traits(scaled))
+    taught = _teach_live(novice) if task.get("method") == LIVE else novice.teach()
     times = judge(taught, seed)
     lesson = describe_lesson(taught, MINUTES_S)
     row = {
@@ -66,6 +67,12 @@ def work(task: Task) -> Row:
         "turned_back": count_turn_backs(taught),
         "unseeing": list_blind_states(taught),
     }
+
+
+def _teach_live(novice: Novice) -> TrainedAutomaton:
+    session = Session(Soccer([draw_seed(novice)]), Library(kit), four_states(Library(kit)))
+    teach_live(novice, session, BY_THE_BALL)
+    return session.make_trained_automaton()
 
 
 def _rounded(value: Any) -> Any:

@@ -9,6 +9,14 @@ import numpy as np
 
 from understudy_lab.figures import dots, panels
 from understudy_lab.lesson_stats import lessons_of
+from understudy_lab.live_comparison import (
+    LIVE_TEACHINGS,
+    Measure,
+    is_live,
+    make_live_goals,
+    make_live_table,
+    pair_by_seed,
+)
 from understudy_lab.patrol import four_patrols
 from understudy_lab.patrol import teach as paper
 from understudy_lab.patrol.evaluate import WORLDS, measure_patrol, worlds_of
@@ -17,6 +25,7 @@ from understudy_lab.patrol.teach import teach
 from understudy_lab.statistics import format_median
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 from understudy_lab.tasks import patrol_teacher
+from understudy_lab.teachers.live_teacher import LIVE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,9 +42,12 @@ GOOD = 0.95
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per variant and seed; the quick version has only the first variant."""
-    ways = (OWN,) if plan.quick else (OWN, PAPERS, UNDIVIDED, TOGETHER)
-    return [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
+    """Return one task per variant and seed, and a few taught live; the quick version has only the first variant."""
+    if plan.quick:
+        return [{"features": OWN, "seed": seed} for seed in plan.seeds]
+    ways = (OWN, PAPERS, UNDIVIDED, TOGETHER)
+    made: list[Task] = [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
+    return made + [{"features": OWN, "method": LIVE, "seed": seed} for seed in plan.seeds[:LIVE_TEACHINGS]]
 
 
 def work(task: Task) -> Row:
@@ -45,7 +57,7 @@ def work(task: Task) -> Row:
     if task["features"] == TOGETHER:
         return four_patrols.measure_four_patrols(task["seed"])
     topics = (paper.ROBOTS, paper.SQUADS) if task["features"] == PAPERS else ()
-    taught = teach(task["seed"], *topics)
+    taught = teach(task["seed"], *topics, method=task.get("method", "watched"))
     return {
         **measure_patrol(taught, worlds_of(task["seed"])),
         "lessons": [*lessons_of(taught.robots), *lessons_of(taught.coordinators)],
@@ -71,12 +83,14 @@ ALONE = tuple(
 def conclude(rows: Sequence[Row]) -> StudyFindings:
     """Summarize all teachings as a headline, tables, goals and notes."""
     whole = [row for row in rows if row["task"]["features"] == UNDIVIDED]
-    rows = [row for row in rows if row["task"]["features"] != UNDIVIDED]
+    live = [row for row in rows if is_live(row)]
+    rows = [row for row in rows if row["task"]["features"] != UNDIVIDED and not is_live(row)]
     ways = {
         way: [row for row in rows if row["task"]["features"] == way]
         for way in dict.fromkeys(row["task"]["features"] for row in rows)
     }
     own, four = ways[OWN], ways.pop(TOGETHER, [])
+    pairs = pair_by_seed(live, own)
     first, last = own[0]["task"]["seed"], own[-1]["task"]["seed"]
     well = sum(row["coordinated"]["complete"] >= GOOD for row in own)
     return StudyFindings(
@@ -114,8 +128,13 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
             ),
             *([_undivided(whole)] if whole else []),
             *([four_patrols.table(four)] if four else []),
+            *([make_live_table(pairs, _count_examples, LIVE_RESULTS)] if pairs else []),
         ),
-        goals=(*_goals(own), *([four_patrols.goal(four)] if four else [])),
+        goals=(
+            *_goals(own),
+            *([four_patrols.goal(four)] if four else []),
+            *(make_live_goals(pairs, _count_examples, LIVE_RESULTS) if pairs else []),
+        ),
         notes=_notes(own),
         numbers={"teachings": {way: len(of) for way, of in ways.items()}, "examples": _examples(own)},
     )
@@ -160,7 +179,17 @@ def _paper_cells(ways: Mapping[str, Sequence[Row]], key: str) -> list[str]:
 
 
 def _examples(rows: Sequence[Row]) -> list[int]:
-    return [sum(lesson["examples"] for lesson in row["lessons"]) for row in rows]
+    return [_count_examples(row) for row in rows]
+
+
+def _count_examples(row: Row) -> int:
+    return sum(lesson["examples"] for lesson in row["lessons"])
+
+
+LIVE_RESULTS: Mapping[str, Measure] = {
+    "cycles completed": lambda row: float(row["coordinated"]["complete"]),
+    "cycles completed on a bad radio": lambda row: float(row["bad_radio"]["complete"]),
+}
 
 
 def _ratio(rows: Sequence[Row]) -> float:
@@ -278,7 +307,8 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
 def draw(rows: Sequence[Row]) -> Figure:
     """Draw cycles, attacks on absent intruders, and one robot's results as one automaton and in layers."""
     own, theirs, whole, four = (
-        [row for row in rows if row["task"]["features"] == way] for way in (OWN, PAPERS, UNDIVIDED, TOGETHER)
+        [row for row in rows if row["task"]["features"] == way and not is_live(row)]
+        for way in (OWN, PAPERS, UNDIVIDED, TOGETHER)
     )
     figure, (left, middle, right) = panels(3)
     cycles: dict[str, Sequence[float]] = {

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from understudy_lab.figures import dots, panels
 from understudy_lab.lesson_stats import examples_in, lessons_in, lessons_of
+from understudy_lab.live_comparison import (
+    LIVE_TEACHINGS,
+    Measure,
+    is_live,
+    make_live_goals,
+    make_live_table,
+    pair_by_seed,
+)
 from understudy_lab.statistics import format_median
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
 from understudy_lab.swarm.evaluate import (
@@ -27,6 +35,7 @@ from understudy_lab.swarm.evaluate import (
 )
 from understudy_lab.swarm.practice import teach
 from understudy_lab.tasks.swarm_world import EACH, ROBOT
+from understudy_lab.teachers.live_teacher import LIVE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,13 +58,18 @@ LARGE = f"{EACH * PLATOONS:,}".replace(",", " ")
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per seed."""
-    return [{"seed": seed} for seed in plan.seeds]
+    """Return one task per seed, and unless quick, a few that are taught live."""
+    made: list[Task] = [{"seed": seed} for seed in plan.seeds]
+    return (
+        made
+        if plan.quick
+        else made + [{"method": LIVE, "seed": seed} for seed in plan.seeds[:LIVE_TEACHINGS]]
+    )
 
 
 def work(task: Task) -> Row:
     """Teach a swarm with one seed and test it in its own unseen worlds."""
-    taught = teach(task["seed"])
+    taught = teach(task["seed"], method=task.get("method", "watched"))
     lessons = {ROBOT: lessons_of(taught.robots)}
     lessons |= {sort: lessons_of(teaching) for sort, teaching in taught.squads.items()}
     return {**measure_swarm(taught.libraries, worlds_of(task["seed"])), "lessons": lessons}
@@ -63,6 +77,8 @@ def work(task: Task) -> Row:
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
     """Summarize all teachings as a headline, tables, goals and notes."""
+    live, rows = [row for row in rows if is_live(row)], [row for row in rows if not is_live(row)]
+    pairs = pair_by_seed(live, rows)
     first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
     shares = {way: _of_by_hand(rows, way) for way in WAYS}
     large = _large(rows)
@@ -96,11 +112,22 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 ("agent", "automaton", "#examples", "#seconds", "#states", "#features"),
                 lessons_in(rows),
             ),
+            *([make_live_table(pairs, _count_examples, LIVE_RESULTS)] if pairs else []),
         ),
-        goals=_goals(rows),
+        goals=(*_goals(rows), *(make_live_goals(pairs, _count_examples, LIVE_RESULTS) if pairs else [])),
         notes=_notes(rows),
         numbers={"teachings": len(rows), "shares": shares, "large": large, "examples": examples_in(rows)},
     )
+
+
+def _count_examples(row: Row) -> int:
+    return examples_in([row])[0]
+
+
+LIVE_RESULTS: Mapping[str, Measure] = {
+    "loads, relative to hand-written automata": lambda row: _of_by_hand([row], THREE)[0],
+    "share of the yield kept after a third of the robots was killed": lambda row: float(row["kept"]),
+}
 
 
 def _rates(rows: Sequence[Row], way: str | None, what: str = "loads") -> list[float]:
@@ -200,6 +227,7 @@ def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
 
 def draw(rows: Sequence[Row]) -> Figure:
     """Draw how much was brought home with fewer levels of coordinators, and with fewer and more robots."""
+    rows = [row for row in rows if not is_live(row)]
     figure, (left, right) = panels(2, wide=4.2)
     short = ("three\nlevels", "platoons,\nsquads", "squads", "alone,\nanswering", "alone")
     shares = {said: _of_by_hand(rows, way) for said, way in zip(short, WAYS, strict=True)}
