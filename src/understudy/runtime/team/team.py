@@ -7,35 +7,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import UnderstudyError, UnknownName
-from understudy.model.binding import Binding
+from understudy.errors import UnknownName
 from understudy.model.features import ReadingKey
 from understudy.model.library import Library
 from understudy.model.squad import Squad
 from understudy.runtime.body import Body, Fused
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import IDLE_PROGRAM, Program, link
+from understudy.runtime.program import IDLE_PROGRAM, Program
 from understudy.runtime.run_loop import Run
 from understudy.runtime.team.comms import CommsChannel, make_member_draw_keys
 from understudy.runtime.team.compiled_squads import SquadCompiler
 from understudy.runtime.team.members import (
     AgentLayer,
-    Finds,
     Member,
     MemberGroup,
     Membership,
     Runner,
     check_members,
-    find_ordered_program,
 )
 from understudy.runtime.team.squad_body import SquadBody
+from understudy.runtime.team.team_programs import TeamPrograms
 
 
 @dataclass(frozen=True)
@@ -114,15 +111,10 @@ class Team:
     ) -> None:
         self._radio = round(delay_s / ground.tick_s), loss, np.array(seeds or range(worlds), np.int64)
         self.ground, self.tree = ground, tree
-        self._finds: dict[str, Finds] = {name: _finder(libraries[name], name) for name in tree.names}
-        self._orders: dict[str, list[Program]] = {name: [] for name in tree.names}
-        for name, (behavior, binding) in roots.items():
-            if name not in tree.names:
-                raise UnknownName(what="sort of agents", name=name, where="the team", known=tree.names)
-            self._collect(name, self._finds[name](behavior, Binding(binding)))
+        self._programs = TeamPrograms(tree.names, [squad for squad, _ in tree.squads], libraries, roots)
         self._led = self._closure({*roots, *([] if trained is None else [trained])})
         self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
-        self.layers = self._built(roots, worlds, makes)
+        self.layers = self._built(worlds, makes)
         self._keys = self._needed()
         fused = isinstance(ground, Fused) and SquadCompiler.is_possible(self.layers)
         self._leading = SquadCompiler(self.layers, self._keys, worlds) if fused else None
@@ -134,49 +126,26 @@ class Team:
                 names = names | {role.of for role in squad.roles}
         return names
 
-    def _collect(self, name: str, program: Program) -> None:
-        """Note the programs that agents of a sort may run, and those that orders may give to agents below."""
-        if program in self._orders[name]:
-            return
-        self._orders[name].append(program)
-        squad = next((squad for squad, _ in self.tree.squads if squad.name == name), None)
-        for ground in program.basics:
-            order = ground.behavior.order
-            if order is None or squad is None:
-                continue
-            for duty in order.substitute(ground.binding).duties:
-                for role in squad.roles:
-                    if duty.role in (None, role.name):
-                        self._collect(
-                            role.of, find_ordered_program(squad, ground, role, duty, self._finds[role.of])
-                        )
-
-    def _built(
-        self, roots: Mapping[str, tuple[str, Mapping[str, str]]], worlds: int, makes: Makes
-    ) -> tuple[AgentLayer, ...]:
-        types = self.tree.types
-        root = dict.fromkeys(self.tree.names, IDLE_PROGRAM)
-        root |= {
-            name: self._finds[name](behavior, Binding(bound)) for name, (behavior, bound) in roots.items()
-        }
+    def _built(self, worlds: int, makes: Makes) -> tuple[AgentLayer, ...]:
+        types, root, finds = self.tree.types, self._programs.roots, self._programs.finds
         alone = [root[types[kind]] for kind in self.tree.type_of] * worlds
         robots = self._layer(self.ground, alone, types, makes)
         self._layers_of = dict.fromkeys(types, robots)
         layers = [robots]
-        bands = [MemberGroup(name, robots, self._finds[name]) for name in types]
+        bands = [MemberGroup(name, robots, finds[name]) for name in types]
         rows = [len(self.tree.type_of)] * len(types)
         for level, (squad, members) in enumerate(self.tree.squads):
             rows.append(len(members))
             if squad.name not in self._led:
                 bands.append(
-                    MemberGroup(squad.name, robots, self._finds[squad.name])
+                    MemberGroup(squad.name, robots, finds[squad.name])
                 )  # nobody's member, in this team
                 continue
             roster = Membership.from_squads(members, worlds, rows)
             body = SquadBody(squad, roster, bands, self.ground, self._radio_of(level, len(roster) // worlds))
             layer = self._layer(body, [root[squad.name]] * body.agents, (squad.name,), makes)
             layers.append(layer)
-            bands.append(MemberGroup(squad.name, layer, self._finds[squad.name]))
+            bands.append(MemberGroup(squad.name, layer, finds[squad.name]))
             self._layers_of[squad.name] = layer
         return tuple(layers)
 
@@ -188,7 +157,7 @@ class Team:
     def _layer(
         self, body: Body, programs: Sequence[Program], names: Sequence[str], makes: Makes
     ) -> AgentLayer:
-        others = [IDLE_PROGRAM, *(each for name in names for each in self._orders[name])]
+        others = [IDLE_PROGRAM, *(each for name in names for each in self._programs.orderable[name])]
         layer = AgentLayer(body, makes(body, programs, others))
         together: dict[int, list[int]] = {}
         for agent, program in enumerate(programs):
@@ -277,7 +246,7 @@ class Team:
     @property
     def programs(self) -> Mapping[str, Sequence[Program]]:
         """The programs that agents of each sort run or may be ordered to run."""
-        return self._orders
+        return self._programs.orderable
 
     def layer(self, name: str) -> AgentLayer:
         """Get the layer of a sort of agents.
@@ -295,17 +264,3 @@ class Team:
         if name not in self._layers_of:
             raise UnknownName(what="sort of agents", name=name, where="the team", known=list(self._layers_of))
         return self._layers_of[name]
-
-
-def _finder(library: Library, name: str) -> Finds:
-    """Make a function that finds the behaviors which agents of a sort can run."""
-
-    @cache
-    def find(behavior: str, binding: Binding) -> Program:
-        try:
-            return link(library, behavior, binding)
-        except UnderstudyError as error:
-            error.add_note(f"{name} is to run it")
-            raise
-
-    return find

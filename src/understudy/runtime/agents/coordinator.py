@@ -1,0 +1,301 @@
+"""The coordinator of one squad, on each agent that may lead it: one leads, the others follow what it does.
+
+All of them hear the reports and keep the statistics, so that whoever takes over knows the past. Only the leader
+decides, gives orders, and reports to the squad above.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from understudy.model.binding import Binding
+from understudy.model.squad import Assignment, Order, Squad
+from understudy.runtime.agents.agent import Agent, AgentSpec, order_key, report_key
+from understudy.runtime.agents.leadership import Leadership
+from understudy.runtime.agents.messages import (
+    OrderId,
+    Orders,
+    UnreadableMessage,
+    decode_orders,
+    decode_report,
+    encode,
+    list_reported_readings,
+)
+from understudy.runtime.agents.network import Network
+from understudy.runtime.agents.remote_members import Clock, RemoteMembers, RemoteRunner
+from understudy.runtime.body import Reading
+from understudy.runtime.interpreter import RunningAutomaton, RunningBehavior
+from understudy.runtime.team.members import AgentLayer, Finds, Member, MemberGroup, Membership
+from understudy.runtime.team.squad_body import SquadBody
+
+LEASE_S = 1.0
+"""The time for which an order holds after it was received, unless the team file says otherwise, s."""
+REMEMBERED = 8
+"""The number of orders of which the run state of a leader is kept."""
+
+
+class SquadSpec(NamedTuple):
+    """A squad of a team: its kind, its members in order, and what they can do.
+
+    Attributes
+    ----------
+    kind
+        The kind of squad.
+    members
+        The name, the sort and the index of the role of each member.
+    readings
+        The readings that members of each sort offer.
+    finds
+        For each sort of members, the function that makes a behavior ready to run.
+    libraries
+        The fingerprint that the members' library must have, by sort; a sort that is missing may have any.
+    lease_s
+        The time for which an order holds after it was received, s.
+    """
+
+    kind: Squad
+    members: Sequence[tuple[str, str, int]]
+    readings: Mapping[str, Sequence[Reading]]
+    finds: Mapping[str, Finds]
+    libraries: Mapping[str, str] = {}
+    lease_s: float = LEASE_S
+
+
+class SquadCoordinator:
+    """One agent's part in leading a squad.
+
+    Parameters
+    ----------
+    spec
+        What the coordinator runs; its name is that of the squad in the team.
+    squad
+        The squad that it leads.
+    host
+        The name of the agent that this is.
+    candidates
+        All agents that may lead the squad, the first choice first.
+    clock
+        This agent's clock, with the tick and the targets of the team.
+    network
+        This agent's access to the network.
+    leads
+        Whether it leads from the beginning, without listening first.
+    """
+
+    def __init__(
+        self,
+        spec: AgentSpec,
+        squad: SquadSpec,
+        *,
+        host: str,
+        candidates: Sequence[str],
+        clock: Clock,
+        network: Network,
+        leads: bool = False,
+    ) -> None:
+        self.spec, self.squad, self._clock, self._network = spec, squad, clock, network
+        self.groups = _make_groups(squad, clock)
+        self.squads = _make_body(squad, self.groups, clock)
+        self.agent = Agent(spec, self.squads, network, unfit=self._find_unfitness)
+        self.leadership = Leadership(host, candidates, clock.time_s, leads=leads)
+        self.order: OrderId | None = None
+        """The present order."""
+        self._orders, self._reports = (
+            network.listen(order_key(spec.name)),
+            network.listen(report_key(spec.name)),
+        )
+        self._remembered: OrderedDict[OrderId | None, tuple[Orders, float]] = OrderedDict()
+        self._issued = np.nan
+        self._sequence = self._number = 0
+        self._led = False
+
+    @property
+    def leads(self) -> bool:
+        """Whether this agent leads the squad."""
+        return self.leadership.leads
+
+    @property
+    def members(self) -> list[RemoteMembers]:
+        """The members of each sort, as they were last heard."""
+        return [body for body, _ in self.groups]
+
+    def sense(self) -> None:
+        """Hear leaders and members, decide who leads, and compute the statistics of this tick."""
+        now = self._clock.time_s
+        for message in _decoded(self._orders.take_all(), decode_orders):
+            if message.leader != self.leadership.name and self.leadership.hear_orders(
+                message.term, message.leader, now
+            ):
+                self._remember(message, now)
+        for report in _decoded(self._reports.take_all(), decode_report):
+            self.leadership.hear_report(report.term)
+            for body in self.members:
+                body.receive(report)
+        leads = self.leadership.update(now, self._network.present)
+        if leads and not self._led:
+            self._take_over(now)
+        self._led = leads
+        for body, group in self.groups:
+            group.layer.percept = body.sense(self._needed)
+        self.agent.sense()
+
+    def report(self) -> None:
+        """Report to the squad above, if this agent leads."""
+        if self.leads:
+            self.agent.report()
+
+    def obey(self) -> None:
+        """Hear the orders of the squad above."""
+        self.agent.obey()
+
+    def act(self) -> None:
+        """Decide and give orders, if this agent leads."""
+        if not self.leads:
+            return
+        self.agent.act()
+        issued = float(self.squads.ordering.issued[0])
+        if issued != self._issued and not np.isnan(issued):
+            self._issued = issued
+            self._number += 1
+            self.order = self.leadership.term, self._number
+        for body in self.members:
+            body.order = self.order
+        self._sequence += 1
+        message = self._make_message()
+        self._remember(message, self._clock.time_s)
+        self._network.publish(order_key(self.spec.name), encode(message))
+
+    # Leading
+
+    @property
+    def _needed(self) -> list[tuple[str, str | None]]:
+        return self.squads.list_needed_readings(list(self.agent.run.keys))
+
+    def _make_message(self) -> Orders:
+        duties = [
+            None if duty is None else (duty.behavior, dict(duty.binding))
+            for duty in self.squads.ordering.duty
+        ]
+        interpreter = self.agent.run.interpreters[0]
+        receiver = self.agent.receiver
+        duty = None if receiver is None else receiver.duty
+        return Orders(
+            squad=self.spec.name,
+            leader=self.leadership.name,
+            term=self.leadership.term,
+            sequence=self._sequence,
+            order=self.order,
+            lease_s=self.squad.lease_s,
+            library=self.spec.library,
+            duties=dict(zip((name for name, _, _ in self.squad.members), duties, strict=True)),
+            program=duty or ("", {}),
+            frames=list(interpreter.snapshot(self._clock.time_s)),
+        )
+
+    def _find_unfitness(self) -> str:
+        return "has no member left" if bool(self.squads.failed[0]) else ""
+
+    # Taking over
+
+    def _remember(self, message: Orders, now: float) -> None:
+        self._remembered[message.order] = message, now
+        self._remembered.move_to_end(message.order)
+        while len(self._remembered) > REMEMBERED:
+            self._remembered.popitem(last=False)
+
+    def _take_over(self, now: float) -> None:
+        """Begin in the state that most members' reports answer, so that nobody is restarted."""
+        self._sequence = self._number = 0
+        answered = self._find_answered_order()
+        if answered is None:
+            self.agent.begin()
+            self.squads.ordering.clear()
+            self._issued, self.order = np.nan, None
+            return
+        message, heard_s = answered
+        interpreter = self.agent.run.interpreters[0]
+        passed = now - heard_s
+        frames = [
+            type(frame)(
+                frame.automaton,
+                frame.state,
+                frame.time_in_state + passed,
+                frame.counters,
+                {name: seconds + passed for name, seconds in frame.timers.items()},
+            )
+            for frame in message.frames
+        ]
+        interpreter.restore(frames, now=now)
+        given_s = interpreter.behavior_start_s
+        duties = [
+            None if (duty := message.duties.get(name)) is None else Assignment(duty[0], Binding(duty[1]))
+            for name, _, _ in self.squad.members
+        ]
+        given = np.full(len(duties), given_s)
+        self.squads.ordering.restore([self._find_present_order()], np.array([given_s]), duties, given)
+        self._issued, self.order = given_s, message.order
+        self._number = 0 if message.order is None else message.order[1]
+
+    def _find_answered_order(self) -> tuple[Orders, float] | None:
+        """Return the last message with the order that most members execute, and when it was heard."""
+        now = self._clock.time_s
+        votes: dict[OrderId | None, int] = {}
+        for body in self.members:
+            for member in body.members:
+                if member.report is not None and body.find_problem(member) == "":
+                    votes[member.report.order] = votes.get(member.report.order, 0) + 1
+        known = [order for order in votes if order is not None and order in self._remembered]
+        if known:
+            return self._remembered[max(known, key=lambda order: (votes[order], order))]
+        last = next(reversed(self._remembered.values()), None)
+        return last if last is not None and now - last[1] <= self.squad.lease_s else None
+
+    def _find_present_order(self) -> Order | None:
+        interpreter = self.agent.run.interpreters[0]
+        active: RunningAutomaton | RunningBehavior = interpreter.root
+        while isinstance(active, RunningAutomaton):
+            active = active.active
+        ground = interpreter.program.basics[active.index]
+        order = ground.behavior.order
+        return None if order is None else order.substitute(ground.binding)
+
+
+def _make_groups(squad: SquadSpec, clock: Clock) -> list[tuple[RemoteMembers, MemberGroup]]:
+    """Make the members of each sort, in the order in which the sorts first occur."""
+    groups = []
+    for sort in dict.fromkeys(sort for _, sort, _ in squad.members):
+        names = [name for name, of, _ in squad.members if of == sort]
+        readings = squad.readings[sort]
+        keys = list_reported_readings(squad.kind, readings, clock.targets)
+        body = RemoteMembers(names, readings, keys, clock, library=squad.libraries.get(sort))
+        layer = AgentLayer(body, RemoteRunner(body))
+        groups.append((body, MemberGroup(sort, layer, squad.finds[sort])))
+    return groups
+
+
+def _make_body(
+    squad: SquadSpec, groups: Sequence[tuple[RemoteMembers, MemberGroup]], clock: Clock
+) -> SquadBody:
+    sorts = [group.name for _, group in groups]
+    rows = {member.name: row for body, _ in groups for row, member in enumerate(body.members)}
+    members = [Member(sorts.index(sort), rows[name], role) for name, sort, role in squad.members]
+    first = groups[0][0]
+    return SquadBody(squad.kind, Membership.from_squads([members]), [group for _, group in groups], first)
+
+
+T = TypeVar("T")
+
+
+def _decoded(messages: Sequence[bytes], decode: Callable[[bytes], T]) -> list[T]:
+    """Decode messages, without those that are unreadable."""
+    found = []
+    for data in messages:
+        try:
+            found.append(decode(data))
+        except UnreadableMessage:
+            continue
+    return found

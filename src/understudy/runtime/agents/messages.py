@@ -1,0 +1,131 @@
+"""The messages between a squad's coordinator and its members: reports and orders (docs/semantics.md).
+
+Both are sent at every tick and repeat what still holds, so that the next message makes up for a lost one. No time in
+them is compared with another computer's clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+from zlib import crc32
+
+import msgspec
+
+from understudy.model.features import ReadingKey
+from understudy.model.squad import Squad
+from understudy.runtime.body import Reading
+from understudy.runtime.interpreter import StackFrame
+
+OrderId: TypeAlias = tuple[int, int]
+"""An order: the term in which it was first given, and its number in that term."""
+Duty: TypeAlias = tuple[str, dict[str, str]]
+"""A behavior and the target of each of its parameters."""
+
+
+class Report(msgspec.Struct, frozen=True, array_like=True):
+    """A member's report to its squad."""
+
+    member: str
+    sequence: int
+    """The number of the report: the next one of this member is larger."""
+    term: int
+    """The term of the coordinator that the member obeys; 0 before the first."""
+    order: OrderId | None
+    """The order that the member executes; None if it executes none, and does what it was taught for being alone."""
+    library: str
+    """The fingerprint of the member's library."""
+    unfit: str
+    """Why the member must not be counted, such as "is disarmed"; empty if it is fit."""
+    flag: str | None
+    """The flag that its behavior has raised."""
+    path: list[str]
+    """The current state of every level, from the root down."""
+    layout: int
+    """A checksum of what `readings` are."""
+    readings: list[float]
+    """A value for each of `list_reported_readings`; NaN where absent."""
+
+
+class Orders(msgspec.Struct, frozen=True, array_like=True):
+    """A coordinator's message to all members of its squad."""
+
+    squad: str
+    leader: str
+    """The agent that leads the squad."""
+    term: int
+    """The term of the leader: whoever takes over leads in a higher one."""
+    sequence: int
+    """The number of the message in the term."""
+    order: OrderId | None
+    """The present order; None before the first."""
+    lease_s: float
+    """The time in s for which the order holds after it was received, by the member's clock."""
+    library: str
+    """The fingerprint of the coordinator's library."""
+    duties: dict[str, Duty | None]
+    """What each member does; None: nothing."""
+    program: Duty
+    """The behavior that the coordinator itself runs."""
+    frames: list[StackFrame]
+    """The coordinator's run state, with which another one can take over."""
+
+
+class UnreadableMessage(Exception):
+    """A message that is not of the given type."""
+
+
+def encode(message: Report | Orders) -> bytes:
+    """Encode a message."""
+    return msgspec.msgpack.encode(message)
+
+
+def decode_report(data: bytes) -> Report:
+    """Decode a report; raise UnreadableMessage if it is none."""
+    try:
+        return msgspec.msgpack.decode(data, type=Report)
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise UnreadableMessage(str(error)) from None
+
+
+def decode_orders(data: bytes) -> Orders:
+    """Decode a coordinator's message; raise UnreadableMessage if it is none."""
+    try:
+        return msgspec.msgpack.decode(data, type=Orders)
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise UnreadableMessage(str(error)) from None
+
+
+def list_reported_readings(
+    squad: Squad, readings: Sequence[Reading], targets: Sequence[str]
+) -> tuple[ReadingKey, ...]:
+    """List the readings that a member reports: all over which the squad has a statistic, of each target.
+
+    Parameters
+    ----------
+    squad
+        The member's squad.
+    readings
+        The readings that the member offers.
+    targets
+        The targets of the team.
+
+    Returns
+    -------
+    tuple
+        Pairs of a reading and a target, in an order that member and coordinator both know.
+    """
+    offered = {reading.name: reading for reading in readings}
+    names = dict.fromkeys(each.reading for each in squad.statistics if each.reading is not None)
+    if squad.drops is not None:
+        names[squad.drops] = None
+    keys: list[ReadingKey] = []
+    for name in names:
+        if name in offered:
+            keys += [(name, target) for target in targets] if offered[name].of_targets else [(name, None)]
+    return tuple(keys)
+
+
+def compute_layout(keys: Sequence[ReadingKey]) -> int:
+    """Compute the checksum of a list of readings."""
+    return crc32(repr(list(keys)).encode())

@@ -1,0 +1,155 @@
+"""The network between agents: messages by key, and who is there; and one within a single process."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+
+class Inbox:
+    """Messages that have arrived and were not taken yet; a network's threads may add to it at any time.
+
+    If nobody takes them, the oldest are dropped.
+    """
+
+    def __init__(self, most: int = 4096) -> None:
+        self._waiting: deque[bytes] = deque(maxlen=most)
+
+    def add(self, message: bytes) -> None:
+        """Add a message."""
+        self._waiting.append(message)
+
+    def take_all(self) -> list[bytes]:
+        """Take all messages, in the order in which they arrived."""
+        taken = []
+        while self._waiting:
+            taken.append(self._waiting.popleft())
+        return taken
+
+
+class Network(Protocol):
+    """One agent's access to the network of its team."""
+
+    def publish(self, key: str, message: bytes) -> None:
+        """Send a message to all who listen to a key, without waiting; it may be lost, late, or doubled."""
+        ...
+
+    def listen(self, key: str) -> Inbox:
+        """Receive the messages of a key from now on."""
+        ...
+
+    def announce(self, name: str) -> None:
+        """Let others see that this agent is there, until `close`."""
+        ...
+
+    @property
+    def present(self) -> frozenset[str]:
+        """The names of the agents that are there, as far as is known."""
+        ...
+
+    def close(self) -> None:
+        """Leave the network."""
+        ...
+
+
+class Envelope(NamedTuple):
+    """A message on its way: the number of the step in which it arrives, who sent it, its key, and its content."""
+
+    due: int
+    sender: str
+    key: str
+    content: bytes
+
+
+Fate = Callable[[str, str, int], list[int]]
+"""A function of sender, receiver and step: after how many steps each copy of a message arrives; none: it is lost."""
+
+
+def deliver_at_once(sender: str, receiver: str, step: int) -> list[int]:
+    """Deliver every message once and at once."""
+    return [0]
+
+
+class LocalNetwork:
+    """The network of agents in one process, for simulations and tests.
+
+    Parameters
+    ----------
+    fate
+        A function that returns after how many steps each copy of a message arrives. `step` advances the time.
+    """
+
+    def __init__(self, fate: Fate = deliver_at_once) -> None:
+        self.fate = fate
+        self.step_number = 0
+        self._nodes: dict[str, LocalNode] = {}
+        self._under_way: list[tuple[Envelope, str]] = []
+
+    def join(self, name: str) -> LocalNode:
+        """Return the access of an agent of this name; a former one of the same name is replaced."""
+        self._nodes[name] = node = LocalNode(self, name)
+        return node
+
+    def leave(self, name: str) -> None:
+        """Remove an agent."""
+        self._nodes.pop(name, None)
+
+    @property
+    def announced(self) -> frozenset[str]:
+        """The names of the agents that are there."""
+        return frozenset(name for name, node in self._nodes.items() if node.is_announced)
+
+    def send(self, sender: str, key: str, content: bytes) -> None:
+        """Send a message to all agents that listen to its key."""
+        for name, node in list(self._nodes.items()):
+            if key not in node.inboxes:
+                continue
+            for steps in [0] if name == sender else self.fate(sender, name, self.step_number):
+                if steps == 0:
+                    node.inboxes[key].add(content)
+                else:
+                    envelope = Envelope(self.step_number + steps, sender, key, content)
+                    self._under_way.append((envelope, name))
+
+    def step(self) -> None:
+        """Advance by one step: deliver what arrives in it."""
+        self.step_number += 1
+        left = []
+        for envelope, name in self._under_way:
+            node = self._nodes.get(name)
+            if envelope.due > self.step_number:
+                left.append((envelope, name))
+            elif node is not None and envelope.key in node.inboxes:
+                node.inboxes[envelope.key].add(envelope.content)
+        self._under_way = left
+
+
+class LocalNode:
+    """One agent's access to a `LocalNetwork`."""
+
+    def __init__(self, network: LocalNetwork, name: str) -> None:
+        self._network, self._name = network, name
+        self.inboxes: dict[str, Inbox] = {}
+        self.is_announced = False
+
+    def publish(self, key: str, message: bytes) -> None:
+        """Send a message to all who listen to a key."""
+        self._network.send(self._name, key, message)
+
+    def listen(self, key: str) -> Inbox:
+        """Receive the messages of a key from now on."""
+        return self.inboxes.setdefault(key, Inbox())
+
+    def announce(self, name: str) -> None:
+        """Let others see that this agent is there."""
+        self.is_announced = True
+
+    @property
+    def present(self) -> frozenset[str]:
+        """The names of the agents that are there."""
+        return self._network.announced
+
+    def close(self) -> None:
+        """Leave the network."""
+        self._network.leave(self._name)

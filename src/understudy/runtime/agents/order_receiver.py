@@ -1,0 +1,112 @@
+"""A member's side of orders: which coordinator it obeys, and how long an order holds (docs/semantics.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from math import inf
+
+from understudy.runtime.agents.leadership import rank
+from understudy.runtime.agents.messages import Duty, OrderId, Orders
+
+
+class Refusal(StrEnum):
+    """Why a coordinator's message is not obeyed."""
+
+    UNNAMED = "its sender is not named in the team file"
+    OLDER = "its term is over"
+    LATE = "a later one of the same leader came before"
+    LIBRARY = "its coordinator has another library"
+
+
+class OrderReceiver:
+    """The order that one member executes.
+
+    Parameters
+    ----------
+    member
+        The name of the member.
+    candidates
+        The agents that may lead its squad.
+    library
+        The fingerprint that a coordinator's library must have; None: any.
+    """
+
+    def __init__(self, member: str, candidates: Sequence[str], *, library: str | None = None) -> None:
+        self.member, self.candidates, self._library = member, tuple(candidates), library
+        self.term = 0
+        """The term of the coordinator that it obeys."""
+        self.leader: str | None = None
+        """The coordinator that it obeys."""
+        self.order: OrderId | None = None
+        """The order that it executes; None: none."""
+        self.duty: Duty | None = None
+        """What the order tells it to do."""
+        self._sequence = -1
+        self._until_s = -inf
+
+    def receive(self, message: Orders, now: float) -> Refusal | None:
+        """Take a coordinator's message.
+
+        Parameters
+        ----------
+        message
+            The message.
+        now
+            The time by the member's clock, s.
+
+        Returns
+        -------
+        Refusal or None
+            Why the message is not obeyed; None if it is.
+        """
+        if message.leader not in self.candidates:
+            return Refusal.UNNAMED
+        if self._library is not None and message.library != self._library:
+            return Refusal.LIBRARY
+        known = (-1, 0) if self.leader is None else rank(self.term, self.leader, self.candidates)
+        if rank(message.term, message.leader, self.candidates) < known:
+            return Refusal.OLDER
+        same = (message.term, message.leader) == (self.term, self.leader)
+        if same and message.sequence <= self._sequence:
+            return Refusal.LATE
+        self.term, self.leader, self._sequence = message.term, message.leader, message.sequence
+        self._until_s = now + message.lease_s
+        self._given = message.order, message.duties.get(self.member)
+        return None
+
+    _given: tuple[OrderId | None, Duty | None] = (None, None)
+
+    def update(self, now: float) -> bool:
+        """Take up the order that holds now; return whether it is a new one, or none any more.
+
+        Parameters
+        ----------
+        now
+            The time by the member's clock, s.
+
+        Returns
+        -------
+        bool
+            Whether the member has to begin anew: its duty, or what it does alone.
+        """
+        order, duty = self._given if self.holds(now) else (None, None)
+        if order == self.order:
+            return False
+        self.order, self.duty = order, duty
+        return True
+
+    def holds(self, now: float) -> bool:
+        """Return whether the lease of the last message has not run out.
+
+        Parameters
+        ----------
+        now
+            The time by the member's clock, s.
+
+        Returns
+        -------
+        bool
+            True until the lease is over.
+        """
+        return now < self._until_s

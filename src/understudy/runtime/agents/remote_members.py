@@ -1,0 +1,188 @@
+"""The members of a squad as their coordinator sees them: a body and a runner filled from their latest reports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import SettingError
+from understudy.model.features import Percept, ReadingKey
+from understudy.runtime.agents.messages import OrderId, Report, compute_layout
+from understudy.runtime.body import Channel, Commands, Reading
+from understudy.runtime.program import Program
+from understudy.runtime.team.comms import SILENT_S
+
+
+class Clock(Protocol):
+    """What the members of a team have in common with their coordinator: its clock, the tick, and the targets."""
+
+    @property
+    def time_s(self) -> float:
+        """The time, s."""
+        ...
+
+    @property
+    def tick_s(self) -> float:
+        """The nominal length of a tick, s."""
+        ...
+
+    @property
+    def targets(self) -> Sequence[str]:
+        """The names of the targets."""
+        ...
+
+
+@dataclass
+class ReportedMember:
+    """The latest report of one member, when it arrived, and why it does not count."""
+
+    name: str
+    report: Report | None = None
+    heard_s: float = field(default=-inf)
+    problem: str = "was never heard"
+
+
+class RemoteMembers:
+    """The members of one sort in one squad, as a body of N agents.
+
+    Parameters
+    ----------
+    names
+        The name of each member.
+    readings
+        The readings that members of this sort offer.
+    keys
+        The readings that they report.
+    clock
+        The coordinator's clock.
+    library
+        The fingerprint that their library must have; None: any.
+    """
+
+    channels: Sequence[Channel] = ()
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        readings: Sequence[Reading],
+        keys: Sequence[ReadingKey],
+        clock: Clock,
+        *,
+        library: str | None = None,
+    ) -> None:
+        self.members = [ReportedMember(name) for name in names]
+        self.readings, self._keys, self._clock, self._library = tuple(readings), tuple(keys), clock, library
+        self._layout = compute_layout(self._keys)
+        self.order: OrderId | None = None
+        """The present order: flags count only in reports that answer it."""
+
+    @property
+    def agents(self) -> int:
+        """The number N of members."""
+        return len(self.members)
+
+    @property
+    def targets(self) -> Sequence[str]:
+        """The names of the targets."""
+        return self._clock.targets
+
+    @property
+    def tick_s(self) -> float:
+        """The nominal length of a tick, s."""
+        return self._clock.tick_s
+
+    @property
+    def time_s(self) -> float:
+        """The coordinator's time, s."""
+        return self._clock.time_s
+
+    def receive(self, report: Report) -> None:
+        """Take a report, unless it is not of one of these members, or older than the last one."""
+        now = self._clock.time_s
+        for member in self.members:
+            if member.name != report.member:
+                continue
+            last = member.report
+            fresh = last is None or report.sequence > last.sequence or now - member.heard_s > SILENT_S
+            if fresh:
+                member.report, member.heard_s = report, now
+                member.problem = self._find_problem(report)
+
+    def _find_problem(self, report: Report) -> str:
+        if self._library is not None and report.library != self._library:
+            return f"has another library ({report.library[:8]}, not {self._library[:8]})"
+        if report.layout != self._layout or len(report.readings) != len(self._keys):
+            return "reports other readings"
+        return report.unfit
+
+    def find_problem(self, member: ReportedMember) -> str:
+        """Return why a member does not count now; empty if it counts."""
+        if self._clock.time_s - member.heard_s > SILENT_S:
+            return "is silent" if member.report is not None else member.problem
+        return member.problem
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """The members that do not count now [N]."""
+        return np.array([self.find_problem(member) != "" for member in self.members], np.bool_)
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        """Return what members reported last, a column [N] for each key; NaN where absent."""
+        rows = {key: index for index, key in enumerate(self._keys)}
+        return {key: self._collect(rows.get(key)) for key in keys}
+
+    def _collect(self, index: int | None) -> NDArray[np.float64]:
+        reports = [member.report if self.find_problem(member) == "" else None for member in self.members]
+        return np.array(
+            [np.nan if report is None or index is None else report.readings[index] for report in reports]
+        )
+
+    def act(self, commands: Commands) -> None:
+        """Refuse commands: members act by themselves."""
+        raise SettingError(
+            where="squad", setting="commands", problem="are for robots", remedy="give members orders"
+        )
+
+
+class RemoteRunner:
+    """The runner of members that run on other computers: flags come from their reports; orders reach them by message.
+
+    Parameters
+    ----------
+    body
+        The members.
+    """
+
+    def __init__(self, body: RemoteMembers) -> None:
+        self._body = body
+        self.keys: tuple[ReadingKey, ...] = ()
+
+    def begin(self, agents: NDArray[np.intp], program: Program) -> None:
+        """Do nothing: the order that tells members what to begin is sent at every tick."""
+
+    def find_raised(self, flag: str) -> NDArray[np.bool_]:
+        """Find the members whose report answers the present order and has raised this flag [N]."""
+        body = self._body
+        return np.array(
+            [
+                member.report is not None
+                and member.report.flag == flag
+                and (body.order is None or member.report.order == body.order)
+                for member in body.members
+            ],
+            np.bool_,
+        )
+
+    def path(self, agent: int) -> tuple[str, ...]:
+        """Return the states that a member reported last."""
+        report = self._body.members[agent].report
+        return () if report is None else tuple(report.path)
+
+    def decide(self, percept: Percept) -> Mapping[str, NDArray[np.float64]]:
+        """Return no commands: members decide by themselves."""
+        return {}

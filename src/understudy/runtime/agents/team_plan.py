@@ -1,0 +1,140 @@
+"""Who is in a team: the name of each agent, its squad, who may lead that squad, and what each agent runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from understudy.model.library import Library
+from understudy.model.squad import Squad
+from understudy.runtime.agents.agent import AgentSpec, SquadLink
+from understudy.runtime.agents.coordinator import LEASE_S, SquadSpec
+from understudy.runtime.agents.messages import list_reported_readings
+from understudy.runtime.body import Reading
+from understudy.runtime.team.squad_body import list_squad_readings
+from understudy.runtime.team.team import TeamTree
+from understudy.runtime.team.team_programs import TeamPrograms
+
+
+class TeamPlan:
+    """A team as every one of its agents knows it.
+
+    Parameters
+    ----------
+    tree
+        The sorts of agents, and the squads with their members.
+    libraries
+        The library of each sort.
+    roots
+        For each sort, the behavior and the binding that its agents run without an order.
+    readings
+        The readings that each type of robots offers.
+    targets
+        The targets of the team.
+    robots
+        The name of each robot. By default `robot_0`, `robot_1` and so on.
+    deputies
+        For each squad, the agents that may lead it besides the one of its own name, the first choice first.
+    fingerprints
+        The fingerprint of each sort's library. Members that have another one are not counted.
+    lease_s
+        The time for which an order holds after it was received, s.
+    """
+
+    def __init__(
+        self,
+        tree: TeamTree,
+        libraries: Mapping[str, Library],
+        roots: Mapping[str, tuple[str, Mapping[str, str]]],
+        *,
+        readings: Mapping[str, Sequence[Reading]],
+        targets: Sequence[str],
+        robots: Sequence[str] = (),
+        deputies: Mapping[str, Sequence[str]] | None = None,
+        fingerprints: Mapping[str, str] | None = None,
+        lease_s: float = LEASE_S,
+    ) -> None:
+        self.tree, self.targets, self._lease_s = tree, tuple(targets), lease_s
+        self.robots = tuple(robots) or tuple(f"robot_{row}" for row in range(len(tree.type_of)))
+        self._deputies, self._fingerprints = deputies or {}, fingerprints or {}
+        self._programs = TeamPrograms(tree.names, [squad for squad, _ in tree.squads], libraries, roots)
+        self._readings: dict[str, Sequence[Reading]] = dict(readings)
+        for squad, _ in tree.squads:
+            below = [reading for role in squad.roles for reading in self._readings[role.of]]
+            self._readings[squad.name] = list_squad_readings(squad, below)
+        self._sorts = dict(zip(self.robots, (tree.types[kind] for kind in tree.type_of), strict=True))
+        self._kinds: dict[str, Squad] = {}
+        self._members: dict[str, list[tuple[str, str, int]]] = {}
+        self._superiors: dict[str, str] = {}
+        self._place_squads()
+
+    def _place_squads(self) -> None:
+        names: list[Sequence[str]] = [self.robots] * len(self.tree.types)
+        for squad, lists in self.tree.squads:
+            mine = tuple(f"{squad.name}_{number}" for number in range(len(lists)))
+            for name, members in zip(mine, lists, strict=True):
+                self._sorts[name], self._kinds[name] = squad.name, squad
+                self._members[name] = [
+                    (names[member.band][member.row], self.tree.names[member.band], member.role)
+                    for member in members
+                ]
+                for member, _, _ in self._members[name]:
+                    self._superiors[member] = name
+            names.append(mine)
+
+    @property
+    def squads(self) -> tuple[str, ...]:
+        """The names of all squads, bottom-up."""
+        return tuple(self._kinds)
+
+    def find_sort(self, name: str) -> str:
+        """Return the sort of an agent: a type of robots or a kind of squads."""
+        return self._sorts[name]
+
+    def find_superior(self, name: str) -> str | None:
+        """Return the squad that an agent is a member of; None if it is in none."""
+        return self._superiors.get(name)
+
+    def list_members(self, squad: str) -> list[str]:
+        """List the members of a squad."""
+        return [name for name, _, _ in self._members[squad]]
+
+    def list_candidates(self, squad: str) -> tuple[str, ...]:
+        """List the agents that may lead a squad, the first choice first."""
+        return tuple(dict.fromkeys((squad, *self._deputies.get(squad, ()))))
+
+    def list_led_squads(self, agent: str) -> list[str]:
+        """List the squads that an agent may lead, bottom-up."""
+        return [squad for squad in self._kinds if agent in self.list_candidates(squad)]
+
+    def make_agent_spec(self, name: str) -> AgentSpec:
+        """Describe what a robot, or the coordinator of a squad, runs."""
+        sort = self._sorts[name]
+        return AgentSpec(
+            name,
+            self._programs.finds[sort],
+            self._programs.orderable[sort],
+            self._programs.roots[sort],
+            self._fingerprints.get(sort, ""),
+            self._make_link(name),
+        )
+
+    def _make_link(self, name: str) -> SquadLink | None:
+        squad = self._superiors.get(name)
+        if squad is None:
+            return None
+        kind = self._kinds[squad]
+        keys = list_reported_readings(kind, self._readings[self._sorts[name]], self.targets)
+        return SquadLink(squad, self.list_candidates(squad), keys, self._fingerprints.get(kind.name))
+
+    def make_squad_spec(self, squad: str) -> SquadSpec:
+        """Describe a squad for its coordinator."""
+        members = self._members[squad]
+        sorts = {sort for _, sort, _ in members}
+        return SquadSpec(
+            self._kinds[squad],
+            members,
+            {sort: self._readings[sort] for sort in sorts},
+            {sort: self._programs.finds[sort] for sort in sorts},
+            {sort: self._fingerprints[sort] for sort in sorts if sort in self._fingerprints},
+            self._lease_s,
+        )
