@@ -132,7 +132,7 @@ class SquadCoordinator:
             ):
                 self._remember(message, now)
         for report in _decoded(self._reports.take_all(), decode_report):
-            self.leadership.hear_report(report.term)
+            self.leadership.hear_report(report.term, now)
             for body in self.members:
                 body.receive(report)
         leads = self.leadership.update(now, self._network.present)

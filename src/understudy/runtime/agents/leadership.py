@@ -1,8 +1,8 @@
 """Leadership: which of the agents that can lead a squad does, in which term (docs/semantics.md).
 
-A leader sends orders at every tick. Another candidate that hears none for a while leads in the next term; of two that
-do at the same time, the one listed first does. When the network splits, each part has a leader; when it heals, the
-higher term remains. No agreement is needed, because members obey the highest term they have heard.
+A leader sends orders at every tick. Another candidate that hears none for a while leads in a higher term. Each
+candidate has terms of its own, so that no term has two leaders. When the network splits, each part has a leader; when
+it heals, the higher term remains. No agreement is needed, because members obey the highest term they have heard.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ SILENT_S = 0.4
 GONE_S = 0.15
 """A leader that has left the network is replaced after so long without a message, s."""
 APART_S = 0.12
-"""The time in s by which each further candidate waits longer, so that two seldom begin at once."""
+"""The time in s by which each further candidate waits longer, so that two seldom begin together."""
 FROZEN_S = 0.5
 """A leader that did not run for so long listens before it leads again, s."""
 
@@ -36,11 +36,13 @@ class Leadership:
 
     def __init__(self, name: str, candidates: Sequence[str], now: float, *, leads: bool = False) -> None:
         self.name, self.candidates = name, tuple(candidates)
-        self.term = int(leads)
+        self.term = find_next_term(0, name, candidates) if leads else 0
         """The highest term that this candidate knows of."""
         self.leader: str | None = name if leads else None
         """The agent that leads in this term, as far as is known."""
         self._heard_s = self._ran_s = now
+        self._obeyed: tuple[int, float] | None = None
+        """A higher term that members obey, and when that was first heard."""
 
     @property
     def leads(self) -> bool:
@@ -49,21 +51,17 @@ class Leadership:
 
     def hear_orders(self, term: int, leader: str, now: float) -> bool:
         """Take note of a leader's message; return False if it is of a leader that was replaced."""
-        if leader not in self.candidates:
-            return False
-        if self.leader is not None and rank(term, leader, self.candidates) < rank(
-            self.term, self.leader, self.candidates
-        ):
+        if term < self.term or not is_term_of(term, leader, self.candidates):
             return False
         self.term, self.leader, self._heard_s = term, leader, now
         return True
 
-    def hear_report(self, term: int) -> None:
-        """Take note of the term that a member obeys: a leader goes beyond it, to be obeyed, too."""
-        if self.leads and term > self.term:
-            self.term = term + 1
-        elif self.leader is None:
+    def hear_report(self, term: int, now: float) -> None:
+        """Take note of the term that a member obeys."""
+        if self.leader is None:
             self.term = max(self.term, term)
+        elif term > self.term and (self._obeyed is None or term > self._obeyed[0]):
+            self._obeyed = term, now
 
     def update(self, now: float, present: Collection[str]) -> bool:
         """Decide whether this candidate leads now; call it at every tick, after the messages were heard.
@@ -84,16 +82,28 @@ class Leadership:
         if slept:
             self._heard_s = now
             self.leader = None if self.leads else self.leader
+        if self._obeyed is not None and self._obeyed[0] <= self.term:
+            self._obeyed = None
+        if self.leads and self._obeyed is not None and now - self._obeyed[1] >= SILENT_S:
+            # Whoever led in that term is silent, and members refuse the orders of a lower one.
+            self.term = find_next_term(self._obeyed[0], self.name, self.candidates)
         if self.leads or slept:
             return self.leads
         gone = self.leader is not None and self.leader not in present
         waiting = [name for name in self.candidates if name in present and name != self.leader]
         before = waiting.index(self.name) if self.name in waiting else len(waiting)
         if now - self._heard_s >= (GONE_S if gone else SILENT_S) + APART_S * before - 1e-9:
-            self.term, self.leader, self._heard_s = self.term + 1, self.name, now
+            self.term = find_next_term(self.term, self.name, self.candidates)
+            self.leader, self._heard_s = self.name, now
         return self.leads
 
 
-def rank(term: int, leader: str, candidates: Sequence[str]) -> tuple[int, int]:
-    """Return what decides between two leaders: the higher term, then the candidate listed first."""
-    return term, -candidates.index(leader) if leader in candidates else -len(candidates)
+def find_next_term(after: int, name: str, candidates: Sequence[str]) -> int:
+    """Return the first term of a candidate after a term; candidates take turns in the numbering of terms."""
+    first = candidates.index(name) + 1
+    return first if after < first else after + len(candidates) - (after - first) % len(candidates)
+
+
+def is_term_of(term: int, leader: str, candidates: Sequence[str]) -> bool:
+    """Return whether a term belongs to a candidate."""
+    return term > 0 and leader == candidates[(term - 1) % len(candidates)]

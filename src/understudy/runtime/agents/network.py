@@ -36,7 +36,7 @@ class Network(Protocol):
         ...
 
     def listen(self, key: str) -> Inbox:
-        """Receive the messages of a key from now on."""
+        """Receive the messages of a key from now on, in an inbox of its own."""
         ...
 
     def announce(self, name: str) -> None:
@@ -107,7 +107,7 @@ class LocalNetwork:
                 continue
             for steps in [0] if name == sender else self.fate(sender, name, self.step_number):
                 if steps == 0:
-                    node.inboxes[key].add(content)
+                    node.deliver(key, content)
                 else:
                     envelope = Envelope(self.step_number + steps, sender, key, content)
                     self._under_way.append((envelope, name))
@@ -120,8 +120,8 @@ class LocalNetwork:
             node = self._nodes.get(name)
             if envelope.due > self.step_number:
                 left.append((envelope, name))
-            elif node is not None and envelope.key in node.inboxes:
-                node.inboxes[envelope.key].add(envelope.content)
+            elif node is not None:
+                node.deliver(envelope.key, envelope.content)
         self._under_way = left
 
 
@@ -130,7 +130,7 @@ class LocalNode:
 
     def __init__(self, network: LocalNetwork, name: str) -> None:
         self._network, self._name = network, name
-        self.inboxes: dict[str, Inbox] = {}
+        self.inboxes: dict[str, list[Inbox]] = {}
         self.is_announced = False
 
     def publish(self, key: str, message: bytes) -> None:
@@ -139,7 +139,14 @@ class LocalNode:
 
     def listen(self, key: str) -> Inbox:
         """Receive the messages of a key from now on."""
-        return self.inboxes.setdefault(key, Inbox())
+        inbox = Inbox()
+        self.inboxes.setdefault(key, []).append(inbox)
+        return inbox
+
+    def deliver(self, key: str, message: bytes) -> None:
+        """Put a message into all inboxes of its key."""
+        for inbox in self.inboxes.get(key, ()):
+            inbox.add(message)
 
     def announce(self, name: str) -> None:
         """Let others see that this agent is there."""

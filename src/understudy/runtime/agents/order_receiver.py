@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from enum import StrEnum
 from math import inf
 
-from understudy.runtime.agents.leadership import rank
+from understudy.runtime.agents.leadership import is_term_of
 from understudy.runtime.agents.messages import Duty, OrderId, Orders
 
 
@@ -60,15 +60,13 @@ class OrderReceiver:
         Refusal or None
             Why the message is not obeyed; None if it is.
         """
-        if message.leader not in self.candidates:
+        if not is_term_of(message.term, message.leader, self.candidates):
             return Refusal.UNNAMED
         if self._library is not None and message.library != self._library:
             return Refusal.LIBRARY
-        known = (-1, 0) if self.leader is None else rank(self.term, self.leader, self.candidates)
-        if rank(message.term, message.leader, self.candidates) < known:
+        if message.term < self.term:
             return Refusal.OLDER
-        same = (message.term, message.leader) == (self.term, self.leader)
-        if same and message.sequence <= self._sequence:
+        if message.term == self.term and message.sequence <= self._sequence:
             return Refusal.LATE
         self.term, self.leader, self._sequence = message.term, message.leader, message.sequence
         self._until_s = now + message.lease_s

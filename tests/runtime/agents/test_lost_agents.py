@@ -1,0 +1,168 @@
+"""Agents that die, messages that are lost, and a network that splits: what robots do meanwhile."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+from tests.bodies import TICK_S, Scripted
+from tests.bodies import kit as scripted_kit
+from tests.runtime.automata import automaton
+from tests.runtime.test_team import SQUAD, there_and_back
+
+from understudy.model.library import Library
+from understudy.runtime.agents.local_team import LocalTeam
+from understudy.runtime.agents.network import LocalNetwork
+from understudy.runtime.agents.team_plan import TeamPlan
+from understudy.runtime.team.members import Member
+from understudy.runtime.team.squad_kit import make_squad_kit
+from understudy.runtime.team.team import TeamTree
+
+ROBOTS = 4
+NAMES = tuple(f"scout_{number}" for number in range(1, ROBOTS + 1))
+LEASE_TICKS, SILENT_TICKS = 10, 4
+
+
+def make_team(network: LocalNetwork, *, deputies: bool = True, near: float = 60.0) -> LocalTeam:
+    """Four robots that go until they are within `near` m, and alone turn; all turn when all are there."""
+    to = lambda distance: "done" if distance < near else "forward"  # noqa: E731
+    go = automaton(
+        "go", ["forward"], {"start": to, "forward": to}, flags=["done"], features=["range_of(ball)"]
+    )
+    robots = Library.from_automata(scripted_kit, go)
+    kit = make_squad_kit(SQUAD, Scripted.readings, {"robot": robots})
+    tree = TeamTree(
+        ("robot",), (0,) * ROBOTS, ((SQUAD, (tuple(Member(0, row, 0) for row in range(ROBOTS)),)),)
+    )
+    plan = TeamPlan(
+        tree,
+        {"robot": robots, "pair": there_and_back(Library(kit))},
+        {"pair": ("lead", {}), "robot": ("right", {})},
+        readings={"robot": Scripted.readings},
+        targets=Scripted.targets,
+        robots=NAMES,
+        deputies={"pair_0": NAMES} if deputies else {},
+    )
+    return LocalTeam(Scripted(ROBOTS), plan, network)
+
+
+def leaders(team: LocalTeam) -> list[str]:
+    return sorted(team.find_leaders("pair_0"))
+
+
+def test_a_dead_coordinator_is_replaced_and_nobody_is_restarted() -> None:
+    team = make_team(LocalNetwork())
+    team.run(5)
+    assert leaders(team) == ["pair_0"]
+    before = {name: robot.run.interpreters[0].root for name, robot in team.robots.items()}
+    started = [robot.run.interpreters[0].behavior_start_s for robot in team.robots.values()]
+    team.stop("pair_0")
+    team.run(SILENT_TICKS)
+    assert leaders(team) == ["scout_1"]
+    assert {name: robot.run.interpreters[0].root for name, robot in team.robots.items()} == before
+    assert [robot.run.interpreters[0].behavior_start_s for robot in team.robots.values()] == started
+    assert team.paths == [("go", "forward")] * ROBOTS
+    team.run(60)
+    assert team.paths == [("left",)] * ROBOTS  # the deputy went on where it was
+
+
+def test_a_coordinator_that_comes_back_follows() -> None:
+    team = make_team(LocalNetwork())
+    team.run(5)
+    team.stop("pair_0")
+    team.run(10)
+    team.start("pair_0")
+    for _ in range(20):
+        team.tick()
+        assert leaders(team) == ["scout_1"]
+        assert team.paths == [("go", "forward")] * ROBOTS
+
+
+def test_without_a_deputy_robots_do_what_they_were_taught_for_being_alone() -> None:
+    team = make_team(LocalNetwork(), deputies=False)
+    team.run(5)
+    team.stop("pair_0")
+    team.run(LEASE_TICKS - 1)
+    assert team.paths == [("go", "forward")] * ROBOTS
+    team.run(2)
+    assert team.paths == [()] * ROBOTS
+    assert team.rows["scout_1"].commands["turn"][0] == -1.0  # right
+    team.start("pair_0")
+    team.run(SILENT_TICKS + 2)
+    assert team.paths == [("go", "forward")] * ROBOTS
+
+
+def test_a_dead_robot_is_not_waited_for() -> None:
+    team = make_team(LocalNetwork())
+    team.run(5)
+    team.stop("scout_4")
+    team.run(60)
+    assert team.paths[:3] == [("left",)] * 3
+    problems = [
+        members.find_problem(member)
+        for members in team.coordinators["pair_0"]["pair_0"].members
+        for member in members.members
+    ]
+    assert problems == ["", "", "", "is silent"]
+
+
+def split(network: LocalNetwork, *groups: tuple[str, ...]) -> None:
+    """Only agents of one group hear each other."""
+    of = {name: number for number, group in enumerate(groups) for name in group}
+    network.fate = lambda sender, receiver, step: [0] if of[sender] == of[receiver] else []
+
+
+def test_a_split_network_has_a_leader_on_each_side_and_one_after_it_heals() -> None:
+    network = LocalNetwork()
+    team = make_team(network)
+    team.run(5)
+    split(network, ("pair_0", "scout_1"), ("scout_2", "scout_3", "scout_4"))
+    team.run(SILENT_TICKS + 4)
+    assert leaders(team) == ["pair_0", "scout_2"]
+    split(network, ("pair_0", *NAMES))
+    team.run(2)
+    assert leaders(team) == ["scout_2"]
+    obeyed = {robot.receiver.leader for robot in team.robots.values() if robot.receiver is not None}
+    assert obeyed == {"scout_2"}
+    assert team.paths == [("go", "forward")] * ROBOTS
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_lost_late_and_doubled_messages_change_nothing_but_the_time(seed: int) -> None:
+    draws = Random(seed)
+
+    def fate(sender: str, receiver: str, step: int) -> list[int]:
+        return [draws.randint(1, 3) for _ in range(draws.choice([0, 1, 1, 1, 2]))]
+
+    team = make_team(LocalNetwork(fate), near=80.0)
+    seen: set[tuple[str, ...]] = set()
+    for _ in range(60):
+        team.tick()
+        assert len(leaders(team)) <= 2
+        seen |= set(team.paths)
+    assert team.paths == [("left",)] * ROBOTS
+    assert {path[0] for path in seen if path} == {"go", "left"}
+
+
+def test_no_robot_obeys_two_coordinators_in_one_term() -> None:
+    """With a random third of the messages lost and agents killed, a term has one leader for each robot."""
+    draws = Random(7)
+    network = LocalNetwork(
+        lambda sender, receiver, step: [] if draws.random() < 0.33 else [draws.randint(0, 2)]
+    )
+    team = make_team(network, near=-1e9)
+    obeyed: dict[tuple[str, int], set[str]] = {}
+    for tick in range(400):
+        if tick % 23 == 0:
+            name = draws.choice(["pair_0", *NAMES])
+            (team.start if name in team.stopped else team.stop)(name)
+        team.tick()
+        for name, robot in team.robots.items():
+            if robot.receiver is not None and robot.receiver.leader is not None:
+                obeyed.setdefault((name, robot.receiver.term), set()).add(robot.receiver.leader)
+    assert all(len(leaders) == 1 for leaders in obeyed.values())
+    assert len({leader for leaders in obeyed.values() for leader in leaders}) > 2
+
+
+def test_ticks_are_a_tenth_of_a_second() -> None:
+    assert TICK_S * LEASE_TICKS == 1.0

@@ -1,0 +1,111 @@
+"""Orders on a lease: a table of what a member does with each message, to check by hand."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import pytest
+
+from understudy.runtime.agents.messages import (
+    Orders,
+    UnreadableMessage,
+    decode_orders,
+    decode_report,
+    encode,
+)
+from understudy.runtime.agents.order_receiver import OrderReceiver, Refusal
+
+LEASE_S = 1.0
+
+
+def orders(term: int, sequence: int, order: tuple[int, int] | None, leader: str = "lead") -> Orders:
+    """A coordinator's message: `scout` runs `go`, everybody else nothing."""
+    return Orders(
+        squad="pair", leader=leader, term=term, sequence=sequence, order=order, lease_s=LEASE_S, library="L",
+        duties={"scout": ("go", {}), "other": None}, program=("", {}), frames=[],
+    )  # fmt: skip
+
+
+class Arrival(NamedTuple):
+    """A message that arrives, or none; whether it is refused; what is executed then, and whether it begins anew."""
+
+    at_s: float
+    message: Orders | None
+    refused: Refusal | None
+    executes: tuple[int, int] | None
+    anew: bool
+
+
+STORIES: dict[str, list[Arrival]] = {
+    "an order, renewed": [
+        Arrival(0.0, orders(1, 1, (1, 1)), None, (1, 1), True),
+        Arrival(0.5, orders(1, 2, (1, 1)), None, (1, 1), False),
+        Arrival(1.4, None, None, (1, 1), False),  # 0.9 s after the last one
+    ],
+    "the lease ends, and comes back": [
+        Arrival(0.0, orders(1, 1, (1, 1)), None, (1, 1), True),
+        Arrival(0.99, None, None, (1, 1), False),
+        Arrival(1.0, None, None, None, True),
+        Arrival(1.5, orders(1, 9, (1, 1)), None, (1, 1), True),
+    ],
+    "the same again is a new order": [
+        Arrival(0.0, orders(1, 1, (1, 1)), None, (1, 1), True),
+        Arrival(0.1, orders(1, 2, (1, 2)), None, (1, 2), True),
+    ],
+    "doubled and overtaken": [
+        Arrival(0.0, orders(1, 5, (1, 2)), None, (1, 2), True),
+        Arrival(0.1, orders(1, 5, (1, 2)), Refusal.LATE, (1, 2), False),
+        Arrival(0.2, orders(1, 4, (1, 1)), Refusal.LATE, (1, 2), False),
+        Arrival(1.05, None, None, None, True),  # what was refused renewed nothing
+    ],
+    "a deputy takes over, and restarts nobody": [
+        Arrival(0.0, orders(1, 5, (1, 2)), None, (1, 2), True),
+        Arrival(0.6, orders(2, 1, (1, 2), "deputy"), None, (1, 2), False),
+        Arrival(0.7, orders(1, 6, (1, 3)), Refusal.OLDER, (1, 2), False),  # the former one is back
+        Arrival(0.8, orders(2, 2, (2, 3), "deputy"), None, (2, 3), True),
+    ],
+    "two leaders after a split: the higher term": [
+        Arrival(0.0, orders(3, 1, (3, 1)), None, (3, 1), True),
+        Arrival(0.1, orders(2, 9, (2, 1), "deputy"), Refusal.OLDER, (3, 1), False),
+        Arrival(0.2, orders(4, 1, (2, 2), "deputy"), None, (2, 2), True),
+    ],
+    "a leader in a term of another one": [
+        Arrival(0.0, orders(2, 1, (2, 1), "lead"), Refusal.UNNAMED, None, False)
+    ],
+    "nobody's order": [Arrival(0.0, orders(1, 1, (1, 1), "stranger"), Refusal.UNNAMED, None, False)],
+    "no order yet": [Arrival(0.0, orders(1, 1, None), None, None, False)],
+}
+
+
+@pytest.mark.parametrize("story", STORIES)
+def test_stories(story: str) -> None:
+    receiver = OrderReceiver("scout", ["lead", "deputy"])
+    for arrival in STORIES[story]:
+        if arrival.message is not None:
+            assert receiver.receive(arrival.message, arrival.at_s) == arrival.refused, arrival
+        assert receiver.update(arrival.at_s) == arrival.anew, arrival
+        assert receiver.order == arrival.executes, arrival
+        assert receiver.duty == (None if arrival.executes is None else ("go", {}))
+
+
+def test_a_coordinator_of_another_library_is_refused_where_asked() -> None:
+    message = orders(1, 1, (1, 1))
+    assert OrderReceiver("scout", ["lead"], library="M").receive(message, 0.0) is Refusal.LIBRARY
+    assert OrderReceiver("scout", ["lead"], library="L").receive(message, 0.0) is None
+
+
+def test_who_has_nothing_to_do_has_an_order_all_the_same() -> None:
+    receiver = OrderReceiver("other", ["lead"])
+    receiver.receive(orders(1, 1, (1, 1)), 0.0)
+    assert receiver.update(0.0)
+    assert receiver.order == (1, 1)
+    assert receiver.duty is None
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"\xc1", b"hello", b"\x93\x01\x02\x03", encode(orders(1, 1, None))[:-3]]
+)
+def test_what_is_no_message_is_said_to_be_none(data: bytes) -> None:
+    for decode in (decode_orders, decode_report):
+        with pytest.raises(UnreadableMessage):
+            decode(data)
