@@ -187,3 +187,19 @@ def test_robots_of_one_namespace_in_two_domains_are_recorded_apart(tmp_path: Pat
     found = read_recording(path, run=1)
     assert (found.ticks, found.values.shape[2], len(set(found.head.names))) == (2, 2, 2)
     assert [f"domain = {domain}" in "".join(found.head.files.values()) for domain in (0, 1)] == [True, True]
+
+
+def test_robots_that_cannot_move_are_no_members_of_their_squad() -> None:
+    """Disarmed, outside its geofence, silent: none of them counts, so that nobody waits for it."""
+    rig = Rig(("one", "two", "three", "four"))
+    rig.seen()
+    assert rig.twin.failed.tolist() == [True] * 4  # nobody has armed them
+    rig.twin.fleet.arm("a test")
+    assert rig.twin.failed.tolist() == [False] * 4
+    rig.robots[0].disarm("a test")
+    rig.hear(1, odometry(9.0))
+    assert rig.twin.failed.tolist() == [True, True, False, False]
+    rig.now += 5.0
+    rig.hear(2, odometry(0.0))
+    assert rig.twin.failed.tolist() == [True, True, False, True]
+    assert rig.robots[3].unfitness == "outside its geofence"  # which is where it is, as long as it does not say

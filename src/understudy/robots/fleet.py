@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
@@ -54,6 +55,11 @@ class Fleet:
     def time_s(self) -> float:
         """The time from connecting the first robot to the beginning of this tick, in s."""
         return self.robots[0].time_s
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """The robots that squads must not count as members [N]: disarmed, stopped, or silent ones."""
+        return np.array([robot.unfitness != "" for robot in self.robots], np.bool_)
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Return the latest values, a column [N] for each key; NaN where absent."""

@@ -102,6 +102,21 @@ class Robot:
         return self.guard.stopped
 
     @property
+    def unfitness(self) -> str:
+        """The reason why the robot must not be counted as a member of its squad; empty if it is fit.
+
+        A robot that is disarmed, that its readings forbid to move (outside its geofence, a required one absent), or
+        whose messages have all ceased is not fit.
+        """
+        if not self.armed:
+            return self.stop_cause or "is disarmed"
+        now = self._clock()
+        if (danger := self._danger(now)) is not None:
+            return danger.cause
+        fresh = any(self.senses.read_fresh(name, now) for name in self.senses.sources)
+        return "" if fresh or not self.senses.sources else "sends nothing"
+
+    @property
     def stops(self) -> Sequence[StopEvent]:
         """All stops since it was connected, oldest first."""
         return tuple(self.guard.log.stops)

@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
@@ -108,6 +109,11 @@ class DigitalTwin:
     def time_s(self) -> float:
         """The fleet's time, in s."""
         return self.fleet.time_s
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """The robots that squads must not count as members [N]: disarmed, stopped, or silent ones."""
+        return self.fleet.failed
 
     def view(self, world: int = 0) -> WorldView:
         """Return the drawn world, as large as the geofence if there is one."""

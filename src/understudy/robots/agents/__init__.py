@@ -1,0 +1,1 @@
+"""Members and coordinators of a team of real robots, each in a process of its own."""

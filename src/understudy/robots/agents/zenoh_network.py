@@ -1,0 +1,190 @@
+"""The network between the agents of a team over Zenoh: a key for each squad, liveliness tokens for presence."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from threading import Lock
+from typing import Any
+
+from understudy.extras import ExtraMissing
+from understudy.robots.ros.transport import Unreachable
+from understudy.runtime.agents.network import Inbox
+
+PREFIX = "understudy"
+"""The first part of all keys."""
+WAIT_MS = 3000
+"""The time within which a router must answer, in ms."""
+
+
+@dataclass(frozen=True, slots=True)
+class ZenohOptions:
+    """How agents reach each other.
+
+    Attributes
+    ----------
+    connect
+        The addresses of routers or of other agents, such as `tcp/192.168.0.5:7447`.
+    listen
+        The addresses at which this agent can be reached.
+    multicast
+        Whether agents look for each other by multicast, which needs no addresses in a local network.
+    config
+        Further keys of Zenoh's configuration with their values, such as those for TLS and access control.
+    """
+
+    connect: Sequence[str] = ()
+    listen: Sequence[str] = ()
+    multicast: bool = True
+    config: Mapping[str, Any] | None = None
+
+
+class ZenohNetwork:
+    """One agent's access to its team over Zenoh; messages arrive in threads of Zenoh.
+
+    Parameters
+    ----------
+    team
+        The name of the team.
+    options
+        How agents reach each other.
+
+    Raises
+    ------
+    ExtraMissing
+        If Zenoh is not installed.
+    Unreachable
+        If an address that must be reached does not answer.
+    """
+
+    def __init__(self, team: str, options: ZenohOptions = ZenohOptions()) -> None:
+        try:
+            import zenoh
+        except ImportError:
+            raise ExtraMissing(what="agents on several computers", extra="ros2") from None
+        self._zenoh: Any = zenoh
+        self._team = f"{PREFIX}/{team}"
+        self._lock = Lock()
+        self._present: set[str] = set()
+        self._publishers: dict[str, Any] = {}
+        self._declared: list[Any] = []
+        self._closed = False
+        try:
+            self._session: Any = zenoh.open(_configure(zenoh, options))
+        except zenoh.ZError as error:
+            where = ", ".join((*options.connect, *options.listen)) or "the network"
+            problem = str(error).split(" at /")[0]  # it tells where it was compiled
+            remedy = "start the router, or correct [network] in the team's file"
+            raise Unreachable(what=where, problem=problem, remedy=remedy) from error
+        self._declared.append(
+            self._session.liveliness().declare_subscriber(
+                f"{self._team}/present/*", self._note_presence, history=True
+            )
+        )
+
+    def publish(self, key: str, message: bytes) -> None:
+        """Send a message to all who listen to a key, without waiting; where the network is slow, it is dropped."""
+        with self._lock:
+            if self._closed:
+                return
+            if key not in self._publishers:
+                self._publishers[key] = self._session.declare_publisher(
+                    f"{self._team}/{key}",
+                    congestion_control=self._zenoh.CongestionControl.DROP,
+                    express=True,
+                )
+            self._publishers[key].put(message)
+
+    def listen(self, key: str) -> Inbox:
+        """Receive the messages of a key from now on, in an inbox of its own."""
+        inbox = Inbox()
+
+        def receive(sample: Any) -> None:
+            if not self._closed and sample.kind == self._zenoh.SampleKind.PUT:
+                inbox.add(bytes(sample.payload))
+
+        self._declared.append(self._session.declare_subscriber(f"{self._team}/{key}", receive))
+        return inbox
+
+    def announce(self, name: str) -> None:
+        """Let others see that this agent is there, until `close` or the end of its program."""
+        self._declared.append(self._session.liveliness().declare_token(f"{self._team}/present/{name}"))
+
+    @property
+    def present(self) -> frozenset[str]:
+        """The names of the agents that are there, as far as is known."""
+        with self._lock:
+            return frozenset(self._present)
+
+    def answer(self, key: str, answer: Callable[[bytes], bytes]) -> None:
+        """Answer questions to a key from now on; `answer` is called in a thread of Zenoh."""
+
+        def reply(query: Any) -> None:
+            with contextlib.suppress(self._zenoh.ZError), query:
+                asked = b"" if query.payload is None else bytes(query.payload)
+                query.reply(f"{self._team}/{key}", answer(asked))
+
+        self._declared.append(self._session.declare_queryable(f"{self._team}/{key}", reply))
+
+    def ask(self, key: str, question: bytes, *, timeout_s: float = 2.0) -> dict[str, bytes]:
+        """Ask all who answer questions to a key.
+
+        Parameters
+        ----------
+        key
+            The key; `*` stands for any part of it.
+        question
+            The question.
+        timeout_s
+            The longest time to wait for answers, s.
+
+        Returns
+        -------
+        dict
+            The answers, by the key of the agent that gave it.
+        """
+        found = {}
+        for reply in self._session.get(f"{self._team}/{key}", payload=question, timeout=timeout_s):
+            if reply.ok is not None:
+                found[str(reply.ok.key_expr).removeprefix(f"{self._team}/")] = bytes(reply.ok.payload)
+        return found
+
+    def close(self) -> None:
+        """Leave the network; nothing is received afterwards."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+        for each in (*self._declared, *self._publishers.values()):
+            with contextlib.suppress(self._zenoh.ZError):
+                each.undeclare()
+        self._session.close()
+
+    def _note_presence(self, sample: Any) -> None:
+        name = str(sample.key_expr).rpartition("/")[2]
+        with self._lock:
+            if sample.kind == self._zenoh.SampleKind.DELETE:
+                self._present.discard(name)
+            else:
+                self._present.add(name)
+
+
+def _configure(zenoh: Any, options: ZenohOptions) -> Any:
+    """Make the configuration of a session: a peer that others reach directly or through routers."""
+    config = zenoh.Config()
+    settings = {
+        "mode": "peer",
+        "connect/endpoints": list(options.connect),
+        "connect/timeout_ms": WAIT_MS,
+        "connect/exit_on_failure": False,
+        "listen/endpoints": list(options.listen) or ["tcp/[::]:0"],
+        "scouting/multicast/enabled": options.multicast,
+        "scouting/gossip/enabled": True,
+        "transport/shared_memory/enabled": False,
+        **(options.config or {}),
+    }
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
