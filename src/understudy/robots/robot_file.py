@@ -17,6 +17,7 @@ from msgspec import field
 from understudy.errors import FileError
 from understudy.robots.camera.config import CameraSpec, parse_toml
 from understudy.robots.ros.state_topic import TOPIC as STATE_TOPIC
+from understudy.robots.team_settings import TeamSettings
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values
 from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
@@ -156,12 +157,16 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
 
 
 class TeamFile(StrictStruct, frozen=True, kw_only=True):
-    """The content of a team's file: several robots, each by the path of its robot file relative to this file."""
+    """The content of a team's file: several robots, each by the path of its robot file relative to this file.
+
+    `agents` says how they run if each decides for itself, in a process of its own.
+    """
 
     format: Literal["understudy-robots/1"]
     name: str
     about: str = ""
     robots: tuple[str, ...]
+    agents: TeamSettings = field(default_factory=TeamSettings)
 
 
 def is_team_file(path: Path | str) -> bool:

@@ -35,7 +35,9 @@ class TeamPlan:
     deputies
         For each squad, the agents that may lead it besides the one of its own name, the first choice first.
     fingerprints
-        The fingerprint of each sort's library. Members that have another one are not counted.
+        The fingerprint of each sort's library.
+    requires_same_library
+        Whether agents whose library has another fingerprint are neither counted nor obeyed.
     lease_s
         The time for which an order holds after it was received, s.
     """
@@ -51,11 +53,13 @@ class TeamPlan:
         robots: Sequence[str] = (),
         deputies: Mapping[str, Sequence[str]] | None = None,
         fingerprints: Mapping[str, str] | None = None,
+        requires_same_library: bool = False,
         lease_s: float = LEASE_S,
     ) -> None:
         self.tree, self.targets, self._lease_s = tree, tuple(targets), lease_s
         self.robots = tuple(robots) or tuple(f"robot_{row}" for row in range(len(tree.type_of)))
         self._deputies, self._fingerprints = deputies or {}, fingerprints or {}
+        self._required = self._fingerprints if requires_same_library else {}
         self._programs = TeamPrograms(tree.names, [squad for squad, _ in tree.squads], libraries, roots)
         self._readings: dict[str, Sequence[Reading]] = dict(readings)
         for squad, _ in tree.squads:
@@ -124,7 +128,7 @@ class TeamPlan:
             return None
         kind = self._kinds[squad]
         keys = list_reported_readings(kind, self._readings[self._sorts[name]], self.targets)
-        return SquadLink(squad, self.list_candidates(squad), keys, self._fingerprints.get(kind.name))
+        return SquadLink(squad, self.list_candidates(squad), keys, self._required.get(kind.name))
 
     def make_squad_spec(self, squad: str) -> SquadSpec:
         """Describe a squad for its coordinator."""
@@ -135,6 +139,6 @@ class TeamPlan:
             members,
             {sort: self._readings[sort] for sort in sorts},
             {sort: self._programs.finds[sort] for sort in sorts},
-            {sort: self._fingerprints[sort] for sort in sorts if sort in self._fingerprints},
+            {sort: self._required[sort] for sort in sorts if sort in self._required},
             self._lease_s,
         )

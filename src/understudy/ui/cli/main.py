@@ -23,6 +23,8 @@ COMMANDS = (
     CommandEntry("worlds", f"{HERE}.worlds:list_worlds", RUNNING),
     CommandEntry("prepare", f"{HERE}.prepare:prepare", RUNNING),
     CommandEntry("robots", f"{HERE}.robots:app", RUNNING),
+    CommandEntry("agent", f"{HERE}.agent:run_agent", RUNNING),
+    CommandEntry("team", f"{HERE}.team:app", RUNNING),
     CommandEntry("list", f"{HERE}.list:list_automata", LIBRARY),
     CommandEntry("show", f"{HERE}.show:show_automaton", LIBRARY),
     CommandEntry("diff", f"{HERE}.diff:show_diff", LIBRARY),

@@ -1,0 +1,336 @@
+"""One agent of a team in a process of its own: a robot, a coordinator, or a robot that may lead its squad, too."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from queue import Empty, Queue
+from threading import Event
+from typing import Any
+
+import msgspec
+
+from understudy.errors import SettingError, UnderstudyError, UnknownName
+from understudy.model.binding import Binding
+from understudy.model.squad import Assignment
+from understudy.robots.agents.load_plan import LoadedTeam
+from understudy.robots.agents.zenoh_network import ZenohNetwork
+from understudy.robots.fleet import connect_robot
+from understudy.robots.robot import Robot
+from understudy.robots.twin import DigitalTwin
+from understudy.runtime.agents.agent import Agent
+from understudy.runtime.agents.coordinator import SquadCoordinator
+from understudy.runtime.agents.remote_members import Clock
+
+LOGGED = 500
+"""The number of lines of an agent's log that are kept."""
+ANSWER_S = 2.0
+"""The longest time in s that a command waits for the agent to carry it out."""
+
+
+class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
+    """What an agent says of itself."""
+
+    name: str
+    sort: str
+    path: list[str]
+    duty: str
+    """The behavior that its order names; empty without an order."""
+    order: tuple[int, int] | None
+    leader: str | None
+    """The agent whose orders it obeys."""
+    term: int
+    armed: bool | None
+    """Whether the robot is armed; None for coordinators."""
+    unfit: str
+    """Why it is not counted as a member; empty if it is."""
+    leads: dict[str, int]
+    """The squads that it leads, and in which term."""
+    missing: dict[str, str]
+    """The members of these squads that are not counted, and why."""
+    library: str
+    refused: dict[str, int]
+    """The number of orders that were refused, by reason."""
+    ticks: int
+    late: int
+
+
+class Question(msgspec.Struct, frozen=True):
+    """A question to an agent: `do` is status, stop, arm or logs; `by` says who asks."""
+
+    do: str
+    by: str = ""
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """An agent's answer: a status, lines of its log, or why it did not do what it was asked; empty if it did."""
+
+    status: AgentStatus | None = None
+    log: list[str] = []
+    problem: str = ""
+
+
+class WallClock:
+    """The clock of a coordinator without a robot.
+
+    Parameters
+    ----------
+    tick_s
+        The nominal length of a tick, s.
+    targets
+        The targets of the team.
+    """
+
+    def __init__(self, tick_s: float, targets: Sequence[str]) -> None:
+        self.tick_s, self.targets = tick_s, tuple(targets)
+        self._began = time.monotonic()
+        self.time_s = 0.0
+
+    def advance(self) -> None:
+        """Take the present time as that of this tick."""
+        self.time_s = time.monotonic() - self._began
+
+
+class AgentProcess:
+    """The agent of this process.
+
+    Parameters
+    ----------
+    name
+        The name of the agent: a robot's, or that of a squad.
+    team
+        The team.
+    network
+        Its access to the network.
+
+    Raises
+    ------
+    UnknownName
+        If the team has no agent of this name.
+    SettingError
+        If an agent of this name is running elsewhere.
+    """
+
+    def __init__(self, name: str, team: LoadedTeam, network: ZenohNetwork) -> None:
+        if name not in team.agents:
+            raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
+        if name in network.present:
+            raise SettingError(
+                where=f"team {team.name}", setting=name, problem="is running already",
+                remedy="stop the other one first",
+            )  # fmt: skip
+        self.name, self.team, self._network = name, team, network
+        self._exit = ExitStack()
+        self._log: deque[str] = deque(maxlen=LOGGED)
+        self._asked: Queue[tuple[Question, list[Answer], Event]] = Queue()
+        self.ticks = self.late = 0
+        self.left = False
+        """Whether the agent was told to leave."""
+        self.robot: Robot | None = None
+        self.agent: Agent | None = None
+        self._clock: Clock | WallClock = WallClock(team.scenario.tick_s, team.plan.targets)
+        if name in team.robots:
+            self._connect_robot(team.robots[name][1])
+        self.coordinators = [
+            SquadCoordinator(
+                team.plan.make_agent_spec(squad),
+                team.plan.make_squad_spec(squad),
+                host=name,
+                candidates=team.plan.list_candidates(squad),
+                clock=self._clock,
+                network=network,
+            )
+            for squad in team.plan.list_led_squads(name)
+        ]
+        self._was_leading: dict[str, bool] = {}
+        network.answer(f"agent/{name}", self._answer)
+        network.announce(name)
+        self.note("started")
+
+    def _connect_robot(self, path: Path) -> None:
+        fleet = connect_robot(path)
+        self._exit.callback(fleet.close)
+        twin = DigitalTwin(fleet)
+        self._clock, self.robot = twin, fleet.robots[0]
+        robot = self.robot
+        self.agent = Agent(
+            self.team.plan.make_agent_spec(self.name), twin, self._network, unfit=lambda: robot.unfitness
+        )
+        twin.follow(self._list_paths)
+
+    def _list_paths(self) -> list[tuple[str, ...]]:
+        return [] if self.agent is None else [self.agent.run.path(0)]
+
+    # Ticks
+
+    def tick(self) -> None:
+        """Hear, sense and report, decide and act once, and carry out what was asked."""
+        if isinstance(self._clock, WallClock):
+            self._clock.advance()
+        if self.agent is not None:
+            self.agent.sense()
+            self.agent.report()
+        for coordinator in self.coordinators:
+            coordinator.sense()
+            coordinator.report()
+        for coordinator in reversed(self.coordinators):
+            coordinator.obey()
+            coordinator.act()
+            self._note_leading(coordinator)
+        if self.agent is not None:
+            before = self._describe_duty(self.agent)
+            self.agent.obey()
+            self.agent.act()
+            if (duty := self._describe_duty(self.agent)) != before:
+                self.note(f"runs {duty}" if duty else "is alone: no order holds any more")
+        self.ticks += 1
+        self._carry_out()
+
+    def run(self, *, until: Callable[[], bool] = lambda: False) -> None:
+        """Tick at the team's rate until the agent is told to leave, or `until` says so."""
+        tick_s = self.team.scenario.tick_s
+        due = time.monotonic()
+        while not self.left and not until():
+            self.tick()
+            due += tick_s
+            left_s = due - time.monotonic()
+            if left_s > 0:
+                time.sleep(left_s)
+            else:
+                self.late, due = self.late + 1, time.monotonic()
+
+    def close(self) -> None:
+        """Stop the robot and leave the network."""
+        self._exit.close()
+        self._network.close()
+
+    # Questions
+
+    def note(self, line: str) -> None:
+        """Write a line to the log of this agent."""
+        self._log.append(f"{time.strftime('%H:%M:%S')} {self.name} {line}")
+
+    def _note_leading(self, coordinator: SquadCoordinator) -> None:
+        squad, leads = coordinator.spec.name, coordinator.leads
+        if self._was_leading.get(squad, False) != leads:
+            term = coordinator.leadership.term
+            self.note(f"leads {squad} in term {term}" if leads else f"no longer leads {squad}")
+            self._was_leading[squad] = leads
+
+    def _answer(self, data: bytes) -> bytes:
+        """Answer a question; it is called in a thread of the network, and waits for the next tick."""
+        try:
+            question = msgspec.msgpack.decode(data, type=Question)
+        except msgspec.MsgspecError:
+            return msgspec.msgpack.encode(Answer(problem="was asked something that it does not understand"))
+        if question.do == "stop" and self.robot is not None:
+            self.robot.emergency_stop(f"asked to by {question.by}")  # at once, from whatever thread
+        found, done = list[Answer](), Event()
+        self._asked.put((question, found, done))
+        answer = found[0] if done.wait(ANSWER_S) else Answer(problem="did not answer in time")
+        return msgspec.msgpack.encode(answer)
+
+    def _carry_out(self) -> None:
+        while True:
+            try:
+                question, found, done = self._asked.get_nowait()
+            except Empty:
+                return
+            found.append(self._carry_out_one(question))
+            done.set()
+
+    def _carry_out_one(self, question: Question) -> Answer:
+        if question.do == "status":
+            return Answer(status=self.describe())
+        if question.do == "logs":
+            return Answer(log=list(self._log))
+        if question.do == "stop":
+            self.note(f"stopped by {question.by}")
+            return Answer(status=self.describe())
+        if question.do == "leave":
+            self.note(f"told to leave by {question.by}")
+            self.left = True
+            return Answer()
+        if question.do == "arm":
+            return self._arm(question.by)
+        return Answer(problem=f"does not know {question.do!r:.40}")
+
+    def _arm(self, by: str) -> Answer:
+        if self.robot is None:
+            return Answer(problem="has no robot")
+        try:
+            self.robot.prepare()
+            self.robot.arm(by)
+        except UnderstudyError as error:
+            return Answer(problem=str(error))
+        self.note(f"armed by {by}")
+        return Answer(status=self.describe())
+
+    def describe(self) -> AgentStatus:
+        """Describe what this agent does."""
+        leading = [each for each in self.coordinators if each.leads]
+        acting = self.agent or next((each.agent for each in leading), None)
+        receiver = None if acting is None else acting.receiver
+        refusals = {} if acting is None else acting.refusals
+        missing = {
+            member.name: problem
+            for coordinator in leading
+            for members in coordinator.members
+            for member in members.members
+            if (problem := members.find_problem(member))
+        }
+        return AgentStatus(
+            name=self.name,
+            sort=self.team.plan.find_sort(self.name),
+            path=[] if acting is None else list(acting.run.path(0)),
+            duty="" if acting is None else self._describe_duty(acting),
+            order=None if receiver is None else receiver.order,
+            leader=None if receiver is None else receiver.leader,
+            term=0 if receiver is None else receiver.term,
+            armed=None if self.robot is None else self.robot.armed,
+            unfit="" if self.robot is None else self.robot.unfitness,
+            leads={each.spec.name: each.leadership.term for each in leading},
+            missing=missing,
+            library=self.team.fingerprints[self.team.plan.find_sort(self.name)],
+            refused={str(reason): count for reason, count in refusals.items()},
+            ticks=self.ticks,
+            late=self.late,
+        )
+
+    @staticmethod
+    def _describe_duty(agent: Agent) -> str:
+        receiver = agent.receiver
+        if receiver is None or receiver.duty is None:
+            return ""
+        behavior, binding = receiver.duty
+        return str(Assignment(behavior, Binding(binding)))
+
+
+def ask(network: ZenohNetwork, question: Question, *, agent: str = "*") -> dict[str, Answer]:
+    """Ask the agents of a team.
+
+    Parameters
+    ----------
+    network
+        An access to the team's network.
+    question
+        The question.
+    agent
+        The name of the agent; `*` asks all.
+
+    Returns
+    -------
+    dict
+        The answer of each agent that gave one, by its name.
+    """
+    found = {}
+    answers: dict[str, Any] = network.ask(f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=3.0)
+    for key, data in answers.items():
+        try:
+            found[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=Answer)
+        except msgspec.MsgspecError:
+            continue
+    return dict(sorted(found.items()))

@@ -1,0 +1,187 @@
+"""Load the plan of a team of real robots from its file, as each of its agents does on its own computer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import blake2b
+from pathlib import Path
+
+import msgspec
+
+from understudy.errors import FileError, UnderstudyError, join_names
+from understudy.model.library import Library
+from understudy.robots.agents.zenoh_network import ZenohOptions
+from understudy.robots.robot_file import RobotFile, load_robot, load_team
+from understudy.robots.team_settings import TeamSettings
+from understudy.runtime.agents.team_plan import TeamPlan
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import list_readings, make_scenario_kit
+from understudy.sim.scenario.schema import RobotGroup, Scenario
+from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import Libraries, collect_libraries, load_type_libraries
+from understudy.storage.document import fingerprint_automaton
+from understudy.storage.library_folder import open_library
+
+
+@dataclass(frozen=True)
+class LoadedTeam:
+    """A team as one agent has loaded it.
+
+    Attributes
+    ----------
+    name
+        The name of the team.
+    settings
+        How its agents run.
+    scenario
+        The scenario with the team's robots.
+    robots
+        The robot file of each robot and where it is, by the robot's name.
+    library
+        The folder of the automata.
+    fingerprints
+        The fingerprint of each sort's library.
+    plan
+        The team.
+    """
+
+    name: str
+    settings: TeamSettings
+    scenario: Scenario
+    robots: Mapping[str, tuple[RobotFile, Path]]
+    library: Path
+    fingerprints: Mapping[str, str]
+    plan: TeamPlan
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The names of all agents: robots, then squads bottom-up."""
+        return (*self.plan.robots, *self.plan.squads)
+
+    def make_network_options(self, agent: str) -> ZenohOptions:
+        """Return how an agent reaches the others."""
+        network = self.settings.network
+        own = self.settings.each.get(agent)
+        return ZenohOptions(
+            connect=network.connect if own is None else (*network.connect, *own.connect),
+            listen=network.listen if own is None or not own.listen else own.listen,
+            multicast=network.multicast,
+            config=network.config,
+        )
+
+
+def load_team_plan(path: Path | str, *, agent: str | None = None, library: Path | None = None) -> LoadedTeam:
+    """Load a team's file with its robot files and its library.
+
+    Parameters
+    ----------
+    path
+        The team's file.
+    agent
+        The agent for which it is loaded; its library may be elsewhere.
+    library
+        The folder of the automata. None: as the file says.
+
+    Returns
+    -------
+    LoadedTeam
+        The team.
+
+    Raises
+    ------
+    FileError
+        If a file is missing or invalid, or the team's file contradicts itself.
+    """
+    team, paths = load_team(path)
+    settings = team.agents
+    files = [load_robot(each) for each in paths]
+    robots = {file.name: (file, where) for file, where in zip(files, paths, strict=True)}
+    if len(robots) < len(files):
+        names = [file.name for file in files]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise _wrong(path, "robots", f"has two robots of the name {twice!r}", "rename one of them")
+    scenario = _cast(path, files, paths)
+    own = None if agent is None else settings.each.get(agent)
+    named = settings.library if own is None or own.library is None else own.library
+    folder = library or Path(path).parent / named
+    libraries = open_libraries(scenario, folder)
+    fingerprints = {sort: fingerprint_library(each) for sort, each in libraries.items()}
+    plan = _make_plan(path, settings, scenario, tuple(robots), libraries, fingerprints)
+    return LoadedTeam(team.name, settings, scenario, robots, folder, fingerprints, plan)
+
+
+def _cast(path: Path | str, files: Sequence[RobotFile], paths: Sequence[Path]) -> Scenario:
+    """Return the scenario of the robot files, with the team's robots."""
+    worlds = {file.world for file in files}
+    world = files[0].world
+    if world is None or len(worlds) > 1:
+        raise _wrong(
+            path, "robots", "are not all of one scenario", "name the same `world` in each robot's file"
+        )
+    beside = paths[0].parent / world
+    scenario = find_scenario(beside if beside.is_file() else world)
+    groups = tuple(RobotGroup(type=file.kind or next(iter(scenario.types))) for file in files)
+    return msgspec.structs.replace(scenario, tick_s=files[0].tick_s, robots=groups, walls=(), obstacles=())
+
+
+def open_libraries(scenario: Scenario, folder: Path) -> Libraries:
+    """Open the library of each sort of agents in a folder; one that is missing is empty."""
+
+    def look(where: Path, kit: object) -> Library:
+        return open_library(where, kit).library if where.is_dir() else Library(kit)  # type: ignore[arg-type]
+
+    robots = load_type_libraries(scenario, folder, make_scenario_kit(scenario), look)
+    return collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
+
+
+def fingerprint_library(library: Library) -> str:
+    """Compute the fingerprint of all automata of a library."""
+    each = {name: fingerprint_automaton(taught) for name, taught in library.taught.items()}
+    return blake2b(repr(sorted(each.items())).encode(), digest_size=8).hexdigest()
+
+
+def _make_plan(
+    path: Path | str,
+    settings: TeamSettings,
+    scenario: Scenario,
+    robots: tuple[str, ...],
+    libraries: Libraries,
+    fingerprints: Mapping[str, str],
+) -> TeamPlan:
+    tree = assign_team_members(scenario)
+    for sort in settings.runs:
+        if sort not in tree.names:
+            remedy = f"name one of {join_names(tree.names)}"
+            raise _wrong(path, f"agents.runs.{sort}", "is no sort of agents of this team", remedy)
+    roots = {sort: (behavior, settings.bind.get(sort, {})) for sort, behavior in settings.runs.items()}
+    try:
+        squads = [f"{squad.name}_{number}" for squad, lists in tree.squads for number in range(len(lists))]
+        plan = TeamPlan(
+            tree,
+            libraries,
+            roots,
+            readings=dict.fromkeys(tree.types, list_readings(scenario)),
+            targets=tuple(scenario.targets),
+            robots=robots,
+            deputies=dict.fromkeys(squads, robots) if settings.deputies is None else settings.deputies,
+            fingerprints=fingerprints,
+            requires_same_library=settings.same_library,
+            lease_s=settings.lease_s,
+        )
+    except UnderstudyError as error:
+        error.add_note(f"{path} asks for it")
+        raise
+    for squad, deputies in (settings.deputies or {}).items():
+        if squad not in plan.squads:
+            remedy = f"name one of {join_names(plan.squads)}"
+            raise _wrong(path, f"agents.deputies.{squad}", "is no squad of this team", remedy)
+        for name in deputies:
+            if name not in (*plan.robots, *plan.squads):
+                remedy = f"name some of {join_names((*plan.robots, *plan.squads))}"
+                raise _wrong(path, f"agents.deputies.{squad}", f"names {name!r}, which is no agent", remedy)
+    return plan
+
+
+def _wrong(path: Path | str, place: str, problem: str, remedy: str) -> FileError:
+    return FileError(path=path, place=place, problem=problem, remedy=remedy)

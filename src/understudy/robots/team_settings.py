@@ -1,0 +1,49 @@
+"""The part of a team's file that says how its agents run, each in a process of its own (`understudy agent`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from msgspec import field
+
+from understudy.sim.scenario.squad_schema import StrictStruct
+
+
+class NetworkSpec(StrictStruct, frozen=True, kw_only=True):
+    """How agents reach each other over Zenoh.
+
+    `connect` has the addresses of routers or agents, `listen` those at which an agent can be reached. `config` has
+    further keys of Zenoh's configuration, such as those for TLS and access control.
+    """
+
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ()
+    multicast: bool = True
+    config: Mapping[str, Any] = field(default_factory=dict)
+
+
+class AgentSettings(StrictStruct, frozen=True, kw_only=True):
+    """What differs for one agent: where its library is, and how it is reached."""
+
+    library: str | None = None
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ()
+
+
+class TeamSettings(StrictStruct, frozen=True, kw_only=True):
+    """How the agents of a team run.
+
+    `library` is the folder of the team's automata, relative to the team's file. `runs` says what agents of each sort
+    run without an order. `deputies` lists, for each squad, the agents that may lead it besides the one of its own name;
+    by default all robots may. With `same_library`, agents whose library differs are not counted and not obeyed.
+    """
+
+    library: str = "library"
+    runs: Mapping[str, str] = field(default_factory=dict)
+    bind: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    deputies: Mapping[str, tuple[str, ...]] | None = None
+    lease_s: float = 1.0
+    same_library: bool = False
+    network: NetworkSpec = field(default_factory=NetworkSpec)
+    each: Mapping[str, AgentSettings] = field(default_factory=dict)

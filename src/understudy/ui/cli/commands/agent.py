@@ -1,0 +1,60 @@
+"""Command `understudy agent`: run one member of a team in this process, on whatever computer that is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import monotonic
+from typing import Annotated
+
+import typer
+
+from understudy.ui.cli.options import Json
+
+TeamFileArgument = Annotated[
+    Path, typer.Argument(metavar="TEAM", help="File of the team.", show_default=False)
+]
+
+
+def run_agent(
+    file: TeamFileArgument,
+    name: Annotated[
+        str, typer.Option("--name", help="Name of the agent: of a robot, or of a squad.", show_default=False)
+    ],
+    library: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the automata. By default as the team's file says.", show_default=False),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Leave after so many seconds.", show_default=False, min=0.0)
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Run one robot or one coordinator of a team, which decides for itself.
+
+    Robots move once a person has armed them: understudy team arm.
+
+    [dim]understudy agent team.toml --name scout_2[/]
+    """
+    from understudy.robots.agents.agent_process import AgentProcess
+    from understudy.robots.agents.load_plan import load_team_plan
+    from understudy.robots.agents.zenoh_network import ZenohNetwork
+    from understudy.ui.cli.output import print_json
+    from understudy.ui.cli.robot_options import interrupt_on_termination
+
+    team = load_team_plan(file, agent=name, library=library)
+    with interrupt_on_termination():
+        network = ZenohNetwork(team.name, team.make_network_options(name))
+        try:
+            process = AgentProcess(name, team, network)
+        except BaseException:
+            network.close()
+            raise
+        until = None if seconds is None else monotonic() + seconds
+        try:
+            typer.echo(f"{name} runs in team {team.name}. Ctrl-C stops it.", err=True)
+            process.run(until=lambda: until is not None and monotonic() >= until)
+        finally:
+            status = process.describe()
+            process.close()
+        if as_json:
+            print_json(status)

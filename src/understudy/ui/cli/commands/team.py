@@ -1,0 +1,180 @@
+"""Commands `understudy team`: see, arm and stop the agents of a team, from any computer of its network."""
+
+from __future__ import annotations
+
+import getpass
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from understudy.ui.cli.commands.agent import TeamFileArgument
+from understudy.ui.cli.options import Json
+
+if TYPE_CHECKING:
+    from understudy.robots.agents.agent_process import AgentStatus, Answer
+    from understudy.robots.agents.load_plan import LoadedTeam
+    from understudy.robots.agents.zenoh_network import ZenohNetwork
+
+FOUND_S = 1.0
+"""The time in s in which other agents are found by multicast."""
+OneAgent = Annotated[
+    str, typer.Option("--name", help="Name of one agent. By default all.", show_default=False)
+]
+
+app = typer.Typer(no_args_is_help=True, help="See, arm and stop the agents of a team.")
+
+
+@app.command("status")
+def show_status(file: TeamFileArgument, as_json: Json = False) -> None:
+    """Show what each agent does, on whose order, and which are missing.
+
+    The exit code is 1 if an agent is missing.
+
+    [dim]understudy team status team.toml[/]
+    """
+    from understudy.robots.agents.agent_process import Question, ask
+    from understudy.ui.cli.output import print_json
+
+    with _connect(file) as (team, network):
+        answers = ask(network, Question("status"))
+    found = [answer.status for answer in answers.values() if answer.status is not None]
+    missing = [name for name in team.agents if name not in answers]
+    libraries = _find_differing(team, found)
+    if as_json:
+        print_json({"team": team.name, "agents": found, "missing": missing, "other_library": libraries})
+    else:
+        _print_status(team, found, missing, libraries)
+    if missing:
+        raise typer.Exit(1)
+
+
+def _find_differing(team: LoadedTeam, found: list[AgentStatus]) -> list[str]:
+    """Return the agents whose library is not the one of this computer."""
+    return [each.name for each in found if each.library != team.fingerprints[each.sort]]
+
+
+def _print_status(
+    team: LoadedTeam, found: list[AgentStatus], missing: list[str], libraries: list[str]
+) -> None:
+    from understudy.ui.cli.output import make_console, make_table
+
+    made = make_table("agent", "doing", "order", "from", "leads", "~")
+    for each in found:
+        doing = " > ".join(filter(None, (each.duty, *each.path)))
+        order = "" if each.order is None else f"{each.order[0]}.{each.order[1]}"
+        said = [each.unfit, *(f"{member} {problem}" for member, problem in each.missing.items())]
+        said += ["has another library"] if each.name in libraries else []
+        leads = ", ".join(each.leads)
+        made.add_row(
+            each.name, doing or "nothing", order, each.leader or "", leads, "; ".join(filter(None, said))
+        )
+    out = make_console()
+    if found:
+        out.print(made)
+    if missing:
+        out.print(f"Not there: {', '.join(missing)}.", markup=False)
+
+
+@app.command("stop")
+def stop_team(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = False) -> None:
+    """Stop and disarm the robots of a team at once.
+
+    The exit code is 1 if a robot's agent did not answer: look whether the robot stands.
+
+    [dim]understudy team stop team.toml[/]
+    """
+    _order_robots(file, "stop", name, "stopped", as_json=as_json)
+
+
+@app.command("arm")
+def arm_team(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = False) -> None:
+    """Let the robots of a team move. A person confirms it in the terminal.
+
+    [dim]understudy team arm team.toml[/]
+    """
+    from understudy.errors import SettingError
+
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise SettingError(
+            where="understudy team arm", setting="its input or output",
+            problem="is not a terminal, so that no person can confirm it",
+            remedy="run it in one, and have `understudy team stop` ready in another",
+        )  # fmt: skip
+    typer.echo("The robots will move. Type arm and Enter to let them:", err=True)
+    if sys.stdin.readline().strip().lower() != "arm":
+        raise SettingError(
+            where=str(file), setting="arming", problem="was not confirmed; nothing moved",
+            remedy="type arm to let them move",
+        )  # fmt: skip
+    _order_robots(file, "arm", name, "armed", as_json=as_json)
+
+
+@app.command("logs")
+def show_logs(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = False) -> None:
+    """Show what happened to each agent: orders, leaders, stops.
+
+    [dim]understudy team logs team.toml --name scout_2[/]
+    """
+    from understudy.robots.agents.agent_process import Question, ask
+    from understudy.ui.cli.output import print_json
+
+    with _connect(file) as (team, network):
+        _check_name(team, name)
+        answers = ask(network, Question("logs"), agent=name)
+    if as_json:
+        print_json({"logs": {agent: answer.log for agent, answer in answers.items()}})
+        return
+    for line in sorted(line for answer in answers.values() for line in answer.log):
+        typer.echo(line)
+
+
+def _order_robots(file: TeamFileArgument, do: str, name: str, done: str, *, as_json: bool) -> None:
+    from understudy.robots.agents.agent_process import Question, ask
+    from understudy.ui.cli.output import print_json
+
+    with _connect(file) as (team, network):
+        _check_name(team, name)
+        answers = ask(network, Question(do, by=f"{getpass.getuser()} in a terminal"), agent=name)
+    robots = [each for each in team.plan.robots if name in ("*", each)]
+    said = {robot: _describe(answers, robot, done) for robot in robots}
+    if as_json:
+        print_json({"robots": said})
+    else:
+        for robot, text in said.items():
+            typer.echo(f"{robot}: {text}")
+    if any(text != done for text in said.values()):
+        raise typer.Exit(1)
+
+
+def _describe(answers: Mapping[str, Answer], robot: str, done: str) -> str:
+    answer = answers.get(robot)
+    if answer is None:
+        return "did not answer: look whether it stands"
+    return answer.problem or done
+
+
+def _check_name(team: LoadedTeam, name: str) -> None:
+    from understudy.errors import UnknownName
+
+    if name != "*" and name not in team.agents:
+        raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
+
+
+@contextmanager
+def _connect(file: TeamFileArgument) -> Iterator[tuple[LoadedTeam, ZenohNetwork]]:
+    """Load a team, join its network as a visitor, and wait until its agents are found."""
+    from time import sleep
+
+    from understudy.robots.agents.load_plan import load_team_plan
+    from understudy.robots.agents.zenoh_network import ZenohNetwork
+
+    team = load_team_plan(file)
+    network = ZenohNetwork(team.name, team.make_network_options("visitor"))
+    try:
+        sleep(FOUND_S)
+        yield team, network
+    finally:
+        network.close()
