@@ -177,7 +177,7 @@ class Trainer:
         """Pause or resume."""
         self.session.paused = not self.session.paused
         self._set_pace()
-        return StatusMessage("Paused: . takes one step, space resumes" if self.paused else "Going on")
+        return StatusMessage("Paused: . takes one step, space resumes" if self.paused else "Resumed")
 
     def step(self) -> None:
         """Take one tick, then pause."""

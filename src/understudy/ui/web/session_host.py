@@ -325,7 +325,7 @@ class SessionHost:
                 self._idling.pause(paused)
             else:
                 self.trainer.pause()
-            self.status = StatusMessage(why or ("Paused" if paused else "Going on"))
+            self.status = StatusMessage(why or ("Paused" if paused else "Resumed"))
 
     def set_speed(self, speed: float) -> None:
         """Set the simulation speed as a multiple of real time."""
