@@ -13,7 +13,8 @@ import pytest
 from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
-from tests.browser.words import plain
+
+from understudy.model.plain_names import format_names as plain
 
 for module in ("cyclonedds", "rosbags", "mujoco", "cv2"):
     pytest.importorskip(module, reason="needs the extras ros2 and mujoco")

@@ -16,7 +16,7 @@ REWORDED = [
     ),
     (r"(.*) when time goes on", r"\1 on the next tick"),
     (r"Done again: (.*)", r"Redone: \1"),
-    (r"World (\d+) from its beginning(.*)", r"World \1, restarted\2"),
+    (r"World (\d+) from its beginning(.*)", r"World \1, from the start\2"),
     (r"Somebody put it there\.", "Put into quarantine by hand."),
     (r"Promised from here: (.*)", r"Expected from here: \1"),
     (r"Here it was promised: (.*)", r"Expected from here: \1"),

@@ -301,7 +301,7 @@ class Trainer:
     @keep_status
     def load_world(self, seed: int) -> StatusMessage:
         """Begin the world of a seed."""
-        return self._world(seed, f"World {seed}, restarted")
+        return self._world(seed, f"World {seed}, from the start")
 
     def _world(self, seed: int, what: str) -> StatusMessage:
         self._end_driving()

@@ -341,7 +341,7 @@ class SessionHost:
             if isinstance(self.world, DigitalTwin):
                 raise SessionError(f"a world of real robots cannot be reset: {CARRY}")
             self.world.reset([seed])
-            said = StatusMessage(f"World {seed}, restarted")
+            said = StatusMessage(f"World {seed}, from the start")
         else:
             said = self.trainer.load_world(seed)
         self.clear_rewind()
