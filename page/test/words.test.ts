@@ -1,6 +1,7 @@
 import { expect, test } from "vitest";
 import { listed, ways } from "../src/calls";
 import { clock, degrees, plain, value } from "../src/words";
+import names from "./plain_names.json"; // what Python reads too, in tests/model/test_plain_names.py
 
 test.each([
   [{ label: "distance_to(A)", unit: "m", kind: "continuous" }, 3.4159, "3.42 m"],
@@ -30,23 +31,6 @@ test("names are listed once, with commas or spaces", () => {
   expect(listed(" done, failed done,,")).toEqual(["done", "failed"]);
 });
 
-test.each([
-  ["rotate_left", "turn left"],
-  ["rotate", "rotate"], // a name of one word is a word
-  ["nearest_food", "nearest food"],
-  ["distance_to(A)", "distance to A"],
-  ["angle_to(nearest_food)", "angle to nearest food"],
-  ["goto(station)", "goto station"],
-  ["blob_x(ball)", "blob x (ball)"],
-  ["between(left_post, right_post)", "between (left post, right post)"],
-  ["forward → rotate_left, angle_to(A) = 31°.", "forward → turn left, angle to A = 31°."],
-  ["when distance_to(A) is below 3 m", "when distance to A is below 3 m"],
-  [
-    "'no_name' is not in /home/my_lessons/bring_home.json",
-    "'no_name' is not in /home/my_lessons/bring_home.json",
-  ],
-  ["examples (stay) of world(s)", "examples (stay) of world (s)"],
-  ["2_000", "2_000"],
-])("%s is read as %s", (text, read) => {
-  expect(plain(text)).toBe(read);
+test.each(names)("%s is read as %s", (text, read) => {
+  expect(plain(text as string)).toBe(read);
 });

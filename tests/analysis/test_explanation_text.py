@@ -16,7 +16,7 @@ from understudy.analysis.explanation_text import (
 from understudy.learning.explain import Explanation
 from understudy.model.lesson import Example, ExampleKind
 
-NEAR, AROUND = "distance_to(A) is below 0.35 m", "angle_to(A) is between 350° and 10°"
+NEAR, AROUND = "distance_to(A) is below 0.35 m", "angle_to(A) is between −10° and 10°"
 PRESSED = tuple(Example(number, "forward", (), "done", ExampleKind.DIRECTIVE) for number in range(8))
 WATCHED = Example(8, "forward", (), "done", ExampleKind.WATCHED)
 LEFT = Explanation("forward", "done", (NEAR,), PRESSED[3:5], shown=True)

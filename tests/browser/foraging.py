@@ -17,8 +17,8 @@ from playwright.sync_api import Page, expect
 from tests.browser.glance import glance
 from tests.browser.hand import drag_robot, turn_robot
 from tests.browser.teacher import Teacher
-from tests.browser.words import plain
 
+from understudy.model.plain_names import format_names as plain
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks import forage_teacher
 from understudy_lab.teachers.person import Seen, TryResult, Wish

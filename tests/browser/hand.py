@@ -33,9 +33,7 @@ TURNING_PX = 60
 
 def drag_robot(page: Page, right_px: float, down_px: float) -> None:
     """Drag the robot that is trained so far over the screen."""
-    found = page.evaluate(FIND)
-    assert found is not None, "no robot in the color of its mode"
-    x, y = found
+    x, y = find_robot(page)
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + right_px, y + down_px, steps=6)
@@ -48,3 +46,23 @@ def turn_robot(page: Page, heading: float) -> None:
     page.keyboard.down("Shift")
     drag_robot(page, TURNING_PX * cos(heading), -TURNING_PX * sin(heading))
     page.keyboard.up("Shift")
+
+
+def find_robot(page: Page) -> tuple[float, float]:
+    """Return where the robot that is trained is in the window, px."""
+    found = page.evaluate(FIND)
+    assert found is not None, "no robot in the color of its mode"
+    x, y = found
+    return x, y
+
+
+def drag_finger(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
+    """Put a finger on the screen, move it in ten steps, and lift it."""
+    touch = page.context.new_cdp_session(page)
+    for step in range(11):
+        x, y = (first + (last - first) * step / 10 for first, last in zip(start, end, strict=True))
+        kind = "touchMove" if step else "touchStart"
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
+        page.wait_for_timeout(30)
+    touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    touch.detach()

@@ -1,12 +1,16 @@
-"""Takes the pictures of the documents at the real page, in a lesson of foraging: `python -m tests.browser.pictures`.
+"""Takes the pictures of the documents at the real page: `python -m tests.browser.pictures`.
 
-It takes three minutes. With --out FOLDER they go there.
+Most are of a lesson of foraging, the rest of tests that do what the documents tell. It takes four minutes. With --out
+FOLDER they go there, with --only WORD only those whose names have this word in them, if tests take them.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +19,7 @@ from typing import TypeAlias
 
 from playwright.sync_api import Page, expect, sync_playwright
 from tests.browser import curriculum
-from tests.browser.conftest import NAMES, QUIET
+from tests.browser.conftest import NAMES, QUIET, SNAPS
 from tests.browser.foraging import GOTO, HARVEST, WAYS, Forager, on_its_way
 from tests.browser.studio import Studio
 
@@ -23,6 +27,12 @@ from understudy.training.trainee import SessionView
 
 PICTURES = Path(__file__).parents[2] / "docs" / "pictures"
 ANYWHERE = 1_000
+OF_TESTS = {
+    "studio-doubt": ("test_doubt.py", "doubt"),
+    "studio-team": ("test_team.py", "team"),
+    "studio-robot": ("test_robot.py", "robot"),
+}
+"""Pictures that tests take, with the test's file and what the picture is called there."""
 FEW, UNSURE = 2, 11
 """So many ways do not tell enough, and a world in which that shows."""
 
@@ -167,6 +177,17 @@ def _way(view: SessionView) -> float:
     return view.features["distance_to(A)"]
 
 
+def take_from_tests(folder: Path, only: str) -> None:
+    """Run the tests that take pictures of the documents, and keep these."""
+    for name, (test, called) in OF_TESTS.items():
+        if only not in name:
+            continue
+        with tempfile.TemporaryDirectory() as snaps:
+            command = [sys.executable, "-m", "pytest", "-q", "-n0", str(Path(__file__).parent / test)]
+            subprocess.run(command, check=True, env={**os.environ, SNAPS: snaps, "CI": "1"})
+            shutil.copyfile(Path(snaps, f"{called}.png"), folder / f"{name}.png")
+
+
 @contextmanager
 def at_the_page() -> Iterator[Page]:
     """The page of a studio with an empty library."""
@@ -185,4 +206,8 @@ def at_the_page() -> Iterator[Page]:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=PICTURES)
-    main(parser.parse_args().out)
+    parser.add_argument("--only", default="")
+    chosen = parser.parse_args()
+    if not chosen.only:
+        main(chosen.out)
+    take_from_tests(chosen.out, chosen.only)

@@ -40,14 +40,14 @@ def test_an_old_error_goes_with_the_next_success_that_says_the_same(teacher: Tea
     page, field = teacher.page, teacher.page.get_by_label("seed")
     field.fill("3")
     field.press("Enter")
-    expect(page.locator(".toast")).to_contain_text("World 3, restarted")
+    expect(page.locator(".toast")).to_contain_text("World 3, from the start")
     field.fill("abc")
     field.press("Enter")
     expect(error(page)).to_be_visible()
     field.fill("3")
     field.press("Enter")
     expect(error(page)).to_have_count(0)
-    expect(page.locator(".toast")).to_contain_text("World 3, restarted")
+    expect(page.locator(".toast")).to_contain_text("World 3, from the start")
 
 
 @pytest.mark.parametrize("seconds", ["abc", "-0.3", ""])

@@ -120,7 +120,7 @@ def test_a_seed_is_typed_while_the_robot_goes_on(teacher: Teacher) -> None:
     expect(seed).to_have_value("4")
     seed.press_sequentially("2")
     seed.press("Enter")
-    expect(teacher.page.get_by_text("World 42, restarted")).to_be_visible()
+    expect(teacher.page.get_by_text("World 42, from the start")).to_be_visible()
     expect(seed).to_have_value("42")
 
 

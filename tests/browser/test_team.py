@@ -9,10 +9,10 @@ import pytest
 from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
-from tests.browser.words import plain
 from tests.sim.patrollers import ROBOTS
 
 from understudy.model.library import TrainedAutomaton
+from understudy.model.plain_names import format_names as plain
 from understudy.storage.library_folder import save_automaton
 
 

@@ -25,6 +25,9 @@ HEAD = """\
 Every command takes `--help`, and those that print results take `--json`, which prints one JSON object. Exit codes:
 0 fine; 1 the result is bad news, such as a test that fails; 2 something that was given cannot be used, and nothing was
 changed; 70 a fault in Understudy itself.
+
+Names are printed as they are typed and as files have them, such as `rotate_left` and `distance_to(A)`. The studio and
+the terminal trainer say *turn left* and *distance to A*.
 """
 _MARKUP = re.compile(r"\[/?[a-z ]*\]")
 VALUES = {str: "TEXT", int: "INTEGER", float: "NUMBER", Path: "PATH"}

@@ -16,7 +16,7 @@ REWORDED = [
     ),
     (r"(.*) when time goes on", r"\1 on the next tick"),
     (r"Done again: (.*)", r"Redone: \1"),
-    (r"World (\d+) from its beginning(.*)", r"World \1, restarted\2"),
+    (r"World (\d+) from its beginning(.*)", r"World \1, from the start\2"),
     (r"Somebody put it there\.", "Put into quarantine by hand."),
     (r"Promised from here: (.*)", r"Expected from here: \1"),
     (r"Here it was promised: (.*)", r"Expected from here: \1"),
@@ -57,6 +57,8 @@ REWORDED = [
     (r"(.*), which are all one to me now\.", r"\1, which look the same to me now."),
 ]
 """Pattern of a whole text of 0.1.0, and what takes its place; several may apply, one after the other."""
+ARC = re.compile(r"between (−?[\d.]+)° and (−?[\d.]+)°")
+"""Angles between two: in 0.1.0 those through straight behind, too, where the second is the smaller number."""
 
 
 def reword(value: Any) -> Any:
@@ -69,6 +71,11 @@ def reword(value: Any) -> Any:
         case str():
             for old, new in REWORDED:
                 value = re.sub(f"^{old}$", new, value)
-            return value
+            return ARC.sub(_reword_arc, value)
         case _:
             return value
+
+
+def _reword_arc(match: re.Match[str]) -> str:
+    first, last = (float(each.replace("−", "-")) for each in match.groups())
+    return match[0] if first < last else f"at least {match[1]}° or below {match[2]}°"

@@ -63,12 +63,36 @@ def test_tests_of_one_feature_become_one_statement() -> None:
     assert said(*nodes)[0] == ("distance_to(A) is below 2 m or at least 5 m",)
 
 
-def test_arcs_in_degrees() -> None:
-    node = Node(TestKind.ARC, 1, low=radians(350), high=radians(10), yes=1, no=2)
+ARCS = [  # where the arc begins and ends going left, °; the angles of the arc in words, and those of the rest
+    (10, 30, "between 10° and 30°", "at least 30° or below 10°"),
+    (350, 10, "between −10° and 10°", "at least 10° or below −10°"),
+    (330, 0, "between −30° and 0°", "at least 0° or below −30°"),
+    (0, 200, "at least 0° or below −160°", "between −160° and 0°"),
+    (175, 182, "at least 175° or below −178°", "between −178° and 175°"),
+    (175, 2, "at least 175° or below 2°", "between 2° and 175°"),
+    (90, 180, "between 90° and 180°", "between −180° and 90°"),
+    (180, 270, "between −180° and −90°", "between −90° and 180°"),
+    (267, 195, "at least −93° or below −165°", "between −165° and −93°"),
+    (354.98, 12.5, "between −5° and 12°", "at least 12° or below −5°"),
+]
+
+
+@pytest.mark.parametrize(("low", "high", "inside", "outside"), ARCS)
+def test_arcs_in_degrees(low: float, high: float, inside: str, outside: str) -> None:
+    node = Node(TestKind.ARC, 1, low=radians(low), high=radians(high), yes=1, no=2)
     assert said(node, make_leaf(1), make_leaf(0)) == {
-        0: ("angle_to(A) is between 10° and 350°",),
-        1: ("angle_to(A) is between 350° and 10°",),
+        0: (f"angle_to(A) is {outside}",),
+        1: (f"angle_to(A) is {inside}",),
     }
+
+
+def test_arcs_of_other_circles_run_from_0() -> None:
+    hour = BoundFeature(Feature("hour", Toroidal(24.0), reading="hour", unit="h"))
+    words = FeatureText(hour, [6.0, 20.0], known_absent=False)
+    assert words.statement(ValueSet(((6.0, 20.0),), False)) == "hour is between 6 h and 20 h"
+    assert words.statement(ValueSet(((0.0, 6.0), (20.0, 24.0)), True)) == (
+        "hour is at least 20 h or below 6 h or absent"
+    )
 
 
 def test_absence_is_said_only_where_it_matters() -> None:
@@ -127,8 +151,8 @@ NUMBERS: list[
     (ANGLE, [34.4564], [34.4, 34.4564], ["34.45°"]),
     (ANGLE, [34.4564], [34.4564, 20.0], ["34°"]),
     (ANGLE, [34.4564001], [34.4564, 40.0], ["35°"]),
-    (ANGLE, [0.3, 359.8], [], ["0°", "359.8°"]),
-    (ANGLE, [350.0, 359.8], [], ["350°", "0°"]),
+    (ANGLE, [0.3, 359.8], [], ["0°", "−0.2°"]),
+    (ANGLE, [350.0, 359.8], [], ["−10°", "0°"]),
 ]
 
 
@@ -154,13 +178,13 @@ def test_no_example_changes_sides(values: list[float], unit: str) -> None:
     feature = BoundFeature(Feature("f", kind, reading="f", unit=unit))
     cuts = sorted(values)[1::2]
     words = FeatureText(feature, cuts, known_absent=False, values=values)
-    numbers = [float(words.number(cut).split()[0].rstrip("°")) for cut in cuts]
+    numbers = [float(words.number(cut).split()[0].rstrip("°").replace("−", "-")) for cut in cuts]
     shown = [degrees(value) if unit == "rad" else value for value in values]
     for cut, number in zip(cuts, numbers, strict=True):
         exact = degrees(cut) if unit == "rad" else cut
         at_most = words.statement(ValueSet(((-inf, cut),), False)).split()[2:4] == ["at", "most"]
-        if unit == "rad" and number == 0.0:
-            number = 360.0 if exact > 180 else 0.0
+        if unit == "rad" and (number < 0.0 or (number == 0.0 and exact > 180.0)):
+            number += 360.0
         assert [each <= number if at_most else each < number for each in shown] == [
             each < exact for each in shown
         ]

@@ -7,7 +7,7 @@ import { pose } from "./robots";
 
 const TO_RADIANS = Math.PI / 180;
 /** A line shorter than this has no room for words; the values stand in the left column. */
-const NEAR_PX = 70;
+const NEAR_PX = 100;
 
 export function drawOverlays(picture: Picture): void {
   const frame = picture.motion.last;

@@ -1,12 +1,15 @@
-/** The pointer on the world: pan, pinch and zoom; drag robots and objects; click to choose; click to place. */
+/** The pointer on the world: pan, pinch and zoom; drag and turn robots, drag objects; click to choose or to place. */
 
 import { toWorld } from "./geometry";
+import { GRASP_PX, type Handle } from "./handle";
 import type { Mark } from "./picture";
 import type { Stage } from "./stage";
 import { extent } from "./things";
 
-const SLOP_PX = 4;
+/** A press that moves farther is a drag. Fingers are less steady than a mouse, and hide what they press. */
+const SLOP_PX = { mouse: 4, touch: 9 };
 const REACH_PX = 7;
+const LEAST_PX = { mouse: 0, touch: GRASP_PX };
 const EVERY_MS = 60;
 
 export interface Chosen {
@@ -59,24 +62,28 @@ class Hand {
     this.start = { x: event.offsetX, y: event.offsetY };
     this.moved = false;
     this.turned = false;
-    this.held = this.stage.studio.directs ? under(this.stage, event.offsetX, event.offsetY) : null;
+    const handle = handleUnder(this.stage, event);
+    this.stage.turning = handle !== null;
+    if (handle !== null) this.held = { what: "robot", of: handle.robot };
+    else this.held = this.stage.studio.directs ? under(this.stage, event) : null;
   }
 
   move(event: PointerEvent): void {
     const { stage } = this;
     const before = this.fingers.get(event.pointerId);
     if (before === undefined) {
-      stage.canvas.style.cursor = under(stage, event.offsetX, event.offsetY) === null ? "" : "grab";
+      stage.canvas.style.cursor = (handleUnder(stage, event) ?? under(stage, event)) === null ? "" : "grab";
       return;
     }
     const at = { x: event.offsetX, y: event.offsetY };
     if (this.fingers.size === 2) this.pinch(event.pointerId, before, at);
     this.fingers.set(event.pointerId, at);
     if (this.fingers.size > 1) return;
-    if (Math.hypot(at.x - this.start.x, at.y - this.start.y) > SLOP_PX) this.moved = true;
+    if (Math.hypot(at.x - this.start.x, at.y - this.start.y) > SLOP_PX[means(event)]) this.moved = true;
     if (!this.moved) return;
     if (this.held === null) stage.pan(at.x - before.x, at.y - before.y);
-    else if (event.shiftKey && this.held.what === "robot") this.turn(this.held.of, at.x, at.y);
+    else if (stage.turning || (event.shiftKey && this.held.what === "robot"))
+      this.turn(this.held.of, at.x, at.y);
     else this.drag(this.held, at.x, at.y);
   }
 
@@ -84,8 +91,8 @@ class Hand {
     const { stage } = this;
     if (!this.fingers.delete(event.pointerId) || this.fingers.size > 0) return;
     const [x, y] = toWorld(stage.view, stage.screen, event.offsetX, event.offsetY);
-    if (!this.moved && event.type === "pointerup") {
-      this.clicked({ mark: under(stage, event.offsetX, event.offsetY), x, y });
+    if (!this.moved && !stage.turning && event.type === "pointerup") {
+      this.clicked({ mark: under(stage, event), x, y });
     }
     if (this.held !== null && this.turned) this.turn(this.held.of, event.offsetX, event.offsetY);
     if (this.held !== null && this.moved && !this.turned)
@@ -96,6 +103,7 @@ class Hand {
   private letGo(): void {
     this.held = null;
     this.stage.dragged = null;
+    this.stage.turning = false;
     this.stage.draw();
   }
 
@@ -107,7 +115,7 @@ class Hand {
     if (performance.now() - this.sent > EVERY_MS) void this.put(held, x, y);
   }
 
-  /** With Shift, a robot stays and turns to the pointer. */
+  /** A robot stays and turns to the pointer, or away from one that holds the handle behind it. */
   private turn(agent: number, px: number, py: number): void {
     const { stage } = this;
     const last = this.fingers.size === 0;
@@ -116,7 +124,9 @@ class Hand {
     this.sent = performance.now();
     const { x, y } = stage.studio.motion.pose(agent, 1);
     const [toX, toY] = toWorld(stage.view, stage.screen, px, py);
-    void stage.studio.ask({ do: "place", agent, x, y, heading: Math.atan2(toY - y, toX - x) });
+    const side = stage.turning && stage.handle?.behind === true ? -1 : 1;
+    const heading = Math.atan2(side * (toY - y), side * (toX - x));
+    void stage.studio.ask({ do: "place", agent, x, y, heading });
   }
 
   private put(held: Mark, x: number, y: number): Promise<unknown> {
@@ -138,17 +148,26 @@ class Hand {
   }
 }
 
-/** The robot, object or round obstacle at a pixel: in this order, the nearest of them. */
-export function under(stage: Stage, px: number, py: number): Mark | null {
+function means(event: PointerEvent): "mouse" | "touch" {
+  return event.pointerType === "touch" ? "touch" : "mouse";
+}
+
+function handleUnder({ handle }: Stage, { offsetX, offsetY }: PointerEvent): Handle | null {
+  return handle !== null && Math.hypot(offsetX - handle.x, offsetY - handle.y) <= GRASP_PX ? handle : null;
+}
+
+/** The robot, object or round obstacle at a pointer: in this order, the nearest of them. */
+function under(stage: Stage, event: PointerEvent): Mark | null {
   const { scene, motion } = stage.studio;
   const frame = motion.last;
   if (scene === null || frame === null) return null;
-  const [x, y] = toWorld(stage.view, stage.screen, px, py);
+  const [x, y] = toWorld(stage.view, stage.screen, event.offsetX, event.offsetY);
   const reach = REACH_PX / stage.view.scale;
+  const least = LEAST_PX[means(event)] / stage.view.scale;
   let found: Mark | null = null;
   let nearest = Infinity;
   const consider = (mark: Mark, far: number, radius: number): void => {
-    if (far > radius + reach || far >= nearest) return;
+    if (far > Math.max(radius + reach, least) || far >= nearest) return;
     found = mark;
     nearest = far;
   };

@@ -48,7 +48,8 @@ export function pose(picture: Picture, robot: number): Pose {
   return is(picture.dragged, "robot", robot) ? { ...at, ...picture.dragged } : at;
 }
 
-function size(picture: Picture, robot: number): number {
+/** A robot's radius, px. */
+export function size(picture: Picture, robot: number): number {
   const type = picture.scene.types[picture.scene.robot_type[robot] ?? 0];
   return Math.max((type?.radius ?? 0.2) * picture.view.scale, LEAST_PX);
 }

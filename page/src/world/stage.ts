@@ -3,6 +3,7 @@
 import type { Studio } from "../studio";
 import { between, fitted, panned, type Size, type View, zoomed } from "./geometry";
 import { drawGround } from "./ground";
+import { drawHandle, type Handle } from "./handle";
 import { drawOverlays } from "./overlays";
 import { palette, type Palette } from "./palette";
 import { OVERLAYS, type Mark, type Overlay, type Picture } from "./picture";
@@ -17,6 +18,9 @@ export class Stage {
   readonly overlays = new Set<Overlay>(OVERLAYS.filter((each) => each !== "camera"));
   marked: Mark | null = null;
   dragged: (Mark & { x: number; y: number }) | null = null;
+  /** What turns the chosen robot, and whether somebody holds it. */
+  handle: Handle | null = null;
+  turning = false;
   screen: Size = { width: 1, height: 1 };
   view: View = { x: 0, y: 0, scale: 1 };
   /** Drawing times of late, ms, for whoever measures. */
@@ -136,6 +140,8 @@ export class Stage {
     drawOverlays(picture);
     drawThings(picture);
     drawRobots(picture);
+    const turns = this.studio.directs && !this.studio.live.real;
+    this.handle = turns ? drawHandle(picture, this.turning ? this.handle : null) : null;
     this.spent.push(performance.now() - now);
     if (this.spent.length > 300) this.spent.shift();
     if (share < 1 || this.view !== this.wanted) this.draw();

@@ -108,8 +108,8 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
         <>
           <b>robot {mark.of + 1}</b>
           <span class="soft">
-            {trained && desk !== null ? "is being trained; " : ""}drag to move it
-            <span class="keys">, with Shift to turn it</span>
+            {trained && desk !== null ? "is being trained; " : ""}drag it to move it, and its handle to turn
+            it
           </span>
           {!trained && (
             <button type="button" disabled={!directs} onClick={() => act({ do: "agent", agent: mark.of })}>

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from understudy.errors import join_names
 from understudy.learning.explain import Explanation
-from understudy.model.describe import convert_to_plain, format_condition, format_values
+from understudy.model.describe import convert_to_plain, format_values
 from understudy.model.lesson import ExampleKind
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def describe_source(reason: DecisionReason) -> str:
 
 def _describe_conditions(explanation: Explanation) -> str:
     """Describe the conditions of a decision, or say that no example was given under them."""
-    held = format_condition(" and ".join(explanation.conditions))
+    held = " and ".join(explanation.conditions)
     if explanation.shown:
         return f" because {held}" if held else ", always"
     return f": there are no examples where {held}" if held else ": there are no examples there"

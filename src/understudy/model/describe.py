@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from math import degrees, isnan
 from typing import Any
@@ -18,7 +17,6 @@ ABSENT = "–"
 BY_CLASSIFIER = "decided by a classifier of scikit-learn"
 """The text that replaces conditions if a transition function is no decision tree."""
 _DIGITS = {"m": 2, "s": 1}
-_DEGREES = re.compile(r"(\d+(?:\.\d+)?)°")
 
 
 def list_shown_vectors(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:
@@ -99,16 +97,6 @@ def format_value(bound: BoundFeature, number: float, *, unit: bool = True) -> st
 def around_zero(angle: float) -> int:
     """Wrap an angle in degrees to −179 to 180; positive is to the left of straight ahead."""
     return int((angle + 179) % 360 - 179)
-
-
-def format_condition(text: str) -> str:
-    """Rewrite angles above 180° in a condition as negative ones: "between 350° and 10°" to "between −10° and 10°"."""
-
-    def turned(match: re.Match[str]) -> str:
-        angle = float(match[1])
-        return f"{angle - 360 if angle > 180 else angle:g}°".replace("-", "−")
-
-    return _DEGREES.sub(turned, text)
 
 
 def format_values(features: Sequence[BoundFeature], numbers: Sequence[float]) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
+from decimal import Decimal
 from itertools import combinations
 from math import ceil, degrees, floor, inf, isinf, nextafter
 from typing import TypeAlias
@@ -26,7 +27,7 @@ from understudy.model.tree_regions import (
     make_path_box,
 )
 
-FULL_TURN = 360.0
+HALF_TURN, FULL_TURN = 180.0, 360.0
 MOST_DIGITS = 17
 
 
@@ -35,8 +36,8 @@ class FeatureText:
 
     `cuts` are the feature's thresholds in a tree, `values` those of the examples. Rounded thresholds stay
     distinct, and every example stays on its side. The usual precision is whole degrees for angles, cm for
-    lengths in m, otherwise three significant digits. `known_absent` is true if some example had the feature
-    absent.
+    lengths in m, otherwise three significant digits. Angles run from −180° to 180°, as readings do. `known_absent`
+    is true if some example had the feature absent.
     """
 
     def __init__(
@@ -73,7 +74,13 @@ class FeatureText:
 
     def number(self, value: float) -> str:
         """Format a threshold, or another value, with its unit."""
-        return f"{self._said.get(value) or self._rounded(self._shown(value), 0)[0]}{self._unit}"
+        text = self._text(value)
+        if self._angle and Decimal(text) > HALF_TURN:
+            text = f"−{Decimal(FULL_TURN) - Decimal(text)}"
+        return f"{text}{self._unit}"
+
+    def _text(self, value: float) -> str:
+        return self._said.get(value) or self._rounded(self._shown(value), 0)[0]
 
     def _labels(self, region: ValueSet) -> list[str]:
         labels = self.kind.labels if isinstance(self.kind, Categorical) else ()
@@ -91,25 +98,41 @@ class FeatureText:
         return [self._interval(part) for part in parts]
 
     def _arc(self, part: Interval) -> str:
+        """Describe an arc, which may cross the seam where the numbers begin again: "at least 175° or below −178°"."""
         low, high = part
         if high == nextafter(low, inf):
             return self.number(low)
-        return f"between {self.number(low)} and {self.number(high)}"
+        start, end = float(self._text(low)), float(self._text(high))
+        if self._angle:  # from −180° to 180°
+            start -= FULL_TURN * (start >= HALF_TURN)
+            end -= FULL_TURN * (end > HALF_TURN)
+        if start >= end:
+            return f"{self._from(low)} or {self._up_to(high)}"
+        if self._angle and start == -HALF_TURN:
+            return f"between −{HALF_TURN:g}° and {self.number(high)}"
+        return self._between(part)
 
     def _interval(self, part: Interval) -> str:
         low, high = part
-        above, at_most = _just_above(low), _just_above(high)
-        under = f"at most {self.number(high)}" if at_most else f"below {self.number(high)}"
-        over = f"above {self.number(low)}" if above else f"at least {self.number(low)}"
         if isinf(low):
-            return under
+            return self._up_to(high)
         if isinf(high):
-            return over
+            return self._from(low)
         if high == nextafter(low, inf):
             return self.number(low)
-        if not above and not at_most:
-            return f"between {self.number(low)} and {self.number(high)}"
-        return f"{over} and {under}"
+        if not _just_above(low) and not _just_above(high):
+            return self._between(part)
+        return f"{self._from(low)} and {self._up_to(high)}"
+
+    def _between(self, part: Interval) -> str:
+        low, high = part
+        return f"between {self.number(low)} and {self.number(high)}"
+
+    def _from(self, low: float) -> str:
+        return f"above {self.number(low)}" if _just_above(low) else f"at least {self.number(low)}"
+
+    def _up_to(self, high: float) -> str:
+        return f"at most {self.number(high)}" if _just_above(high) else f"below {self.number(high)}"
 
     def _plain(self, value: float) -> float:
         return degrees(value) if self._angle else value

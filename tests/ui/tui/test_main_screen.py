@@ -83,7 +83,7 @@ async def test_a_press_is_recorded_with_its_default_and_said(tmp_path: Path) -> 
         await hand.wait(0.1)
         assert hand.said.startswith("start → rotate_left, distance_to(A) = ")
         assert hand.said.endswith("°, with its default")
-        assert "▶  rotate_left" in hand.shown("states")
+        assert "▶  turn left" in hand.shown("states")
         await hand.wait(0.5)
         await hand.press("1")
         await hand.wait(0.1)
@@ -111,7 +111,7 @@ async def test_directing_in_testing_visibly_becomes_a_correction(tmp_path: Path)
         assert hand.trainer.session_view.mode is Mode.TRAINING
         assert hand.said.startswith("correction: forward → rotate_right")
         assert kinds(hand)[-2:] == ["directive ◆", "default ◆"]
-        assert "◆ forward → rotate_right" in hand.shown("lower")
+        assert "◆ forward → turn right" in hand.shown("lower")
 
 
 @run
@@ -299,7 +299,7 @@ async def test_why_and_the_page_of_the_lesson(tmp_path: Path) -> None:
         await hand.press("t")
         await hand.wait(1.5)
         await hand.press("question_mark")
-        assert "ago it went from rotate_left to forward because" in hand.shown("lower")
+        assert "ago it went from turn left to forward because" in hand.shown("lower")
         assert "(shown by " in hand.shown("lower")
         await hand.press("l")
         await hand.press("x", "u", "x", "escape")

@@ -17,7 +17,7 @@ from textual.screen import Screen
 from understudy.errors import KindError, UnderstudyError
 from understudy.model.automaton import START, State
 from understudy.model.binding import Binding
-from understudy.model.describe import format_condition, format_value
+from understudy.model.describe import format_value
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage
@@ -163,12 +163,6 @@ def test_values_are_read_as_they_are_said(bound: BoundFeature, text: str, read: 
 def test_what_is_no_value_is_refused(bound: BoundFeature, text: str, problem: str) -> None:
     with pytest.raises(KindError, match=problem):
         parse_displayed_value(bound, text)
-
-
-def test_conditions_say_angles_like_readings() -> None:
-    assert (
-        format_condition("angle_to(A) is between 350° and 10.5°") == "angle_to(A) is between −10° and 10.5°"
-    )
 
 
 def test_bars() -> None:

@@ -17,7 +17,7 @@ from understudy.analysis.tracing import TransitionQuery
 from understudy.learning.explain import Explanation, explain
 from understudy.learning.fit import learn
 from understudy.model.automaton import Transition
-from understudy.model.describe import describe_transitions, format_condition
+from understudy.model.describe import describe_transitions
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
@@ -109,7 +109,7 @@ class DecisionExplainer:
         """Describe the learned rules: pairs of a state and a condition on which it is left."""
         taught = self._taught(self.learn_lesson()[0].automaton.name)
         found = describe_transitions(taught.automaton, taught.lesson)
-        return [(state, format_condition(line)) for state, lines in found.items() for line in lines]
+        return [(state, line) for state, lines in found.items() for line in lines]
 
     def explain_levels(self) -> tuple[LevelExplanation, ...]:
         """Explain the present decision of every level, from the automaton in training down."""

@@ -177,7 +177,7 @@ class Trainer:
         """Pause or resume."""
         self.session.paused = not self.session.paused
         self._set_pace()
-        return StatusMessage("Paused: . takes one step, space resumes" if self.paused else "Going on")
+        return StatusMessage("Paused: . takes one step, space resumes" if self.paused else "Resumed")
 
     def step(self) -> None:
         """Take one tick, then pause."""
@@ -301,7 +301,7 @@ class Trainer:
     @keep_status
     def load_world(self, seed: int) -> StatusMessage:
         """Begin the world of a seed."""
-        return self._world(seed, f"World {seed}, restarted")
+        return self._world(seed, f"World {seed}, from the start")
 
     def _world(self, seed: int, what: str) -> StatusMessage:
         self._end_driving()

@@ -13,6 +13,8 @@ from textual.containers import VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Static
 
+from understudy.model.plain_names import format_names
+
 NAMES = {"escape": "esc"}
 
 
@@ -30,7 +32,7 @@ class QuestionDialog(ModalScreen[str]):
 
     def compose(self) -> ComposeResult:
         """Lay out the question and its answers."""
-        text = Text(f"{self._question}\n")
+        text = Text(f"{format_names(self._question)}\n")
         for key, way in self._ways.items():
             text.append(f"\n{NAMES.get(key, key):>6}", "bold")
             text.append(f"  {way}")

@@ -20,6 +20,7 @@ from understudy.model.automaton import START, State
 from understudy.model.binding import format_bound_name
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
+from understudy.model.plain_names import format_names
 from understudy.training.edits import DesignChange, change_design
 from understudy.ui.controller.training_plan import (
     LessonChoices,
@@ -60,7 +61,7 @@ class MultiSelect(OptionList):
 
     def _prompt(self, text: str) -> Text:
         mark, style = ("[x]", "bold") if text in self._chosen else ("[ ]", "")
-        return Text.assemble((f"{mark} {text}", style))
+        return Text.assemble((f"{mark} {format_names(text)}", style))
 
 
 Check = Callable[[LessonChoices], object]
@@ -70,7 +71,7 @@ NEW = (
 )
 AGAIN = "Change the design: space selects, tab moves on, ctrl+g applies, esc cancels."
 REACTION_S = "0"
-CONSENT = "learn from silence: ticks I watch without pressing count"
+CONSENT = "learn from silence: what I watch without pressing is right"
 
 
 class LessonForm(Screen[LessonChoices | None]):
@@ -98,6 +99,8 @@ class LessonForm(Screen[LessonChoices | None]):
         self._library, self._name, self._now, self._check = library, name, now, check
         self._again = again
         self._kept = {state.name: state for state in now.states or () if isinstance(state, State)}
+        names = *library.kit.targets, *(now.parameters or ()), *(now.flags or ())
+        self._written = {format_names(name): name for name in names}
 
     @classmethod
     def for_new_lesson(cls, plan: TrainingPlan) -> Self:
@@ -136,7 +139,10 @@ class LessonForm(Screen[LessonChoices | None]):
         """Lay out two lists, and a line for each of the other choices."""
         now = self._now
         yield Static(
-            Text.assemble((f"{self._name}  ", "bold"), (AGAIN if self._again else NEW, "dim")), id="hint"
+            Text.assemble(
+                (f"{format_names(str(self._name))}  ", "bold"), (AGAIN if self._again else NEW, "dim")
+            ),
+            id="hint",
         )
         with Horizontal(id="lists"):
             for title, name in (("States", "states"), ("Features", "features")):
@@ -144,16 +150,17 @@ class LessonForm(Screen[LessonChoices | None]):
                     yield Label(Text(title, "bold underline"))
                     yield MultiSelect(id=name)
         if not self._again:
-            yield from _row("Parameters", "parameters", ", ".join(now.parameters or ()), "A")
-            stand = ", ".join(f"{parameter}={target}" for parameter, target in now.targets.items())
-            yield from _row("…stand for", "targets", stand, f"A={next(iter(self._library.kit.targets), '')}")
-        yield from _row("Flags", "flags", ", ".join(now.flags or ()), "done")
-        yield from _row("More states", "more", "", "turn_back=rotate_left: another name for a state above")
+            yield from _row("Parameters", "parameters", _format_names(now.parameters), "A")
+            stand = _format_names(f"{parameter}={target}" for parameter, target in now.targets.items())
+            first = _format_names([*self._library.kit.targets][:1])
+            yield from _row("…stand for", "targets", stand, f"A={first}")
+        yield from _row("Flags", "flags", _format_names(now.flags), "done")
+        yield from _row("More states", "more", "", "turn back=turn left: another name for a state above")
         yield from _row(
             "Reaction, s", "reaction", f"{now.reaction_s or 0:g}", "how late your presses come, s: 0.2, or 0"
         )
         with Horizontal(classes="row"):
-            yield Label("Watched")
+            yield Label("Silence")
             yield MultiSelect(id="watched")
         yield Static(id="told")
 
@@ -169,13 +176,21 @@ class LessonForm(Screen[LessonChoices | None]):
     def _parameters(self) -> list[str]:
         if self._again:
             return list(self._now.parameters or ())
-        return _listed(self.query_one("#parameters", Input).value)
+        return self._list_names(self.query_one("#parameters", Input).value)
+
+    def _list_names(self, text: str) -> list[str]:
+        """List the names in a line, where they may be written as people read them: "turn left" is rotate_left."""
+        return [
+            "=".join(self._written.get(name.strip(), "_".join(name.split())) for name in part.split("="))
+            for part in _listed(text)
+        ]
 
     def _fill(self, states: Sequence[str], features: Sequence[str]) -> None:
         """Fill the lists with all options, with these selected."""
         library, names = self._library, [*self._parameters(), *self._library.kit.targets]
         behaviors = [*library.kit.behaviors, *(name for name in library.taught if name != self._name)]
-        calls = (call for name in behaviors for call in _calls(name, library.parameters(name), names))
+        calls = [call for name in behaviors for call in _calls(name, library.parameters(name), names)]
+        self._written |= {format_names(call): call for call in calls}
         found = (
             call
             for name, feature in library.features.items()
@@ -202,23 +217,19 @@ class LessonForm(Screen[LessonChoices | None]):
 
     def _choices(self) -> LessonChoices:
         text = {each.id: each.value for each in self.query(Input)}
-        states = [*self.query_one("#states", MultiSelect).selection, *_listed(text["more"])]
+        states = [*self.query_one("#states", MultiSelect).selection, *self._list_names(text["more"])]
         features = self.query_one("#features", MultiSelect).selection
         parameters = self._parameters()
         if not self._again:  # one that was suggested and never used would only have to be bound
             used = {argument for call in (*states, *features) for argument in _arguments(call)}
             parameters = [parameter for parameter in parameters if parameter in used]
-        stand = [pair.partition("=") for pair in _listed(text.get("targets", ""))]
+        stand = [pair.partition("=") for pair in self._list_names(text.get("targets", ""))]
         return LessonChoices(
             states=_named(states, self._kept, self._library),
             features=features,
-            flags=_listed(text["flags"]),
+            flags=self._list_names(text["flags"]),
             parameters=parameters,
-            targets={
-                of.strip(): target.strip()
-                for of, _, target in stand
-                if self._again or of.strip() in parameters
-            },
+            targets={of: target for of, _, target in stand if self._again or of in parameters},
             watched=bool(self.query_one("#watched", MultiSelect).selection),
             reaction_s=_seconds(text["reaction"]),
         )
@@ -238,7 +249,7 @@ class LessonForm(Screen[LessonChoices | None]):
         self.dismiss(choices)
 
     def _tell(self, text: str) -> None:
-        self.query_one("#told", Static).update(Text(f"! {text}", "bold red"))
+        self.query_one("#told", Static).update(Text(f"! {format_names(text)}", "bold red"))
 
     def action_give_up(self) -> None:
         """Cancel."""
@@ -297,6 +308,10 @@ def _suggested(plan: TrainingPlan) -> LessonChoices:
 def _arguments(call: str) -> list[str]:
     """Return the targets of a call: station of goto(station)."""
     return _listed(call.partition("(")[2].rstrip(") "))
+
+
+def _format_names(names: Iterable[str] | None) -> str:
+    return ", ".join(map(format_names, names or ()))
 
 
 def _listed(text: str) -> list[str]:

@@ -14,6 +14,7 @@ from textual.widgets import DataTable, Static
 from understudy.errors import UnderstudyError
 from understudy.learning.report import find_contradictions
 from understudy.model import describe
+from understudy.model.plain_names import format_names
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.tui.panels import DIM, TITLE, TONES
 
@@ -58,12 +59,14 @@ class LessonScreen(Screen[None]):
         for key, what in (("x", "delete"), ("u", "undo"), ("U", "redo"), ("esc", "back to the robot")):
             keys.append(f"{key} ", "bold").append(f"{what}  ", DIM)
         keys.append("◆ correction  ! contradicts another example", DIM)
-        self.query_one("#told", Static).update(Text.assemble((told, "bold"), "\n" if told else "", keys))
+        self.query_one("#told", Static).update(
+            Text.assemble((format_names(told), "bold"), "\n" if told else "", keys)
+        )
 
     def _rules(self) -> Text:
-        rules = Text.assemble((f"What {self.trainer.name} learned", TITLE))
+        rules = Text.assemble((f"What {format_names(self.trainer.name)} learned", TITLE))
         for state, rule in self.trainer.explainer.describe_rules():
-            rules.append("\n").append(f"{state}: ", "bold").append(rule)
+            rules.append("\n").append(f"{format_names(state)}: ", "bold").append(format_names(rule))
         if not self.trainer.session.examples:
             rules.append("\nnothing yet: go back and press the keys of the states", DIM)
         return rules
@@ -72,14 +75,15 @@ class LessonScreen(Screen[None]):
         features, table = self.trainer.features, self.query_one(DataTable)
         at = table.cursor_row
         table.clear(columns=True)
-        table.add_columns("#", "state", "next", *map(str, features), "kind")
+        table.add_columns("#", "state", "next", *(format_names(str(bound)) for bound in features), "kind")
         torn = self._contradicting()
         for example in reversed(self.trainer.session.examples):
             mark = "! " if example.number in torn else "◆ " if example.correction else ""
             number = str(example.number)
             shown = [describe.format_value(*pair) for pair in zip(features, example.values, strict=True)]
             what = Text(f"{mark}{example.kind}", TONES["correction"] if mark else "")
-            table.add_row(number, example.state, example.next, *shown, what, key=number)
+            states = map(format_names, (example.state, example.next))
+            table.add_row(number, *states, *shown, what, key=number)
         table.move_cursor(row=max(0, min(at, table.row_count - 1)))
 
     def _contradicting(self) -> set[int]:

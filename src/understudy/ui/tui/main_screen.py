@@ -15,6 +15,7 @@ from textual.screen import Screen
 from textual.widgets import Static
 
 from understudy.errors import UnderstudyError
+from understudy.model.plain_names import format_names
 from understudy.robots.twin import find_drawn_world
 from understudy.sim.target_lookup import find_target_place
 from understudy.ui.controller.arming import RobotArming
@@ -250,7 +251,7 @@ class TeachingScreen(Screen[str]):
         view = trainer.view
         columns, tall = fit_arena(view, max(10, width - LEAST_SIDE - 4), lines - 2)
         world.styles.width, world.styles.height = columns + 2, tall + 2
-        name = trainer.body.scenario.name
+        name = format_names(trainer.body.scenario.name)
         world.border_title = name if trainer.seed is None else f"{name} {trainer.seed}"
         if self.robots.has_robots:
             world.border_title = self._standing()
@@ -265,8 +266,8 @@ class TeachingScreen(Screen[str]):
         """Return whether real robots are armed, and the key that changes it."""
         robot = self.robots.list_statuses()[self.trainer.robot]
         if not robot.armed:
-            return f"{robot.name}: not armed (y)"
-        return f"{robot.name}: {'stands' if robot.stopped else 'armed'} (Esc)"
+            return f"{format_names(robot.name)}: not armed (y)"
+        return f"{format_names(robot.name)}: {'stands' if robot.stopped else 'armed'} (Esc)"
 
     def _draw_side(self, width: int, lines: int) -> None:
         trainer = self.trainer

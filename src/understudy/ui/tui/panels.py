@@ -8,6 +8,7 @@ from rich.text import Text
 
 from understudy.model import describe
 from understudy.model.lesson import Example, ExampleKind
+from understudy.model.plain_names import format_names
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting
 from understudy.ui.controller.clock import FASTEST
@@ -23,7 +24,7 @@ MARKS = {"": "·", "recorded": "●", "correction": "◆", "error": "!"}
 COMMANDS = (
     ("t", "try"), ("enter", "confirm"), ("u", "undo"), ("U", "redo"), ("space", "pause"),
     (".", "step"), ("+−", "speed"), ("n", "world"), ("r", "restart"), ("d", "drive"), ("p", "target"),
-    ("w", "not watching"), ("l", "lesson"), ("c", "choose"), ("?", "why"), ("s", "save"), ("q", "quit"),
+    ("w", "silence"), ("l", "lesson"), ("c", "choose"), ("?", "why"), ("s", "save"), ("q", "quit"),
     ("h", "help"),
 )  # fmt: skip
 SPARE = "cwU"
@@ -33,7 +34,8 @@ SPARE = "cwU"
 def render_header(trainer: Trainer, width: int) -> Text:
     """Render the automaton, the mode, and the state of the session."""
     view = trainer.session_view
-    left = Text.assemble((f" {trainer.name}", "bold"), formatting.format_targets(view), " ")
+    targets = format_names(formatting.format_targets(view))
+    left = Text.assemble((f" {format_names(trainer.name)}", "bold"), targets, " ")
     if trainer.driving:
         left.append(" DRIVING ", DRIVING)
     elif trainer.corrected:
@@ -73,9 +75,9 @@ def render_states(trainer: Trainer, width: int) -> Text:
         line = Text.assemble(
             (f"{trainer.keys.label(state.name)} ", "bold"),
             f"{mark} ",
-            (f" {state.name}{flag} ", LIT if active else ""),
+            (f" {format_names(state.name)}{flag} ", LIT if active else ""),
         )
-        line.append(f" {about}" if about else "", "" if active else DIM)
+        line.append(f" {format_names(about)}" if about else "", "" if active else DIM)
         line.truncate(width, overflow="ellipsis")
         lines.append(line)
     return Text("\n").join(lines)
@@ -88,7 +90,7 @@ def _drivers(trainer: Trainer, width: int) -> Text:
         line = Text.assemble(
             (f"{trainer.drive_keys.label(behavior.name)} ", "bold"),
             "▶ " if active else "  ",
-            (f" {behavior.name} ", LIT if active else ""),
+            (f" {format_names(behavior.name)} ", LIT if active else ""),
         )
         lines.append(line)
     return Text("\n").join(lines)
@@ -98,12 +100,13 @@ def render_readings(trainer: Trainer, width: int) -> Text:
     """Render the present features with their units and recent values."""
     lines = [_title("Readings", "", width)]
     labels = [str(bound) for bound in trainer.features]
-    wide = max((len(label) for label in labels), default=0)
-    for label, bound in zip(labels, trainer.features, strict=True):
+    names = list(map(format_names, labels))
+    wide = max(map(len, names), default=0)
+    for label, name, bound in zip(labels, names, trainer.features, strict=True):
         now = describe.format_value(bound, trainer.session_view.features[label])
         room = width - wide - 13
         bars = formatting.format_sparkline(bound, trainer.memory.readings(label), room) if room >= 4 else ""
-        lines.append(Text.assemble(f"{label:<{wide}} ", (f"{now:>10}", "bold"), (f"  {bars}", "cyan")))
+        lines.append(Text.assemble(f"{name:<{wide}} ", (f"{now:>10}", "bold"), (f"  {bars}", "cyan")))
         lines[-1].truncate(width)
     if not labels:
         lines.append(Text("none chosen: press c", DIM))
@@ -133,14 +136,14 @@ def render_examples(trainer: Trainer, width: int, height: int) -> Text:
         for press in presses
     ]
     wides = [max(map(len, column)) for column in zip(*told, strict=True)]
-    wide = max(len(formatting.format_example(press[0])) for press in presses)
+    steps = [format_names(formatting.format_example(press[0])) for press in presses]
+    wide = max(map(len, steps))
     digits = len(str(presses[0][0].number))
-    for press, numbers in zip(presses, told, strict=True):
+    for press, step, numbers in zip(presses, steps, told, strict=True):
         aligned = "  ".join(f"{text:>{column}}" for text, column in zip(numbers, wides, strict=True))
         mark, style = _mark(press)
         number = f"{press[0].number:>{digits}}"
-        step = f"{formatting.format_example(press[0]):<{wide}}  "
-        lines.append(Text.assemble((number, DIM), (f"{mark} ", style), step, (aligned, DIM)))
+        lines.append(Text.assemble((number, DIM), (f"{mark} ", style), f"{step:<{wide}}  ", (aligned, DIM)))
         lines[-1].truncate(width, overflow="ellipsis")
     return Text("\n").join(lines)
 
@@ -167,14 +170,14 @@ def _presses(shown: Sequence[Example]) -> list[list[Example]]:
 def render_explanation(trainer: Trainer, width: int) -> Text:
     """Render the explanation of the present decision."""
     lines = [_title("Why?", "? shows the examples again", width)]
-    lines += [Text(line) for line in trainer.explainer.format_lines(trainer.session_view)]
+    lines += [Text(format_names(line)) for line in trainer.explainer.format_lines(trainer.session_view)]
     return Text("\n").join(lines)
 
 
 def render_status(trainer: Trainer) -> Text:
     """Render the status."""
     tone = trainer.status.tone
-    return Text(f" {MARKS[tone]} {trainer.status.text}", TONES[tone])
+    return Text(f" {MARKS[tone]} {format_names(trainer.status.text)}", TONES[tone])
 
 
 def render_commands(trainer: Trainer, width: int) -> Text:

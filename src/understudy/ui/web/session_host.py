@@ -325,7 +325,7 @@ class SessionHost:
                 self._idling.pause(paused)
             else:
                 self.trainer.pause()
-            self.status = StatusMessage(why or ("Paused" if paused else "Going on"))
+            self.status = StatusMessage(why or ("Paused" if paused else "Resumed"))
 
     def set_speed(self, speed: float) -> None:
         """Set the simulation speed as a multiple of real time."""
@@ -341,7 +341,7 @@ class SessionHost:
             if isinstance(self.world, DigitalTwin):
                 raise SessionError(f"a world of real robots cannot be reset: {CARRY}")
             self.world.reset([seed])
-            said = StatusMessage(f"World {seed}, restarted")
+            said = StatusMessage(f"World {seed}, from the start")
         else:
             said = self.trainer.load_world(seed)
         self.clear_rewind()

@@ -173,4 +173,6 @@ def _value(value: float | str | None, unit: str) -> str:
         return "[dim]absent[/]"
     if isinstance(value, str):
         return value
-    return f"{degrees(value):.0f}°" if unit == "rad" else f"{value:.3g}"
+    from understudy.model.describe import around_zero
+
+    return f"{around_zero(round(degrees(value)))}°".replace("-", "−") if unit == "rad" else f"{value:.3g}"

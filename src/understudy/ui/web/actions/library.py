@@ -12,7 +12,6 @@ from understudy.learning.change_attribution import (
     attribute_condition_changes,
 )
 from understudy.learning.fit import learn
-from understudy.model import describe
 from understudy.model.diff import diff_automata
 from understudy.model.library import TrainedAutomaton
 from understudy.storage import library_folder
@@ -189,8 +188,8 @@ def _moved(each: ConditionChange) -> MovedData:
         from_=each.state,
         to=each.next,
         what=each.what,
-        gone=[describe.format_condition(line) for line in each.gone],
-        new=[describe.format_condition(line) for line in each.new],
+        gone=list(each.gone),
+        new=list(each.new),
         examples=each.examples,
     )
 

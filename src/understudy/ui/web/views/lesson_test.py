@@ -22,7 +22,6 @@ from understudy.analysis.lesson_tests import (
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
-from understudy.model import describe
 from understudy.model.binding import format_bound_name
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.scenario.files import format_scenario
@@ -256,7 +255,7 @@ def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> Simp
             enough=ENOUGH,
             leaves=LeavesData(before=found.leaves.before, after=found.leaves.after),
             states=[
-                StateConditionsData(state=state, before=_signed(each.before), after=_signed(each.after))
+                StateConditionsData(state=state, before=list(each.before), after=list(each.after))
                 for state, each in found.conditions.items()
             ],
             decisions=[
@@ -273,7 +272,3 @@ def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> Simp
             moments=MomentsData(all=found.replayed.before, changed=changed),
         )
     )
-
-
-def _signed(lines: list[str]) -> list[str]:
-    return list(map(describe.format_condition, lines))

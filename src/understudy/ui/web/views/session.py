@@ -115,7 +115,7 @@ def list_exits(
     found: Mapping[int, Sequence[Any]] = describe_tree_outcomes(function, automaton.features, vectors)
     for outcome, texts in found.items():
         if outcome != STAY:
-            yield automaton.state_names[outcome], [describe.format_condition(text) for text in texts]
+            yield automaton.state_names[outcome], list(texts)
 
 
 ModeName: TypeAlias = Literal["training", "testing", "live"]
