@@ -29,6 +29,8 @@ LOGGED = 500
 """The number of lines of an agent's log that are kept."""
 ANSWER_S = 2.0
 """The longest time in s that a command waits for the agent to carry it out."""
+ASK_S = 8.0
+"""The longest time in s to wait for the answers of all agents."""
 
 
 class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
@@ -228,6 +230,11 @@ class AgentProcess:
             return msgspec.msgpack.encode(Answer(problem="was asked something that it does not understand"))
         if question.do == "stop" and self.robot is not None:
             self.robot.emergency_stop(f"asked to by {question.by}")  # at once, from whatever thread
+        if question.do == "arm" and self.robot is not None:
+            try:
+                self.robot.prepare()  # which takes half a second, in which decisions go on
+            except UnderstudyError as error:
+                return msgspec.msgpack.encode(Answer(problem=str(error)))
         found, done = list[Answer](), Event()
         self._asked.put((question, found, done))
         answer = found[0] if done.wait(ANSWER_S) else Answer(problem="did not answer in time")
@@ -262,7 +269,6 @@ class AgentProcess:
         if self.robot is None:
             return Answer(problem="has no robot")
         try:
-            self.robot.prepare()
             self.robot.arm(by)
         except UnderstudyError as error:
             return Answer(problem=str(error))
@@ -327,7 +333,7 @@ def ask(network: ZenohNetwork, question: Question, *, agent: str = "*") -> dict[
         The answer of each agent that gave one, by its name.
     """
     found = {}
-    answers: dict[str, Any] = network.ask(f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=3.0)
+    answers: dict[str, Any] = network.ask(f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=ASK_S)
     for key, data in answers.items():
         try:
             found[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=Answer)

@@ -15,8 +15,8 @@ from understudy.runtime.agents.network import Inbox
 
 PREFIX = "understudy"
 """The first part of all keys."""
-WAIT_MS = 3000
-"""The time within which a router must answer, in ms."""
+WAIT_MS = 500
+"""The time in ms for which a starting agent waits for the others; it goes on connecting to them afterwards."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +179,7 @@ def _configure(zenoh: Any, options: ZenohOptions) -> Any:
         "connect/endpoints": list(options.connect),
         "connect/timeout_ms": WAIT_MS,
         "connect/exit_on_failure": False,
+        "connect/retry": {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2},
         "listen/endpoints": list(options.listen) or ["tcp/[::]:0"],
         "scouting/multicast/enabled": options.multicast,
         "scouting/gossip/enabled": True,
