@@ -20,6 +20,7 @@ from understudy.robots.robot_file import (
     TargetPlaceSpec,
     TeamFile,
 )
+from understudy.robots.team_settings import AgentSettings, NetworkSpec, TeamSettings
 
 PAGE = ROOT / "docs" / "reference" / "robot-files.md"
 KEYS = (
@@ -141,6 +142,38 @@ PARTS: Parts = {
             "name": "name of the team",
             "about": "a sentence about it",
             "robots": "paths of the robots' files, relative to this file; at least one",
+            "agents": "how the robots run if each decides for itself (`understudy agent`)",
+        },
+    ),
+    TeamSettings: (
+        "Agents",
+        {
+            "library": "folder of the team's automata, relative to this file",
+            "runs": "behavior that agents run without an order, by their sort: a type of robots or a kind of squads",
+            "bind": "target of each parameter of these behaviors, by the sort",
+            "deputies": "agents that may lead a squad besides the one of its own name, the first choice first, by the "
+            "squad's name; all robots if left out",
+            "lease_s": "time for which an order holds after it was received, s",
+            "same_library": "whether agents with another library are neither counted nor obeyed",
+            "network": "how agents reach each other",
+            "each": "what differs for single agents, by their names",
+        },
+    ),
+    NetworkSpec: (
+        "Network",
+        {
+            "connect": "addresses of agents or routers to connect to, such as `tcp/10.0.0.1:7447`",
+            "listen": "addresses at which agents can be reached; any free port if left out",
+            "multicast": "whether agents find each other by multicast",
+            "config": "further keys of Zenoh's configuration, such as `transport/link/tls/...`",
+        },
+    ),
+    AgentSettings: (
+        "Agent",
+        {
+            "library": "folder of its automata, instead of the team's",
+            "connect": "further addresses to connect to",
+            "listen": "addresses at which it can be reached, instead of the team's",
         },
     ),
 }

@@ -54,6 +54,7 @@ def _type(found: inspect.Type, parts: Parts) -> str:
 
 
 PLAIN: dict[type[inspect.Type], str] = {
+    inspect.AnyType: "any value",
     inspect.StrType: "text",
     inspect.BoolType: "boolean",
     inspect.IntType: "integer",

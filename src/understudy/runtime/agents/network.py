@@ -96,7 +96,7 @@ class LocalNetwork:
         self._nodes.pop(name, None)
 
     @property
-    def announced(self) -> frozenset[str]:
+    def names(self) -> frozenset[str]:
         """The names of the agents that are there."""
         return frozenset(name for name, node in self._nodes.items() if node.is_announced)
 
@@ -155,7 +155,7 @@ class LocalNode:
     @property
     def present(self) -> frozenset[str]:
         """The names of the agents that are there."""
-        return self._network.announced
+        return self._network.names
 
     def close(self) -> None:
         """Leave the network."""

@@ -1,0 +1,136 @@
+"""Agents over Zenoh: messages, presence and questions; and a coordinator that is killed, as over a local network."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+
+import msgspec
+import pytest
+
+pytest.importorskip("zenoh", reason="needs the extra ros2")
+
+from tests.robots.routers import free_port
+from tests.runtime.agents.test_lost_agents import NAMES, leaders, make_team
+
+from understudy.robots.agents.agent_process import Answer, Question, ask
+from understudy.robots.agents.zenoh_network import ZenohNetwork, ZenohOptions
+from understudy.runtime.agents.local_team import LocalTeam
+from understudy.runtime.agents.network import Inbox, LocalNetwork
+
+WAIT_S = 20.0
+
+
+def wait_until(seen: Callable[[], bool]) -> None:
+    until = time.monotonic() + WAIT_S
+    while not seen():
+        assert time.monotonic() < until, "it never came"
+        time.sleep(0.02)
+
+
+@contextmanager
+def networks(*names: str) -> Iterator[dict[str, ZenohNetwork]]:
+    """An access for each, on this machine."""
+    where = {name: f"tcp/127.0.0.1:{free_port()}" for name in names}
+    made = {
+        name: ZenohNetwork("test", ZenohOptions(connect=list(where.values()), listen=[mine], multicast=False))
+        for name, mine in where.items()
+    }
+    try:
+        for name, network in made.items():
+            network.announce(name)
+        for network in made.values():
+            wait_until(partial(_sees, network, names))
+        yield made
+    finally:
+        for network in made.values():
+            network.close()
+
+
+def _sees(network: ZenohNetwork, names: tuple[str, ...]) -> bool:
+    return network.present >= set(names)
+
+
+def test_a_message_reaches_all_who_listen_and_who_left_is_gone() -> None:
+    with networks("one", "two", "three") as of:
+        inboxes = [of[name].listen("order/pair") for name in ("two", "three", "three")]
+        other = of["two"].listen("order/other")
+        wait_until(lambda: _is_heard(of["one"], inboxes[0]))
+        for inbox in inboxes:
+            inbox.take_all()
+        of["one"].publish("order/pair", b"go")
+        for inbox in inboxes:
+            wait_until(partial(_has_come, inbox, b"go"))
+        assert other.take_all() == []
+        of["two"].close()
+        wait_until(lambda: of["one"].present == {"one", "three"})
+
+
+def _is_heard(network: ZenohNetwork, inbox: Inbox) -> bool:
+    network.publish("order/pair", b"?")
+    time.sleep(0.05)
+    return bool(inbox.take_all())
+
+
+def _has_come(inbox: Inbox, message: bytes) -> bool:
+    return message in inbox.take_all()
+
+
+def test_each_agent_answers_for_itself() -> None:
+    with networks("one", "two") as of:
+        for name in of:
+            answer = msgspec.msgpack.encode(Answer(log=[name]))
+            of[name].answer(f"agent/{name}", partial(_answer, answer))
+        of["two"].answer("agent/three", lambda data: b"\xc1")  # not to be understood
+        wait_until(lambda: len(ask(of["one"], Question("logs"))) == 2)
+        assert {name: answer.log for name, answer in ask(of["one"], Question("logs")).items()} == {
+            "one": ["one"],
+            "two": ["two"],
+        }
+        assert list(ask(of["one"], Question("logs"), agent="two")) == ["two"]
+
+
+def _answer(answer: bytes, question: bytes) -> bytes:
+    return answer
+
+
+class ZenohAgents(LocalNetwork):
+    """The network of a `LocalTeam` whose agents speak over Zenoh."""
+
+    def __init__(self, of: dict[str, ZenohNetwork]) -> None:
+        super().__init__()
+        self.of = of
+
+    def join(self, name: str) -> ZenohNetwork:  # type: ignore[override]
+        return self.of[name]
+
+    def leave(self, name: str) -> None:
+        """As if its program had been killed; it is not there yet when the team is made."""
+        if self.step_number:
+            self.of[name].close()
+
+    def step(self) -> None:
+        self.step_number += 1
+        time.sleep(0.05)
+
+
+def _all_go(team: LocalTeam) -> bool:
+    team.tick()
+    return team.paths == [("go", "forward")] * len(NAMES)
+
+
+def test_a_killed_coordinator_is_replaced_over_zenoh() -> None:
+    names = ("pair_0", *NAMES)
+    with networks(*names) as of:
+        team = make_team(ZenohAgents(of), near=-1e9)
+        wait_until(partial(_all_go, team))
+        assert leaders(team) == ["pair_0"]
+        team.stop("pair_0")
+        paths = set()
+        for _ in range(40):
+            team.tick()
+            paths |= set(team.paths)
+        assert leaders(team) == ["scout_1"]
+        assert paths == {("go", "forward")}  # nobody was restarted, and nobody was alone
