@@ -9,7 +9,7 @@ from understudy.errors import FileError
 from understudy.export.body_interface import BodyInterface
 from understudy.robots.derived_readings import DerivedReadings
 from understudy.robots.inputs import TopicInput, make_topic_inputs
-from understudy.robots.robot import check_readings_fit, find_robot_scenario
+from understudy.robots.robot import check_readings_fit, find_robot_scenario, find_robot_type
 from understudy.robots.robot_file import RobotFile
 from understudy.runtime.body import Reading
 from understudy.sim.kit import MOVING, list_readings, make_channels
@@ -44,11 +44,13 @@ def describe_robot(
 ) -> RobotInterface:
     """Describe a robot without connecting to it.
 
-    `scenario` is that of the library, for files that name none. FileError is raised if the file asks for something that
+    `scenario` takes the place of the one that the file names. FileError is raised if the file asks for something that
     messages do not contain, or that differs from its scenario.
     """
-    own, kind = find_robot_scenario(file, path)
-    scenario = own or scenario
+    if scenario is None:
+        scenario, kind = find_robot_scenario(file, path)
+    else:
+        kind = find_robot_type(file, scenario, path)
     sources = make_topic_inputs(file, None, ())
     if isinstance(sources, DecodeProblem):
         raise FileError(path=path, place=sources.key, problem=sources.problem, remedy=sources.remedy)

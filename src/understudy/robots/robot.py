@@ -293,8 +293,14 @@ def find_robot_scenario(file: RobotFile, path: Path | str) -> tuple[Scenario | N
         return None, None
     beside = Path(path).parent / file.world
     scenario = find_scenario(beside if beside.is_file() else file.world)
+    return scenario, find_robot_type(file, scenario, path)
+
+
+def find_robot_type(file: RobotFile, scenario: Scenario, path: Path | str) -> RobotType:
+    """Return the type of a robot in a scenario; FileError if its file has to name one, or names another."""
     kind = file.kind or next(iter(scenario.types))
     if kind not in scenario.types or (file.kind is None and len(scenario.types) > 1):
-        problem = "is missing" if file.kind is None else f"is {kind!r:.60}, which {file.world} has not"
+        where = file.world or scenario.name
+        problem = "is missing" if file.kind is None else f"is {kind!r:.60}, which {where} has not"
         raise FileError(path=path, place="kind", problem=problem, remedy=f"give {join_names(scenario.types)}")
-    return scenario, scenario.types[kind]
+    return scenario.types[kind]

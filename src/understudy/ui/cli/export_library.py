@@ -65,7 +65,7 @@ def open_library_for_robot(
     if _is_for_coordinators(library):
         problem = f"is for one robot, and {name!r} coordinates a squad"
         raise SettingError(where="--robot", setting=str(robot), problem=problem, remedy="leave it out")
-    return library, name, describe_robot(file, path=robot, scenario=where)
+    return library, name, describe_robot(file, path=robot, scenario=where if file.world is None else None)
 
 
 def _open_library(folder: Path, name: str, where: Scenario | None, parts: Kit) -> tuple[Library, str]:
