@@ -116,4 +116,4 @@ def test_a_token_and_the_own_site_are_asked_for(folder: Path) -> None:
         assert client.post(HERE, params={**query, "token": "secret"}).status_code == 200
         foreign = {"origin": "http://evil.example"}
         assert client.post(HERE, params={**query, "token": "secret"}, headers=foreign).status_code == 403
-        assert client.get(HERE, params={**query, "token": "secret"}).status_code == 405
+        assert client.get(HERE, params={**query, "token": "secret"}).status_code == 404

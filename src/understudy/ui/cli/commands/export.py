@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, LibraryOption
-from understudy.ui.cli.robot_options import RobotFileOption
 
 if TYPE_CHECKING:
     from understudy.export.body_interface import BodyInterface
@@ -38,7 +37,15 @@ def export_behavior(
     ] = False,
     world: FoundWorld = None,
     kit: KitName = None,
-    robot: RobotFileOption = None,
+    robot: Annotated[
+        Path | None,
+        typer.Option(
+            "--robot",
+            metavar="FILE",
+            help="File of the robot to export for; ros2 needs it.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Export an automaton with everything below it, so that it runs without Understudy and decides the same.
