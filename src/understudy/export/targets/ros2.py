@@ -28,6 +28,13 @@ KEY = "constexpr double KEY_S = 0.4;         // how long a message says that the
 
 def make_ros2_files(job: ExportJob) -> TargetFiles:
     """Make the files of an export to ROS 2; SettingError if no robot was given or it cannot run there."""
+    if job.hierarchy.is_coordinator:
+        raise SettingError(
+            where="target ros2",
+            setting="behavior",
+            problem=f"{job.hierarchy.name!r} orders a squad, and the node drives one robot",
+            remedy="export a behavior of the members, or this one to another target",
+        )
     if job.robot is None:
         raise SettingError(
             where="target ros2",
@@ -188,7 +195,7 @@ class _PackageFiles:
                 if file.safety.hold_to_run
                 else ""
             ),
-            "notes": "".join(f"\n- {note[0].upper()}{note[1:]}." for note in notes),
+            "notes": "".join(f"\n- {note}." for note in notes),
         }
 
     def write_domain(self) -> str:
