@@ -306,6 +306,8 @@ export interface Hello {
   /** The key that gives control back to this page after a lost connection. */
   key: string;
   directs: boolean;
+  /** The targets that automata can be exported to. */
+  exports: readonly string[];
   scene: Scene;
 }
 

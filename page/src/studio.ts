@@ -78,6 +78,8 @@ export class Studio implements Listener {
   /** Whether the last frame is of the present run: after another world was chosen it comes a moment later. */
   current = true;
   version = "";
+  /** The targets that automata can be exported to. */
+  exports: readonly string[] = [];
   private back: Request | null = null;
   private readonly link = new Link(this);
 
@@ -145,6 +147,7 @@ export class Studio implements Listener {
       if (news.is === "hello") {
         this.directs = news.directs;
         this.version = news.version;
+        this.exports = news.exports;
       }
     }
     this.news.tell();

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
+from tests.export.test_ros2 import FORAGER
 
 
 @pytest.fixture
@@ -168,3 +171,47 @@ def test_a_lesson_that_was_cut_off_is_thrown_away(
     teacher.click("Discard it, and open what is saved")
     expect(page.get_by_role("banner")).to_contain_text("goto (A)")
     assert teacher.examples == 2
+
+
+def test_export_to_run_elsewhere(teacher: Teacher, tmp_path: Path, snap: Callable[[Page, str], None]) -> None:
+    page = teacher.page
+    page.get_by_role("button", name="Export goto", exact=True).click()
+    form = page.get_by_role("form", name="Export goto")
+    form.get_by_label("Export as").select_option("C code")
+    form.get_by_label("A stands for").select_option("nearest food")
+    form.get_by_label("Single precision").check()
+    snap(page, "export")
+    with page.expect_download() as download:
+        form.get_by_role("button", name="Download").click()
+    assert download.value.suggested_filename == "goto-c99.zip"
+    download.value.save_as(tmp_path / "goto.zip")
+    with ZipFile(tmp_path / "goto.zip") as archive:
+        manifest = json.loads(archive.read("goto-c99/manifest.json"))
+    assert (manifest["binding"], manifest["precision"]) == ({"A": "nearest_food"}, "single")
+    expect(page.get_by_text("Exported goto for c99")).to_be_visible()
+
+
+def test_an_export_for_a_robot_asks_for_its_file(
+    teacher: Teacher, tmp_path: Path, snap: Callable[[Page, str], None]
+) -> None:
+    page = teacher.page
+    page.get_by_role("button", name="Export goto", exact=True).click()
+    form = page.get_by_role("form", name="Export goto")
+    form.get_by_label("Export as").select_option("ROS 2 package")
+    button = form.get_by_role("button", name="Download")
+    expect(button).to_be_disabled()
+    file = tmp_path / "rover.toml"
+    file.write_text(FORAGER.replace("drive_m_s = 0.25", "drive_m_s = 7"))
+    form.get_by_label("Robot's file").set_input_files(file)
+    button.click()
+    expect(
+        page.get_by_text("the robot's file at commands.drive_m_s: is 7; give a number above 0")
+    ).to_be_visible()
+    snap(page, "export-refused")
+    file.write_text(FORAGER)
+    button.click()
+    expect(page.get_by_text("rover.toml has changed or is gone: choose it again")).to_be_visible()
+    form.get_by_label("Robot's file").set_input_files(file)
+    with page.expect_download() as download:
+        button.click()
+    assert download.value.suggested_filename == "goto-ros2.zip"

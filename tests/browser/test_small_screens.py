@@ -116,6 +116,9 @@ def test_all_can_be_pressed_and_read(touched: Page, snap: Callable[[Page, str], 
         if tab == "Lesson":
             page.get_by_role("button", name="Example 1", exact=True).tap()
             page.get_by_role("button", name="values").tap()
+        if tab == "Library":
+            page.get_by_role("button", name="Export goto", exact=True).tap()
+            page.get_by_role("form", name="Export goto").get_by_label("Export as").select_option("ros2")
         looks[tab] = page.evaluate(LOOK)
         snap(page, f"touched-{tab}")
     assert {place: seen for place, seen in looks.items() if seen != FINE} == {}

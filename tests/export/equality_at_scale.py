@@ -21,6 +21,7 @@ from time import perf_counter
 import numpy as np
 from tests.export.exports import count_mismatches, draw_job, load_python, make, read_counts, write_job
 
+from understudy.errors import DefinitionError
 from understudy.export.conformance import Conformance, ConformanceTick
 from understudy.export.export_automaton import link_ground, prepare_export
 from understudy.export.reference_run import ReferenceRun, ReferenceTick
@@ -210,15 +211,19 @@ def list_jobs(arguments: argparse.Namespace) -> Iterator[tuple[str, ExportJob, P
             library, name, body = open_library_to_export(Path(folder), name, None, None)
             targets = list(library.kit.targets)
             binding = dict.fromkeys(library.parameters(name), targets[0]) if targets else {}
-            job, _ = prepare_export(
-                library,
-                name,
-                to=arguments.to,
-                binding=binding,
-                body=body,
-                fingerprint="",
-                single_precision=single,
-            )
+            try:
+                job, _ = prepare_export(
+                    library,
+                    name,
+                    to=arguments.to,
+                    binding=binding,
+                    body=body,
+                    fingerprint="",
+                    single_precision=single,
+                )
+            except DefinitionError as error:  # it decides with a classifier
+                say(f"{name}: {error}")
+                continue
             yield f"{folder} {name}", job, link_ground(job.library, name, binding, body)[0]
 
 

@@ -54,14 +54,14 @@ def as_then(said: str) -> str:
 def take_new(exchange: dict[str, Any]) -> None:
     """Take out of an exchange what there was not in 0.1.0.
 
-    These are: whether a lesson is taught live, worlds and libraries to choose from, whether control can be taken, and
-    numbers that tell a sentence from the same one said again.
+    These are: whether a lesson is taught live, worlds and libraries to choose from, targets of exports, whether control
+    can be taken, and numbers that tell a sentence from the same one said again.
     """
     if exchange.get("say") is not None:
         exchange["say"] = exchange["say"].replace(' "live": false,', "")
     for answer in exchange["hear"]:
         (answer.get("desk") or {}).pop("live", None)
-        for key in ("places", "can_take", "said_number"):
+        for key in ("places", "can_take", "said_number", "exports"):
             answer.pop(key, None)
 
 

@@ -98,7 +98,7 @@ COMMANDS = {
     "bench swarm": "--json",
     "demo": "TASK --seed --out -o --method --json",
     "diff": "NAME --from --to --library -l --world -w --kit --all --json",
-    "export": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --json",
+    "export": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
     "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --each --json",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --json",
     "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "

@@ -1,18 +1,21 @@
-/** One trained behavior of the library: open it, delete it, and why it is not complete. */
+/** One trained behavior of the library: open it, delete it, export it, and why it is not complete. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel } from "../context";
 import type { Trained } from "../protocol";
 import type { Studio } from "../studio";
 import { className, counted, plain } from "../words";
+import { Exporting } from "./exporting";
 import { Naming, type Way } from "./naming";
 import { useOpening } from "./opening";
 import { Versions } from "./versions";
 
+type Shown = Way | "versions" | "export";
+
 export function Behavior({ trained, studio }: { trained: Trained; studio: Studio }) {
   const panel = usePanel();
-  const [shown, setShown] = useState<Way | "versions" | null>(null);
-  const show = (which: Way | "versions"): void => setShown(shown === which ? null : which);
+  const [shown, setShown] = useState<Shown | null>(null);
+  const show = (which: Shown): void => setShown(shown === which ? null : which);
   const { name, parameters, runs, examples, versions, complete, why_not: whyNot } = trained;
   const { desk, directs } = studio;
   const here = desk?.name === name;
@@ -90,10 +93,21 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
         >
           {versions === 0 ? "versions" : counted(versions, "former version")}
         </button>
+        <button
+          type="button"
+          class="link"
+          aria-label={`Export ${name}`}
+          aria-expanded={shown === "export"}
+          disabled={!complete}
+          onClick={() => show("export")}
+        >
+          export
+        </button>
       </p>
       {(shown === "rename" || shown === "duplicate") && (
         <Naming key={shown} way={shown} name={name} studio={studio} close={() => setShown(null)} />
       )}
+      {shown === "export" && complete && <Exporting trained={trained} studio={studio} />}
       {shown === "versions" && <Versions name={name} count={versions} studio={studio} />}
       {!complete && <p class="warn">Not complete: {plain(whyNot ?? "something it needs is missing")}</p>}
       {asks}

@@ -12,11 +12,13 @@ from understudy.export.conformance import MS_PER_S, make_conformance
 from understudy.export.export_folder import check_export_folder, write_export
 from understudy.export.hierarchy import Hierarchy, flatten_program
 from understudy.export.manifest import MANIFEST, make_manifest
+from understudy.export.robot_interface import RobotInterface
 from understudy.export.single_precision import RoundedCut, round_library
 from understudy.export.target_files import ExportJob, MakeFiles
 from understudy.export.targets.c99 import make_c99_files
 from understudy.export.targets.json_documents import make_json_files
 from understudy.export.targets.python_module import make_python_files
+from understudy.export.targets.ros2 import make_ros2_files
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.library import Library
 from understudy.runtime.body import Body
@@ -27,6 +29,7 @@ TARGETS: Mapping[str, MakeFiles] = {
     "c99": make_c99_files,
     "python": make_python_files,
     "json": make_json_files,
+    "ros2": make_ros2_files,
 }
 """The targets by name."""
 SINGLE = ("c99",)
@@ -51,6 +54,8 @@ class ExportResult:
         Functions that could not be translated: name, readings and reason of each.
     rounded
         Cuts that single precision decides otherwise.
+    notes
+        What one should know before it runs, as sentences without a full stop.
     """
 
     folder: Path
@@ -59,6 +64,7 @@ class ExportResult:
     ticks: int
     untranslated: tuple[tuple[str, tuple[str, ...], str], ...]
     rounded: tuple[RoundedCut, ...]
+    notes: tuple[str, ...] = ()
 
 
 def export_automaton(
@@ -68,7 +74,7 @@ def export_automaton(
     *,
     to: str,
     binding: Mapping[str, str] = NOTHING_BOUND,
-    body: Body | BodyInterface | None = None,
+    body: Body | BodyInterface | RobotInterface | None = None,
     single_precision: bool = False,
 ) -> ExportResult:
     """Export an automaton with everything below it.
@@ -82,12 +88,12 @@ def export_automaton(
     folder
         Folder to write. It must be empty or hold only an earlier export.
     to
-        The target, such as "c99", "python" or "json".
+        The target, such as "c99", "python", "json" or "ros2".
     binding
         A target for each parameter of the automaton.
     body
         The body that it is for, which says the channels' values at rest and the length of a tick. None: channels are
-        at rest at 0, and a tick is 0.1 s.
+        at rest at 0, and a tick is 0.1 s. Target ros2 needs a robot, as `describe_robot` describes it.
     single_precision
         Whether numbers are 32-bit floats and times milliseconds, for small microcontrollers.
 
@@ -105,14 +111,17 @@ def export_automaton(
     DefinitionError
         If it cannot be exported, such as a classifier of scikit-learn.
     SettingError
-        If the target has no single precision, or cannot keep the length of the tick.
+        If the target has no single precision, or cannot keep the length of the tick, or cannot run on the robot.
     FileError
         If the folder holds something else, or cannot be written.
     """
     if to not in TARGETS:
         raise UnknownName(what="target", name=to, where="export", known=list(TARGETS))
     check_export_folder(folder)
-    interface = describe_kit(library) if body is None else body
+    robot = body if isinstance(body, RobotInterface) else None
+    interface = (
+        describe_kit(library) if body is None else body.body if isinstance(body, RobotInterface) else body
+    )
     if not isinstance(interface, BodyInterface):
         interface = describe_body(interface)
     used = list_exported_automata(library, name)
@@ -125,6 +134,7 @@ def export_automaton(
         body=interface,
         fingerprint=combine_fingerprints(fingerprints),
         single_precision=single_precision,
+        robot=robot,
     )
     made = TARGETS[to](job)
     manifest = make_manifest(job, made, target=to, fingerprints=fingerprints, rounded=rounded)
@@ -141,6 +151,7 @@ def export_automaton(
             for what, slots, problem in hierarchy.functions_to_write
         ),
         rounded,
+        made.notes,
     )
 
 
@@ -153,6 +164,7 @@ def prepare_export(
     body: BodyInterface,
     fingerprint: str,
     single_precision: bool = False,
+    robot: RobotInterface | None = None,
 ) -> tuple[ExportJob, tuple[RoundedCut, ...]]:
     """Prepare what a target is written from; also return the cuts that single precision decides otherwise."""
     program, hierarchy = link_ground(library, name, binding, body)
@@ -162,7 +174,7 @@ def prepare_export(
         library, rounded = round_library(library, list_exported_automata(library, name))
         program, hierarchy = link_ground(library, name, binding, body)
     conformance = make_conformance(program, hierarchy, library, single_precision=single_precision)
-    return ExportJob(hierarchy, conformance, library, fingerprint, single_precision), rounded
+    return ExportJob(hierarchy, conformance, library, fingerprint, single_precision, robot), rounded
 
 
 def list_exported_automata(library: Library, name: str) -> list[str]:

@@ -73,6 +73,7 @@ def make_manifest(
             "leaves": {"reached": conformance.leaves[0], "of": conformance.leaves[1]},
             "boundaries": {"reached": conformance.boundaries[0], "of": conformance.boundaries[1]},
         },
+        **made.facts,
         "files": sorted(made.files),
         "makes": sorted(made.makes),
     }

@@ -30,15 +30,17 @@ class DerivedReadings:
     ) -> None:
         told = {each.name for each in offered}
         sensors = () if kind is None else kind.sensors
-        self._chances = [each for each in sensors if isinstance(each, RandomSensor) and each.name not in told]
+        self.random_sensors = [
+            each for each in sensors if isinstance(each, RandomSensor) and each.name not in told
+        ]
         stuck = (each for each in sensors if isinstance(each, StallSensor) and STUCK[0].name not in told)
-        self._stuck = next(stuck, None)
+        self.stall_sensor = next(stuck, None)
         own = (
-            *(Reading(each.name, Continuous()) for each in self._chances),
-            *(STUCK if self._stuck else ()),
+            *(Reading(each.name, Continuous()) for each in self.random_sensors),
+            *(STUCK if self.stall_sensor else ()),
         )
         of_targets = {each.name: each.of_targets for each in (*offered, *own)}
-        self._since = [
+        self.elapsed_sensors = [
             each
             for each in sensors
             if isinstance(each, ElapsedSensor) and each.of in of_targets and each.name not in told
@@ -49,7 +51,7 @@ class DerivedReadings:
         self._random, self._drawn = np.random.default_rng(seed), dict[str, tuple[int, float]]()
         self._track: deque[tuple[float, float, float, float]] = deque()
         self.readings: Sequence[Reading] = (
-            *(Reading(each.name, Continuous(), "s", of_targets[each.of]) for each in self._since),
+            *(Reading(each.name, Continuous(), "s", of_targets[each.of]) for each in self.elapsed_sensors),
             *own,
         )
 
@@ -61,12 +63,12 @@ class DerivedReadings:
         `values` has all other readings, and `asked_m_s` is the commanded speed in m/s.
         """
         found: dict[ReadingKey, float] = {}
-        for chance in self._chances:
+        for chance in self.random_sensors:
             found[chance.name, None] = self._draw(chance, now)
-        if self._stuck is not None:
-            found["stuck", None] = self._is_stuck(now, values, asked_m_s, self._stuck.after_s)
+        if self.stall_sensor is not None:
+            found["stuck", None] = self._is_stuck(now, values, asked_m_s, self.stall_sensor.after_s)
         of = {**values, **found}
-        for since in self._since:
+        for since in self.elapsed_sensors:
             for target in self._targets if self._of_targets[since.of] else (None,):
                 value = of.get((since.of, target), nan)
                 if not isnan(value) and (since.of not in self._yes or value > 0):

@@ -69,12 +69,12 @@ class Robot:
         self._began = clock()
         self._snapshot: dict[ReadingKey, float] | None = None
         self._at = self._began
-        self.scenario, self.kind = _world_of(file, path)
+        self.scenario, self.kind = find_robot_scenario(file, path)
         """The scenario whose lessons it runs, and its type there; None if its file names no scenario."""
         colored = () if self.scenario is None else tuple(self.scenario.targets)
         self.senses = SensorInputs(file, transport, path=path, targets=colored)
         self.targets: Sequence[str] = self.senses.targets
-        _see_fit(file, self.senses.readings, self.kind, path)
+        check_readings_fit(file, self.senses.readings, self.kind, path)
         seed = crc32(f"{file.domain} {file.namespace} {file.name}".encode())
         self._derived = DerivedReadings(self.kind, self.senses.readings, self.targets, seed=seed)
         self.readings: Sequence[Reading] = (*self.senses.readings, *self._derived.readings)
@@ -280,7 +280,9 @@ def connect_robot_body(
         raise
 
 
-def _see_fit(file: RobotFile, offered: Sequence[Reading], kind: RobotType | None, path: Path | str) -> None:
+def check_readings_fit(
+    file: RobotFile, offered: Sequence[Reading], kind: RobotType | None, path: Path | str
+) -> None:
     """Refuse a reading whose kind or unit differs from that of the same name in the scenario."""
     there = {} if kind is None else {each.name: each for _, each in list_type_readings(kind)}
     for each in offered:
@@ -297,7 +299,7 @@ def _see_fit(file: RobotFile, offered: Sequence[Reading], kind: RobotType | None
             raise FileError(path=path, place=f"{place}.unit", problem=problem, remedy=remedy)
 
 
-def _world_of(file: RobotFile, path: Path | str) -> tuple[Scenario | None, RobotType | None]:
+def find_robot_scenario(file: RobotFile, path: Path | str) -> tuple[Scenario | None, RobotType | None]:
     """Return the scenario that a robot file names and the robot's type in it, or None for both without a scenario.
 
     The name is a path relative to the robot file, or that of a built-in scenario.
@@ -306,8 +308,14 @@ def _world_of(file: RobotFile, path: Path | str) -> tuple[Scenario | None, Robot
         return None, None
     beside = Path(path).parent / file.world
     scenario = find_scenario(beside if beside.is_file() else file.world)
+    return scenario, find_robot_type(file, scenario, path)
+
+
+def find_robot_type(file: RobotFile, scenario: Scenario, path: Path | str) -> RobotType:
+    """Return the type of a robot in a scenario; FileError if its file has to name one, or names another."""
     kind = file.kind or next(iter(scenario.types))
     if kind not in scenario.types or (file.kind is None and len(scenario.types) > 1):
-        problem = "is missing" if file.kind is None else f"is {kind!r:.60}, which {file.world} has not"
+        where = file.world or scenario.name
+        problem = "is missing" if file.kind is None else f"is {kind!r:.60}, which {where} has not"
         raise FileError(path=path, place="kind", problem=problem, remedy=f"give {join_names(scenario.types)}")
-    return scenario, scenario.types[kind]
+    return scenario.types[kind]

@@ -13,7 +13,7 @@
 #include <avr/sleep.h>
 #define PULSES 3000
 static int put_character(char c, FILE *s) { (void)s; while (!(UCSR0A & (1 << UDRE0))) {} UDR0 = (uint8_t)c; return 0; }
-#else
+#elif !defined(__arm__)
 #include <time.h>
 #endif
 
@@ -47,7 +47,41 @@ static void copy(const forage_readings *r, hand_readings *h)
 static forage_machine machine;
 static hand by_hand;
 
-#ifdef __AVR__
+#if defined(__arm__)
+/* On an emulated Cortex-M3: QEMU with -icount lets the same time pass in every instruction, and SysTick measures it. */
+#define PULSES 3000
+#define SYSTICK_CONTROL (*(volatile uint32_t *)0xE000E010)
+#define SYSTICK_RELOAD (*(volatile uint32_t *)0xE000E014)
+#define SYSTICK_NOW (*(volatile uint32_t *)0xE000E018)
+#define NOPS 1000
+static uint32_t passed(uint32_t begin) { return (begin - SYSTICK_NOW) & 0xFFFFFF; } /* it counts down */
+int main(void)
+{
+    forage_readings r; hand_readings h; forage_commands c; hand_commands d;
+    double sum[2] = {0, 0}, most[2] = {0, 0}; long different = 0;
+    uint32_t begin, nothing, nops;
+    SYSTICK_RELOAD = 0xFFFFFF; SYSTICK_NOW = 0; SYSTICK_CONTROL = 5;
+    begin = SYSTICK_NOW; nothing = passed(begin);
+    begin = SYSTICK_NOW; __asm__ volatile(".rept 1000\n nop\n .endr"); nops = passed(begin) - nothing;
+    forage_start(&machine, 0);
+    for (uint32_t tick = 0; tick < PULSES; tick++) {
+        double counted[2]; uint8_t a; int b;
+        draw(tick, &r); copy(&r, &h);
+        begin = SYSTICK_NOW; a = forage_step(&machine, &r, tick * 100, &c); counted[0] = passed(begin);
+        begin = SYSTICK_NOW; b = hand_step(&by_hand, &h, &d); counted[1] = passed(begin);
+        for (int of = 0; of < 2; of++) {
+            counted[of] = (counted[of] - nothing) * NOPS / nops;
+            sum[of] += counted[of];
+            if (counted[of] > most[of]) most[of] = counted[of];
+        }
+        different += a != b;
+    }
+    printf("exported: mean %ld, most %ld instructions; by hand: mean %ld, most %ld instructions; %ld decided otherwise\n",
+           (long)(sum[0] / PULSES + 0.5), (long)(most[0] + 0.5), (long)(sum[1] / PULSES + 0.5), (long)(most[1] + 0.5),
+           different);
+    return 0;
+}
+#elif defined(__AVR__)
 int main(void)
 {
     static FILE out;

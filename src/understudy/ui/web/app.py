@@ -9,7 +9,7 @@ from pathlib import Path
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
@@ -17,6 +17,7 @@ from starlette.websockets import WebSocket
 
 from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, is_loopback
 from understudy.ui.web.actions.camera import make_camera_route
+from understudy.ui.web.export_zip import make_export_route
 from understudy.ui.web.library_zip import make_library_route
 from understudy.ui.web.server import StudioServer
 
@@ -74,9 +75,13 @@ def make_app(
                 await clockwork
 
     files = StaticFiles(directory=static, check_dir=False)
-    library = make_library_route(studio, lambda request: find_connection_problem(request, token, hosts))
-    camera = make_camera_route(studio.host, lambda request: find_connection_problem(request, token, hosts))
-    routes = [Route("/", page), WebSocketRoute("/ws", socket), library, camera, Mount("/", files)]
+
+    def refusal(request: HTTPConnection) -> str | None:
+        return find_connection_problem(request, token, hosts)
+
+    posts = [make_library_route(studio, refusal), make_export_route(studio.host, refusal)]
+    camera = make_camera_route(studio.host, refusal)
+    routes = [Route("/", page), WebSocketRoute("/ws", socket), *posts, camera, Mount("/", files)]
     return Starlette(routes=routes, lifespan=life)
 
 

@@ -12,6 +12,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy import __version__
 from understudy.errors import SessionError
+from understudy.export.export_automaton import TARGETS
 from understudy.sim.world import World
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST, WallClock
@@ -47,6 +48,8 @@ class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
     key: str
     """The key that gives control back to this page after a lost connection."""
     directs: bool
+    exports: list[str]
+    """The targets that automata can be exported to."""
     scene: SceneData
 
 
@@ -146,7 +149,9 @@ class StudioServer:
         directs = viewer is self.viewers.director
         if directs:
             self._resume_after(viewer)
-        hello = HelloData(version=__version__, key=viewer.key, directs=directs, scene=scene)
+        hello = HelloData(
+            version=__version__, key=viewer.key, directs=directs, exports=[*TARGETS], scene=scene
+        )
         viewer.send_reply(_encode(hello))
         shown = self._show_session(library)
         viewer.show(news=_encode(_to(shown, directs=directs)), frame=self.host.frame())

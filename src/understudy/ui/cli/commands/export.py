@@ -12,7 +12,9 @@ import typer
 from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, LibraryOption
 
 if TYPE_CHECKING:
+    from understudy.export.body_interface import BodyInterface
     from understudy.export.export_automaton import ExportResult
+    from understudy.export.robot_interface import RobotInterface
     from understudy.export.single_precision import RoundedCut
 
 
@@ -20,7 +22,7 @@ def export_behavior(
     name: Annotated[
         str, typer.Argument(help="Name of the automaton; SORT/NAME for one of a squad or robot type.")
     ],
-    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="Target: c99, python or json.")],
+    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="Target: c99, python, json or ros2.")],
     out: Annotated[
         Path,
         typer.Option("--out", "-o", metavar="DIR", help="Folder to write: new, empty, or an earlier export."),
@@ -35,6 +37,15 @@ def export_behavior(
     ] = False,
     world: FoundWorld = None,
     kit: KitName = None,
+    robot: Annotated[
+        Path | None,
+        typer.Option(
+            "--robot",
+            metavar="FILE",
+            help="File of the robot to export for; ros2 needs it.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Export an automaton with everything below it, so that it runs without Understudy and decides the same.
@@ -45,13 +56,19 @@ def export_behavior(
     [dim]understudy export forage --library demo/library --to c99 --out forage-c[/]
 
     [dim]understudy export goto --bind A=station --library demo/library --to python --out goto-python[/]
+
+    [dim]understudy export servo --library library --to ros2 --robot rover.toml --out servo-ros2[/]
     """
     from understudy.export.export_automaton import export_automaton
-    from understudy.ui.cli.export_library import open_library_to_export
+    from understudy.ui.cli.export_library import open_library_for_robot, open_library_to_export
     from understudy.ui.cli.options import parse_bindings
     from understudy.ui.cli.output import print_json
 
-    known, name, body = open_library_to_export(library, name, world, kit)
+    body: BodyInterface | RobotInterface
+    if robot is None:
+        known, name, body = open_library_to_export(library, name, world, kit)
+    else:
+        known, name, body = open_library_for_robot(library, name, robot, world, kit)
     found = export_automaton(
         known, name, out, to=to, binding=parse_bindings(bind), body=body, single_precision=float32
     )
@@ -82,6 +99,8 @@ class ExportReport:
     """Number of ticks of the conformance file."""
     untranslated: Sequence[UntranslatedFunction]
     rounded_cuts: Sequence[RoundedCut]
+    notes: Sequence[str]
+    """What one should know before it runs."""
 
 
 def _make_result(name: str, found: ExportResult) -> ExportReport:
@@ -96,6 +115,7 @@ def _make_result(name: str, found: ExportResult) -> ExportReport:
             for what, readings, problem in found.untranslated
         ],
         rounded_cuts=found.rounded,
+        notes=found.notes,
     )
 
 
@@ -111,6 +131,8 @@ def _show(name: str, found: ExportResult) -> None:
     for what, readings, problem in found.untranslated:
         read = f" (reads {', '.join(readings)})" if readings else ""
         out.print(f"missing: {escape(what)}{escape(read)}, because {escape(problem)}", soft_wrap=True)
+    for note in found.notes:
+        out.print(f"note: {escape(note)}", soft_wrap=True)
     for cut in found.rounded:
         margin = "" if cut.margin != cut.margin else f", {cut.margin:.3g} from the nearest example"
         moved = f"{cut.cut!r} became {cut.exported!r}" if cut.is_separating else f"{cut.cut!r} is too close"

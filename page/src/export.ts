@@ -1,0 +1,54 @@
+/** Exports of a behavior: what they are called, and how one is asked for. */
+
+/** What the targets are, for those who do not know their names; others are shown by name. */
+const TARGETS: Readonly<Record<string, string>> = {
+  c99: "C code",
+  python: "Python module",
+  json: "JSON documents",
+  ros2: "ROS 2 package",
+  btcpp: "BehaviorTree.CPP",
+  scxml: "SCXML statechart",
+  xstate: "XState machine",
+};
+/** The targets that can be written in single precision. */
+const SINGLE: readonly string[] = ["c99"];
+/** The targets for which a robot's file says what is read and commanded. */
+const ROBOTS: readonly string[] = ["ros2"];
+
+export interface Wanted {
+  name: string;
+  to: string;
+  targets: Readonly<Record<string, string>>;
+  single: boolean;
+}
+
+export function targetName(target: string): string {
+  return TARGETS[target] ?? target;
+}
+
+export function offersSingle(target: string): boolean {
+  return SINGLE.includes(target);
+}
+
+export function needsRobot(target: string): boolean {
+  return ROBOTS.includes(target);
+}
+
+/** The query of an export. */
+export function exportQuery(wanted: Wanted): [string, string][] {
+  const { name, to, targets, single } = wanted;
+  return [
+    ["name", name],
+    ["to", to],
+    ...Object.entries(targets).map(([parameter, target]): [string, string] => [
+      "bind",
+      `${parameter}=${target}`,
+    ]),
+    ...(single && offersSingle(to) ? ([["single", "1"]] as [string, string][]) : []),
+  ];
+}
+
+/** The name in a Content-Disposition, or another where there is none. */
+export function fileName(disposition: string | null, otherwise: string): string {
+  return /filename="([^"/\\]+)"/.exec(disposition ?? "")?.[1] ?? otherwise;
+}

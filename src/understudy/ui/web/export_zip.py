@@ -1,0 +1,146 @@
+"""Export an automaton of the library to a target, as a zip that the page downloads; nothing is changed or kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from urllib.parse import quote
+from zipfile import ZIP_DEFLATED, ZipFile
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from understudy.errors import SessionError, SettingError, UnderstudyError
+from understudy.export.body_interface import BodyInterface, describe_body, describe_kit
+from understudy.export.export_automaton import ExportResult, export_automaton
+from understudy.export.identifiers import make_identifier
+from understudy.export.robot_interface import RobotInterface, describe_robot
+from understudy.model.library import Library
+from understudy.robots.robot_file import parse_robot
+from understudy.robots.twin import DigitalTwin
+from understudy.ui.web.session_host import SessionHost, describe_error
+
+PATH = "/export.zip"
+MOST_ROBOT_FILE = 256 * 1024
+"""The greatest size of an uploaded robot file, in bytes."""
+UPLOADED = "the robot's file"
+SAID = "X-Understudy-Said"
+"""The header with a sentence about the export, percent-encoded."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExportOrder:
+    """What a page asks for: an automaton, its target and binding, and the content of a robot's file, if it sent one."""
+
+    name: str
+    to: str
+    binding: Mapping[str, str]
+    single_precision: bool
+    robot_file: str | None
+
+
+def make_export_route(host: SessionHost, refusal: Callable[[HTTPConnection], str | None]) -> Route:
+    """Return the route that exports an automaton; `refusal` returns why a connection is refused, or None.
+
+    The query has `name`, `to`, `bind` (PARAMETER=TARGET, several times) and `single`; the body is a robot's file.
+    """
+
+    async def serve(request: Request) -> Response:
+        problem = refusal(request)
+        if problem is not None:
+            return _refuse(403, problem)
+        try:
+            order = await _read_order(request)
+            library = host.library_view.library
+            host.library_view.find_automaton(order.name)
+            body = _describe_body(host, library, order)
+            content, said = await run_in_threadpool(zip_export, library, order, body)
+        except Exception as error:
+            return _refuse(400 if isinstance(error, UnderstudyError) else 500, describe_error(error))
+        headers = {
+            "Cache-Control": "no-store",
+            "Content-Disposition": f'attachment; filename="{_find_stem(order)}.zip"',
+            "X-Content-Type-Options": "nosniff",
+            SAID: quote(said),
+        }
+        return Response(content, media_type="application/zip", headers=headers)
+
+    return Route(PATH, serve, methods=["POST"])
+
+
+async def _read_order(request: Request) -> ExportOrder:
+    query = request.query_params
+    binding = dict(pair.partition("=")[::2] for pair in query.getlist("bind"))
+    content = bytearray()
+    async for chunk in request.stream():
+        content += chunk
+        if len(content) > MOST_ROBOT_FILE:
+            raise SessionError(
+                f"{UPLOADED} is larger than {MOST_ROBOT_FILE // 1024} kB: give that of one robot"
+            )
+    try:
+        robot_file = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise SessionError(f"{UPLOADED} is not text in UTF-8: give a TOML file") from None
+    return ExportOrder(
+        query.get("name", ""), query.get("to", ""), binding, query.get("single") == "1", robot_file or None
+    )
+
+
+def _describe_body(host: SessionHost, library: Library, order: ExportOrder) -> BodyInterface | RobotInterface:
+    """Describe the body to export for: the robot of the uploaded file, the studio's real robot, or its world."""
+    world = host.world
+    if any(each.order is not None for each in library.kit.behaviors.values()):
+        return describe_kit(library, tick_s=world.tick_s)
+    if order.robot_file is not None:
+        file = parse_robot(order.robot_file, UPLOADED)
+        here = host.scenario.name
+        if file.world not in (None, here):
+            problem, remedy = f"is {file.world!r:.60}, but the studio is in {here}", "open that world first"
+            raise SettingError(where=UPLOADED, setting="world", problem=problem, remedy=remedy)
+        return describe_robot(file, path=UPLOADED, scenario=host.scenario)
+    if isinstance(world, DigitalTwin):
+        robot = world.fleet.robots[0]
+        return describe_robot(robot.file, path=robot.path)
+    return describe_body(world)
+
+
+def zip_export(
+    library: Library, order: ExportOrder, body: BodyInterface | RobotInterface
+) -> tuple[bytes, str]:
+    """Export an automaton, and return a zip with one folder and a sentence about it."""
+    stem = _find_stem(order)
+    made = BytesIO()
+    with TemporaryDirectory() as place:
+        folder = Path(place) / stem
+        result = export_automaton(
+            library,
+            order.name,
+            folder,
+            to=order.to,
+            binding=order.binding,
+            body=body,
+            single_precision=order.single_precision,
+        )
+        with ZipFile(made, "w", ZIP_DEFLATED) as archive:
+            for file in result.files:
+                archive.write(folder / file, f"{stem}/{file}")
+    return made.getvalue(), _describe_result(order, result)
+
+
+def _describe_result(order: ExportOrder, result: ExportResult) -> str:
+    missing = [f"{what} is missing, because {problem}" for what, _, problem in result.untranslated]
+    return ". ".join((f"Exported {order.name} for {order.to}", *missing, *result.notes))
+
+
+def _find_stem(order: ExportOrder) -> str:
+    return f"{make_identifier(order.name)}-{make_identifier(order.to)}"
+
+
+def _refuse(status: int, problem: str) -> Response:
+    return JSONResponse({"error": problem}, status_code=status)
