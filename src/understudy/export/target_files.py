@@ -31,7 +31,7 @@ class TargetFiles:
 
     `names` has, by sort ("readings", "channels", "basics", "automata", "states"), the identifiers by name, where the
     target has such identifiers. A state's name there is "AUTOMATON/STATE". `makes` are the files that its tests make in
-    the folder, which a later export may remove.
+    the folder, which a later export may remove; a name that ends with "/" is a folder with all that is in it.
     """
 
     files: Mapping[str, bytes]
