@@ -26,6 +26,7 @@ from tests.export.exports import (
     load_python,
     make,
     read_counts,
+    run_in_qt,
     write_job,
 )
 
@@ -45,8 +46,6 @@ RUN = 64
 BLOCK = 50_000
 PRIME = 16_777_619
 NATIVE, QT = "native", "qt"
-BUILT_FOR_QT: list[bytes] = []
-"""The program that runs statecharts in Qt, once it is compiled."""
 
 MAIN = """
 #include <stdio.h>
@@ -279,19 +278,8 @@ def run_rows(job: ExportJob, to: str, on: str) -> tuple[int, int]:
         if to in ("scxml", "xstate"):
             link_node_packages(folder)
         if on == QT:
-            return run_in_qt(folder)
+            return read_counts(run_in_qt(folder))
         return read_counts(make(folder, "test"))
-
-
-def run_in_qt(folder: Path) -> tuple[int, int]:
-    """Run a statechart in Qt with a program that is compiled once, since it is the same for all."""
-    program = "conformance-qt"
-    if BUILT_FOR_QT:
-        (folder / program).write_bytes(BUILT_FOR_QT[0])
-        (folder / program).chmod(0o755)
-    counts = read_counts(make(folder, "test-qt"))
-    BUILT_FOR_QT[:] = [(folder / program).read_bytes()]
-    return counts
 
 
 if __name__ == "__main__":

@@ -17,6 +17,8 @@ from understudy.export.identifiers import make_identifiers
 from understudy.export.templates import TEMPLATES
 from understudy.model.kinds import Categorical, Toroidal
 
+FAILED = "failed"
+"""The state in which a statechart ends if a condition cannot be evaluated."""
 FUNCTIONS = "javascript/functions.js"
 """The template of the functions that conditions call."""
 
@@ -32,7 +34,9 @@ class JavaScriptText:
         self.hierarchy = hierarchy
         self.readings = make_identifiers([str(each) for each in hierarchy.readings], what="readings")
         self.channels = make_identifiers([each.name for each in hierarchy.channels], what="channels")
-        self.automata = make_identifiers([each.name for each in hierarchy.automata], what="automata")
+        self.automata = make_identifiers(
+            [each.name for each in hierarchy.automata], what="automata", reserved=(FAILED,)
+        )
         self.counters = [
             make_identifiers(each.counters, what=f"counters of {each.name!r}") for each in hierarchy.automata
         ]

@@ -24,7 +24,6 @@ from understudy.export.trace_format import NO_TREE, format_trace_header
 
 MOST_STATES = 10_000
 """The largest number of states of a statechart."""
-RESERVED = ("failed",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +98,6 @@ class Statechart:
         self._check_size()
         name = hierarchy.automata[hierarchy.root.index].name
         identifier = self.text.automata[name]
-        identifier = f"{identifier}_" if identifier.lower() in RESERVED else identifier
         index = hierarchy.root.index
         self.root = ChartState(
             identifier, identifier, name, False, (), (), None, self._memory(index), None, (),

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import msgspec
 
 from understudy.export.conformance import format_conformance
-from understudy.export.javascript_text import write_number
+from understudy.export.javascript_text import FAILED, write_number
 from understudy.export.statechart import (
     ChartState,
     ChartTransition,
@@ -21,7 +21,6 @@ from understudy.export.target_files import ExportJob, TargetFiles
 from understudy.export.templates import fill_template
 
 NAMESPACE = "http://www.w3.org/2005/07/scxml"
-FAILED = "failed"
 FUNCTIONS_HERE = "functions"
 """What stands for the functions until they are put into the document as they are."""
 NOTE = ("function note(level) {", "  if (trace !== null) { trace.push(level); }", "}")

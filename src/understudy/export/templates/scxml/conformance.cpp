@@ -38,7 +38,11 @@ int main(int argc, char **argv)
     QTextStream out(stdout), problems(stderr);
     const std::unique_ptr<QScxmlStateMachine> chart(QScxmlStateMachine::fromFile(application.arguments().value(1)));
     for (const QScxmlError &error : chart->parseErrors()) problems << error.toString() << Qt::endl;
-    if (!chart->parseErrors().isEmpty() || !chart->init()) return 1;
+    if (!chart->parseErrors().isEmpty()) return 1;
+    if (!chart->init()) {
+        problems << "the statechart cannot begin: its script has an error, or lacks a function" << Qt::endl;
+        return 1;
+    }
     chart->start();
     QCoreApplication::processEvents();
 
