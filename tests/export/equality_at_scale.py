@@ -1,8 +1,8 @@
 """Run exports for many ticks beside the interpreter: python -m tests.export.equality_at_scale --to c99.
 
 Readings of a tick are drawn by a hash of its number from the values at the boundaries of the trees, in the same way
-here and in C, so that nothing but a digest has to be carried over. Libraries are random ones, and the automata of the
-libraries in the folders that --demo names.
+here and in C, so that nothing but a digest has to be carried over; other targets get them as rows. Libraries are random
+ones, and the automata of the libraries in the folders that --demo names.
 """
 
 from __future__ import annotations
@@ -19,7 +19,16 @@ from random import Random
 from time import perf_counter
 
 import numpy as np
-from tests.export.exports import count_mismatches, draw_job, load_python, make, read_counts, write_job
+from tests.export.exports import (
+    count_mismatches,
+    draw_job,
+    link_node_packages,
+    load_python,
+    make,
+    read_counts,
+    run_in_qt,
+    write_job,
+)
 
 from understudy.errors import DefinitionError
 from understudy.export.conformance import Conformance, ConformanceTick
@@ -37,6 +46,7 @@ RUN = 64
 """A behavior starts again after so many ticks."""
 BLOCK = 50_000
 PRIME = 16_777_619
+NATIVE, QT = "native", "qt"
 
 MAIN = """
 #include <stdio.h>
@@ -199,7 +209,7 @@ def run_in_c(job: ExportJob, ticks: int, machine: str) -> int:
 
 
 def list_jobs(arguments: argparse.Namespace) -> Iterator[tuple[str, ExportJob, Program]]:
-    single = arguments.on != "native" or arguments.single
+    single = arguments.on not in (NATIVE, QT) or arguments.single
     for seed in range(arguments.first, arguments.first + arguments.random):
         job = draw_job(seed, to=arguments.to, single=single)
         yield f"random {seed}", job, link(job.library, job.hierarchy.name, job.hierarchy.binding)
@@ -230,8 +240,8 @@ def list_jobs(arguments: argparse.Namespace) -> Iterator[tuple[str, ExportJob, P
 def main() -> int:
     """Run what the options say, and report every library."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--to", choices=("c99", "python", "json"), default="c99")
-    parser.add_argument("--on", choices=tuple(BUILD), default="native")
+    parser.add_argument("--to", choices=("c99", "python", "scxml", "xstate", "json"), default="c99")
+    parser.add_argument("--on", choices=(*BUILD, QT), default=NATIVE, help="qt: of scxml, instead of Scion")
     parser.add_argument("--single", action="store_true")
     parser.add_argument("--ticks", type=int, default=1_000_000, help="of each library")
     parser.add_argument("--random", type=int, default=10, help="number of random libraries")
@@ -252,7 +262,7 @@ def main() -> int:
         else:
             rows = Conformance(tuple(ticks), 0, (0, 0), (0, 0))
             made = replace(job, conformance=rows)
-            equal = run_rows(made, arguments.to) == (arguments.ticks, 0)
+            equal = run_rows(made, arguments.to, arguments.on) == (arguments.ticks, 0)
         total += arguments.ticks
         wrong += not equal
         say(f"{name}: {arguments.ticks} ticks {'equal' if equal else 'DIFFER'}")
@@ -265,11 +275,16 @@ def say(text: str) -> None:
     sys.stdout.flush()
 
 
-def run_rows(job: ExportJob, to: str) -> tuple[int, int]:
+def run_rows(job: ExportJob, to: str, on: str) -> tuple[int, int]:
     if to == "python":
         return count_mismatches(load_python(job), job)
     with tempfile.TemporaryDirectory() as name:
-        return read_counts(make(write_job(Path(name), job, to="json"), "test"))
+        folder = write_job(Path(name), job, to=to)
+        if to in ("scxml", "xstate"):
+            link_node_packages(folder)
+        if on == QT:
+            return read_counts(run_in_qt(folder))
+        return read_counts(make(folder, "test"))
 
 
 if __name__ == "__main__":

@@ -19,6 +19,8 @@ from understudy.export.targets.c99 import make_c99_files
 from understudy.export.targets.json_documents import make_json_files
 from understudy.export.targets.python_module import make_python_files
 from understudy.export.targets.ros2 import make_ros2_files
+from understudy.export.targets.scxml import make_scxml_files
+from understudy.export.targets.xstate import make_xstate_files
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.library import Library
 from understudy.runtime.body import Body
@@ -28,6 +30,8 @@ from understudy.storage.document import fingerprint_automaton, hash_content
 TARGETS: Mapping[str, MakeFiles] = {
     "c99": make_c99_files,
     "python": make_python_files,
+    "scxml": make_scxml_files,
+    "xstate": make_xstate_files,
     "json": make_json_files,
     "ros2": make_ros2_files,
 }
@@ -88,7 +92,7 @@ def export_automaton(
     folder
         Folder to write. It must be empty or hold only an earlier export.
     to
-        The target, such as "c99", "python", "json" or "ros2".
+        The target, one of `TARGETS`, such as "c99" or "scxml".
     binding
         A target for each parameter of the automaton.
     body

@@ -66,7 +66,9 @@ def check_export_folder(folder: Path | str) -> None:
         }
     if not there:
         return
-    others = sorted(there - _list_files(folder))
+    known = _list_files(folder)
+    folders = tuple(each for each in known if each.endswith("/"))
+    others = sorted(each for each in there - known if not each.startswith(folders))
     if others:
         raise FileError(
             path=folder,

@@ -34,8 +34,8 @@ class TargetFiles:
 
     `names` has, by sort ("readings", "channels", "basics", "automata", "states"), the identifiers by name, where the
     target has such identifiers. A state's name there is "AUTOMATON/STATE". `makes` are the files that its tests make in
-    the folder, which a later export may remove. `facts` are for the manifest, and `notes` are sentences for the person
-    who exports.
+    the folder, which a later export may remove; a name that ends with "/" is a folder with all that is in it. `facts`
+    are for the manifest, and `notes` are sentences for the person who exports.
     """
 
     files: Mapping[str, bytes]

@@ -22,7 +22,9 @@ def export_behavior(
     name: Annotated[
         str, typer.Argument(help="Name of the automaton; SORT/NAME for one of a squad or robot type.")
     ],
-    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="Target: c99, python, json or ros2.")],
+    to: Annotated[
+        str, typer.Option("--to", metavar="TARGET", help="Target: c99, python, scxml, xstate, json or ros2.")
+    ],
     out: Annotated[
         Path,
         typer.Option("--out", "-o", metavar="DIR", help="Folder to write: new, empty, or an earlier export."),

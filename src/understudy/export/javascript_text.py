@@ -1,0 +1,180 @@
+"""Text of JavaScript for targets whose conditions are JavaScript: values, expressions and functions of a hierarchy.
+
+It keeps to ECMAScript 5, as the ECMAScript data model of SCXML does.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from math import isinf
+
+from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition
+from understudy.export.decisions import ValueCondition
+from understudy.export.expressions import Number
+from understudy.export.hierarchy import FeatureSource, GroundExpression, Hierarchy, SlotValue
+from understudy.export.identifiers import make_identifiers
+from understudy.export.templates import TEMPLATES
+from understudy.model.kinds import Categorical, Toroidal
+
+FAILED = "failed"
+"""The state in which a statechart ends if a condition cannot be evaluated."""
+FUNCTIONS = "javascript/functions.js"
+"""The template of the functions that conditions call."""
+
+
+class JavaScriptText:
+    """A writer of JavaScript for one hierarchy.
+
+    Conditions refer to `now`, `readings.NAME`, and `memory.AUTOMATON` with `entered`, `counters.NAME` and
+    `timers.NAME`.
+    """
+
+    def __init__(self, hierarchy: Hierarchy) -> None:
+        self.hierarchy = hierarchy
+        self.readings = make_identifiers([str(each) for each in hierarchy.readings], what="readings")
+        self.channels = make_identifiers([each.name for each in hierarchy.channels], what="channels")
+        self.automata = make_identifiers(
+            [each.name for each in hierarchy.automata], what="automata", reserved=(FAILED,)
+        )
+        self.counters = [
+            make_identifiers(each.counters, what=f"counters of {each.name!r}") for each in hierarchy.automata
+        ]
+        self.timers = [
+            make_identifiers(each.timers, what=f"timers of {each.name!r}") for each in hierarchy.automata
+        ]
+        self._spelling = Spelling(*C_WORDS[:3], "true", "false", write_number, str, str)
+
+    def condition(self, condition: ValueCondition, number: int, source: FeatureSource) -> str:
+        """Write a question about a value of an automaton, by its index; not about a flag."""
+        return write_condition(condition, self._operand(number, source), self._spelling)
+
+    def _operand(self, number: int, source: FeatureSource) -> Operand:
+        memory = self.memory(number)
+        if source.sort == "counter":
+            return Operand("real", f"{memory}.counters.{self._counter(number, source.index)}")
+        if source.sort == "time in state":
+            return Operand("real", f"elapsed(now, {memory}.entered)")
+        if source.sort == "timer":
+            text = f"elapsed(now, {memory}.timers.{self._timer(number, source.index)})"
+            return Operand("real", text, f"absent({text})")
+        text = f"value_{source.index}(readings)"
+        if source.sort == "reading":
+            text = self._reading(source.index)
+        if source.fresh is not None:
+            text = f"({memory}.entered === now ? {write_number(source.fresh)} : {text})"
+        sort = "label" if isinstance(source.kind, Categorical) else "real"
+        return Operand(sort, text, f"absent({text})")
+
+    def memory(self, number: int) -> str:
+        """Write what an automaton remembers: the time at which it entered its state, its counters and timers."""
+        return f"memory.{self.automata[self.hierarchy.automata[number].name]}"
+
+    def _counter(self, number: int, index: int) -> str:
+        return self.counters[number][self.hierarchy.automata[number].counters[index]]
+
+    def _timer(self, number: int, index: int) -> str:
+        return self.timers[number][self.hierarchy.automata[number].timers[index]]
+
+    def kept(self, number: int, of: str, index: int) -> tuple[str, str]:
+        """Return where a counter or timer is kept: "counters" or "timers", and its identifier."""
+        name = self._counter(number, index) if of == "counter" else self._timer(number, index)
+        return f"{of}s", name
+
+    def _reading(self, slot: int) -> str:
+        return f"readings.{self.readings[str(self.hierarchy.readings[slot])]}"
+
+    def expression(self, expression: GroundExpression) -> str:
+        """Write an expression on readings."""
+        if isinstance(expression, Number):
+            return f"({write_number(expression.value)})"
+        if isinstance(expression, SlotValue):
+            return self._reading(expression.slot)
+        operands = [self.expression(each) for each in expression.operands]
+        if expression.name in ("+", "-", "*", "/", "<", "<=", ">", ">="):
+            return f"({operands[0]} {expression.name} {operands[1]})"
+        if expression.name == "neg":
+            return f"(-{operands[0]})"
+        if expression.name == "where":
+            return f"({operands[0]} ? {operands[1]} : {operands[2]})"
+        names = {"abs": "Math.abs", "isnan": "absent", "sqrt": "Math.sqrt"}
+        names |= {"minimum": "Math.min", "maximum": "Math.max"}
+        return f"{names[expression.name]}({', '.join(operands)})"
+
+    def commands(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """Return the value of each channel, by its identifier, where a command sets some."""
+        return {
+            self.channels[each.name]: float(values.get(each.name, each.rest))
+            for each in self.hierarchy.channels
+        }
+
+    def functions(self) -> Iterator[str]:
+        """Write the functions that conditions and commands call, as lines."""
+        yield from (TEMPLATES / FUNCTIONS).read_text(encoding="utf-8").splitlines()
+        yield from ("", "function take(given) {", "  return {")
+        yield from (f"    {name}: number(given.{name})," for name in self.readings.values())
+        yield from ("  };", "}")
+        used = {
+            source.index
+            for each in self.hierarchy.automata
+            for source in each.features
+            if source.sort == "computed"
+        }
+        for index in sorted(used):
+            yield from self._value(index)
+        for index, basic in enumerate(self.hierarchy.basics):
+            if basic.problem or basic.computed:
+                yield from self._command(index)
+
+    def _value(self, index: int) -> Iterator[str]:
+        value = self.hierarchy.computed[index]
+        yield from ("", f"// {_comment(value.name)}")
+        if value.expression is None:
+            yield refuse_function(
+                self.hierarchy, f"feature {value.name}", value.slots, value.problem, f"value_{index}"
+            )
+            text = "NaN"
+        else:
+            text = self.expression(value.expression)
+            if isinstance(value.kind, Categorical):
+                text = f"label({text}, {len(value.kind.labels)})"
+            elif isinstance(value.kind, Toroidal):
+                text = f"wrap({text}, {write_number(value.kind.period)})"
+            else:
+                text = f"finite({text}, NaN)"
+        yield from (f"function value_{index}(readings) {{", f"  return {text};", "}")
+
+    def _command(self, index: int) -> Iterator[str]:
+        basic = self.hierarchy.basics[index]
+        yield from ("", f"// {_comment(basic.name)}")
+        if basic.problem:
+            yield refuse_function(
+                self.hierarchy, f"behavior {basic.name}", basic.slots, basic.problem, f"command_{index}"
+            )
+        fields = []
+        for channel in self.hierarchy.channels:
+            usual = text = write_number(basic.command.get(channel.name, channel.rest))
+            at = basic.computed.get(channel.name)
+            expression = None if at is None else self.hierarchy.computed[at].expression
+            if expression is not None:
+                text = f"finite({self.expression(expression)}, {usual})"
+            fields.append(f"{self.channels[channel.name]}: {text}")
+        yield from (f"function command_{index}(readings) {{", f"  return {{{', '.join(fields)}}};", "}")
+
+
+def write_number(value: float) -> str:
+    """Write a number so that JavaScript reads the same double."""
+    if isinf(value):
+        return "Infinity" if value > 0 else "-Infinity"
+    return repr(int(value)) if value == int(value) and abs(value) < 1e15 else repr(float(value))
+
+
+def refuse_function(hierarchy: Hierarchy, name: str, slots: Sequence[int], problem: str, called: str) -> str:
+    """Write a statement that keeps the code from being loaded until a function is written."""
+    read = ", ".join(str(hierarchy.readings[slot]) for slot in slots) or "unknown readings"
+    text = f"{name} of {read} could not be translated ({problem}): write {called} and remove this line"
+    return f"throw new Error({json.dumps(text)});"
+
+
+def _comment(text: str) -> str:
+    return " ".join(text.encode("ascii", "replace").decode().split())
