@@ -82,7 +82,6 @@ def export_automaton(
     folder
         Folder to write. It must be empty or hold only an earlier export.
     to
-        The target, such as "c99", "python" or "json".
     binding
         A target for each parameter of the automaton.
     body
@@ -128,8 +127,7 @@ def export_automaton(
     )
     made = TARGETS[to](job)
     manifest = make_manifest(job, made, target=to, fingerprints=fingerprints, rounded=rounded)
-    files = {**made.files, MANIFEST: manifest}
-    write_export(folder, files)
+    files = write_export(folder, {**made.files, MANIFEST: manifest}, made.by_hand)
     hierarchy = job.hierarchy
     return ExportResult(
         Path(folder),
