@@ -22,7 +22,7 @@ import numpy as np
 from tests.export.exports import count_mismatches, draw_job, load_python, make, read_counts, write_job
 
 from understudy.export.conformance import Conformance, ConformanceTick
-from understudy.export.export_automaton import link_ground, prepare_export
+from understudy.export.export_automaton import TARGETS, link_ground, prepare_export
 from understudy.export.reference_run import ReferenceRun, ReferenceTick
 from understudy.export.target_files import ExportJob
 from understudy.export.targets.c99_names import name_for_c
@@ -225,7 +225,7 @@ def list_jobs(arguments: argparse.Namespace) -> Iterator[tuple[str, ExportJob, P
 def main() -> int:
     """Run what the options say, and report every library."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--to", choices=("c99", "python", "json"), default="c99")
+    parser.add_argument("--to", choices=tuple(TARGETS), default="c99")
     parser.add_argument("--on", choices=tuple(BUILD), default="native")
     parser.add_argument("--single", action="store_true")
     parser.add_argument("--ticks", type=int, default=1_000_000, help="of each library")
@@ -264,7 +264,7 @@ def run_rows(job: ExportJob, to: str) -> tuple[int, int]:
     if to == "python":
         return count_mismatches(load_python(job), job)
     with tempfile.TemporaryDirectory() as name:
-        return read_counts(make(write_job(Path(name), job, to="json"), "test"))
+        return read_counts(make(write_job(Path(name), job, to=to), "test", PYTHON=sys.executable))
 
 
 if __name__ == "__main__":

@@ -142,7 +142,7 @@ def test_mistakes_write_nothing(tmp_path: Path) -> None:
         export_automaton(library, "goto", out, to="c99", body=body)
     with pytest.raises(UnknownName, match="no automaton 'fly'"):
         export_automaton(library, "fly", out, to="c99", body=body)
-    with pytest.raises(UnknownName, match="export has no target 'rust'; it has c99, python and json"):
+    with pytest.raises(UnknownName, match="export has no target 'rust'; it has c99, python, json and btcpp"):
         export_automaton(library, "forage", out, to="rust", body=body)
     with pytest.raises(UnknownName, match="has no reading"):
         export_automaton(library, "forage", out, to="c99", body=BodyInterface((), body.channels))

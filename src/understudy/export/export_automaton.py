@@ -14,6 +14,7 @@ from understudy.export.hierarchy import Hierarchy, flatten_program
 from understudy.export.manifest import MANIFEST, make_manifest
 from understudy.export.single_precision import RoundedCut, round_library
 from understudy.export.target_files import ExportJob, MakeFiles
+from understudy.export.targets.btcpp import make_btcpp_files
 from understudy.export.targets.c99 import make_c99_files
 from understudy.export.targets.json_documents import make_json_files
 from understudy.export.targets.python_module import make_python_files
@@ -27,6 +28,7 @@ TARGETS: Mapping[str, MakeFiles] = {
     "c99": make_c99_files,
     "python": make_python_files,
     "json": make_json_files,
+    "btcpp": make_btcpp_files,
 }
 """The targets by name."""
 SINGLE = ("c99",)
@@ -82,6 +84,7 @@ def export_automaton(
     folder
         Folder to write. It must be empty or hold only an earlier export.
     to
+        The target: "c99", "python", "json" or "btcpp".
     binding
         A target for each parameter of the automaton.
     body

@@ -20,7 +20,7 @@ def export_behavior(
     name: Annotated[
         str, typer.Argument(help="Name of the automaton; SORT/NAME for one of a squad or robot type.")
     ],
-    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="Target: c99, python or json.")],
+    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="Target: c99, python, json or btcpp.")],
     out: Annotated[
         Path,
         typer.Option("--out", "-o", metavar="DIR", help="Folder to write: new, empty, or an earlier export."),
