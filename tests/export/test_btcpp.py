@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 from tests.export.exports import draw_job, make, need, open_fixture, read_counts, write_job
+from tests.export.test_translation import prepare
 
 from understudy.export.body_interface import BodyInterface
 from understudy.export.export_automaton import export_automaton
@@ -67,6 +68,12 @@ def test_trees_decide_as_the_interpreter(seed: int, tmp_path: Path) -> None:
 @pytest.mark.long
 def test_trees_decide_as_the_interpreter_with_their_nodes_in_cpp(tmp_path: Path) -> None:
     job = draw_job(0, to="btcpp")
+    assert run_in_cpp(write_job(tmp_path, job, to="btcpp")) == (len(job.conformance.ticks), 0)
+
+
+@pytest.mark.long
+def test_translated_functions_compute_the_same_in_cpp(tmp_path: Path) -> None:
+    job = prepare("btcpp")
     assert run_in_cpp(write_job(tmp_path, job, to="btcpp")) == (len(job.conformance.ticks), 0)
 
 

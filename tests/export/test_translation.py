@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import sys
 from collections.abc import Callable
@@ -310,6 +311,19 @@ def test_a_behavior_to_write_runs_once_it_is_written_and_is_kept(to: str, tmp_pa
         assert (out / name).read_text() == written
         assert result.files[name] == len(written.encode())
         assert read_counts(make(out, "test", PYTHON=sys.executable))[1] == 0
+
+
+def test_a_changed_function_is_compiled_again(tmp_path: Path) -> None:
+    need("gcc")
+    export_automaton(WANDERING, "a", tmp_path, to="c99", body=BODY)
+    name, stub, by_hand = WRITTEN["c99"]
+    written = re.sub(stub, by_hand, (tmp_path / name).read_text())
+    (tmp_path / name).write_text(written)
+    make(tmp_path, "test")
+    (tmp_path / name).write_text(written.replace("r->speed", "r->speed + 1.0"))
+    os.utime(tmp_path / name, (2**31, 2**31))
+    with pytest.raises(AssertionError, match="is decided otherwise"):
+        make(tmp_path, "test")
 
 
 def test_the_reader_refuses_a_behavior_to_write(tmp_path: Path) -> None:
