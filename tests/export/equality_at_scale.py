@@ -32,7 +32,7 @@ from tests.export.exports import (
 
 from understudy.errors import DefinitionError
 from understudy.export.conformance import Conformance, ConformanceTick
-from understudy.export.export_automaton import link_ground, prepare_export
+from understudy.export.export_automaton import TARGETS, link_ground, prepare_export
 from understudy.export.reference_run import ReferenceRun, ReferenceTick
 from understudy.export.target_files import ExportJob
 from understudy.export.targets.c99_names import name_for_c
@@ -240,7 +240,7 @@ def list_jobs(arguments: argparse.Namespace) -> Iterator[tuple[str, ExportJob, P
 def main() -> int:
     """Run what the options say, and report every library."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--to", choices=("c99", "python", "scxml", "xstate", "json"), default="c99")
+    parser.add_argument("--to", choices=tuple(name for name in TARGETS if name != "ros2"), default="c99")
     parser.add_argument("--on", choices=(*BUILD, QT), default=NATIVE, help="qt: of scxml, instead of Scion")
     parser.add_argument("--single", action="store_true")
     parser.add_argument("--ticks", type=int, default=1_000_000, help="of each library")
@@ -284,7 +284,7 @@ def run_rows(job: ExportJob, to: str, on: str) -> tuple[int, int]:
             link_node_packages(folder)
         if on == QT:
             return read_counts(run_in_qt(folder))
-        return read_counts(make(folder, "test"))
+        return read_counts(make(folder, "test", PYTHON=sys.executable))
 
 
 if __name__ == "__main__":

@@ -105,7 +105,11 @@ def open_fixture() -> tuple[Library, BodyInterface]:
 
 def write_job(folder: Path, job: ExportJob, *, to: str) -> Path:
     """Write the files of a job without its manifest."""
-    for name, content in TARGETS[to](job).files.items():
+    made = TARGETS[to](job)
+    for name, content in {
+        **made.files,
+        **{name: file.write() for name, file in made.by_hand.items()},
+    }.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)

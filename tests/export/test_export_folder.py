@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from tests.export.exports import open_fixture
 from understudy.errors import DefinitionError, FileError, SettingError, UnboundParameter, UnknownName
 from understudy.export.body_interface import BodyInterface
 from understudy.export.export_automaton import export_automaton
+from understudy.export.export_folder import check_export_folder
 from understudy.export.identifiers import make_identifier, make_identifiers
 
 
@@ -87,6 +89,42 @@ def test_the_working_folder_is_refused(tmp_path: Path, monkeypatch: pytest.Monke
     assert list(tmp_path.iterdir()) == []
 
 
+class Killed(BaseException):
+    """What a test raises where a program would be killed."""
+
+
+@pytest.mark.parametrize("renames", [0, 1, 2])
+def test_a_killed_replacement_is_recovered_by_the_next_run(
+    renames: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed means that nothing is cleaned up; the process that was killed runs no longer."""
+    library, body = open_fixture()
+    out = tmp_path / "out"
+    export_automaton(library, "forage", out, to="python", body=body)
+    before, rename, left = contents(out), Path.rename, renames
+
+    def kill(path: Path, target: Path) -> Path:
+        nonlocal left
+        if left == 0:
+            raise Killed
+        left -= 1
+        return rename(path, target)
+
+    ended = subprocess.Popen(["true"])
+    ended.wait()
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "rename", kill)
+        patched.setattr("shutil.rmtree", lambda *_, **__: None)
+        patched.setattr("os.getpid", lambda: ended.pid)
+        patched.setattr("understudy.export.export_folder.sync_folder", lambda _: kill(out, out))
+        with pytest.raises(Killed):
+            export_automaton(library, "forage", out, to="json", body=body)
+    check_export_folder(out)
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    assert (contents(out) == before) == (renames < 2)
+    assert (out / "reader.mjs").exists() == (renames == 2)
+
+
 def test_a_file_beside_an_earlier_export_is_kept(tmp_path: Path) -> None:
     library, body = open_fixture()
     export_automaton(library, "forage", tmp_path / "out", to="c99", body=body)
@@ -104,7 +142,7 @@ def test_mistakes_write_nothing(tmp_path: Path) -> None:
         export_automaton(library, "goto", out, to="c99", body=body)
     with pytest.raises(UnknownName, match="no automaton 'fly'"):
         export_automaton(library, "fly", out, to="c99", body=body)
-    with pytest.raises(UnknownName, match="export has no target 'rust'; it has c99, python, scxml, xstate"):
+    with pytest.raises(UnknownName, match="export has no target 'rust'; it has c99, python, scxml"):
         export_automaton(library, "forage", out, to="rust", body=body)
     with pytest.raises(UnknownName, match="has no reading"):
         export_automaton(library, "forage", out, to="c99", body=BodyInterface((), body.channels))
@@ -123,7 +161,9 @@ IDENTIFIERS = [
     ("goto", "goto_"),  # a word of C
     ("3 laps", "n3_laps"),
     ("Tür", "Tur"),
-    ("速い", "unnamed"),
+    ("速い", "u901f_u3044"),
+    ("Δx m²", "u0394_x_m2"),
+    ("!", "unnamed"),
     ("a-b", "a_b"),
 ]
 
@@ -131,6 +171,13 @@ IDENTIFIERS = [
 @pytest.mark.parametrize(("name", "identifier"), IDENTIFIERS)
 def test_identifiers(name: str, identifier: str) -> None:
     assert make_identifier(name, {"goto"}) == identifier
+
+
+def test_names_in_other_scripts_stay_distinct() -> None:
+    assert make_identifiers(["速い", "遅い"], what="states") == {
+        "速い": "u901f_u3044",
+        "遅い": "u9045_u3044",
+    }
 
 
 def test_two_names_that_become_one_are_refused() -> None:

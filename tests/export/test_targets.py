@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import msgspec
@@ -12,7 +13,7 @@ import pytest
 from tests.export.exports import make, need, open_fixture, read_counts
 from tests.export.measure_times import build_times
 
-from understudy.export.export_automaton import ExportResult, export_automaton
+from understudy.export.export_automaton import TARGETS, ExportResult, export_automaton
 from understudy.storage.schema import make_document_schema
 
 ROOT = Path(__file__).parents[2]
@@ -132,10 +133,11 @@ def test_python_runs_in_micropython(tmp_path: Path) -> None:
 
 def test_all_targets_write_the_same_trace(tmp_path: Path) -> None:
     need("gcc", "node")
+    pytest.importorskip("behaviortreepy", reason="behaviortreepy has no wheel for this Python")
     traces = set()
-    for target in ("c99", "python", "json"):
+    for target in TARGETS:
         export(tmp_path / target, target)
-        make(tmp_path / target, "trace")
+        make(tmp_path / target, "trace", PYTHON=sys.executable)
         traces.add((tmp_path / target / "trace.csv").read_text())
     assert len(traces) == 1
 

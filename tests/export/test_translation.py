@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 import re
+import sys
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -13,6 +15,7 @@ import numpy as np
 import pytest
 from tests.export.exports import count_mismatches, load_python, make, need, read_counts, write_job
 
+from understudy.errors import FileError
 from understudy.export.body_interface import BodyInterface
 from understudy.export.export_automaton import export_automaton, prepare_export
 from understudy.export.expressions import Number, Operation, ReadingValue, translate_function
@@ -115,6 +118,13 @@ def test_translated_functions_compute_the_same_in_c(single: bool, tmp_path: Path
     assert read_counts(make(write_job(tmp_path, job, to="c99"), "test")) == (len(job.conformance.ticks), 0)
 
 
+def test_translated_functions_compute_the_same_in_behavior_trees(tmp_path: Path) -> None:
+    pytest.importorskip("behaviortreepy", reason="behaviortreepy has no wheel for this Python")
+    job = prepare("btcpp")
+    printed = make(write_job(tmp_path, job, to="btcpp"), "test", PYTHON=sys.executable)
+    assert read_counts(printed) == (len(job.conformance.ticks), 0)
+
+
 def test_translated_functions_compute_the_same_in_the_reader(tmp_path: Path) -> None:
     need("node")
     folder = write_job(tmp_path, prepare("json"), to="json")
@@ -198,6 +208,65 @@ def _degrees(robot: Any) -> Any:
     return robot.speed * (180.0 / math.pi)
 
 
+DOUBLE = np.float64(0.1)
+SINGLE = np.float32(0.1)
+
+
+@feature(Continuous())
+def scaled(robot: Any) -> Any:
+    """Speed by a number of NumPy in double precision."""
+    return robot.speed * DOUBLE
+
+
+@feature(Continuous())
+def rooted(robot: Any) -> Any:
+    """Speed by a number that NumPy computes in double precision."""
+    return robot.speed * np.sqrt(2.0) + np.where(robot.speed < 1.0, 0.1, 0.2)
+
+
+@feature(Continuous())
+def single(robot: Any) -> Any:
+    """Speed by a number of NumPy in single precision."""
+    return robot.speed * SINGLE
+
+
+@behavior
+def follow(robot: Any) -> Any:
+    """Command a number of NumPy's."""
+    return {"drive": robot.speed * DOUBLE / 3.0 - SINGLE}
+
+
+@pytest.mark.parametrize("is_single", [False, True], ids=["double", "single"])
+@pytest.mark.parametrize("computed", [scaled, rooted, single], ids=lambda each: str(each.name))
+def test_numbers_of_numpy_compute_the_same_in_c(computed: Any, is_single: bool, tmp_path: Path) -> None:
+    need("gcc")
+    kit = Kit.from_parts(scaled, rooted, single, follow)
+    tree = Tree((Node(TestKind.BELOW, 0, high=0.3, yes=1, no=2, absent=1), make_leaf(0), make_leaf(1)))
+    states = (START, State("follow", "follow"))
+    automaton = Automaton("a", states, (BoundFeature(computed),), transitions={"start": tree, "follow": tree})
+    body = BodyInterface((Reading("speed", Continuous()),), (Channel("drive"),))
+    job, _ = prepare_export(
+        Library.from_automata(kit, automaton),
+        "a",
+        to="c99",
+        binding={},
+        body=body,
+        fingerprint="drawn",
+        single_precision=is_single,
+    )
+    assert job.hierarchy.functions_to_write == ()
+    assert read_counts(make(write_job(tmp_path, job, to="c99"), "test")) == (len(job.conformance.ticks), 0)
+
+
+def _singles(robot: Any) -> Any:
+    return robot.speed * (SINGLE * 3.0)
+
+
+def test_constants_that_python_computes_in_single_precision_are_refused() -> None:
+    """In double precision 3 times 0.1 would be another number."""
+    assert translate_function(_singles, ()).problem.startswith("'SINGLE * 3.0' is not simple arithmetic")
+
+
 def test_constants_are_computed_in_double_precision_as_python_does() -> None:
     """In single precision 180 divided by pi would be another number."""
     found = translate_function(_degrees, ()).results[""]
@@ -210,26 +279,78 @@ def wander(robot: Any) -> Any:
     return {"drive": np.cumsum(robot.speed)}
 
 
-def test_a_behavior_to_write_runs_once_it_is_written(tmp_path: Path) -> None:
-    need("gcc", "node")
-    kit = Kit.from_parts(*KIT.parts, wander)
-    tree = Tree((make_leaf(1),))
-    automaton = Automaton("a", (START, State("wander", "wander")), transitions={"start": tree})
-    library = Library.from_automata(kit, automaton)
-    export_automaton(library, "a", tmp_path / "c", to="c99", body=BODY)
-    with pytest.raises(AssertionError, match="#error"):
-        make(tmp_path / "c", "test")
-    source = tmp_path / "c" / "a.c"
-    source.write_text(re.sub("(?m)^#error.*$", "commands->drive = r->speed;", source.read_text()))
-    assert read_counts(make(tmp_path / "c", "test"))[1] == 0
-    export_automaton(library, "a", tmp_path / "python", to="python", body=BODY)
-    module = tmp_path / "python" / "a.py"
-    text = re.sub("(?m)^raise NotImplementedError.*$", "", module.read_text())
-    module.write_text(text.replace("pass  # set", "command['drive'] = r['speed']  # set"))
-    assert read_counts(make(tmp_path / "python", "test"))[1] == 0
-    export_automaton(library, "a", tmp_path / "json", to="json", body=BODY)
+WANDERING = Library.from_automata(
+    Kit.from_parts(*KIT.parts, wander),
+    Automaton("a", (START, State("wander", "wander")), transitions={"start": Tree((make_leaf(1),))}),
+)
+WRITTEN = {
+    "c99": ("a_functions.h", "(?m)^#error.*$", "    commands->drive = r->speed;"),
+    "python": (
+        "a_functions.py",
+        r"(?ms)^raise NotImplementedError.*?$(.*)pass .*",
+        r"\1command['drive'] = r['speed']",
+    ),
+    "btcpp": ("a_functions.py", r"(?ms)^raise NotImplementedError.*?$(.*)pass", r"\1return {'drive': speed}"),
+}
+"""By target: the file of functions to write, and a pattern with what a person writes in its place."""
+
+
+@pytest.mark.parametrize("to", WRITTEN)
+def test_a_behavior_to_write_runs_once_it_is_written_and_is_kept(to: str, tmp_path: Path) -> None:
+    need("gcc")
+    out = tmp_path / "out"
+    export_automaton(WANDERING, "a", out, to=to, body=BODY)
+    with pytest.raises(AssertionError, match=r"#error|NotImplementedError"):
+        make(out, "test", PYTHON=sys.executable)
+    name, stub, by_hand = WRITTEN[to]
+    written = re.sub(stub, by_hand, (out / name).read_text())
+    (out / name).write_text(written)
+    assert read_counts(make(out, "test", PYTHON=sys.executable))[1] == 0
+    for _ in range(2):
+        result = export_automaton(WANDERING, "a", out, to=to, body=BODY)
+        assert (out / name).read_text() == written
+        assert result.files[name] == len(written.encode())
+        assert read_counts(make(out, "test", PYTHON=sys.executable))[1] == 0
+
+
+def test_a_changed_function_is_compiled_again(tmp_path: Path) -> None:
+    need("gcc")
+    export_automaton(WANDERING, "a", tmp_path, to="c99", body=BODY)
+    name, stub, by_hand = WRITTEN["c99"]
+    written = re.sub(stub, by_hand, (tmp_path / name).read_text())
+    (tmp_path / name).write_text(written)
+    make(tmp_path, "test")
+    (tmp_path / name).write_text(written.replace("r->speed", "r->speed + 1.0"))
+    os.utime(tmp_path / name, (2**31, 2**31))
+    with pytest.raises(AssertionError, match="is decided otherwise"):
+        make(tmp_path, "test")
+
+
+def test_the_reader_refuses_a_behavior_to_write(tmp_path: Path) -> None:
+    need("node")
+    export_automaton(WANDERING, "a", tmp_path / "json", to="json", body=BODY)
     with pytest.raises(AssertionError, match="wander is computed by code that could not be translated"):
         make(tmp_path / "json", "test")
+
+
+def test_an_export_without_the_written_functions_is_refused(tmp_path: Path) -> None:
+    """A file as it was exported has nothing to lose."""
+    export_automaton(WANDERING, "a", tmp_path, to="c99", body=BODY)
+    export_automaton(WANDERING, "a", tmp_path, to="python", body=BODY)
+    (tmp_path / "a_functions.py").write_text("mine")
+    with pytest.raises(FileError, match=r"a_functions\.py has functions that you wrote"):
+        export_automaton(WANDERING, "a", tmp_path, to="c99", body=BODY)
+    assert (tmp_path / "a_functions.py").read_text() == "mine"
+
+
+def test_a_written_file_gets_the_functions_that_it_lacks(tmp_path: Path) -> None:
+    export_automaton(WANDERING, "a", tmp_path, to="c99", body=BODY)
+    (tmp_path / "a_functions.h").write_text("/* mine */\n")
+    export_automaton(WANDERING, "a", tmp_path, to="c99", body=BODY)
+    for name in ("a_functions.h", "arduino/a/a_functions.h"):
+        text = (tmp_path / name).read_text()
+        assert text.startswith("/* mine */\n")
+        assert "behavior_wander" in text
 
 
 def test_a_function_to_write_does_not_compile_and_is_listed(tmp_path: Path) -> None:

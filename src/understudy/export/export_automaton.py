@@ -15,6 +15,7 @@ from understudy.export.manifest import MANIFEST, make_manifest
 from understudy.export.robot_interface import RobotInterface
 from understudy.export.single_precision import RoundedCut, round_library
 from understudy.export.target_files import ExportJob, MakeFiles
+from understudy.export.targets.btcpp import make_btcpp_files
 from understudy.export.targets.c99 import make_c99_files
 from understudy.export.targets.json_documents import make_json_files
 from understudy.export.targets.python_module import make_python_files
@@ -33,6 +34,7 @@ TARGETS: Mapping[str, MakeFiles] = {
     "scxml": make_scxml_files,
     "xstate": make_xstate_files,
     "json": make_json_files,
+    "btcpp": make_btcpp_files,
     "ros2": make_ros2_files,
 }
 """The targets by name."""
@@ -142,8 +144,7 @@ def export_automaton(
     )
     made = TARGETS[to](job)
     manifest = make_manifest(job, made, target=to, fingerprints=fingerprints, rounded=rounded)
-    files = {**made.files, MANIFEST: manifest}
-    write_export(folder, files)
+    files = write_export(folder, {**made.files, MANIFEST: manifest}, made.by_hand)
     hierarchy = job.hierarchy
     return ExportResult(
         Path(folder),

@@ -4,28 +4,38 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from understudy.errors import FileError
 from understudy.export.manifest import FORMAT, MANIFEST
+from understudy.export.target_files import FileByHand, fingerprint_file
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
 
+FORMER = f".former{UNFINISHED}"
+"""The ending of the name that an earlier export has while a new one takes its place."""
 
-def write_export(folder: Path | str, files: Mapping[str, bytes]) -> None:
+
+def write_export(
+    folder: Path | str, files: Mapping[str, bytes], by_hand: Mapping[str, FileByHand] | None = None
+) -> Mapping[str, bytes]:
     """Write the files of an export to a folder that is empty, does not exist, or holds only an earlier export.
 
     Anything else is refused with FileError, and nothing is changed. The files are written to a folder beside it,
-    which then takes its place.
+    which then takes its place. Of files of functions to write, the earlier export's are kept, with what a person has
+    written there. The files as they were written are returned.
     """
     folder = Path(folder)
     check_export_folder(folder)
     with convert_os_errors(folder, "writing the export"):
+        files = {**files, **_keep_files_by_hand(folder, by_hand or {})}
         folder.parent.mkdir(parents=True, exist_ok=True)
         place = folder.resolve()
         made = place.with_name(f".{place.name}.{os.getpid()}{UNFINISHED}")
-        former = place.with_name(f".{place.name}.{os.getpid()}.former{UNFINISHED}")
+        former = place.with_name(f".{place.name}.{os.getpid()}{FORMER}")
         try:
             for name, content in files.items():
                 path = made / name
@@ -36,22 +46,51 @@ def write_export(folder: Path | str, files: Mapping[str, bytes]) -> None:
                     os.fsync(file.fileno())
             if place.exists():
                 place.rename(former)
-            try:
-                made.rename(place)
-            except OSError:
-                if former.exists():
-                    former.rename(place)
-                raise
+            made.rename(place)
             sync_folder(place.parent)
         finally:
+            if former.exists() and not place.exists():
+                former.rename(place)
             for left in (made, former):
                 shutil.rmtree(left, ignore_errors=True)
+    return files
+
+
+def _keep_files_by_hand(folder: Path, by_hand: Mapping[str, FileByHand]) -> dict[str, bytes]:
+    """Make the files of functions to write: those of the earlier export, with stubs for what they lack."""
+    earlier = _read_manifest(folder).get("by_hand", {})
+    for name, fingerprint in earlier.items():
+        path = folder / name
+        if name not in by_hand and path.exists() and fingerprint_file(path.read_bytes()) != fingerprint:
+            raise FileError(
+                path=folder,
+                place="",
+                problem=f"{name} has functions that you wrote, and this export has no such file",
+                remedy="name a new folder, or move the file",
+            )
+    files: dict[str, bytes] = {}
+    for name, file in by_hand.items():
+        content, path = file.write(), folder / name
+        if name in earlier and path.exists():
+            there = path.read_bytes()
+            if fingerprint_file(there) != earlier[name]:
+                text = there.decode("utf-8", "replace")
+                missing = [
+                    stub for called, stub in file.stubs.items() if not re.search(rf"\b{called}\b", text)
+                ]
+                content = "\n".join((text, *missing)).encode() if missing else there
+        files |= dict.fromkeys((name, *file.copies), content)
+    return files
 
 
 def check_export_folder(folder: Path | str) -> None:
-    """Refuse a folder that holds something else than an export, with FileError."""
+    """Refuse a folder that holds something else than an export, with FileError.
+
+    If an earlier replacement of the folder was killed halfway, the earlier export is first put back.
+    """
     folder = Path(folder)
     with convert_os_errors(folder, "reading the folder of the export"):
+        _recover(folder.resolve())
         if not folder.exists():
             return
         if not folder.is_dir():
@@ -78,12 +117,50 @@ def check_export_folder(folder: Path | str) -> None:
         )
 
 
+def _recover(place: Path) -> None:
+    """Put back the earlier export if an export was killed while it took its place, and remove what else was left."""
+    if not place.parent.is_dir():
+        return
+    pattern = re.compile(rf"\.{re.escape(place.name)}\.(\d+)(\.former)?{re.escape(UNFINISHED)}")
+    for left in sorted(place.parent.glob(f".*{UNFINISHED}")):
+        found = pattern.fullmatch(left.name)
+        if found is None:
+            continue
+        if found[2] and not place.exists():
+            left.rename(place)
+        elif not _is_running(int(found[1])):
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def _is_running(process: int) -> bool:
+    if os.name != "posix":  # pragma: no cover - there, signal 0 would end the process
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        return True
+    return process != os.getpid()
+
+
 def _list_files(folder: Path) -> set[str]:
     """List the files of the export in a folder by its manifest, and what its Makefile makes of them."""
+    manifest = _read_manifest(folder)
+    return {MANIFEST, *map(str, manifest["files"]), *map(str, manifest["makes"])} if manifest else set()
+
+
+def _read_manifest(folder: Path) -> dict[str, Any]:
+    """Read the manifest of the export in a folder; nothing if there is none."""
     try:
         manifest = json.loads((folder / MANIFEST).read_bytes())
         if manifest["format"] != FORMAT:
-            return set()
-        return {MANIFEST, *map(str, manifest["files"]), *map(str, manifest.get("makes", ()))}
+            return {}
+        by_hand = dict(manifest.get("by_hand", {}))
+        return {
+            "files": list(manifest["files"]),
+            "makes": list(manifest.get("makes", ())),
+            "by_hand": by_hand,
+        }
     except (OSError, ValueError, LookupError, TypeError):
-        return set()
+        return {}

@@ -16,12 +16,18 @@ from operator import add, mul, sub, truediv
 from types import ModuleType
 from typing import Any, TypeAlias
 
+import numpy as np
+
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A constant of an expression."""
+    """A constant of an expression.
+
+    Python computes two constants in 32-bit floats if one `is_single`, a float32 of NumPy; that is not translated.
+    """
 
     value: float
+    is_single: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,11 +150,16 @@ class _Translator:
     def translate(self, node: ast.expr) -> Expression:
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
             inner = self.number(node.operand)
-            return Number(-inner.value) if isinstance(inner, Number) else Operation("neg", (inner,))
+            return (
+                Number(-inner.value, inner.is_single)
+                if isinstance(inner, Number)
+                else Operation("neg", (inner,))
+            )
         if isinstance(node, ast.BinOp) and type(node.op) in ARITHMETIC:
             return _combine(node, self.number(node.left), self.number(node.right))
         if isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in COMPARED:
             sides = self.number(node.left), self.number(node.comparators[0])
+            _check_single(node, *sides)
             return Operation(COMPARED[type(node.ops[0])], sides)
         if isinstance(node, ast.Call):
             return self._call(node)
@@ -160,7 +171,7 @@ class _Translator:
             and node.value.id in self.owners
         ):
             return ReadingValue(node.attr, self.owners[node.value.id])
-        return Number(self._constant(node))
+        return self._constant(node)
 
     def number(self, node: ast.expr) -> Expression:
         found = self.translate(node)
@@ -174,11 +185,15 @@ class _Translator:
             raise _refuse(node)
         operation, _ = FUNCTIONS[name]
         if operation != "where":
-            return Operation(operation, tuple(self.number(each) for each in node.args))
+            operands = tuple(self.number(each) for each in node.args)
+            _check_single(node, *operands)
+            return Operation(operation, operands)
         condition = self.translate(node.args[0])
         if not (isinstance(condition, Operation) and condition.is_condition):
             raise _refuse(node)
-        return Operation("where", (condition, *(self.number(each) for each in node.args[1:])))
+        chosen = tuple(self.number(each) for each in node.args[1:])
+        _check_single(node, *chosen)
+        return Operation("where", (condition, *chosen))
 
     def _function_name(self, node: ast.expr) -> str:
         if isinstance(node, ast.Name) and node.id == "abs" and "abs" not in self.globals:
@@ -189,7 +204,7 @@ class _Translator:
                 return node.attr
         return ""
 
-    def _constant(self, node: ast.expr) -> float:
+    def _constant(self, node: ast.expr) -> Number:
         value: Any = None
         if isinstance(node, ast.Constant):
             value = node.value
@@ -198,14 +213,25 @@ class _Translator:
         elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             module = self.globals.get(node.value.id)
             value = getattr(module, node.attr, None) if isinstance(module, ModuleType) else None
-        if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        is_single = isinstance(value, np.float32)
+        if isinstance(value, bool) or not (is_single or isinstance(value, int | float)):
             raise _refuse(node)
-        return float(value)
+        if not isfinite(value):
+            raise _refuse(node)
+        return Number(float(value), is_single)
+
+
+def _check_single(node: ast.expr, *operands: Expression) -> None:
+    """Refuse constants of which one is a float32, with which Python would compute in single precision."""
+    constants = [each for each in operands if isinstance(each, Number)]
+    if len(constants) == len(operands) and any(each.is_single for each in constants):
+        raise _refuse(node)
 
 
 def _combine(node: ast.BinOp, left: Expression, right: Expression) -> Expression:
     """Combine two expressions; two constants become one, in double precision as Python computes them."""
     name = ARITHMETIC[type(node.op)]
+    _check_single(node, left, right)
     if not (isinstance(left, Number) and isinstance(right, Number)):
         return Operation(name, (left, right))
     compute = {"+": add, "-": sub, "*": mul, "/": truediv}[name]

@@ -12,12 +12,21 @@ _OTHER = re.compile(r"[^a-z0-9_]+", re.IGNORECASE)
 
 
 def make_identifier(name: str, reserved: Iterable[str] = ()) -> str:
-    """Make an identifier of ASCII letters, digits and underscores from a name; `reserved` ones get an underscore."""
-    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    """Make an identifier of ASCII letters, digits and underscores from a name; `reserved` ones get an underscore.
+
+    Letters lose their accents. Letters of other scripts are spelled by their number in Unicode, such as u901f.
+    """
+    plain = "".join(map(_spell, unicodedata.normalize("NFKD", name)))
     found = _OTHER.sub("_", plain).strip("_") or "unnamed"
     if found[0].isdigit():
         found = f"n{found}"
     return f"{found}_" if found.lower() in reserved else found
+
+
+def _spell(character: str) -> str:
+    if character.isascii():
+        return character
+    return "" if unicodedata.combining(character) else f" u{ord(character):04x} "
 
 
 def make_identifiers(names: Iterable[str], *, what: str, reserved: Iterable[str] = ()) -> Mapping[str, str]:

@@ -9,7 +9,7 @@ import msgspec
 
 from understudy.export.hierarchy import GroundAutomaton, GroundBasic, Hierarchy
 from understudy.export.single_precision import RoundedCut
-from understudy.export.target_files import ExportJob, TargetFiles
+from understudy.export.target_files import ExportJob, TargetFiles, fingerprint_file
 from understudy.model.kinds import Categorical, Toroidal
 
 MANIFEST = "manifest.json"
@@ -74,10 +74,16 @@ def make_manifest(
             "boundaries": {"reached": conformance.boundaries[0], "of": conformance.boundaries[1]},
         },
         **made.facts,
-        "files": sorted(made.files),
+        "files": sorted((*made.files, *list_files_by_hand(made))),
+        "by_hand": {name: fingerprint_file(file.write()) for name, file in sorted(made.by_hand.items())},
         "makes": sorted(made.makes),
     }
     return msgspec.json.format(msgspec.json.encode(content), indent=2) + b"\n"
+
+
+def list_files_by_hand(made: TargetFiles) -> list[str]:
+    """List the files of functions to write, with their copies."""
+    return [path for name, file in made.by_hand.items() for path in (name, *file.copies)]
 
 
 def describe_untranslated(hierarchy: Hierarchy) -> list[dict[str, Any]]:

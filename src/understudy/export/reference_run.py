@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from math import isfinite
+from typing import Any
 
 import numpy as np
 
 from understudy.errors import DefinitionError
 from understudy.export.hierarchy import Hierarchy
-from understudy.model.features import Percept, ReadingsView, call_user_function
+from understudy.export.single_functions import compute_in_single
+from understudy.model.features import BoundFeature, Feature, Percept, ReadingsView, call_user_function
 from understudy.runtime.body import ISSUED, ORDER
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter
@@ -42,6 +44,7 @@ class ReferenceRun:
         self.interpreter = Interpreter(program)
         self._type = np.float32 if single_precision else np.float64
         self._flags = {flag: index for index, flag in enumerate(hierarchy.flags)}
+        self._features, self._functions = self._prepare_functions()
         self._computes = any(at < 0 for at in hierarchy.features)
         self._commands = [
             tuple(basic.command.get(channel.name, channel.rest) for channel in hierarchy.channels)
@@ -69,10 +72,25 @@ class ReferenceRun:
         percept = self._percept(readings)
         row = []
         with np.errstate(all="ignore"):
-            for at, bound in zip(self.hierarchy.features, self.program.features, strict=True):
+            for at, bound in zip(self.hierarchy.features, self._features, strict=True):
                 column = readings[at] if at >= 0 else read_feature_column(bound, percept, agents=1)[0]
                 row.append(float(column))
         return row
+
+    def _prepare_functions(self) -> tuple[list[BoundFeature], list[Callable[..., Any] | None]]:
+        """Prepare the functions of features and basic behaviors, in the precision of the export."""
+        features = list(self.program.features)
+        functions = [ground.behavior.function for ground in self.program.basics]
+        if self._type is np.float64:
+            return features, functions
+        for index, bound in enumerate(features):
+            if isinstance(bound.feature, Feature) and bound.feature.function is not None:
+                computed = compute_in_single(bound.feature.function, bound.feature.parameters)
+                features[index] = replace(bound, feature=replace(bound.feature, function=computed))
+        for index, ground in enumerate(self.program.basics):
+            if ground.behavior.function is not None:
+                functions[index] = compute_in_single(ground.behavior.function, ground.behavior.parameters)
+        return features, functions
 
     def _percept(self, readings: Sequence[float]) -> Percept:
         return {
@@ -86,14 +104,13 @@ class ReferenceRun:
             issued = float(self.interpreter.behavior_start_s == now)
             values = {ORDER: float(basic if ground.behavior.order is not None else 0), ISSUED: issued}
             return tuple(values[channel.name] for channel in hierarchy.channels)
-        if ground.behavior.function is None:
+        function = self._functions[basic]
+        if function is None:
             return self._commands[basic]
         percept = self._percept(readings)
         views = [ReadingsView(percept, ground.binding[each]) for each in ground.behavior.parameters]
         with np.errstate(all="ignore"):
-            found = call_user_function(
-                f"behavior {ground}", ground.behavior.function, [ReadingsView(percept), *views]
-            )
+            found = call_user_function(f"behavior {ground}", function, [ReadingsView(percept), *views])
         command = []
         for channel in hierarchy.channels:
             value = float(np.broadcast_to(found.get(channel.name, channel.rest), (1,))[0])

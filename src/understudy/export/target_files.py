@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
 from typing import TypeAlias
 
 from understudy.export.conformance import Conformance
@@ -29,13 +30,35 @@ class ExportJob:
 
 
 @dataclass(frozen=True, slots=True)
+class FileByHand:
+    """A file of functions that a person fills in. It is written once, and later exports keep what it has become.
+
+    `begin` is its first part. `stubs` has, by the name of each function, what stands for it until it is written; an
+    export appends those that the file does not name yet. `copies` are paths that get the same content.
+    """
+
+    begin: str
+    stubs: Mapping[str, str]
+    copies: tuple[str, ...] = ()
+
+    def write(self) -> bytes:
+        """Write the file as it is before anything is filled in."""
+        return "\n".join((self.begin, *self.stubs.values())).encode()
+
+
+def fingerprint_file(content: bytes) -> str:
+    """Return what tells whether a file of functions to write is still as it was exported."""
+    return sha256(content).hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
 class TargetFiles:
     """The files of an export by their path in its folder, and how the target spells names.
 
     `names` has, by sort ("readings", "channels", "basics", "automata", "states"), the identifiers by name, where the
     target has such identifiers. A state's name there is "AUTOMATON/STATE". `makes` are the files that its tests make in
-    the folder, which a later export may remove; a name that ends with "/" is a folder with all that is in it. `facts`
-    are for the manifest, and `notes` are sentences for the person who exports.
+    the folder, which a later export may remove; a name that ends with "/" is a folder with all that is in it. `by_hand`
+    are files of functions to fill in. `facts` are for the manifest, `notes` are sentences for the person who exports.
     """
 
     files: Mapping[str, bytes]
@@ -43,6 +66,7 @@ class TargetFiles:
     makes: tuple[str, ...] = ()
     facts: Mapping[str, object] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    by_hand: Mapping[str, FileByHand] = field(default_factory=dict)
 
 
 MakeFiles: TypeAlias = Callable[[ExportJob], TargetFiles]

@@ -32,6 +32,7 @@ def make_c99_files(job: ExportJob) -> TargetFiles:
     """Make the files of an export to C."""
     names = name_for_c(job.hierarchy)
     writer = _CFiles(job, names)
+    functions = writer.source.write_functions()
     return TargetFiles(
         writer.make_files(),
         {
@@ -42,6 +43,7 @@ def make_c99_files(job: ExportJob) -> TargetFiles:
             "states": names.states,
         },
         (*MADE, *(f"{names.prefix}-{name}" for name in ("m3.o", "avr.o"))),
+        {} if functions is None else {f"{names.prefix}_functions.h": functions},
     )
 
 
@@ -87,7 +89,7 @@ class _CFiles:
         ]
         used = [f"(void)commands.{channel};" for channel in channels]
         notes = [
-            f"\nPut in {name} yourself, where `{p}.c` says so: {problem}."
+            f"\nWrite {name} yourself, in `{p}_functions.h`, which later exports keep: {problem}."
             for name, _, problem in hierarchy.functions_to_write
         ]
         if self.single:

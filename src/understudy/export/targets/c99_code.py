@@ -93,10 +93,11 @@ class CCode:
 
     def _begin(self) -> str:
         p = self.names.prefix
+        functions = f'#include "{p}_functions.h"\n' if self.hierarchy.functions_to_write else ""
         return f"""/* {write_comment(self.hierarchy.name)}, {GENERATED} */
 
 #include "{p}.h"
-
+{functions}
 #ifdef __FAST_MATH__
 #error "absent readings are NaN, which -ffast-math does not allow"
 #endif
@@ -131,14 +132,6 @@ class CCode:
             if f"value_{index}(r)" in text:
                 yield from self.source.write_computed(index)
         yield from automata
-        for index, basic in enumerate(hierarchy.basics):
-            if basic.problem:
-                yield f"static void command_{index}(const {p}_readings *r, {p}_commands *commands)"
-                yield from (
-                    "{",
-                    self.source.write_error(f"behavior {basic.name}", basic.slots, basic.problem),
-                )
-                yield from ("}", "")
         yield from self._step()
         yield from self._path()
         yield f"void {p}_clear_readings({p}_readings *r)"
@@ -174,7 +167,7 @@ class CCode:
             rest = self.source.write_real(channel.rest)
             yield f"{INDENT}commands->{self.names.channels[channel.name]} = {rest};"
         yield f"{INDENT}switch (basic) {{"
-        for index, basic in enumerate(hierarchy.basics):
+        for basic in hierarchy.basics:
             lines = [
                 f"commands->{self.names.channels[channel]} = {self.source.write_real(value)};"
                 for channel, value in basic.command.items()
@@ -187,7 +180,7 @@ class CCode:
                     called = self.names.channels[computes]
                     lines.append(f"commands->{called} = or_rest({text}, {self.source.write_real(at_rest)});")
             if basic.problem:
-                lines = [f"command_{index}(r, commands);"]
+                lines = [f"{self.names.functions[f'behavior {basic.name}']}(r, commands);"]
             if lines:
                 yield f"{INDENT}case {p.upper()}_{self.names.basics[basic.name].upper()}:"
                 yield from (f"{INDENT * 2}{line}" for line in [*lines, "break;"])

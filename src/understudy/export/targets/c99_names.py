@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from understudy.errors import DefinitionError
 from understudy.export.hierarchy import Hierarchy
@@ -41,6 +41,8 @@ class CNames:
     basics: Mapping[str, str]
     automata: Mapping[str, str]
     states: Mapping[str, str]
+    functions: Mapping[str, str] = field(default_factory=dict)
+    """The functions to write, by their name in `Hierarchy.functions_to_write`."""
 
 
 def name_for_c(hierarchy: Hierarchy) -> CNames:
@@ -67,7 +69,13 @@ def name_for_c(hierarchy: Hierarchy) -> CNames:
         basics,
         automata,
         states,
+        name_functions(hierarchy),
     )
+
+
+def name_functions(hierarchy: Hierarchy) -> Mapping[str, str]:
+    """Make the names of the functions that could not be translated; an export repeated has the same ones."""
+    return make_identifiers([name for name, _, _ in hierarchy.functions_to_write], what="functions")
 
 
 def _check_constants(

@@ -17,6 +17,7 @@ from understudy.export.hierarchy import (
     SlotValue,
 )
 from understudy.export.single_precision import round_to_single
+from understudy.export.target_files import FileByHand
 from understudy.export.targets.c99_names import CNames
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import STAY, Tree
@@ -266,8 +267,7 @@ class CSource:
         is_label = isinstance(value.kind, Categorical)
         if value.expression is None:
             yield f"static {'int' if is_label else f'{p}_real'} value_{index}(const {p}_readings *r)"
-            yield from ("{", self.write_error(f"feature {value.name}", value.slots, value.problem))
-            yield from (f"{INDENT}return {'-1' if is_label else f'({p}_real)NAN'};", "}", "")
+            yield from ("{", f"{INDENT}return {self.names.functions[f'feature {value.name}']}(r);", "}", "")
             return
         text = self.expression(value.expression)
         yield f"/* {write_comment(value.name)} */"
@@ -280,6 +280,22 @@ class CSource:
         else:
             yield f"{INDENT}return finite_or_absent({text});"
         yield from ("}", "")
+
+    def write_functions(self) -> FileByHand | None:
+        """Write the header of the functions that could not be translated; None if there are none."""
+        p, stubs = self.names.prefix, {}
+        kinds = {f"feature {each.name}": each.kind for each in self.hierarchy.computed}
+        for name, slots, problem in self.hierarchy.functions_to_write:
+            is_label = isinstance(kinds.get(name), Categorical)
+            called = self.names.functions[name]
+            declared = f"{'int' if is_label else f'{p}_real'} {called}(const {p}_readings *r)"
+            last = f"{INDENT}return {'-1' if is_label else f'({p}_real)NAN'};\n"
+            if name.startswith("behavior "):
+                declared, last = f"void {called}(const {p}_readings *r, {p}_commands *commands)", ""
+            error = self.write_error(name, slots, problem)
+            stubs[called] = f"static inline {declared}\n{{\n{INDENT}(void)r;\n{error}\n{last}}}\n"
+        begin = f"/* Functions of {write_comment(self.hierarchy.name)} to write. Later exports keep this file. */\n"
+        return FileByHand(begin, stubs, (f"arduino/{p}/{p}_functions.h",)) if stubs else None
 
     def write_error(self, name: str, slots: Sequence[int], problem: str) -> str:
         """Write what keeps a function from compiling that could not be translated."""

@@ -13,8 +13,9 @@ from understudy.export.decisions import Answer, Branch, Continuation, Step, make
 from understudy.export.expressions import Number
 from understudy.export.hierarchy import FeatureSource, GroundExpression, SlotValue
 from understudy.export.identifiers import make_identifier, make_identifiers
-from understudy.export.target_files import ExportJob, TargetFiles
-from understudy.export.templates import fill_template
+from understudy.export.target_files import ExportJob, FileByHand, TargetFiles
+from understudy.export.targets.c99_names import name_functions
+from understudy.export.templates import TEMPLATES, fill_template
 from understudy.export.trace_format import format_trace_header
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import Tree
@@ -26,6 +27,9 @@ MODULES = (
 )
 """Modules that `import` finds before, or that others would miss: those of the standard library and of MicroPython."""
 
+ARITHMETIC = (TEMPLATES / "python" / "arithmetic.py.in").read_text(encoding="utf-8").rstrip()
+"""Functions that translated expressions call."""
+
 
 def make_python_files(job: ExportJob) -> TargetFiles:
     """Make the files of an export to Python."""
@@ -35,26 +39,32 @@ def make_python_files(job: ExportJob) -> TargetFiles:
     )
     channels = {each.name: each.name for each in hierarchy.channels}
     module = make_identifier(hierarchy.name, MODULES).lower()
+    source = PythonSource(job, readings)
+    functions = source.write_functions()
+    called = sorted(name_functions(hierarchy).values())
     values = {
         "module": module,
         "title": hierarchy.name,
         "quoted_title": hierarchy.name.replace("\\", "\\\\").replace('"', '\\"'),
         "tick_s": f"{hierarchy.tick_s:g}",
-        "code": "\n".join(_PythonSource(job, readings).write()),
+        "arithmetic": ARITHMETIC,
+        "functions": f"\nfrom {module}_functions import {', '.join(called)}\n" if called else "",
+        "code": "\n".join(source.write()),
         "notes": "".join(
-            f"\nPut in {name} yourself, where `{module}.py` says so: {problem}.\n"
+            f"\nWrite {name} yourself, in `{module}_functions.py`, which later exports keep: {problem}.\n"
             for name, _, problem in hierarchy.functions_to_write
         ),
     }
     files = {f"{module}.py": fill_template("python/module.py.in", values)}
     files["conformance.py"] = fill_template("python/conformance.py.in", values)
     files |= {name: fill_template(f"python/{name}", values) for name in ("Makefile", "README.md")}
+    by_hand = {} if functions is None else {f"{module}_functions.py": functions}
     names = [readings[str(slot)] for slot in hierarchy.readings]
     files["conformance.csv"] = format_conformance(job.conformance, hierarchy, names, list(channels))
-    return TargetFiles(files, {"readings": readings, "channels": channels}, ("trace.csv",))
+    return TargetFiles(files, {"readings": readings, "channels": channels}, ("trace.csv",), by_hand)
 
 
-class _PythonSource:
+class PythonSource:
     """A writer of the parts of the module that depend on the hierarchy."""
 
     def __init__(self, job: ExportJob, readings: Mapping[str, str]) -> None:
@@ -62,11 +72,13 @@ class _PythonSource:
         self.spelling = Spelling(*PYTHON_WORDS, self.write_real, str, str)
 
     def write_real(self, value: float) -> str:
+        """Write a number."""
         if isinf(value):
             return "_INFINITE" if value > 0 else "-_INFINITE"
         return repr(float(value))
 
     def write(self) -> Iterator[str]:
+        """Write the parts of the module, line by line."""
         hierarchy = self.hierarchy
         yield f"TRACE_HEADER = {format_trace_header(self.job)!r}"
         yield f"TICK_S = {hierarchy.tick_s!r}"
@@ -112,8 +124,7 @@ class _PythonSource:
     def _computed(self, index: int) -> Iterator[str]:
         value = self.hierarchy.computed[index]
         if value.expression is None:
-            yield from self._refuse(f"feature {value.name}", value.slots, value.problem, f"_value_{index}")
-            yield from ("", f"def _value_{index}(r):", f"{INDENT}return ABSENT", "")
+            yield f"_value_{index} = {name_functions(self.hierarchy)[f'feature {value.name}']}"
             return
         text = self.expression(value.expression)
         if isinstance(value.kind, Categorical):
@@ -130,13 +141,24 @@ class _PythonSource:
             "",
         )
 
-    def _refuse(self, name: str, slots: Sequence[int], problem: str, called: str) -> Iterator[str]:
-        """Write what keeps the module from being imported until a function is written."""
-        read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
-        text = f"{name} of {read} could not be translated ({problem}): write {called} and remove this line"
-        yield f"raise NotImplementedError({text!r})"
+    def write_functions(self) -> FileByHand | None:
+        """Write the module of the functions that could not be translated; None if there are none."""
+        stubs: dict[str, str] = {}
+        called = name_functions(self.hierarchy)
+        for name, slots, problem in self.hierarchy.functions_to_write:
+            read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
+            text = f"{name} of {read} could not be translated ({problem}): write it and remove this line"
+            declared, last = f"def {called[name]}(r):", 'return float("nan")'
+            if name.startswith("behavior "):
+                declared, last = f"def {called[name]}(r, command):", "pass  # set the channels of command"
+            # The module must not be imported before the function is written.
+            stubs[called[name]] = f"\nraise NotImplementedError({text!r})\n\n\n{declared}\n{INDENT}{last}\n"
+        title = self.hierarchy.name.replace("\\", "\\\\").replace('"', '\\"')
+        begin = f'"""Functions of {title} to write. Later exports keep this file."""\n'
+        return FileByHand(begin, stubs) if stubs else None
 
     def expression(self, expression: GroundExpression) -> str:
+        """Write an expression of readings, which are in the dictionary `r`."""
         if isinstance(expression, Number):
             return f"({self.write_real(expression.value)})"
         if isinstance(expression, SlotValue):
@@ -152,7 +174,7 @@ class _PythonSource:
         name |= {"minimum": "_lesser", "maximum": "_greater"}
         return f"{name[expression.name]}({', '.join(operands)})"
 
-    def operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
+    def _operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
         if source.sort == "flag":
             return Operand("flag", self._flag(number, state, source.index))
         if source.sort == "counter":
@@ -194,7 +216,7 @@ class _PythonSource:
         word = "if"
         while isinstance(step, Branch):
             source = features[step.condition.feature]
-            condition = write_condition(step.condition, self.operand(number, state, source), self.spelling)
+            condition = write_condition(step.condition, self._operand(number, state, source), self.spelling)
             yield f"{pad}{word} {condition}:"
             yield from self._step(step.yes, number, state, called, indent + 1)
             word, step = "elif", step.no
@@ -262,17 +284,6 @@ class _PythonSource:
             command = {each.name: basic.command.get(each.name, each.rest) for each in hierarchy.channels}
             yield f"{INDENT}{{{', '.join(f'{name!r}: {self.write_real(value)}' for name, value in command.items())}}},"
         yield ")"
-        for index, basic in enumerate(hierarchy.basics):
-            if basic.problem:
-                yield from self._refuse(
-                    f"behavior {basic.name}", basic.slots, basic.problem, f"_command_{index}"
-                )
-                yield from (
-                    "",
-                    f"def _command_{index}(r, command):",
-                    f"{INDENT}pass  # set the channels of command",
-                    "",
-                )
         yield from (
             "",
             "",
@@ -281,7 +292,8 @@ class _PythonSource:
         )
         for index, basic in enumerate(hierarchy.basics):
             if basic.problem:
-                yield from (f"{INDENT}if basic == {index}:", f"{INDENT * 2}_command_{index}(r, command)")
+                called = name_functions(hierarchy)[f"behavior {basic.name}"]
+                yield from (f"{INDENT}if basic == {index}:", f"{INDENT * 2}{called}(r, command)")
             if basic.computed:
                 yield f"{INDENT}if basic == {index}:"
                 for channel, computed in basic.computed.items():

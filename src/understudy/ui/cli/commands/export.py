@@ -23,7 +23,10 @@ def export_behavior(
         str, typer.Argument(help="Name of the automaton; SORT/NAME for one of a squad or robot type.")
     ],
     to: Annotated[
-        str, typer.Option("--to", metavar="TARGET", help="Target: c99, python, scxml, xstate, json or ros2.")
+        str,
+        typer.Option(
+            "--to", metavar="TARGET", help="Target: c99, python, btcpp, scxml, xstate, json or ros2."
+        ),
     ],
     out: Annotated[
         Path,

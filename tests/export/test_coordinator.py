@@ -1,0 +1,31 @@
+"""Coordinators of squads decide in every target as in Understudy."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from tests.export.exports import make, need, read_counts
+from tests.formats.made import FOLDER
+from tests.training.test_squad_session import SQUAD
+
+from understudy.export.export_automaton import TARGETS, export_automaton
+from understudy.learning.fit import learn
+from understudy.storage.library_folder import open_library
+
+NEEDS = {"c99": "gcc", "json": "node"}
+
+
+@pytest.mark.parametrize("to", TARGETS)
+def test_a_coordinator_orders_as_in_understudy(to: str, tmp_path: Path) -> None:
+    need(*(program for target, program in NEEDS.items() if target == to))
+    if to == "btcpp":
+        pytest.importorskip("behaviortreepy", reason="behaviortreepy has no wheel for this Python")
+    library = open_library(FOLDER / "squad" / "patrol", SQUAD.kit, learn).library
+    result = export_automaton(library, "lead", tmp_path, to=to)
+    rows = (tmp_path / "conformance.csv").read_text().splitlines()
+    assert ",order,issued" in rows[0]
+    orders = {tuple(row.split(",")[-2:]) for row in rows[1:]}
+    assert orders >= {(f"{order}.0", issued) for order in (1, 2, 3) for issued in ("0.0", "1.0")}
+    assert read_counts(make(tmp_path, "test", PYTHON=sys.executable)) == (result.ticks, 0)
