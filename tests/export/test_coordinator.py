@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.export.exports import make, need, read_counts
+from tests.export.exports import link_node_packages, make, need, need_node_packages, read_counts
 from tests.formats.made import FOLDER
 from tests.training.test_squad_session import SQUAD
 
@@ -14,16 +14,21 @@ from understudy.export.export_automaton import TARGETS, export_automaton
 from understudy.learning.fit import learn
 from understudy.storage.library_folder import open_library
 
+STATECHARTS = {"scxml": "@scion-scxml/scxml", "xstate": "xstate"}
 NEEDS = {"c99": "gcc", "json": "node"}
 
 
-@pytest.mark.parametrize("to", TARGETS)
+@pytest.mark.parametrize("to", [target for target in TARGETS if target != "ros2"])  # which is for robots
 def test_a_coordinator_orders_as_in_understudy(to: str, tmp_path: Path) -> None:
     need(*(program for target, program in NEEDS.items() if target == to))
+    if to in STATECHARTS:
+        need_node_packages(STATECHARTS[to])
     if to == "btcpp":
         pytest.importorskip("behaviortreepy", reason="behaviortreepy has no wheel for this Python")
     library = open_library(FOLDER / "squad" / "patrol", SQUAD.kit, learn).library
     result = export_automaton(library, "lead", tmp_path, to=to)
+    if to in STATECHARTS:
+        link_node_packages(tmp_path)
     rows = (tmp_path / "conformance.csv").read_text().splitlines()
     assert ",order,issued" in rows[0]
     orders = {tuple(row.split(",")[-2:]) for row in rows[1:]}

@@ -32,6 +32,7 @@ from tests.export.ros2.robots import (
     run_node,
     write_robot,
 )
+from tests.export.test_translation import WANDERING, WRITTEN
 from tests.ui.cli.commands import run, said
 
 from understudy.errors import FileError, SettingError
@@ -336,6 +337,26 @@ def test_the_export_says_what_the_robot_lacks(tmp_path: Path) -> None:
     assert ignored == "rover ignores load and unload: it only drives and turns"
     readme = (tmp_path / "out" / "README.md").read_text()
     assert f"- {absent}." in readme
+
+
+def test_a_function_written_by_hand_is_kept(tmp_path: Path) -> None:
+    need("gcc")
+    path = write_robot(tmp_path / "robot", FORAGER)
+    interface = describe_robot(load_robot(path), path=path)
+    out = tmp_path / "out"
+    export_automaton(WANDERING, "a", out, to="ros2", body=interface)
+    with pytest.raises(AssertionError, match="#error"):
+        make(out, "conformance")
+    name, stub, _ = WRITTEN["c99"]
+    file = out / "src" / name
+    written = re.sub(
+        stub, "    (void)r;\n    commands->drive = 0.0;  /* the robot has no speed */", file.read_text()
+    )
+    file.write_text(written)
+    for _ in range(2):
+        make(out, "conformance")
+        export_automaton(WANDERING, "a", out, to="ros2", body=interface)
+        assert file.read_text() == written
 
 
 CAMERA = """

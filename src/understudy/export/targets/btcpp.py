@@ -51,7 +51,7 @@ def make_btcpp_files(job: ExportJob) -> TargetFiles:
         "automata": c.automata,
         "states": c.states,
     }
-    return TargetFiles(files, spelled, ("conformance", "trace.csv"), by_hand)
+    return TargetFiles(files, spelled, ("conformance", "trace.csv"), by_hand=by_hand)
 
 
 def _list_values(

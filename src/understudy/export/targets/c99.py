@@ -43,7 +43,7 @@ def make_c99_files(job: ExportJob) -> TargetFiles:
             "states": names.states,
         },
         (*MADE, *(f"{names.prefix}-{name}" for name in ("m3.o", "avr.o"))),
-        {} if functions is None else {f"{names.prefix}_functions.h": functions},
+        by_hand={} if functions is None else {f"{names.prefix}_functions.h": functions},
     )
 
 

@@ -61,7 +61,7 @@ def make_python_files(job: ExportJob) -> TargetFiles:
     by_hand = {} if functions is None else {f"{module}_functions.py": functions}
     names = [readings[str(slot)] for slot in hierarchy.readings]
     files["conformance.csv"] = format_conformance(job.conformance, hierarchy, names, list(channels))
-    return TargetFiles(files, {"readings": readings, "channels": channels}, ("trace.csv",), by_hand)
+    return TargetFiles(files, {"readings": readings, "channels": channels}, ("trace.csv",), by_hand=by_hand)
 
 
 class PythonSource:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from xml.sax.saxutils import escape
 
 from understudy.errors import SettingError, join_names
@@ -69,7 +70,15 @@ class _PackageFiles:
         files |= {f"src/{name}": fill_template(f"ros2/{name}", {}) for name in HEADERS}
         for name in ("package.xml", "CMakeLists.txt", "Makefile", "README.md"):
             files[name] = fill_template(f"ros2/{name}", values)
-        return TargetFiles(files, c99.names, ("conformance",), self.describe(), tuple(self.list_notes()))
+        by_hand = {f"src/{name}": replace(file, copies=()) for name, file in c99.by_hand.items()}
+        return TargetFiles(
+            files,
+            c99.names,
+            ("conformance",),
+            facts=self.describe(),
+            notes=tuple(self.list_notes()),
+            by_hand=by_hand,
+        )
 
     def describe(self) -> dict[str, object]:
         """Describe for the manifest what the node subscribes to, publishes and lacks."""
@@ -135,7 +144,7 @@ class _PackageFiles:
         messages = [each for each in packages if each != "rclcpp"]
         notes = list(self.list_notes())
         notes += [
-            f"put in {name} yourself, where src/{self.names.prefix}.c says so: {problem}"
+            f"write {name} yourself, in src/{self.names.prefix}_functions.h, which later exports keep: {problem}"
             for name, _, problem in self.hierarchy.functions_to_write
         ]
         return {
