@@ -213,7 +213,7 @@ class AgentProcess:
 
     def note(self, line: str) -> None:
         """Write a line to the log of this agent."""
-        self._log.append(f"{time.strftime('%H:%M:%S')} {self.name} {line}")
+        self._log.append(f"{_stamp()} {self.name} {line}")
 
     def _note_leading(self, coordinator: SquadCoordinator) -> None:
         squad, leads = coordinator.spec.name, coordinator.leads
@@ -313,6 +313,12 @@ class AgentProcess:
             return ""
         behavior, binding = receiver.duty
         return str(Assignment(behavior, Binding(binding)))
+
+
+def _stamp() -> str:
+    """Return the time of day, to a millisecond."""
+    now = time.time()
+    return f"{time.strftime('%H:%M:%S', time.localtime(now))}.{int(now * 1000) % 1000:03d}"
 
 
 def ask(network: ZenohNetwork, question: Question, *, agent: str = "*") -> dict[str, Answer]:
