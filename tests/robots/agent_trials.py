@@ -23,9 +23,9 @@ from tempfile import TemporaryDirectory
 
 from tests.robots.routers import free_port
 
-from understudy.robots.agents.agent_process import Answer, Question, ask
-from understudy.robots.agents.load_plan import LoadedTeam, load_team_plan
-from understudy.robots.agents.zenoh_network import ZenohNetwork
+from understudy.robots.team_network.agent_process import AgentAnswer, AgentQuestion, ask
+from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan
+from understudy.robots.team_network.zenoh_network import ZenohNetwork
 from understudy.storage.library_folder import save_automaton
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.teach import teach
@@ -66,9 +66,9 @@ class AgentProcesses:
         for process in self.running.values():
             process.wait(20.0)
 
-    def ask(self, do: str) -> Mapping[str, Answer]:
+    def ask(self, do: str) -> Mapping[str, AgentAnswer]:
         """Ask all agents."""
-        return ask(self.visitor, Question(do, by="a trial"))
+        return ask(self.visitor, AgentQuestion(do, by="a trial"))
 
     def find_leaders(self) -> list[str]:
         """Find the agents that lead the squad."""

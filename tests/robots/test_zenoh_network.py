@@ -15,8 +15,8 @@ pytest.importorskip("zenoh", reason="needs the extra ros2")
 from tests.robots.routers import free_port
 from tests.runtime.agents.test_lost_agents import NAMES, leaders, make_team
 
-from understudy.robots.agents.agent_process import Answer, Question, ask
-from understudy.robots.agents.zenoh_network import ZenohNetwork, ZenohOptions
+from understudy.robots.team_network.agent_process import AgentAnswer, AgentQuestion, ask
+from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
 from understudy.runtime.agents.local_team import LocalTeam
 from understudy.runtime.agents.network import Inbox, LocalNetwork
 
@@ -81,15 +81,15 @@ def _has_come(inbox: Inbox, message: bytes) -> bool:
 def test_each_agent_answers_for_itself() -> None:
     with networks("one", "two") as of:
         for name in of:
-            answer = msgspec.msgpack.encode(Answer(log=[name]))
+            answer = msgspec.msgpack.encode(AgentAnswer(log=[name]))
             of[name].answer(f"agent/{name}", partial(_answer, answer))
         of["two"].answer("agent/three", lambda data: b"\xc1")  # not to be understood
-        wait_until(lambda: len(ask(of["one"], Question("logs"))) == 2)
-        assert {name: answer.log for name, answer in ask(of["one"], Question("logs")).items()} == {
+        wait_until(lambda: len(ask(of["one"], AgentQuestion("logs"))) == 2)
+        assert {name: answer.log for name, answer in ask(of["one"], AgentQuestion("logs")).items()} == {
             "one": ["one"],
             "two": ["two"],
         }
-        assert list(ask(of["one"], Question("logs"), agent="two")) == ["two"]
+        assert list(ask(of["one"], AgentQuestion("logs"), agent="two")) == ["two"]
 
 
 def _answer(answer: bytes, question: bytes) -> bytes:

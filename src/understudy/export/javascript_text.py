@@ -76,7 +76,7 @@ class JavaScriptText:
     def _timer(self, number: int, index: int) -> str:
         return self.timers[number][self.hierarchy.automata[number].timers[index]]
 
-    def kept(self, number: int, of: str, index: int) -> tuple[str, str]:
+    def find_memory(self, number: int, of: str, index: int) -> tuple[str, str]:
         """Return where a counter or timer is kept: "counters" or "timers", and its identifier."""
         name = self._counter(number, index) if of == "counter" else self._timer(number, index)
         return f"{of}s", name

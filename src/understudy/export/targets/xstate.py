@@ -116,7 +116,7 @@ class _Machine:
             return
         yield _act("enter", {"automaton": self._memory(state.owner)})
         for effect in state.effects:
-            of, name = self.text.kept(state.owner, effect.of, effect.index)
+            of, name = self.text.find_memory(state.owner, effect.of, effect.index)
             changed = {"automaton": self._memory(state.owner), "of": of, "name": name}
             yield _act(effect.action, {**changed, "value": effect.value})
 

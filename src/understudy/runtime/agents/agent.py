@@ -10,14 +10,14 @@ import numpy as np
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
 from understudy.runtime.agents.messages import (
-    Report,
+    MemberReport,
     UnreadableMessage,
     compute_layout,
     decode_orders,
-    encode,
+    pack_message,
 )
 from understudy.runtime.agents.network import Network
-from understudy.runtime.agents.order_receiver import OrderReceiver, Refusal
+from understudy.runtime.agents.order_follower import OrderFollower, Refusal
 from understudy.runtime.body import Body
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program
@@ -100,11 +100,11 @@ class Agent:
         self.refusals: dict[Refusal, int] = {}
         """The number of messages that were refused, by reason."""
         self._sequence = 0
-        self.receiver: OrderReceiver | None = None
+        self.receiver: OrderFollower | None = None
         self._keys = tuple(self.run.keys)
         if spec.link is not None:
             link = spec.link
-            self.receiver = OrderReceiver(spec.name, link.candidates, library=link.library)
+            self.receiver = OrderFollower(spec.name, link.candidates, library=link.library)
             self._inbox = network.listen(order_key(link.squad))
             self._keys = tuple(dict.fromkeys((*self._keys, *link.keys)))
             self._layout = compute_layout(link.keys)
@@ -114,12 +114,12 @@ class Agent:
         self.percept = self.body.sense(self._keys)
 
     def report(self) -> None:
-        """Report to the squad: readings of this tick, and the flag raised before it."""
+        """MemberReport to the squad: readings of this tick, and the flag raised before it."""
         link, receiver = self.spec.link, self.receiver
         if link is None or receiver is None:
             return
         self._sequence += 1
-        message = Report(
+        message = MemberReport(
             member=self.spec.name,
             sequence=self._sequence,
             term=receiver.term,
@@ -131,7 +131,7 @@ class Agent:
             layout=self._layout,
             readings=[float(self.percept[key][0]) for key in link.keys],
         )
-        self._network.publish(report_key(link.squad), encode(message))
+        self._network.publish(report_key(link.squad), pack_message(message))
 
     def obey(self) -> None:
         """Hear the orders that have arrived, and begin what holds now if that is new."""

@@ -22,8 +22,8 @@ from understudy.runtime.agents.messages import (
     UnreadableMessage,
     decode_orders,
     decode_report,
-    encode,
     list_reported_readings,
+    pack_message,
 )
 from understudy.runtime.agents.network import Network
 from understudy.runtime.agents.remote_members import Clock, RemoteMembers, RemoteRunner
@@ -38,7 +38,7 @@ REMEMBERED = 8
 """The number of orders of which the run state of a leader is kept."""
 
 
-class SquadSpec(NamedTuple):
+class SquadPlan(NamedTuple):
     """A squad of a team: its kind, its members in order, and what they can do.
 
     Attributes
@@ -89,7 +89,7 @@ class SquadCoordinator:
     def __init__(
         self,
         spec: AgentSpec,
-        squad: SquadSpec,
+        squad: SquadPlan,
         *,
         host: str,
         candidates: Sequence[str],
@@ -144,7 +144,7 @@ class SquadCoordinator:
         self.agent.sense()
 
     def report(self) -> None:
-        """Report to the squad above, if this agent leads."""
+        """MemberReport to the squad above, if this agent leads."""
         if self.leads:
             self.agent.report()
 
@@ -167,7 +167,7 @@ class SquadCoordinator:
         self._sequence += 1
         message = self._make_message()
         self._remember(message, self._clock.time_s)
-        self._network.publish(order_key(self.spec.name), encode(message))
+        self._network.publish(order_key(self.spec.name), pack_message(message))
 
     # Leading
 
@@ -264,7 +264,7 @@ class SquadCoordinator:
         return None if order is None else order.substitute(ground.binding)
 
 
-def _make_groups(squad: SquadSpec, clock: Clock) -> list[tuple[RemoteMembers, MemberGroup]]:
+def _make_groups(squad: SquadPlan, clock: Clock) -> list[tuple[RemoteMembers, MemberGroup]]:
     """Make the members of each sort, in the order in which the sorts first occur."""
     groups = []
     for sort in dict.fromkeys(sort for _, sort, _ in squad.members):
@@ -278,7 +278,7 @@ def _make_groups(squad: SquadSpec, clock: Clock) -> list[tuple[RemoteMembers, Me
 
 
 def _make_body(
-    squad: SquadSpec, groups: Sequence[tuple[RemoteMembers, MemberGroup]], clock: Clock
+    squad: SquadPlan, groups: Sequence[tuple[RemoteMembers, MemberGroup]], clock: Clock
 ) -> SquadBody:
     sorts = [group.name for _, group in groups]
     rows = {member.name: row for body, _ in groups for row, member in enumerate(body.members)}

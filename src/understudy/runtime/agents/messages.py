@@ -23,7 +23,7 @@ Duty: TypeAlias = tuple[str, dict[str, str]]
 """A behavior and the target of each of its parameters."""
 
 
-class Report(msgspec.Struct, frozen=True, array_like=True):
+class MemberReport(msgspec.Struct, frozen=True, array_like=True):
     """A member's report to its squad."""
 
     member: str
@@ -75,15 +75,15 @@ class UnreadableMessage(Exception):
     """A message that is not of the given type."""
 
 
-def encode(message: Report | Orders) -> bytes:
+def pack_message(message: MemberReport | Orders) -> bytes:
     """Encode a message."""
     return msgspec.msgpack.encode(message)
 
 
-def decode_report(data: bytes) -> Report:
+def decode_report(data: bytes) -> MemberReport:
     """Decode a report; raise UnreadableMessage if it is none."""
     try:
-        return msgspec.msgpack.decode(data, type=Report)
+        return msgspec.msgpack.decode(data, type=MemberReport)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise UnreadableMessage(str(error)) from None
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
-from understudy.runtime.agents.messages import OrderId, Report, compute_layout
+from understudy.runtime.agents.messages import MemberReport, OrderId, compute_layout
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.runtime.program import Program
 from understudy.runtime.team.comms import SILENT_S
@@ -42,7 +42,7 @@ class ReportedMember:
     """The latest report of one member, when it arrived, and why it does not count."""
 
     name: str
-    report: Report | None = None
+    report: MemberReport | None = None
     heard_s: float = field(default=-inf)
     problem: str = "was never heard"
 
@@ -101,7 +101,7 @@ class RemoteMembers:
         """The coordinator's time, s."""
         return self._clock.time_s
 
-    def receive(self, report: Report) -> None:
+    def receive(self, report: MemberReport) -> None:
         """Take a report, unless it is not of one of these members, or older than the last one."""
         now = self._clock.time_s
         for member in self.members:
@@ -113,7 +113,7 @@ class RemoteMembers:
                 member.report, member.heard_s = report, now
                 member.problem = self._find_problem(report)
 
-    def _find_problem(self, report: Report) -> str:
+    def _find_problem(self, report: MemberReport) -> str:
         if self._library is not None and report.library != self._library:
             return f"has another library ({report.library[:8]}, not {self._library[:8]})"
         if report.layout != self._layout or len(report.readings) != len(self._keys):

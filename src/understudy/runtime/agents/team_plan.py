@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from understudy.model.library import Library
 from understudy.model.squad import Squad
 from understudy.runtime.agents.agent import AgentSpec, SquadLink
-from understudy.runtime.agents.coordinator import LEASE_S, SquadSpec
+from understudy.runtime.agents.coordinator import LEASE_S, SquadPlan
 from understudy.runtime.agents.messages import list_reported_readings
 from understudy.runtime.body import Reading
 from understudy.runtime.team.squad_body import list_squad_readings
@@ -130,11 +130,11 @@ class TeamPlan:
         keys = list_reported_readings(kind, self._readings[self._sorts[name]], self.targets)
         return SquadLink(squad, self.list_candidates(squad), keys, self._required.get(kind.name))
 
-    def make_squad_spec(self, squad: str) -> SquadSpec:
+    def make_squad_spec(self, squad: str) -> SquadPlan:
         """Describe a squad for its coordinator."""
         members = self._members[squad]
         sorts = {sort for _, sort, _ in members}
-        return SquadSpec(
+        return SquadPlan(
             self._kinds[squad],
             members,
             {sort: self._readings[sort] for sort in sorts},

@@ -35,9 +35,9 @@ def run_agent(
 
     [dim]understudy agent team.toml --name scout_2[/]
     """
-    from understudy.robots.agents.agent_process import AgentProcess
-    from understudy.robots.agents.load_plan import load_team_plan
-    from understudy.robots.agents.zenoh_network import ZenohNetwork
+    from understudy.robots.team_network.agent_process import AgentProcess
+    from understudy.robots.team_network.load_plan import load_team_plan
+    from understudy.robots.team_network.zenoh_network import ZenohNetwork
     from understudy.ui.cli.output import print_json
     from understudy.ui.cli.robot_options import interrupt_on_termination
 

@@ -14,9 +14,9 @@ from understudy.ui.cli.commands.agent import TeamFileArgument
 from understudy.ui.cli.options import Json
 
 if TYPE_CHECKING:
-    from understudy.robots.agents.agent_process import AgentStatus, Answer
-    from understudy.robots.agents.load_plan import LoadedTeam
-    from understudy.robots.agents.zenoh_network import ZenohNetwork
+    from understudy.robots.team_network.agent_process import AgentAnswer, AgentStatus
+    from understudy.robots.team_network.load_plan import LoadedTeam
+    from understudy.robots.team_network.zenoh_network import ZenohNetwork
 
 FOUND_S = 1.0
 """The time in s in which other agents are found by multicast."""
@@ -35,11 +35,11 @@ def show_status(file: TeamFileArgument, as_json: Json = False) -> None:
 
     [dim]understudy team status team.toml[/]
     """
-    from understudy.robots.agents.agent_process import Question, ask
+    from understudy.robots.team_network.agent_process import AgentQuestion, ask
     from understudy.ui.cli.output import print_json
 
     with _connect(file) as (team, network):
-        answers = ask(network, Question("status"))
+        answers = ask(network, AgentQuestion("status"))
     found = [answer.status for answer in answers.values() if answer.status is not None]
     missing = [name for name in team.agents if name not in answers]
     libraries = _find_differing(team, found)
@@ -118,12 +118,12 @@ def show_logs(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = Fals
 
     [dim]understudy team logs team.toml --name scout_2[/]
     """
-    from understudy.robots.agents.agent_process import Question, ask
+    from understudy.robots.team_network.agent_process import AgentQuestion, ask
     from understudy.ui.cli.output import print_json
 
     with _connect(file) as (team, network):
         _check_name(team, name)
-        answers = ask(network, Question("logs"), agent=name)
+        answers = ask(network, AgentQuestion("logs"), agent=name)
     if as_json:
         print_json({"logs": {agent: answer.log for agent, answer in answers.items()}})
         return
@@ -132,12 +132,12 @@ def show_logs(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = Fals
 
 
 def _order_robots(file: TeamFileArgument, do: str, name: str, done: str, *, as_json: bool) -> None:
-    from understudy.robots.agents.agent_process import Question, ask
+    from understudy.robots.team_network.agent_process import AgentQuestion, ask
     from understudy.ui.cli.output import print_json
 
     with _connect(file) as (team, network):
         _check_name(team, name)
-        answers = ask(network, Question(do, by=f"{getpass.getuser()} in a terminal"), agent=name)
+        answers = ask(network, AgentQuestion(do, by=f"{getpass.getuser()} in a terminal"), agent=name)
     robots = [each for each in team.plan.robots if name in ("*", each)]
     said = {robot: _describe(answers, robot, done) for robot in robots}
     if as_json:
@@ -149,7 +149,7 @@ def _order_robots(file: TeamFileArgument, do: str, name: str, done: str, *, as_j
         raise typer.Exit(1)
 
 
-def _describe(answers: Mapping[str, Answer], robot: str, done: str) -> str:
+def _describe(answers: Mapping[str, AgentAnswer], robot: str, done: str) -> str:
     answer = answers.get(robot)
     if answer is None:
         return "did not answer: look whether it stands"
@@ -168,8 +168,8 @@ def _connect(file: TeamFileArgument) -> Iterator[tuple[LoadedTeam, ZenohNetwork]
     """Load a team, join its network as a visitor, and wait until its agents are found."""
     from time import sleep
 
-    from understudy.robots.agents.load_plan import load_team_plan
-    from understudy.robots.agents.zenoh_network import ZenohNetwork
+    from understudy.robots.team_network.load_plan import load_team_plan
+    from understudy.robots.team_network.zenoh_network import ZenohNetwork
 
     team = load_team_plan(file)
     network = ZenohNetwork(team.name, team.make_network_options("visitor"))

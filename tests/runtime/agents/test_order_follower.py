@@ -11,9 +11,9 @@ from understudy.runtime.agents.messages import (
     UnreadableMessage,
     decode_orders,
     decode_report,
-    encode,
+    pack_message,
 )
-from understudy.runtime.agents.order_receiver import OrderReceiver, Refusal
+from understudy.runtime.agents.order_follower import OrderFollower, Refusal
 
 LEASE_S = 1.0
 
@@ -79,7 +79,7 @@ STORIES: dict[str, list[Arrival]] = {
 
 @pytest.mark.parametrize("story", STORIES)
 def test_stories(story: str) -> None:
-    receiver = OrderReceiver("scout", ["lead", "deputy"])
+    receiver = OrderFollower("scout", ["lead", "deputy"])
     for arrival in STORIES[story]:
         if arrival.message is not None:
             assert receiver.receive(arrival.message, arrival.at_s) == arrival.refused, arrival
@@ -90,12 +90,12 @@ def test_stories(story: str) -> None:
 
 def test_a_coordinator_of_another_library_is_refused_where_asked() -> None:
     message = orders(1, 1, (1, 1))
-    assert OrderReceiver("scout", ["lead"], library="M").receive(message, 0.0) is Refusal.LIBRARY
-    assert OrderReceiver("scout", ["lead"], library="L").receive(message, 0.0) is None
+    assert OrderFollower("scout", ["lead"], library="M").receive(message, 0.0) is Refusal.LIBRARY
+    assert OrderFollower("scout", ["lead"], library="L").receive(message, 0.0) is None
 
 
 def test_who_has_nothing_to_do_has_an_order_all_the_same() -> None:
-    receiver = OrderReceiver("other", ["lead"])
+    receiver = OrderFollower("other", ["lead"])
     receiver.receive(orders(1, 1, (1, 1)), 0.0)
     assert receiver.update(0.0)
     assert receiver.order == (1, 1)
@@ -103,7 +103,7 @@ def test_who_has_nothing_to_do_has_an_order_all_the_same() -> None:
 
 
 @pytest.mark.parametrize(
-    "data", [b"", b"\xc1", b"hello", b"\x93\x01\x02\x03", encode(orders(1, 1, None))[:-3]]
+    "data", [b"", b"\xc1", b"hello", b"\x93\x01\x02\x03", pack_message(orders(1, 1, None))[:-3]]
 )
 def test_what_is_no_message_is_said_to_be_none(data: bytes) -> None:
     for decode in (decode_orders, decode_report):

@@ -16,10 +16,10 @@ import msgspec
 from understudy.errors import SettingError, UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment
-from understudy.robots.agents.load_plan import LoadedTeam
-from understudy.robots.agents.zenoh_network import ZenohNetwork
 from understudy.robots.fleet import connect_robot
 from understudy.robots.robot import Robot
+from understudy.robots.team_network.load_plan import LoadedTeam
+from understudy.robots.team_network.zenoh_network import ZenohNetwork
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
@@ -60,14 +60,14 @@ class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
     late: int
 
 
-class Question(msgspec.Struct, frozen=True):
+class AgentQuestion(msgspec.Struct, frozen=True):
     """A question to an agent: `do` is status, stop, arm or logs; `by` says who asks."""
 
     do: str
     by: str = ""
 
 
-class Answer(msgspec.Struct, frozen=True):
+class AgentAnswer(msgspec.Struct, frozen=True):
     """An agent's answer: a status, lines of its log, or why it did not do what it was asked; empty if it did."""
 
     status: AgentStatus | None = None
@@ -127,7 +127,7 @@ class AgentProcess:
         self.name, self.team, self._network = name, team, network
         self._exit = ExitStack()
         self._log: deque[str] = deque(maxlen=LOGGED)
-        self._asked: Queue[tuple[Question, list[Answer], Event]] = Queue()
+        self._asked: Queue[tuple[AgentQuestion, list[AgentAnswer], Event]] = Queue()
         self.ticks = self.late = 0
         self.left = False
         """Whether the agent was told to leave."""
@@ -223,21 +223,23 @@ class AgentProcess:
             self._was_leading[squad] = leads
 
     def _answer(self, data: bytes) -> bytes:
-        """Answer a question; it is called in a thread of the network, and waits for the next tick."""
+        """AgentAnswer a question; it is called in a thread of the network, and waits for the next tick."""
         try:
-            question = msgspec.msgpack.decode(data, type=Question)
+            question = msgspec.msgpack.decode(data, type=AgentQuestion)
         except msgspec.MsgspecError:
-            return msgspec.msgpack.encode(Answer(problem="was asked something that it does not understand"))
+            return msgspec.msgpack.encode(
+                AgentAnswer(problem="was asked something that it does not understand")
+            )
         if question.do == "stop" and self.robot is not None:
             self.robot.emergency_stop(f"asked to by {question.by}")  # at once, from whatever thread
         if question.do == "arm" and self.robot is not None:
             try:
                 self.robot.prepare()  # which takes half a second, in which decisions go on
             except UnderstudyError as error:
-                return msgspec.msgpack.encode(Answer(problem=str(error)))
-        found, done = list[Answer](), Event()
+                return msgspec.msgpack.encode(AgentAnswer(problem=str(error)))
+        found, done = list[AgentAnswer](), Event()
         self._asked.put((question, found, done))
-        answer = found[0] if done.wait(ANSWER_S) else Answer(problem="did not answer in time")
+        answer = found[0] if done.wait(ANSWER_S) else AgentAnswer(problem="did not answer in time")
         return msgspec.msgpack.encode(answer)
 
     def _carry_out(self) -> None:
@@ -249,31 +251,31 @@ class AgentProcess:
             found.append(self._carry_out_one(question))
             done.set()
 
-    def _carry_out_one(self, question: Question) -> Answer:
+    def _carry_out_one(self, question: AgentQuestion) -> AgentAnswer:
         if question.do == "status":
-            return Answer(status=self.describe())
+            return AgentAnswer(status=self.describe())
         if question.do == "logs":
-            return Answer(log=list(self._log))
+            return AgentAnswer(log=list(self._log))
         if question.do == "stop":
             self.note(f"stopped by {question.by}")
-            return Answer(status=self.describe())
+            return AgentAnswer(status=self.describe())
         if question.do == "leave":
             self.note(f"told to leave by {question.by}")
             self.left = True
-            return Answer()
+            return AgentAnswer()
         if question.do == "arm":
             return self._arm(question.by)
-        return Answer(problem=f"does not know {question.do!r:.40}")
+        return AgentAnswer(problem=f"does not know {question.do!r:.40}")
 
-    def _arm(self, by: str) -> Answer:
+    def _arm(self, by: str) -> AgentAnswer:
         if self.robot is None:
-            return Answer(problem="has no robot")
+            return AgentAnswer(problem="has no robot")
         try:
             self.robot.arm(by)
         except UnderstudyError as error:
-            return Answer(problem=str(error))
+            return AgentAnswer(problem=str(error))
         self.note(f"armed by {by}")
-        return Answer(status=self.describe())
+        return AgentAnswer(status=self.describe())
 
     def describe(self) -> AgentStatus:
         """Describe what this agent does."""
@@ -321,7 +323,7 @@ def _stamp() -> str:
     return f"{time.strftime('%H:%M:%S', time.localtime(now))}.{int(now * 1000) % 1000:03d}"
 
 
-def ask(network: ZenohNetwork, question: Question, *, agent: str = "*") -> dict[str, Answer]:
+def ask(network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*") -> dict[str, AgentAnswer]:
     """Ask the agents of a team.
 
     Parameters
@@ -342,7 +344,7 @@ def ask(network: ZenohNetwork, question: Question, *, agent: str = "*") -> dict[
     answers: dict[str, Any] = network.ask(f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=ASK_S)
     for key, data in answers.items():
         try:
-            found[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=Answer)
+            found[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=AgentAnswer)
         except msgspec.MsgspecError:
             continue
     return dict(sorted(found.items()))

@@ -119,7 +119,7 @@ class ZenohNetwork:
             return frozenset(self._present)
 
     def answer(self, key: str, answer: Callable[[bytes], bytes]) -> None:
-        """Answer questions to a key from now on; `answer` is called in a thread of Zenoh."""
+        """AgentAnswer questions to a key from now on; `answer` is called in a thread of Zenoh."""
 
         def reply(query: Any) -> None:
             with contextlib.suppress(self._zenoh.ZError), query:

@@ -19,7 +19,7 @@ class Refusal(StrEnum):
     LIBRARY = "its coordinator has another library"
 
 
-class OrderReceiver:
+class OrderFollower:
     """The order that one member executes.
 
     Parameters

@@ -11,8 +11,8 @@ import msgspec
 
 from understudy.errors import FileError, UnderstudyError, join_names
 from understudy.model.library import Library
-from understudy.robots.agents.zenoh_network import ZenohOptions
 from understudy.robots.robot_file import RobotFile, load_robot, load_team
+from understudy.robots.team_network.zenoh_network import ZenohOptions
 from understudy.robots.team_settings import TeamSettings
 from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.sim.catalog import find_scenario
