@@ -6,6 +6,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Event
@@ -18,7 +19,8 @@ from understudy.model.binding import Binding
 from understudy.model.squad import Assignment
 from understudy.robots.fleet import connect_robot
 from understudy.robots.robot import Robot
-from understudy.robots.team_network.load_plan import LoadedTeam
+from understudy.robots.team_network.library_push import LibraryFolder
+from understudy.robots.team_network.load_plan import LoadedTeam, fingerprint_folder
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.agent import Agent
@@ -61,10 +63,11 @@ class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class AgentQuestion(msgspec.Struct, frozen=True):
-    """A question to an agent: `do` is status, stop, arm or logs; `by` says who asks."""
+    """A question to an agent: what it shall `do`, who asks (`by`), and the documents of a library to prepare."""
 
     do: str
     by: str = ""
+    files: dict[str, bytes] = {}
 
 
 class AgentAnswer(msgspec.Struct, frozen=True):
@@ -131,6 +134,9 @@ class AgentProcess:
         self.ticks = self.late = 0
         self.left = False
         """Whether the agent was told to leave."""
+        self.restarts = False
+        """Whether the agent has to start anew, with another library."""
+        self._library = LibraryFolder(team.library, name, partial(fingerprint_folder, team.scenario))
         self.robot: Robot | None = None
         self.agent: Agent | None = None
         self._clock: Clock | WallClock = WallClock(team.scenario.tick_s, team.plan.targets)
@@ -265,7 +271,24 @@ class AgentProcess:
             return AgentAnswer()
         if question.do == "arm":
             return self._arm(question.by)
+        if question.do in ("prepare", "switch", "forget"):
+            return AgentAnswer(problem=self._replace_library(question))
         return AgentAnswer(problem=f"does not know {question.do!r:.40}")
+
+    def _replace_library(self, question: AgentQuestion) -> str:
+        """Prepare, take over or forget another library; return why that is impossible, or nothing."""
+        if question.do == "forget":
+            self._library.forget()
+            return ""
+        if self.robot is not None and self.robot.armed:
+            return "is armed: stop it first"
+        if question.do == "prepare":
+            return self._library.prepare(question.files)
+        problem = self._library.switch()
+        if not problem:
+            self.note(f"took over the library of {question.by}")
+            self.left = self.restarts = True
+        return problem
 
     def _arm(self, by: str) -> AgentAnswer:
         if self.robot is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from hashlib import blake2b
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import msgspec
 from understudy.errors import FileError, UnderstudyError, join_names
 from understudy.model.library import Library
 from understudy.robots.robot_file import RobotFile, load_robot, load_team
+from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.zenoh_network import ZenohOptions
 from understudy.robots.team_settings import TeamSettings
 from understudy.runtime.agents.team_plan import TeamPlan
@@ -105,6 +107,8 @@ def load_team_plan(path: Path | str, *, agent: str | None = None, library: Path 
     own = None if agent is None else settings.each.get(agent)
     named = settings.library if own is None or own.library is None else own.library
     folder = library or Path(path).parent / named
+    if agent is not None:
+        LibraryFolder(folder, agent, partial(fingerprint_folder, scenario)).recover()
     libraries = open_libraries(scenario, folder)
     fingerprints = {sort: fingerprint_library(each) for sort, each in libraries.items()}
     plan = _make_plan(path, settings, scenario, tuple(robots), libraries, fingerprints)
@@ -133,6 +137,12 @@ def open_libraries(scenario: Scenario, folder: Path) -> Libraries:
 
     robots = load_type_libraries(scenario, folder, make_scenario_kit(scenario), look)
     return collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
+
+
+def fingerprint_folder(scenario: Scenario, folder: Path) -> str:
+    """Open all libraries of a folder, and compute one fingerprint of them."""
+    libraries = open_libraries(scenario, folder)
+    return " ".join(f"{sort}:{fingerprint_library(each)}" for sort, each in sorted(libraries.items()))
 
 
 def fingerprint_library(library: Library) -> str:

@@ -41,20 +41,23 @@ def run_agent(
     from understudy.ui.cli.output import print_json
     from understudy.ui.cli.robot_options import interrupt_on_termination
 
-    team = load_team_plan(file, agent=name, library=library)
+    until = None if seconds is None else monotonic() + seconds
     with interrupt_on_termination():
-        network = ZenohNetwork(team.name, team.make_network_options(name))
-        try:
-            process = AgentProcess(name, team, network)
-        except BaseException:
-            network.close()
-            raise
-        until = None if seconds is None else monotonic() + seconds
-        try:
-            typer.echo(f"{name} runs in team {team.name}. Ctrl-C stops it.", err=True)
-            process.run(until=lambda: until is not None and monotonic() >= until)
-        finally:
-            status = process.describe()
-            process.close()
+        while True:
+            team = load_team_plan(file, agent=name, library=library)
+            network = ZenohNetwork(team.name, team.make_network_options(name))
+            try:
+                process = AgentProcess(name, team, network)
+            except BaseException:
+                network.close()
+                raise
+            try:
+                typer.echo(f"{name} runs in team {team.name}. Ctrl-C stops it.", err=True)
+                process.run(until=lambda: until is not None and monotonic() >= until)
+            finally:
+                status = process.describe()
+                process.close()
+            if not process.restarts:  # with another library
+                break
         if as_json:
             print_json(status)

@@ -6,6 +6,7 @@ import getpass
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -129,6 +130,50 @@ def show_logs(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = Fals
         return
     for line in sorted(line for answer in answers.values() for line in answer.log):
         typer.echo(line)
+
+
+@app.command("push")
+def push_library(
+    file: TeamFileArgument,
+    library: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the automata. By default as the team's file says.", show_default=False),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Hand a library to all agents of a team: all take it over, or none does. Each keeps the former one.
+
+    The robots must be disarmed. The exit code is 1 if an agent is missing or refuses.
+
+    [dim]understudy team push team.toml --library library[/]
+    """
+    from understudy.robots.team_network.agent_process import AgentQuestion, ask
+    from understudy.robots.team_network.library_push import read_library_files
+    from understudy.ui.cli.output import print_json
+
+    with _connect(file) as (team, network):
+        by = f"{getpass.getuser()} in a terminal"
+        files = read_library_files(library or team.library)
+        answers = ask(network, AgentQuestion("prepare", by, files))
+        said = {
+            agent: answers[agent].problem if agent in answers else "is not there" for agent in team.agents
+        }
+        ready = not any(said.values())
+        answers = ask(network, AgentQuestion("switch" if ready else "forget", by))
+        if ready:
+            said = {
+                agent: answers[agent].problem if agent in answers else "did not answer"
+                for agent in team.agents
+            }
+    if as_json:
+        print_json({"agents": said})
+    else:
+        for agent, problem in said.items():
+            typer.echo(f"{agent}: {problem or ('has it' if ready else 'could take it over')}")
+        if not ready:
+            typer.echo("Nothing was changed.")
+    if any(said.values()):
+        raise typer.Exit(1)
 
 
 def _order_robots(file: TeamFileArgument, do: str, name: str, done: str, *, as_json: bool) -> None:
