@@ -106,6 +106,20 @@ def test_a_dead_robot_is_not_waited_for() -> None:
     assert problems == ["", "", "", "is silent"]
 
 
+def test_a_coordinator_that_starts_again_where_it_hears_nobody_is_obeyed_afterwards() -> None:
+    """It leads in term 1 again, as before, and its messages begin at number 1 again."""
+    network = LocalNetwork()
+    team = make_team(network, deputies=False, near=-1e9)
+    team.run(100)
+    team.start("pair_0")
+    split(network, ("pair_0",), NAMES)
+    team.run(SILENT_TICKS + 2)
+    split(network, ("pair_0", *NAMES))
+    team.run(2 * LEASE_TICKS)
+    assert leaders(team) == ["pair_0"]
+    assert team.paths == [("go", "forward")] * ROBOTS
+
+
 def split(network: LocalNetwork, *groups: tuple[str, ...]) -> None:
     """Only agents of one group hear each other."""
     of = {name: number for number, group in enumerate(groups) for name in group}

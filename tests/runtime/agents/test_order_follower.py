@@ -18,11 +18,13 @@ from understudy.runtime.agents.order_follower import OrderFollower, Refusal
 LEASE_S = 1.0
 
 
-def orders(term: int, sequence: int, order: tuple[int, int] | None, leader: str = "lead") -> Orders:
+def orders(
+    term: int, sequence: int, order: tuple[int, int] | None, leader: str = "lead", *, start: int = 1
+) -> Orders:
     """A coordinator's message: `scout` runs `go`, everybody else nothing."""
     return Orders(
-        squad="pair", leader=leader, term=term, sequence=sequence, order=order, lease_s=LEASE_S, library="L",
-        duties={"scout": ("go", {}), "other": None}, program=("", {}), frames=[],
+        squad="pair", leader=leader, term=term, start=start, sequence=sequence, order=order, lease_s=LEASE_S,
+        library="L", duties={"scout": ("go", {}), "other": None}, program=("", {}), frames=[],
     )  # fmt: skip
 
 
@@ -57,6 +59,12 @@ STORIES: dict[str, list[Arrival]] = {
         Arrival(0.1, orders(1, 5, (1, 2)), Refusal.LATE, (1, 2), False),
         Arrival(0.2, orders(1, 4, (1, 1)), Refusal.LATE, (1, 2), False),
         Arrival(1.05, None, None, None, True),  # what was refused renewed nothing
+    ],
+    "a leader that was started again in the same term": [
+        Arrival(0.0, orders(1, 900, (1, 1)), None, (1, 1), True),
+        Arrival(0.9, orders(1, 1, (1, 1), start=2), None, (1, 1), True),
+        Arrival(1.0, orders(1, 901, (1, 1)), Refusal.LATE, (1, 1), False),  # a late one of before
+        Arrival(1.1, orders(1, 2, (1, 2), start=2), None, (1, 2), True),
     ],
     "a deputy takes over, and restarts nobody": [
         Arrival(0.0, orders(1, 5, (1, 2)), None, (1, 2), True),

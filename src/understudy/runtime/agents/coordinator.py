@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
+from secrets import randbits
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -110,7 +111,7 @@ class SquadCoordinator:
         )
         self._remembered: OrderedDict[OrderId | None, tuple[Orders, float]] = OrderedDict()
         self._issued = np.nan
-        self._sequence = self._number = 0
+        self._start, self._sequence, self._number = randbits(63), 0, 0
         self._led = False
 
     @property
@@ -187,6 +188,7 @@ class SquadCoordinator:
             squad=self.spec.name,
             leader=self.leadership.name,
             term=self.leadership.term,
+            start=self._start,
             sequence=self._sequence,
             order=self.order,
             lease_s=self.squad.lease_s,

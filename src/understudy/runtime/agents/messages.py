@@ -55,8 +55,10 @@ class Orders(msgspec.Struct, frozen=True, array_like=True):
     """The agent that leads the squad."""
     term: int
     """The term of the leader: whoever takes over leads in a higher one."""
+    start: int
+    """A random number of the leader's program: one that was started again counts its messages from 1 again."""
     sequence: int
-    """The number of the message in the term."""
+    """The number of the message in the term, since this start."""
     order: OrderId | None
     """The present order; None before the first."""
     lease_s: float
