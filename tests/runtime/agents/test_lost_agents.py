@@ -12,6 +12,7 @@ from tests.runtime.test_team import SQUAD, there_and_back
 
 from understudy.model.library import Library
 from understudy.runtime.agents.local_team import LocalTeam
+from understudy.runtime.agents.messages import Duty, Orders, pack_message
 from understudy.runtime.agents.network import LocalNetwork
 from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.runtime.team.members import Member
@@ -180,3 +181,27 @@ def test_no_robot_obeys_two_coordinators_in_one_term() -> None:
 
 def test_ticks_are_a_tenth_of_a_second() -> None:
     assert TICK_S * LEASE_TICKS == 1.0
+
+
+UNKNOWN_DUTIES = [  # what a coordinator with another library might order
+    ("dance", {}),
+    ("go", {"partner": "ball"}),
+    ("forward", {}),  # which the robot's library has, but no order of its own names
+]
+
+
+@pytest.mark.parametrize("duty", UNKNOWN_DUTIES)
+def test_who_is_ordered_what_its_library_does_not_have_stands_still_and_says_so(duty: Duty) -> None:
+    network = LocalNetwork()
+    team = make_team(network, near=-1e9)
+    team.run(5)
+    message = Orders(
+        squad="pair_0", leader="scout_1", term=2, start=1, sequence=1, order=(2, 1), lease_s=1.0,
+        library="", duties={"scout_4": duty}, program=("", {}), frames=[],
+    )  # fmt: skip
+    network.send("scout_1", "order/pair_0", pack_message(message))
+    team.run(2)
+    assert team.robots["scout_4"].run.path(0) == ()
+    assert team.rows["scout_4"].commands["drive"][0] == 0.0
+    scouts = team.coordinators["pair_0"]["scout_2"].members[0]
+    assert scouts.members[3].problem == f"cannot run {duty[0]}, which it was ordered to"

@@ -72,7 +72,9 @@ class OrderFollower:
             self._ended.clear()
         elif message.start in self._ended:
             return Refusal.LATE
-        elif message.start != self._start:  # its numbers of orders and messages begin again: an equal one is new
+        elif (
+            message.start != self._start
+        ):  # its numbers of orders and messages begin again: an equal one is new
             self._ended.add(self._start)
             self.order = None
         elif message.sequence <= self._sequence:
