@@ -24,7 +24,9 @@ NAMES = tuple(f"scout_{number}" for number in range(1, ROBOTS + 1))
 LEASE_TICKS, SILENT_TICKS = 10, 4
 
 
-def make_team(network: LocalNetwork, *, deputies: bool = True, near: float = 60.0) -> LocalTeam:
+def make_team(
+    network: LocalNetwork, *, deputies: bool = True, near: float = 60.0, library: str | None = None
+) -> LocalTeam:
     """Four robots that go until they are within `near` m, and alone turn; all turn when all are there."""
     to = lambda distance: "done" if distance < near else "forward"  # noqa: E731
     go = automaton(
@@ -43,6 +45,8 @@ def make_team(network: LocalNetwork, *, deputies: bool = True, near: float = 60.
         targets=Scripted.targets,
         robots=NAMES,
         deputies={"pair_0": NAMES} if deputies else {},
+        fingerprints=None if library is None else {"robot": library, "pair": library},
+        requires_same_library=library is not None,
     )
     return LocalTeam(Scripted(ROBOTS), plan, network)
 
@@ -77,6 +81,20 @@ def test_a_coordinator_that_comes_back_follows() -> None:
         team.tick()
         assert leaders(team) == ["scout_1"]
         assert team.paths == [("go", "forward")] * ROBOTS
+
+
+def test_a_deputy_with_another_library_does_not_keep_the_others_from_leading() -> None:
+    network = LocalNetwork()
+    team = make_team(network, near=-1e9, library="new")
+    team.plan, plan = make_team(LocalNetwork(), near=-1e9, library="old").plan, team.plan
+    team.start("scout_1")
+    team.plan = plan
+    team.run(10)
+    team.stop("pair_0")
+    for _ in range(40):
+        team.run(1)
+        assert team.paths[1:] == [("go", "forward")] * 3
+    assert "scout_2" in leaders(team)
 
 
 def test_without_a_deputy_robots_do_what_they_were_taught_for_being_alone() -> None:

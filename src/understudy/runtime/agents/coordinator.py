@@ -56,6 +56,8 @@ class SquadPlan(NamedTuple):
         The fingerprint that the members' library must have, by sort; a sort that is missing may have any.
     lease_s
         The time for which an order holds after it was received, s.
+    library
+        The fingerprint that the library of whoever leads must have; None: any.
     """
 
     kind: Squad
@@ -64,6 +66,7 @@ class SquadPlan(NamedTuple):
     finds: Mapping[str, Finds]
     libraries: Mapping[str, str] = {}
     lease_s: float = LEASE_S
+    library: str | None = None
 
 
 class SquadCoordinator:
@@ -128,14 +131,13 @@ class SquadCoordinator:
         """Hear leaders and members, decide who leads, and compute the statistics of this tick."""
         now = self._clock.time_s
         for message in _decoded(self._orders.take_all(), decode_orders):
-            if message.leader != self.leadership.name and self.leadership.hear_orders(
-                message.term, message.leader, now
-            ):
+            if message.leader == self.leadership.name or self.squad.library not in (None, message.library):
+                continue
+            if self.leadership.hear_orders(message.term, message.leader, now):
                 self._remember(message, now)
         for report in _decoded(self._reports.take_all(), decode_report):
-            self.leadership.hear_report(report.term, now)
-            for body in self.members:
-                body.receive(report)
+            if any([body.receive(report) for body in self.members]):
+                self.leadership.hear_report(report.term, now)
         leads = self.leadership.update(now, self._network.present)
         if leads and not self._led:
             self._take_over(now)
@@ -145,7 +147,7 @@ class SquadCoordinator:
         self.agent.sense()
 
     def report(self) -> None:
-        """MemberReport to the squad above, if this agent leads."""
+        """Report to the squad above, if this agent leads."""
         if self.leads:
             self.agent.report()
 
