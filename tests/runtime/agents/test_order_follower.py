@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from math import inf, nan
 from typing import NamedTuple
 
+import msgspec
 import pytest
 
 from understudy.runtime.agents.messages import (
@@ -108,6 +110,25 @@ def test_who_has_nothing_to_do_has_an_order_all_the_same() -> None:
     assert receiver.update(0.0)
     assert receiver.order == (1, 1)
     assert receiver.duty is None
+
+
+DEEP = b"\x91" * 100_000 + b"\xc0"
+UNREADABLE = [
+    msgspec.structs.replace(orders(1, 1, None), lease_s=lease_s) for lease_s in (nan, inf, 0.0, -1.0, 1e9)
+] + [orders(-1, 1, None), orders(2**60, 1, None), orders(1, -1, None), orders(1, 1, (1, 2**60))]
+
+
+@pytest.mark.parametrize("message", UNREADABLE)
+def test_messages_with_impossible_numbers_are_unreadable(message: Orders) -> None:
+    with pytest.raises(UnreadableMessage):
+        decode_orders(pack_message(message))
+
+
+def test_messages_that_are_nested_deeply_are_unreadable() -> None:
+    """An element more than a message has is skipped by the decoder, however deep it is."""
+    packed = pack_message(orders(1, 1, (1, 1)))
+    with pytest.raises(UnreadableMessage):
+        decode_orders(bytes([packed[0] + 1]) + packed[1:] + DEEP)
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,7 @@ class SquadCoordinator:
         )
         self._remembered: OrderedDict[OrderId | None, tuple[Orders, float]] = OrderedDict()
         self._issued = np.nan
-        self._start, self._sequence, self._number = randbits(63), 0, 0
+        self._start, self._sequence, self._number = randbits(53), 0, 0
         self._led = False
 
     @property
