@@ -15,6 +15,7 @@ from understudy.runtime.agents.local_team import LocalTeam
 from understudy.runtime.agents.messages import Duty, Orders, pack_message
 from understudy.runtime.agents.network import LocalNetwork
 from understudy.runtime.agents.team_plan import TeamPlan
+from understudy.runtime.interpreter import StackFrame
 from understudy.runtime.team.members import Member
 from understudy.runtime.team.squad_kit import make_squad_kit
 from understudy.runtime.team.team import TeamTree
@@ -81,6 +82,20 @@ def test_a_coordinator_that_comes_back_follows() -> None:
         team.tick()
         assert leaders(team) == ["scout_1"]
         assert team.paths == [("go", "forward")] * ROBOTS
+
+
+def test_deputies_count_no_flags_of_an_order_that_is_over() -> None:
+    """Reports take 3 ticks; those on the first order still arrive when the deputy has heard the second one."""
+    team = make_team(LocalNetwork(lambda sender, receiver, step: [3]), near=80.0)
+    counted = set()
+    for _ in range(60):
+        team.tick()
+        receiver = team.robots["scout_1"].receiver
+        assert receiver is not None
+        percept = team.coordinators["pair_0"]["scout_1"].agent.percept
+        counted.add((receiver.order, float(percept["all_done", None][0])))
+    assert {((1, 1), 1.0), ((1, 2), 0.0)} < counted
+    assert ((1, 2), 1.0) not in counted
 
 
 def test_a_deputy_with_another_library_does_not_keep_the_others_from_leading() -> None:
@@ -223,3 +238,31 @@ def test_who_is_ordered_what_its_library_does_not_have_stands_still_and_says_so(
     assert team.rows["scout_4"].commands["drive"][0] == 0.0
     scouts = team.coordinators["pair_0"]["scout_2"].members[0]
     assert scouts.members[3].problem == f"cannot run {duty[0]}, which it was ordered to"
+
+
+UNUSABLE = [  # the run state and the duties of a leader with another library
+    ([StackFrame("lead", "dance", 1.0)], {"scout_1": ("go", {})}),
+    ([StackFrame("conduct", "go", 1.0)], {"scout_1": ("go", {})}),
+    ([StackFrame("lead", "go", 1.0)], {"scout_1": ("dance", {})}),
+]
+
+
+@pytest.mark.parametrize(("frames", "duties"), UNUSABLE)
+def test_a_deputy_that_cannot_go_on_begins_afresh(
+    frames: list[StackFrame], duties: dict[str, Duty | None]
+) -> None:
+    network = LocalNetwork()
+    team = make_team(network, near=-1e9)
+    team.run(5)
+    message = Orders(
+        squad="pair_0", leader="pair_0", term=6, start=1, sequence=1, order=(6, 1), lease_s=1.0,
+        library="", duties=duties, program=("", {}), frames=frames,
+    )  # fmt: skip
+    network.send("scout_4", "order/pair_0", pack_message(message))
+    team.tick()
+    team.stop("pair_0")
+    team.run(SILENT_TICKS + 2)
+    assert leaders(team) == ["scout_1"]
+    assert team.coordinators["pair_0"]["scout_1"].agent.run.path(0) == ("go",)
+    assert team.paths == [("go", "forward")] * ROBOTS
+    assert {robot.receiver.order for robot in team.robots.values() if robot.receiver} == {(7, 1)}

@@ -13,6 +13,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from understudy.errors import UnderstudyError
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment, Order, Squad
 from understudy.runtime.agents.agent import Agent, AgentSpec, order_key, report_key
@@ -142,7 +143,9 @@ class SquadCoordinator:
         if leads and not self._led:
             self._take_over(now)
         self._led = leads
+        present = self.order if leads else next(reversed(self._remembered), None)
         for body, group in self.groups:
+            body.order = present
             group.layer.percept = body.sense(self._needed)
         self.agent.sense()
 
@@ -165,8 +168,6 @@ class SquadCoordinator:
             self._issued = issued
             self._number += 1
             self.order = self.leadership.term, self._number
-        for body in self.members:
-            body.order = self.order
         self._sequence += 1
         message = self._make_message()
         self._remember(message, self._clock.time_s)
@@ -215,12 +216,13 @@ class SquadCoordinator:
         """Begin in the state that most members' reports answer, so that nobody is restarted."""
         self._sequence = self._number = 0
         answered = self._find_answered_order()
-        if answered is None:
+        if answered is None or not self._restore(*answered, now):
             self.agent.begin()
             self.squads.ordering.clear()
             self._issued, self.order = np.nan, None
-            return
-        message, heard_s = answered
+
+    def _restore(self, message: Orders, heard_s: float, now: float) -> bool:
+        """Go on from a leader's message; return False if it does not fit what this agent runs."""
         interpreter = self.agent.run.interpreters[0]
         passed = now - heard_s
         frames = [
@@ -234,15 +236,22 @@ class SquadCoordinator:
             for frame in message.frames
         ]
         interpreter.restore(frames, now=now)
+        active = [(machine.automaton.name, machine.state_name) for machine in interpreter.active]
+        if active != [(frame.automaton, frame.state) for frame in frames]:
+            return False  # this agent's library, or its own order, is another one than the leader's
         given_s = interpreter.behavior_start_s
-        duties = [
-            None if (duty := message.duties.get(name)) is None else Assignment(duty[0], Binding(duty[1]))
-            for name, _, _ in self.squad.members
-        ]
-        given = np.full(len(duties), given_s)
-        self.squads.ordering.restore([self._find_present_order()], np.array([given_s]), duties, given)
+        given = np.full(len(self.squad.members), given_s)
+        try:
+            duties = [
+                None if (duty := message.duties.get(name)) is None else Assignment(duty[0], Binding(duty[1]))
+                for name, _, _ in self.squad.members
+            ]
+            self.squads.ordering.restore([self._find_present_order()], np.array([given_s]), duties, given)
+        except UnderstudyError:
+            return False
         self._issued, self.order = given_s, message.order
         self._number = 0 if message.order is None else message.order[1]
+        return True
 
     def _find_answered_order(self) -> tuple[Orders, float] | None:
         """Return the last message with the order that most members execute, and when it was heard."""
