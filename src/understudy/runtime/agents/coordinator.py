@@ -137,7 +137,7 @@ class SquadCoordinator:
             if self.leadership.hear_orders(message.term, message.leader, now):
                 self._remember(message, now)
         for report in _decoded(self._reports.take_all(), decode_report):
-            if any([body.receive(report) for body in self.members]):
+            if any(body.receive(report) for body in self.members):
                 self.leadership.hear_report(report.term, now)
         leads = self.leadership.update(now, self._network.present)
         if leads and not self._led:
