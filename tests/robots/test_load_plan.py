@@ -95,7 +95,7 @@ def test_long_ticks_are_refused(tmp_path: Path) -> None:
     for number in (1, 2):
         robot = tmp_path / f"pioneer_{number}.toml"
         robot.write_text(robot.read_text().replace("domain", "tick_s = 0.6\ndomain"))
-    with pytest.raises(FileError, match="have a tick_s of 0.6; give agents"):
+    with pytest.raises(FileError, match=r"have a tick_s of 0\.6; give agents at most 0\.2"):
         load_team_plan(file)
 
 
@@ -110,3 +110,12 @@ def test_names_of_teams_that_are_refused(tmp_path: Path, name: str) -> None:
 def test_a_library_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="there is no such folder"):
         load_team_plan(write_team(tmp_path), library=tmp_path / "nowhere")
+
+
+def test_who_asks_agents_does_not_listen_where_they_do(tmp_path: Path) -> None:
+    """On the same computer, the address would be in use."""
+    here, there = "tcp/0.0.0.0:7447", "tcp/0.0.0.0:7448"
+    settings = f'[agents.network]\nlisten = ["{here}"]\n[agents.each.patrol_0]\nlisten = ["{there}"]\n'
+    team = load_team_plan(write_team(tmp_path, settings))
+    of = {name: list(team.make_network_options(name).listen) for name in ("pioneer_1", "patrol_0", None)}
+    assert of == {"pioneer_1": [here], "patrol_0": [there], None: []}

@@ -60,13 +60,14 @@ class LoadedTeam:
         """The names of all agents: robots, then squads bottom-up."""
         return (*self.plan.robots, *self.plan.squads)
 
-    def make_network_options(self, agent: str) -> ZenohOptions:
-        """Return how an agent reaches the others."""
+    def make_network_options(self, agent: str | None = None) -> ZenohOptions:
+        """Return how an agent reaches the others, or (None) whoever asks them, who listens at no address of theirs."""
         network = self.settings.network
-        own = self.settings.each.get(agent)
+        own = None if agent is None else self.settings.each.get(agent)
+        listen = () if agent is None else network.listen
         return ZenohOptions(
             connect=network.connect if own is None else (*network.connect, *own.connect),
-            listen=network.listen if own is None or not own.listen else own.listen,
+            listen=listen if own is None or not own.listen else own.listen,
             multicast=network.multicast,
             config=network.config,
         )
