@@ -119,7 +119,7 @@ def run_patrol(seed: int) -> Iterator[AgentProcesses]:
         with file.open("a") as text:
             text.write(_settings())
         team = load_team_plan(file)
-        visitor = ZenohNetwork(team.name, team.make_network_options("visitor"))
+        visitor = ZenohNetwork(team.name, team.make_network_options())
         ends.callback(visitor.close)
         agents = AgentProcesses(file, team, visitor)
         ends.callback(agents.end)

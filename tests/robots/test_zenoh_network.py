@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -13,9 +14,12 @@ import pytest
 pytest.importorskip("zenoh", reason="needs the extra ros2")
 
 from tests.robots.routers import free_port
+from tests.robots.test_load_plan import write_team
 from tests.runtime.agents.test_lost_agents import NAMES, leaders, make_team
 
-from understudy.robots.team_network.agent_process import AgentAnswer, AgentQuestion, ask
+from understudy.errors import SettingError
+from understudy.robots.team_network.agent_process import AgentAnswer, AgentProcess, AgentQuestion, ask
+from understudy.robots.team_network.load_plan import load_team_plan
 from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
 from understudy.runtime.agents.local_team import LocalTeam
 from understudy.runtime.agents.network import Inbox, LocalNetwork
@@ -134,3 +138,23 @@ def test_a_killed_coordinator_is_replaced_over_zenoh() -> None:
             paths |= set(team.paths)
         assert leaders(team) == ["scout_1"]
         assert paths == {("go", "forward")}  # nobody was restarted, and nobody was alone
+
+
+def test_a_second_agent_of_one_name_is_refused(tmp_path: Path) -> None:
+    address = f"tcp/127.0.0.1:{free_port()}"
+    file = write_team(tmp_path)
+    team = load_team_plan(file)
+    first = ZenohNetwork(team.name, ZenohOptions(listen=[address], multicast=False))
+    second = ZenohNetwork(team.name, ZenohOptions(connect=[address], multicast=False))
+    try:
+        first.announce("patrol_0")
+        wait_until(lambda: second.is_present("patrol_0"))
+        third = ZenohNetwork(team.name, ZenohOptions(connect=[address], multicast=False))
+        try:
+            with pytest.raises(SettingError, match="patrol_0 is running already"):
+                AgentProcess("patrol_0", team, third)
+        finally:
+            third.close()
+    finally:
+        second.close()
+        first.close()

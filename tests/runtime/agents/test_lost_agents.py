@@ -12,8 +12,10 @@ from tests.runtime.test_team import SQUAD, there_and_back
 
 from understudy.model.library import Library
 from understudy.runtime.agents.local_team import LocalTeam
+from understudy.runtime.agents.messages import Duty, Orders, pack_message
 from understudy.runtime.agents.network import LocalNetwork
 from understudy.runtime.agents.team_plan import TeamPlan
+from understudy.runtime.interpreter import StackFrame
 from understudy.runtime.team.members import Member
 from understudy.runtime.team.squad_kit import make_squad_kit
 from understudy.runtime.team.team import TeamTree
@@ -23,7 +25,9 @@ NAMES = tuple(f"scout_{number}" for number in range(1, ROBOTS + 1))
 LEASE_TICKS, SILENT_TICKS = 10, 4
 
 
-def make_team(network: LocalNetwork, *, deputies: bool = True, near: float = 60.0) -> LocalTeam:
+def make_team(
+    network: LocalNetwork, *, deputies: bool = True, near: float = 60.0, library: str | None = None
+) -> LocalTeam:
     """Four robots that go until they are within `near` m, and alone turn; all turn when all are there."""
     to = lambda distance: "done" if distance < near else "forward"  # noqa: E731
     go = automaton(
@@ -42,6 +46,8 @@ def make_team(network: LocalNetwork, *, deputies: bool = True, near: float = 60.
         targets=Scripted.targets,
         robots=NAMES,
         deputies={"pair_0": NAMES} if deputies else {},
+        fingerprints=None if library is None else {"robot": library, "pair": library},
+        requires_same_library=library is not None,
     )
     return LocalTeam(Scripted(ROBOTS), plan, network)
 
@@ -78,6 +84,34 @@ def test_a_coordinator_that_comes_back_follows() -> None:
         assert team.paths == [("go", "forward")] * ROBOTS
 
 
+def test_deputies_count_no_flags_of_an_order_that_is_over() -> None:
+    """Reports take 3 ticks; those on the first order still arrive when the deputy has heard the second one."""
+    team = make_team(LocalNetwork(lambda sender, receiver, step: [3]), near=80.0)
+    counted = set()
+    for _ in range(60):
+        team.tick()
+        receiver = team.robots["scout_1"].receiver
+        assert receiver is not None
+        percept = team.coordinators["pair_0"]["scout_1"].agent.percept
+        counted.add((receiver.order, float(percept["all_done", None][0])))
+    assert {((1, 1), 1.0), ((1, 2), 0.0)} < counted
+    assert ((1, 2), 1.0) not in counted
+
+
+def test_a_deputy_with_another_library_does_not_keep_the_others_from_leading() -> None:
+    network = LocalNetwork()
+    team = make_team(network, near=-1e9, library="new")
+    team.plan, plan = make_team(LocalNetwork(), near=-1e9, library="old").plan, team.plan
+    team.start("scout_1")
+    team.plan = plan
+    team.run(10)
+    team.stop("pair_0")
+    for _ in range(40):
+        team.run(1)
+        assert team.paths[1:] == [("go", "forward")] * 3
+    assert "scout_2" in leaders(team)
+
+
 def test_without_a_deputy_robots_do_what_they_were_taught_for_being_alone() -> None:
     team = make_team(LocalNetwork(), deputies=False)
     team.run(5)
@@ -104,6 +138,20 @@ def test_a_dead_robot_is_not_waited_for() -> None:
         for member in members.members
     ]
     assert problems == ["", "", "", "is silent"]
+
+
+def test_a_coordinator_that_starts_again_where_it_hears_nobody_is_obeyed_afterwards() -> None:
+    """It leads in term 1 again, as before, and its messages begin at number 1 again."""
+    network = LocalNetwork()
+    team = make_team(network, deputies=False, near=-1e9)
+    team.run(100)
+    team.start("pair_0")
+    split(network, ("pair_0",), NAMES)
+    team.run(SILENT_TICKS + 2)
+    split(network, ("pair_0", *NAMES))
+    team.run(2 * LEASE_TICKS)
+    assert leaders(team) == ["pair_0"]
+    assert team.paths == [("go", "forward")] * ROBOTS
 
 
 def split(network: LocalNetwork, *groups: tuple[str, ...]) -> None:
@@ -166,3 +214,55 @@ def test_no_robot_obeys_two_coordinators_in_one_term() -> None:
 
 def test_ticks_are_a_tenth_of_a_second() -> None:
     assert TICK_S * LEASE_TICKS == 1.0
+
+
+UNKNOWN_DUTIES = [  # what a coordinator with another library might order
+    ("dance", {}),
+    ("go", {"partner": "ball"}),
+    ("forward", {}),  # which the robot's library has, but no order of its own names
+]
+
+
+@pytest.mark.parametrize("duty", UNKNOWN_DUTIES)
+def test_who_is_ordered_what_its_library_does_not_have_stands_still_and_says_so(duty: Duty) -> None:
+    network = LocalNetwork()
+    team = make_team(network, near=-1e9)
+    team.run(5)
+    message = Orders(
+        squad="pair_0", leader="scout_1", term=2, start=1, sequence=1, order=(2, 1), lease_s=1.0,
+        library="", duties={"scout_4": duty}, program=("", {}), frames=[],
+    )  # fmt: skip
+    network.send("scout_1", "order/pair_0", pack_message(message))
+    team.run(2)
+    assert team.robots["scout_4"].run.path(0) == ()
+    assert team.rows["scout_4"].commands["drive"][0] == 0.0
+    scouts = team.coordinators["pair_0"]["scout_2"].members[0]
+    assert scouts.members[3].problem == f"cannot run {duty[0]}, which it was ordered to"
+
+
+UNUSABLE = [  # the run state and the duties of a leader with another library
+    ([StackFrame("lead", "dance", 1.0)], {"scout_1": ("go", {})}),
+    ([StackFrame("conduct", "go", 1.0)], {"scout_1": ("go", {})}),
+    ([StackFrame("lead", "go", 1.0)], {"scout_1": ("dance", {})}),
+]
+
+
+@pytest.mark.parametrize(("frames", "duties"), UNUSABLE)
+def test_a_deputy_that_cannot_go_on_begins_afresh(
+    frames: list[StackFrame], duties: dict[str, Duty | None]
+) -> None:
+    network = LocalNetwork()
+    team = make_team(network, near=-1e9)
+    team.run(5)
+    message = Orders(
+        squad="pair_0", leader="pair_0", term=6, start=1, sequence=1, order=(6, 1), lease_s=1.0,
+        library="", duties=duties, program=("", {}), frames=frames,
+    )  # fmt: skip
+    network.send("scout_4", "order/pair_0", pack_message(message))
+    team.tick()
+    team.stop("pair_0")
+    team.run(SILENT_TICKS + 2)
+    assert leaders(team) == ["scout_1"]
+    assert team.coordinators["pair_0"]["scout_1"].agent.run.path(0) == ("go",)
+    assert team.paths == [("go", "forward")] * ROBOTS
+    assert {robot.receiver.order for robot in team.robots.values() if robot.receiver} == {(7, 1)}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from math import inf, nan
 from typing import NamedTuple
 
+import msgspec
 import pytest
 
 from understudy.runtime.agents.messages import (
@@ -18,11 +20,13 @@ from understudy.runtime.agents.order_follower import OrderFollower, Refusal
 LEASE_S = 1.0
 
 
-def orders(term: int, sequence: int, order: tuple[int, int] | None, leader: str = "lead") -> Orders:
+def orders(
+    term: int, sequence: int, order: tuple[int, int] | None, leader: str = "lead", *, start: int = 1
+) -> Orders:
     """A coordinator's message: `scout` runs `go`, everybody else nothing."""
     return Orders(
-        squad="pair", leader=leader, term=term, sequence=sequence, order=order, lease_s=LEASE_S, library="L",
-        duties={"scout": ("go", {}), "other": None}, program=("", {}), frames=[],
+        squad="pair", leader=leader, term=term, start=start, sequence=sequence, order=order, lease_s=LEASE_S,
+        library="L", duties={"scout": ("go", {}), "other": None}, program=("", {}), frames=[],
     )  # fmt: skip
 
 
@@ -57,6 +61,12 @@ STORIES: dict[str, list[Arrival]] = {
         Arrival(0.1, orders(1, 5, (1, 2)), Refusal.LATE, (1, 2), False),
         Arrival(0.2, orders(1, 4, (1, 1)), Refusal.LATE, (1, 2), False),
         Arrival(1.05, None, None, None, True),  # what was refused renewed nothing
+    ],
+    "a leader that was started again in the same term": [
+        Arrival(0.0, orders(1, 900, (1, 1)), None, (1, 1), True),
+        Arrival(0.9, orders(1, 1, (1, 1), start=2), None, (1, 1), True),
+        Arrival(1.0, orders(1, 901, (1, 1)), Refusal.LATE, (1, 1), False),  # a late one of before
+        Arrival(1.1, orders(1, 2, (1, 2), start=2), None, (1, 2), True),
     ],
     "a deputy takes over, and restarts nobody": [
         Arrival(0.0, orders(1, 5, (1, 2)), None, (1, 2), True),
@@ -100,6 +110,25 @@ def test_who_has_nothing_to_do_has_an_order_all_the_same() -> None:
     assert receiver.update(0.0)
     assert receiver.order == (1, 1)
     assert receiver.duty is None
+
+
+DEEP = b"\x91" * 100_000 + b"\xc0"
+UNREADABLE = [
+    msgspec.structs.replace(orders(1, 1, None), lease_s=lease_s) for lease_s in (nan, inf, 0.0, -1.0, 1e9)
+] + [orders(-1, 1, None), orders(2**60, 1, None), orders(1, -1, None), orders(1, 1, (1, 2**60))]
+
+
+@pytest.mark.parametrize("message", UNREADABLE)
+def test_messages_with_impossible_numbers_are_unreadable(message: Orders) -> None:
+    with pytest.raises(UnreadableMessage):
+        decode_orders(pack_message(message))
+
+
+def test_messages_that_are_nested_deeply_are_unreadable() -> None:
+    """An element more than a message has is skipped by the decoder, however deep it is."""
+    packed = pack_message(orders(1, 1, (1, 1)))
+    with pytest.raises(UnreadableMessage):
+        decode_orders(bytes([packed[0] + 1]) + packed[1:] + DEEP)
 
 
 @pytest.mark.parametrize(

@@ -122,7 +122,7 @@ class AgentProcess:
     def __init__(self, name: str, team: LoadedTeam, network: ZenohNetwork) -> None:
         if name not in team.agents:
             raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
-        if name in network.present:
+        if network.is_present(name):
             raise SettingError(
                 where=f"team {team.name}", setting=name, problem="is running already",
                 remedy="stop the other one first",

@@ -13,6 +13,7 @@ import msgspec
 from understudy.errors import FileError, UnderstudyError, join_names
 from understudy.model.library import Library
 from understudy.robots.robot_file import RobotFile, load_robot, load_team
+from understudy.robots.team_network.check_team import check_agents, check_robots
 from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.zenoh_network import ZenohOptions
 from understudy.robots.team_settings import TeamSettings
@@ -61,13 +62,14 @@ class LoadedTeam:
         """The names of all agents: robots, then squads bottom-up."""
         return (*self.plan.robots, *self.plan.squads)
 
-    def make_network_options(self, agent: str) -> ZenohOptions:
-        """Return how an agent reaches the others."""
+    def make_network_options(self, agent: str | None = None) -> ZenohOptions:
+        """Return how an agent reaches the others, or (None) whoever asks them, who listens at no address of theirs."""
         network = self.settings.network
-        own = self.settings.each.get(agent)
+        own = None if agent is None else self.settings.each.get(agent)
+        listen = () if agent is None else network.listen
         return ZenohOptions(
             connect=network.connect if own is None else (*network.connect, *own.connect),
-            listen=network.listen if own is None or not own.listen else own.listen,
+            listen=listen if own is None or not own.listen else own.listen,
             multicast=network.multicast,
             config=network.config,
         )
@@ -98,20 +100,20 @@ def load_team_plan(path: Path | str, *, agent: str | None = None, library: Path 
     team, paths = load_team(path)
     settings = team.agents
     files = [load_robot(each) for each in paths]
+    check_robots(path, team, files)
     robots = {file.name: (file, where) for file, where in zip(files, paths, strict=True)}
-    if len(robots) < len(files):
-        names = [file.name for file in files]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise _wrong(path, "robots", f"has two robots of the name {twice!r}", "rename one of them")
     scenario = _cast(path, files, paths)
     own = None if agent is None else settings.each.get(agent)
     named = settings.library if own is None or own.library is None else own.library
     folder = library or Path(path).parent / named
     if agent is not None:
         LibraryFolder(folder, agent, partial(fingerprint_folder, scenario)).recover()
+    if library is not None and not library.is_dir():
+        raise FileError(path=library, place="", problem="there is no such folder", remedy="give a library")
     libraries = open_libraries(scenario, folder)
     fingerprints = {sort: fingerprint_library(each) for sort, each in libraries.items()}
     plan = _make_plan(path, settings, scenario, tuple(robots), libraries, fingerprints)
+    check_agents(path, team, plan.robots, plan.squads)
     return LoadedTeam(team.name, settings, scenario, robots, folder, fingerprints, plan)
 
 

@@ -15,6 +15,8 @@ from understudy.runtime.agents.network import Inbox
 
 PREFIX = "understudy"
 """The first part of all keys."""
+PRESENCE_S = 1.0
+"""The longest time in s to wait for the answer whether an agent is there."""
 WAIT_MS = 500
 """The time in ms for which a starting agent waits for the others; it goes on connecting to them afterwards."""
 
@@ -117,6 +119,12 @@ class ZenohNetwork:
         """The names of the agents that are there, as far as is known."""
         with self._lock:
             return frozenset(self._present)
+
+    def is_present(self, name: str) -> bool:
+        """Ask the network whether an agent is there; `present` knows of it only a while after this one has joined."""
+        key = f"{self._team}/present/{name}"
+        replies = self._session.liveliness().get(key, timeout=PRESENCE_S)
+        return any(reply.ok is not None for reply in replies)
 
     def answer(self, key: str, answer: Callable[[bytes], bytes]) -> None:
         """AgentAnswer questions to a key from now on; `answer` is called in a thread of Zenoh."""

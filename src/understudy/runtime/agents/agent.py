@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from understudy.errors import UnderstudyError
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
 from understudy.runtime.agents.messages import (
+    Duty,
     MemberReport,
     UnreadableMessage,
     compute_layout,
@@ -95,7 +97,10 @@ class Agent:
     ) -> None:
         self.spec, self.body, self._network, self._unfit = spec, body, network, unfit
         first = Interpreter(spec.alone, now=body.time_s)
-        self.run = Run(body, [first], [spec.alone, IDLE_PROGRAM, *spec.programs])
+        programs = [spec.alone, IDLE_PROGRAM, *spec.programs]
+        self.run = Run(body, [first], programs)
+        self._runnable = {id(program) for program in programs}
+        self._lacking = ""
         self.percept: Percept = {}
         self.refusals: dict[Refusal, int] = {}
         """The number of messages that were refused, by reason."""
@@ -114,7 +119,7 @@ class Agent:
         self.percept = self.body.sense(self._keys)
 
     def report(self) -> None:
-        """MemberReport to the squad: readings of this tick, and the flag raised before it."""
+        """Report to the squad: readings of this tick, and the flag raised before it."""
         link, receiver = self.spec.link, self.receiver
         if link is None or receiver is None:
             return
@@ -125,7 +130,7 @@ class Agent:
             term=receiver.term,
             order=receiver.order,
             library=self.spec.library,
-            unfit=self._unfit(),
+            unfit=self._unfit() or self._lacking,
             flag=self.run.interpreters[0].root.flag,
             path=list(self.run.path(0)),
             layout=self._layout,
@@ -152,11 +157,22 @@ class Agent:
     def begin(self) -> None:
         """Begin what holds now: the duty of its order, nothing if the order has none for it, or what it does alone."""
         receiver = self.receiver
-        program = self.spec.alone
+        program: Program | None = self.spec.alone
+        self._lacking = ""
         if receiver is not None and receiver.order is not None:
             duty = receiver.duty
-            program = IDLE_PROGRAM if duty is None else self.spec.finds(duty[0], Binding(duty[1]))
-        self.run.begin(np.array([0]), program)
+            program = IDLE_PROGRAM if duty is None else self._find_program(duty)
+            if duty is not None and program is None:
+                self._lacking = f"cannot run {duty[0]}, which it was ordered to"
+        self.run.begin(np.array([0]), IDLE_PROGRAM if program is None else program)
+
+    def _find_program(self, duty: Duty) -> Program | None:
+        """Find what a duty tells to run; None if it is nothing that this agent, by its library, may be ordered."""
+        try:
+            program = self.spec.finds(duty[0], Binding(duty[1]))
+        except UnderstudyError:
+            return None
+        return program if id(program) in self._runnable else None
 
     def act(self) -> None:
         """Decide on this tick's snapshot, and act."""

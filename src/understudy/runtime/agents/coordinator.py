@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
+from secrets import randbits
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from understudy.errors import UnderstudyError
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment, Order, Squad
 from understudy.runtime.agents.agent import Agent, AgentSpec, order_key, report_key
@@ -55,6 +57,8 @@ class SquadPlan(NamedTuple):
         The fingerprint that the members' library must have, by sort; a sort that is missing may have any.
     lease_s
         The time for which an order holds after it was received, s.
+    library
+        The fingerprint that the library of whoever leads must have; None: any.
     """
 
     kind: Squad
@@ -63,6 +67,7 @@ class SquadPlan(NamedTuple):
     finds: Mapping[str, Finds]
     libraries: Mapping[str, str] = {}
     lease_s: float = LEASE_S
+    library: str | None = None
 
 
 class SquadCoordinator:
@@ -110,7 +115,7 @@ class SquadCoordinator:
         )
         self._remembered: OrderedDict[OrderId | None, tuple[Orders, float]] = OrderedDict()
         self._issued = np.nan
-        self._sequence = self._number = 0
+        self._start, self._sequence, self._number = randbits(53), 0, 0
         self._led = False
 
     @property
@@ -127,24 +132,25 @@ class SquadCoordinator:
         """Hear leaders and members, decide who leads, and compute the statistics of this tick."""
         now = self._clock.time_s
         for message in _decoded(self._orders.take_all(), decode_orders):
-            if message.leader != self.leadership.name and self.leadership.hear_orders(
-                message.term, message.leader, now
-            ):
+            if message.leader == self.leadership.name or self.squad.library not in (None, message.library):
+                continue
+            if self.leadership.hear_orders(message.term, message.leader, now):
                 self._remember(message, now)
         for report in _decoded(self._reports.take_all(), decode_report):
-            self.leadership.hear_report(report.term, now)
-            for body in self.members:
-                body.receive(report)
+            if any(body.receive(report) for body in self.members):
+                self.leadership.hear_report(report.term, now)
         leads = self.leadership.update(now, self._network.present)
         if leads and not self._led:
             self._take_over(now)
         self._led = leads
+        present = self.order if leads else next(reversed(self._remembered), None)
         for body, group in self.groups:
+            body.order = present
             group.layer.percept = body.sense(self._needed)
         self.agent.sense()
 
     def report(self) -> None:
-        """MemberReport to the squad above, if this agent leads."""
+        """Report to the squad above, if this agent leads."""
         if self.leads:
             self.agent.report()
 
@@ -162,8 +168,6 @@ class SquadCoordinator:
             self._issued = issued
             self._number += 1
             self.order = self.leadership.term, self._number
-        for body in self.members:
-            body.order = self.order
         self._sequence += 1
         message = self._make_message()
         self._remember(message, self._clock.time_s)
@@ -187,6 +191,7 @@ class SquadCoordinator:
             squad=self.spec.name,
             leader=self.leadership.name,
             term=self.leadership.term,
+            start=self._start,
             sequence=self._sequence,
             order=self.order,
             lease_s=self.squad.lease_s,
@@ -211,12 +216,13 @@ class SquadCoordinator:
         """Begin in the state that most members' reports answer, so that nobody is restarted."""
         self._sequence = self._number = 0
         answered = self._find_answered_order()
-        if answered is None:
+        if answered is None or not self._restore(*answered, now):
             self.agent.begin()
             self.squads.ordering.clear()
             self._issued, self.order = np.nan, None
-            return
-        message, heard_s = answered
+
+    def _restore(self, message: Orders, heard_s: float, now: float) -> bool:
+        """Go on from a leader's message; return False if it does not fit what this agent runs."""
         interpreter = self.agent.run.interpreters[0]
         passed = now - heard_s
         frames = [
@@ -230,15 +236,22 @@ class SquadCoordinator:
             for frame in message.frames
         ]
         interpreter.restore(frames, now=now)
+        active = [(machine.automaton.name, machine.state_name) for machine in interpreter.active]
+        if active != [(frame.automaton, frame.state) for frame in frames]:
+            return False  # this agent's library, or its own order, is another one than the leader's
         given_s = interpreter.behavior_start_s
-        duties = [
-            None if (duty := message.duties.get(name)) is None else Assignment(duty[0], Binding(duty[1]))
-            for name, _, _ in self.squad.members
-        ]
-        given = np.full(len(duties), given_s)
-        self.squads.ordering.restore([self._find_present_order()], np.array([given_s]), duties, given)
+        given = np.full(len(self.squad.members), given_s)
+        try:
+            duties = [
+                None if (duty := message.duties.get(name)) is None else Assignment(duty[0], Binding(duty[1]))
+                for name, _, _ in self.squad.members
+            ]
+            self.squads.ordering.restore([self._find_present_order()], np.array([given_s]), duties, given)
+        except UnderstudyError:
+            return False
         self._issued, self.order = given_s, message.order
         self._number = 0 if message.order is None else message.order[1]
+        return True
 
     def _find_answered_order(self) -> tuple[Orders, float] | None:
         """Return the last message with the order that most members execute, and when it was heard."""

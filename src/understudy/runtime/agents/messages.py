@@ -7,7 +7,7 @@ them is compared with another computer's clock.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 from zlib import crc32
 
 import msgspec
@@ -17,7 +17,13 @@ from understudy.model.squad import Squad
 from understudy.runtime.body import Reading
 from understudy.runtime.interpreter import StackFrame
 
-OrderId: TypeAlias = tuple[int, int]
+LONGEST_LEASE_S = 60.0
+"""The longest time for which an order may hold, s."""
+Count: TypeAlias = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
+"""A number that is counted up from 0."""
+Lease: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=LONGEST_LEASE_S)]
+"""The time for which an order holds, s."""
+OrderId: TypeAlias = tuple[Count, Count]
 """An order: the term in which it was first given, and its number in that term."""
 Duty: TypeAlias = tuple[str, dict[str, str]]
 """A behavior and the target of each of its parameters."""
@@ -27,9 +33,9 @@ class MemberReport(msgspec.Struct, frozen=True, array_like=True):
     """A member's report to its squad."""
 
     member: str
-    sequence: int
+    sequence: Count
     """The number of the report: the next one of this member is larger."""
-    term: int
+    term: Count
     """The term of the coordinator that the member obeys; 0 before the first."""
     order: OrderId | None
     """The order that the member executes; None if it executes none, and does what it was taught for being alone."""
@@ -53,13 +59,15 @@ class Orders(msgspec.Struct, frozen=True, array_like=True):
     squad: str
     leader: str
     """The agent that leads the squad."""
-    term: int
+    term: Count
     """The term of the leader: whoever takes over leads in a higher one."""
-    sequence: int
-    """The number of the message in the term."""
+    start: Count
+    """A random number of the leader's program: one that was started again counts its messages from 1 again."""
+    sequence: Count
+    """The number of the message in the term, since this start."""
     order: OrderId | None
     """The present order; None before the first."""
-    lease_s: float
+    lease_s: Lease
     """The time in s for which the order holds after it was received, by the member's clock."""
     library: str
     """The fingerprint of the coordinator's library."""
@@ -75,6 +83,10 @@ class UnreadableMessage(Exception):
     """A message that is not of the given type."""
 
 
+UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError)
+"""What decoders raise; RecursionError, if the message is nested too deeply."""
+
+
 def pack_message(message: MemberReport | Orders) -> bytes:
     """Encode a message."""
     return msgspec.msgpack.encode(message)
@@ -84,7 +96,7 @@ def decode_report(data: bytes) -> MemberReport:
     """Decode a report; raise UnreadableMessage if it is none."""
     try:
         return msgspec.msgpack.decode(data, type=MemberReport)
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+    except UNREADABLE as error:
         raise UnreadableMessage(str(error)) from None
 
 
@@ -92,7 +104,7 @@ def decode_orders(data: bytes) -> Orders:
     """Decode a coordinator's message; raise UnreadableMessage if it is none."""
     try:
         return msgspec.msgpack.decode(data, type=Orders)
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+    except UNREADABLE as error:
         raise UnreadableMessage(str(error)) from None
 
 

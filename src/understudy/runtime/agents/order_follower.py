@@ -42,7 +42,9 @@ class OrderFollower:
         """The order that it executes; None: none."""
         self.duty: Duty | None = None
         """What the order tells it to do."""
-        self._sequence = -1
+        self._start, self._sequence = -1, -1
+        self._ended: set[int] = set()
+        """Former starts of the leader's program in this term."""
         self._until_s = -inf
 
     def receive(self, message: Orders, now: float) -> Refusal | None:
@@ -66,9 +68,19 @@ class OrderFollower:
             return Refusal.LIBRARY
         if message.term < self.term:
             return Refusal.OLDER
-        if message.term == self.term and message.sequence <= self._sequence:
+        if message.term > self.term:
+            self._ended.clear()
+        elif message.start in self._ended:
             return Refusal.LATE
-        self.term, self.leader, self._sequence = message.term, message.leader, message.sequence
+        elif (
+            message.start != self._start
+        ):  # its numbers of orders and messages begin again: an equal one is new
+            self._ended.add(self._start)
+            self.order = None
+        elif message.sequence <= self._sequence:
+            return Refusal.LATE
+        self.term, self.leader = message.term, message.leader
+        self._start, self._sequence = message.start, message.sequence
         self._until_s = now + message.lease_s
         self._given = message.order, message.duties.get(self.member)
         return None

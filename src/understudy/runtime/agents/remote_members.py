@@ -101,8 +101,20 @@ class RemoteMembers:
         """The coordinator's time, s."""
         return self._clock.time_s
 
-    def receive(self, report: MemberReport) -> None:
-        """Take a report, unless it is not of one of these members, or older than the last one."""
+    def receive(self, report: MemberReport) -> bool:
+        """Take a report, unless it is not of one of these members, or older than the last one.
+
+        Parameters
+        ----------
+        report
+            The report.
+
+        Returns
+        -------
+        bool
+            Whether it was taken, and is of a member with the right library.
+        """
+        taken = False
         now = self._clock.time_s
         for member in self.members:
             if member.name != report.member:
@@ -112,6 +124,8 @@ class RemoteMembers:
             if fresh:
                 member.report, member.heard_s = report, now
                 member.problem = self._find_problem(report)
+                taken = self._library in (None, report.library)
+        return taken
 
     def _find_problem(self, report: MemberReport) -> str:
         if self._library is not None and report.library != self._library:

@@ -141,4 +141,5 @@ class TeamPlan:
             {sort: self._programs.finds[sort] for sort in sorts},
             {sort: self._required[sort] for sort in sorts if sort in self._required},
             self._lease_s,
+            self._required.get(self._kinds[squad].name),
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import getpass
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -123,7 +123,7 @@ def show_logs(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = Fals
     from understudy.ui.cli.output import print_json
 
     with _connect(file) as (team, network):
-        _check_name(team, name)
+        _check_name(name, team.agents, what="agent", team=team.name)
         answers = ask(network, AgentQuestion("logs"), agent=name)
     if as_json:
         print_json({"logs": {agent: answer.log for agent, answer in answers.items()}})
@@ -181,7 +181,7 @@ def _order_robots(file: TeamFileArgument, do: str, name: str, done: str, *, as_j
     from understudy.ui.cli.output import print_json
 
     with _connect(file) as (team, network):
-        _check_name(team, name)
+        _check_name(name, team.plan.robots, what="robot", team=team.name)
         answers = ask(network, AgentQuestion(do, by=f"{getpass.getuser()} in a terminal"), agent=name)
     robots = [each for each in team.plan.robots if name in ("*", each)]
     said = {robot: _describe(answers, robot, done) for robot in robots}
@@ -201,11 +201,11 @@ def _describe(answers: Mapping[str, AgentAnswer], robot: str, done: str) -> str:
     return answer.problem or done
 
 
-def _check_name(team: LoadedTeam, name: str) -> None:
+def _check_name(name: str, known: Sequence[str], *, what: str, team: str) -> None:
     from understudy.errors import UnknownName
 
-    if name != "*" and name not in team.agents:
-        raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
+    if name not in ("*", *known):
+        raise UnknownName(what=what, name=name, where=f"team {team}", known=list(known))
 
 
 @contextmanager
@@ -217,7 +217,7 @@ def _connect(file: TeamFileArgument) -> Iterator[tuple[LoadedTeam, ZenohNetwork]
     from understudy.robots.team_network.zenoh_network import ZenohNetwork
 
     team = load_team_plan(file)
-    network = ZenohNetwork(team.name, team.make_network_options("visitor"))
+    network = ZenohNetwork(team.name, team.make_network_options())
     try:
         sleep(FOUND_S)
         yield team, network

@@ -1,0 +1,31 @@
+"""Mistakes with the agents of a team on the command line: one sentence each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from tests.robots.test_load_plan import write_team
+from tests.ui.cli.commands import run
+
+pytest.importorskip("zenoh", reason="needs the extra ros2")
+
+MISTAKES = [  # arguments besides the team's file, what the error says
+    (
+        ["team", "stop", "--name", "patrol_0"],
+        "team patrol has no robot 'patrol_0'",
+    ),  # a squad: nothing to stop
+    (["team", "stop", "--name", "nobody"], "team patrol has no robot 'nobody'"),
+    (["team", "logs", "--name", "nobody"], "team patrol has no agent 'nobody'"),
+    (["team", "arm"], "is not a terminal"),
+    (["agent", "--name", "nobody"], "team patrol has no agent 'nobody'"),
+    (["agent", "--name", "patrol_0", "--library", "nowhere"], "there is no such folder"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "says"), MISTAKES)
+def test_mistakes(tmp_path: Path, arguments: list[str], says: str) -> None:
+    file = write_team(tmp_path, "[agents.network]\nmulticast = false\n")
+    result = run(*arguments, str(file))
+    assert result.exit_code == 2
+    assert says in " ".join(result.stderr.split())
