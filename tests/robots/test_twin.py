@@ -202,4 +202,6 @@ def test_robots_that_cannot_move_are_no_members_of_their_squad() -> None:
     rig.now += 5.0
     rig.hear(2, odometry(0.0))
     assert rig.twin.failed.tolist() == [True, True, False, True]
-    assert rig.robots[3].unfitness == "outside its geofence"  # which is where it is, as long as it does not say
+    assert (
+        rig.robots[3].unfitness == "outside its geofence"
+    )  # which is where it is, as long as it does not say

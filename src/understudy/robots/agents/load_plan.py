@@ -13,6 +13,7 @@ from understudy.errors import FileError, UnderstudyError, join_names
 from understudy.model.library import Library
 from understudy.robots.agents.zenoh_network import ZenohOptions
 from understudy.robots.robot_file import RobotFile, load_robot, load_team
+from understudy.robots.skills.stand_ins import add_robot_skills
 from understudy.robots.team_settings import TeamSettings
 from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.sim.catalog import find_scenario
@@ -122,7 +123,8 @@ def _cast(path: Path | str, files: Sequence[RobotFile], paths: Sequence[Path]) -
     beside = paths[0].parent / world
     scenario = find_scenario(beside if beside.is_file() else world)
     groups = tuple(RobotGroup(type=file.kind or next(iter(scenario.types))) for file in files)
-    return msgspec.structs.replace(scenario, tick_s=files[0].tick_s, robots=groups, walls=(), obstacles=())
+    skilled = add_robot_skills(scenario, files)
+    return msgspec.structs.replace(skilled, tick_s=files[0].tick_s, robots=groups, walls=(), obstacles=())
 
 
 def open_libraries(scenario: Scenario, folder: Path) -> Libraries:

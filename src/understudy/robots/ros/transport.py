@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 from understudy.errors import UnderstudyError
 
@@ -14,6 +14,20 @@ The message is CDR with encapsulation header. The function is called in another 
 """
 Publish: TypeAlias = Callable[[bytes], None]
 """A function that sends a message, given as CDR with encapsulation header."""
+
+
+Answered: TypeAlias = Callable[[bytes | None], None]
+"""A function that receives the answer to a request, or None if there is none.
+
+It is called once, in another thread.
+"""
+
+
+class WireType(NamedTuple):
+    """A type that is known by its definition: its ROS 2 name, such as std_srvs/srv/Trigger, and its hash (REP 2016)."""
+
+    name: str
+    hash: str
 
 
 class Publisher(NamedTuple):
@@ -43,6 +57,28 @@ class Transport(Protocol):
 
     def close(self) -> None:
         """Disconnect; nothing is received afterwards."""
+        ...
+
+
+@runtime_checkable
+class ServiceTransport(Transport, Protocol):
+    """A transport that carries requests to the services and actions of a robot, too."""
+
+    def call(
+        self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
+    ) -> None:
+        """Send a request to a service, and pass its answer to `answered`: both CDR with encapsulation header.
+
+        `answered` receives None at once if there is no server, when the server leaves, and after `timeout_s` (s).
+        """
+        ...
+
+    def watch(self, topic: str, type: WireType, received: Received) -> None:
+        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        ...
+
+    def find_service_problem(self, service: str, type: WireType) -> str:
+        """Return why requests of this type cannot reach a service now; empty if they can."""
         ...
 
 
