@@ -43,7 +43,9 @@ class Server:
         self.goals: list[Any] = []
         self.requests = 0
         self.cancelled_s: list[float] = []
-        self._cancels: dict[bytes, Event] = {}
+        self.cancels: dict[bytes, Event] = {}
+        self.asked: set[bytes] = set()
+        """The goals whose result was asked for."""
         self._runs: list[Thread] = []
         self._held: list[Any] = []
         """Queries without an answer; Zenoh takes a query that is dropped for answered."""
@@ -68,7 +70,7 @@ class Server:
         )
 
     def close(self) -> None:
-        for each in self._cancels.values():
+        for each in self.cancels.values():
             each.set()
         for thread in self._runs:
             thread.join()
@@ -99,16 +101,17 @@ class Server:
             self._held.append(query)
             return
         self.goals.append(request)
-        self._cancels[bytes(request.goal_id.uuid)] = Event()
+        self.cancels[bytes(request.goal_id.uuid)] = Event()
         self._reply(query, self._send.response, accepted=self.conduct != "reject")
 
     def _tell_result(self, query: Any) -> None:
         request = self._interfaces.decode(self._result.request, bytes(query.payload))
+        self.asked.add(bytes(request.goal_id.uuid))
         self._runs.append(Thread(target=self._run, args=(query, request.goal_id), daemon=True))
         self._runs[-1].start()
 
     def _run(self, query: Any, goal_id: Any) -> None:
-        cancelled = self._cancels[bytes(goal_id.uuid)]
+        cancelled = self.cancels[bytes(goal_id.uuid)]
         for left in (3.0, 2.0, 1.0):
             feedback = self._interfaces.make(f"{NAVIGATE}_Feedback", distance_remaining=left)
             message = self._interfaces.make(self._feedback_type, goal_id=goal_id, feedback=feedback)
@@ -123,9 +126,9 @@ class Server:
         request = self._interfaces.decode(self._cancel.request, bytes(query.payload))
         self.cancelled_s.append(time.monotonic())
         id = bytes(request.goal_info.goal_id.uuid)
-        for each in self._cancels if id == bytes(16) else [id]:
-            if each in self._cancels:
-                self._cancels[each].set()
+        for each in self.cancels if id == bytes(16) else [id]:
+            if each in self.cancels:
+                self.cancels[each].set()
         self._reply(query, self._cancel.response)
 
     def _beep(self, query: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 import time
@@ -17,16 +18,29 @@ import pytest
 pytest.importorskip("zenoh", reason="needs the extra ros2")
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
+from tests.robots.rigs import CMD, Rig
 from tests.robots.routers import Router
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, Wire, odometry, sonar
 from tests.robots.skill_servers import DEFINITIONS, Conduct, Server
+from tests.robots.trials import Process
+from tests.sim.test_skills import SCENARIO, SCENARIO_FILE, varied
 
 from understudy.errors import FileError, SettingError, UnknownName
 from understudy.model.binding import Binding
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.robots.fleet import Fleet
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import decode_message
+from understudy.robots.ros.messages import decode_message, encode_twist
+from understudy.robots.ros.transport import Answered, Publisher, Received, WireType
 from understudy.robots.ros.zenoh import ZenohTransport
+from understudy.robots.safety.guard import ArmingRefused
+from understudy.robots.twin import DigitalTwin
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.world import World
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session import Session
+from understudy.ui.cli.commands.run_robot import LiveRun
 
 SKILLS = f"""
 definitions = "{DEFINITIONS}"
@@ -68,13 +82,13 @@ def skilled(tables: str = TABLES) -> str:
 class SkilledRig:
     """A rover over Zenoh with a second session as its driver: what arrives there is `heard`."""
 
-    def __init__(self, endpoint: str, text: str) -> None:
+    def __init__(self, endpoint: str, text: str, path: Path = Path("robot.toml")) -> None:
         self.transport, self.driver = ZenohTransport(43, endpoint), ZenohTransport(43, endpoint)
         self.heard: list[tuple[float, float]] = []
         self.driver.subscribe("/rover/cmd_vel", TWIST, self._obey)
         self.ranges = self.driver.publisher("/rover/sonar", RANGE)
         self.odometries = self.driver.publisher("/rover/odom", ODOMETRY)
-        self.robot = Robot(parse_robot(text), self.transport)
+        self.robot = Robot(parse_robot(text), self.transport, path=path)
         self.issued, self.target = 0.0, "dock"
 
     def _obey(self, data: bytes, at_s: float) -> None:
@@ -192,7 +206,7 @@ def test_a_goal_is_cancelled_that_the_robot_had_not_heard_of_yet(router: Router)
     with rigged(router, "run") as (rig, server):
         rig.tick("go_to", anew=True)
         rig.tick(anew=True)
-        wait_for(lambda: all(each.is_set() for each in server._cancels.values()) and server._cancels)
+        wait_for(lambda: all(each.is_set() for each in server.cancels.values()) and server.cancels)
 
 
 def test_a_silent_server_times_out(router: Router) -> None:
@@ -275,6 +289,92 @@ def test_nothing_is_started_before_it_is_armed(router: Router) -> None:
         wait_for(lambda: server.goals)
 
 
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_the_watchdog_cancels_the_goal_of_a_program_that_is_gone(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    """On a router of its own: a watchdog goes on for a second, and would cancel the goals of the next test."""
+    path, heard = tmp_path / "rover.toml", list[bytes]()
+    with Router() as router, Server(router.endpoint, "run") as server:
+        path.write_text(skilled().replace("[limits]", f'router = "{router.endpoint}"\n[limits]', 1))
+        driver = ZenohTransport(43, router.endpoint)
+        driver.subscribe("/rover/cmd_vel", TWIST, lambda data, _: heard.append(data))
+        ranges = driver.publisher("/rover/sonar", RANGE)
+
+        def goes_on() -> bool:
+            ranges(sonar(2.0))
+            return any(bytes(goal.goal_id.uuid) in server.asked for goal in server.goals)
+
+        decider = Process("tests.robots.skill_decider", str(path))
+        try:
+            wait_for(goes_on)
+            assert server.cancelled_s == []
+            sent = len(heard)
+            decider.send(number)
+            wait_for(lambda: server.cancelled_s and len(heard) > sent)
+            assert set(heard) == {encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)}
+            assert all(each.is_set() for each in server.cancels.values())
+        finally:
+            decider.end()
+            driver.close()
+
+
+TAUGHT: list[tuple[Conduct, str]] = [("succeed", "beep"), ("abort", "home"), ("reject", "home")]
+
+
+@pytest.mark.parametrize(("conduct", "next_state"), TAUGHT)
+def test_a_behavior_taught_in_the_stand_in_runs_on_the_robot(
+    router: Router, tmp_path: Path, conduct: Conduct, next_state: str
+) -> None:
+    """Taught in simulation: from the dock, beep; where the goal was aborted or rejected, go home instead."""
+    library = Library(make_scenario_kit(SCENARIO)).with_automaton(teach_round())
+    (tmp_path / "skilled.toml").write_text(SCENARIO_FILE.read_text())
+    text = skilled(TABLES.replace('["distance_remaining"]', '["distance_remaining", "number_of_recoveries"]'))
+    text = text.replace('name = "rover"', 'name = "rover"\nworld = "skilled.toml"', 1)
+    with Server(router.endpoint, conduct) as server:
+        rig = SkilledRig(router.endpoint, text, path=tmp_path / "rover.toml")
+        twin = DigitalTwin(Fleet([rig.robot]))
+        live = LiveRun(twin, {"rover": library}, {"rover": ("round", {})}, sleep=lambda _: None)
+        seen = dict[str, None]()
+
+        def ticked() -> bool:
+            rig.speak()
+            live.team.tick()
+            seen.update(dict.fromkeys(live.team.paths[0]))
+            came = server.requests > 0 if next_state == "beep" else len(server.goals) > 1
+            return next_state in seen and came
+
+        try:
+            rig.ready()
+            wait_for(ticked)
+            assert [each for each in seen if each != "start"] == ["dock", next_state]
+        finally:
+            twin.close()
+            rig.driver.close()
+
+
+def teach_round() -> TrainedAutomaton:
+    """Teach it in two worlds: one in which the skill succeeds, and one in which it fails."""
+    library = Library(make_scenario_kit(SCENARIO))
+    lesson = new_lesson(
+        library, "round", states=["dock=go_to(dock)", "home=go_to(home)", "beep"], live=False,
+        features=[f"go_to_{each}" for each in OUTCOMES],
+    )  # fmt: skip
+    for outcome, changes in (("succeeded", {}), ("aborted", {"success": 0.0}), ("rejected", {})):
+        world = World(varied("go_to", **changes))
+        if outcome == "rejected":
+            world.remove_object(0)
+        session = Session(world, library, lesson)
+        session.direct("dock")
+        while not world.sense([(f"go_to_{outcome}", None)])[f"go_to_{outcome}", None][0]:
+            session.run_for(0.1)
+        session.direct("beep" if outcome == "succeeded" else "home")
+        session.run_for(0.3)
+        lesson = session.make_trained_automaton().lesson or lesson
+    session = Session(World(SCENARIO), library, lesson)
+    return session.make_trained_automaton()
+
+
 WRONG = [  # what is written instead, and what is said
     (
         "nav2_msgs/action/NavigateToPose",
@@ -303,6 +403,52 @@ def test_a_wrong_skill_is_one_sentence(router: Router, before: str, after: str, 
         assert "\n" not in str(caught.value)
     finally:
         transport.close()
+
+
+class SkilledWire(Wire):
+    """A wire whose services are all there, and never answer."""
+
+    def call(
+        self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
+    ) -> None:
+        self.sent.append((service, request))
+
+    def watch(self, topic: str, type: WireType, received: Received) -> None:
+        """Nothing comes."""
+
+    def find_service_problem(self, service: str, type: WireType) -> str:
+        return ""
+
+
+def test_those_who_command_it_before_it_is_armed_are_its_own_if_a_skill_drives() -> None:
+    """Nav2 publishes commands all the time; whoever comes later stops the robot, as any other robot."""
+    nav2 = Publisher(CMD, TWIST)
+    rig = Rig(skilled(), wire=SkilledWire([nav2])).ready()
+    rig.move(1.0)
+    rig.wait(0.3)
+    assert (rig.robot.armed, rig.robot.stop_cause) == (True, "no command came for 0.30 s")
+    rig.wire.others.append(nav2)
+    rig.wait(0.3)
+    assert (rig.robot.armed, rig.robot.stop_cause) == (False, f"somebody else publishes on {CMD}")
+    with pytest.raises(ArmingRefused, match="somebody else publishes"):
+        Rig(skilled(TABLES.replace("moves = true", "")), wire=SkilledWire([nav2])).ready()
+
+
+def test_while_a_skill_drives_nothing_is_sent_and_all_checks_go_on() -> None:
+    """One stop before it; then none until the sonar is absent: the goal is cancelled, and stops are sent."""
+    rig = Rig(skilled(), wire=SkilledWire()).ready()
+    rig.move(1.0)
+    columns = {"skill": rig.robot.index_skill("go_to", {"A": "dock"}), "issued": 0.0}
+    for _ in range(5):
+        rig.robot.act({name: np.array([float(value)]) for name, value in columns.items()})
+        rig.wait(0.1)
+    sent = [topic for topic, _ in rig.wire.sent]
+    assert sent[-2:] == [CMD, "/rover/navigate_to_pose/_action/send_goal"]
+    assert rig.robot.stop_cause == ""
+    rig.wait(0.54, deaf=True)
+    sent = [topic for topic, _ in rig.wire.sent][len(sent) :]
+    assert sent.count("/rover/navigate_to_pose/_action/cancel_goal") == 1
+    assert (rig.robot.armed, rig.robot.stop_cause, rig.sent) == (False, "sonar_ahead is absent", (0.0, 0.0))
 
 
 def test_skills_need_a_transport_with_services() -> None:
