@@ -11,6 +11,7 @@ import json
 import struct
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any, Literal, Self, TypeAlias
@@ -26,19 +27,15 @@ Conduct: TypeAlias = Literal["run", "succeed", "abort", "reject", "silent"]
 class Server:
     """The action /rover/navigate_to_pose and the service /rover/beep in domain 43; `conduct` says what they do.
 
-    A goal sends feedback (the distance left: 3, 2, 1) and ends as `conduct` says; "run" goes on until cancelled.
+    This one is over Zenoh. A goal sends feedback (the distance left: 3, 2, 1) and ends as `conduct` says; "run" goes
+    on until cancelled.
     """
 
     def __init__(
         self, endpoint: str, conduct: Conduct = "succeed", *, definitions: Path = DEFINITIONS
     ) -> None:
-        import zenoh
-
-        config = zenoh.Config()
-        config.insert_json5("mode", '"client"')
-        config.insert_json5("connect/endpoints", json.dumps([endpoint]))
-        self.conduct = conduct
-        self._session: Any = zenoh.open(config)
+        self.conduct, self._closed = conduct, False
+        self._open(endpoint)
         self._interfaces, self._kept = Interfaces(definitions), list[Any]()
         self.goals: list[Any] = []
         self.requests = 0
@@ -64,17 +61,18 @@ class Server:
         self._serve(f"{action}/cancel_goal", cancel, self._cancel.wire.hash, self._take_back)
         self._serve("/rover/beep", "std_srvs::srv::dds_::Trigger_", self._trigger.wire.hash, self._beep)
         message = types.feedback_message
-        self._feedback, self._feedback_type = (
-            f"43{action}/feedback/{package}_FeedbackMessage_/{message.hash}",
-            message.name,
-        )
+        self._feedback_type = message.name
+        self._publish = self._publisher(f"{action}/feedback", f"{package}_FeedbackMessage_", message.hash)
 
     def close(self) -> None:
+        if self._closed:
+            return
+        self._closed = True
         for each in self.cancels.values():
             each.set()
         for thread in self._runs:
             thread.join()
-        self._session.close()
+        self._shut()
         self._held.clear()
 
     def __enter__(self) -> Self:
@@ -83,6 +81,21 @@ class Server:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def _open(self, endpoint: str) -> None:
+        import zenoh
+
+        config = zenoh.Config()
+        config.insert_json5("mode", '"client"')
+        config.insert_json5("connect/endpoints", json.dumps([endpoint]))
+        self._session: Any = zenoh.open(config)
+
+    def _shut(self) -> None:
+        self._session.close()
+
+    def _publisher(self, topic: str, type: str, hash: str) -> Callable[[bytes], None]:
+        key = f"43{topic}/{type}/{hash}"
+        return lambda data: self._session.put(key, data)
+
     def _serve(self, name: str, type: str, hash: str, answer: Any) -> None:
         self._kept.append(self._session.declare_queryable(f"43{name}/{type}/{hash}", answer, complete=True))
         node = f"@ros2_lv/43/{self._session.zid()}/0/{len(self._kept)}/SS/%/%/nav"
@@ -90,9 +103,11 @@ class Server:
         self._kept.append(self._session.liveliness().declare_token(f"{token}/::,10:,:,:,,"))
 
     def _reply(self, query: Any, type: str, **values: Any) -> None:
+        self._answer(query, self._interfaces.encode(type, self._interfaces.make(type, **values)))
+
+    def _answer(self, query: Any, data: bytes) -> None:
         number, _, length, id = struct.unpack("<qqB16s", bytes(query.attachment))
         assert length == 16
-        data = self._interfaces.encode(type, self._interfaces.make(type, **values))
         query.reply(query.key_expr, data, attachment=struct.pack("<qqB16s", number, time.time_ns(), 16, id))
 
     def _accept(self, query: Any) -> None:
@@ -115,7 +130,7 @@ class Server:
         for left in (3.0, 2.0, 1.0):
             feedback = self._interfaces.make(f"{NAVIGATE}_Feedback", distance_remaining=left)
             message = self._interfaces.make(self._feedback_type, goal_id=goal_id, feedback=feedback)
-            self._session.put(self._feedback, self._interfaces.encode(self._feedback_type, message))
+            self._publish(self._interfaces.encode(self._feedback_type, message))
             time.sleep(0.02)
         if self.conduct == "run":
             cancelled.wait(30)

@@ -29,10 +29,12 @@ from understudy.errors import FileError, SettingError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.robots.fleet import Fleet
+from understudy.robots.recording.recorder import RecordingTransport, RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
+from understudy.robots.ros.interfaces import CANCEL, Interfaces
 from understudy.robots.ros.messages import decode_message, encode_twist
-from understudy.robots.ros.transport import Answered, Publisher, Received, WireType
+from understudy.robots.ros.transport import Publisher, Transport
 from understudy.robots.ros.zenoh import ZenohTransport
 from understudy.robots.safety.guard import ArmingRefused
 from understudy.robots.twin import DigitalTwin
@@ -82,14 +84,25 @@ def skilled(tables: str = TABLES) -> str:
 class SkilledRig:
     """A rover over Zenoh with a second session as its driver: what arrives there is `heard`."""
 
-    def __init__(self, endpoint: str, text: str, path: Path = Path("robot.toml")) -> None:
-        self.transport, self.driver = ZenohTransport(43, endpoint), ZenohTransport(43, endpoint)
+    def __init__(
+        self,
+        endpoint: str,
+        text: str,
+        path: Path = Path("robot.toml"),
+        recorder: RunRecorder | None = None,
+    ) -> None:
+        self.transport, self.driver = self.open(endpoint), self.open(endpoint)
+        if recorder is not None:
+            self.transport = RecordingTransport(self.transport, recorder)
         self.heard: list[tuple[float, float]] = []
         self.driver.subscribe("/rover/cmd_vel", TWIST, self._obey)
         self.ranges = self.driver.publisher("/rover/sonar", RANGE)
         self.odometries = self.driver.publisher("/rover/odom", ODOMETRY)
         self.robot = Robot(parse_robot(text), self.transport, path=path)
         self.issued, self.target = 0.0, "dock"
+
+    def open(self, endpoint: str) -> Transport:
+        return ZenohTransport(43, endpoint)
 
     def _obey(self, data: bytes, at_s: float) -> None:
         twist = decode_message(TWIST, data)
@@ -328,11 +341,12 @@ def test_a_behavior_taught_in_the_stand_in_runs_on_the_robot(
 ) -> None:
     """Taught in simulation: from the dock, beep; where the goal was aborted or rejected, go home instead."""
     library = Library(make_scenario_kit(SCENARIO)).with_automaton(teach_round())
+    recorder = RunRecorder(tmp_path / "run.mcap")  # which every run on a real robot has
     (tmp_path / "skilled.toml").write_text(SCENARIO_FILE.read_text())
     text = skilled(TABLES.replace('["distance_remaining"]', '["distance_remaining", "number_of_recoveries"]'))
     text = text.replace('name = "rover"', 'name = "rover"\nworld = "skilled.toml"', 1)
     with Server(router.endpoint, conduct) as server:
-        rig = SkilledRig(router.endpoint, text, path=tmp_path / "rover.toml")
+        rig = SkilledRig(router.endpoint, text, path=tmp_path / "rover.toml", recorder=recorder)
         twin = DigitalTwin(Fleet([rig.robot]))
         live = LiveRun(twin, {"rover": library}, {"rover": ("round", {})}, sleep=lambda _: None)
         seen = dict[str, None]()
@@ -351,6 +365,7 @@ def test_a_behavior_taught_in_the_stand_in_runs_on_the_robot(
         finally:
             twin.close()
             rig.driver.close()
+            recorder.close()
 
 
 def teach_round() -> TrainedAutomaton:
@@ -373,6 +388,49 @@ def teach_round() -> TrainedAutomaton:
         lesson = session.make_trained_automaton().lesson or lesson
     session = Session(World(SCENARIO), library, lesson)
     return session.make_trained_automaton()
+
+
+FIBONACCI = "action_tutorials_interfaces/action/Fibonacci"
+PUBLISHED = [  # as ROS 2 Jazzy has them
+    ("action_msgs/srv/CancelGoal", "573d8b0a534451d7bc2ac8c5ffde8ac14b8593b7001175d0cd6516dcbeb8689a"),
+    (f"{FIBONACCI}_SendGoal", "a0603060ed69fe2dfbd1a6f3b982a1749957ef346e4a4d2b311a05e305ec37bb"),
+    (f"{FIBONACCI}_GetResult", "8b47e383f1e31f6d8df6417ab54957e7d5ea24dad315646ad711ac3fdea81d58"),
+    (f"{FIBONACCI}_FeedbackMessage", "50fc26b9cac313652ecbeab3adf9b5414d59fd4d4d5f9058ddcc7525169927f1"),
+]
+
+
+def test_hashes_of_the_types_of_actions_are_those_published(tmp_path: Path) -> None:
+    path = tmp_path / "action_tutorials_interfaces" / "action" / "Fibonacci.action"
+    path.parent.mkdir(parents=True)
+    path.write_text("int32 order\n---\nint32[] sequence\n---\nint32[] partial_sequence\n")
+    interfaces = Interfaces(tmp_path)
+    action = interfaces.find_action(FIBONACCI)
+    wires = (
+        interfaces.find_service(CANCEL).wire,
+        action.send_goal.wire,
+        action.get_result.wire,
+        action.feedback_message,
+    )
+    assert [tuple(wire) for wire in wires] == [(name, f"RIHS01_{hash}") for name, hash in PUBLISHED]
+
+
+BROKEN = [  # a definition, and what is said
+    ("int32 order\n---\nint32[] sequence\n", "has 2 parts instead of 3"),
+    (
+        "Order order\n---\n---\n",
+        "is of type fib/msg/Order, which no file defines; put fib/msg/Order.msg into",
+    ),
+    ("int32 = order\n---\n---\n", "cannot be read"),
+]
+
+
+@pytest.mark.parametrize(("text", "said"), BROKEN)
+def test_a_broken_definition_is_one_sentence(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "fib" / "action" / "Fibonacci.action"
+    path.parent.mkdir(parents=True)
+    path.write_text(text)
+    with pytest.raises(FileError, match=said):
+        Interfaces(tmp_path)
 
 
 WRONG = [  # what is written instead, and what is said
@@ -405,25 +463,10 @@ def test_a_wrong_skill_is_one_sentence(router: Router, before: str, after: str, 
         transport.close()
 
 
-class SkilledWire(Wire):
-    """A wire whose services are all there, and never answer."""
-
-    def call(
-        self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
-    ) -> None:
-        self.sent.append((service, request))
-
-    def watch(self, topic: str, type: WireType, received: Received) -> None:
-        """Nothing comes."""
-
-    def find_service_problem(self, service: str, type: WireType) -> str:
-        return ""
-
-
 def test_those_who_command_it_before_it_is_armed_are_its_own_if_a_skill_drives() -> None:
     """Nav2 publishes commands all the time; whoever comes later stops the robot, as any other robot."""
     nav2 = Publisher(CMD, TWIST)
-    rig = Rig(skilled(), wire=SkilledWire([nav2])).ready()
+    rig = Rig(skilled(), wire=Wire([nav2])).ready()
     rig.move(1.0)
     rig.wait(0.3)
     assert (rig.robot.armed, rig.robot.stop_cause) == (True, "no command came for 0.30 s")
@@ -431,12 +474,12 @@ def test_those_who_command_it_before_it_is_armed_are_its_own_if_a_skill_drives()
     rig.wait(0.3)
     assert (rig.robot.armed, rig.robot.stop_cause) == (False, f"somebody else publishes on {CMD}")
     with pytest.raises(ArmingRefused, match="somebody else publishes"):
-        Rig(skilled(TABLES.replace("moves = true", "")), wire=SkilledWire([nav2])).ready()
+        Rig(skilled(TABLES.replace("moves = true", "")), wire=Wire([nav2])).ready()
 
 
 def test_while_a_skill_drives_nothing_is_sent_and_all_checks_go_on() -> None:
     """One stop before it; then none until the sonar is absent: the goal is cancelled, and stops are sent."""
-    rig = Rig(skilled(), wire=SkilledWire()).ready()
+    rig = Rig(skilled(), wire=Wire()).ready()
     rig.move(1.0)
     columns = {"skill": rig.robot.index_skill("go_to", {"A": "dock"}), "issued": 0.0}
     for _ in range(5):
@@ -449,11 +492,6 @@ def test_while_a_skill_drives_nothing_is_sent_and_all_checks_go_on() -> None:
     sent = [topic for topic, _ in rig.wire.sent][len(sent) :]
     assert sent.count("/rover/navigate_to_pose/_action/cancel_goal") == 1
     assert (rig.robot.armed, rig.robot.stop_cause, rig.sent) == (False, "sonar_ahead is absent", (0.0, 0.0))
-
-
-def test_skills_need_a_transport_with_services() -> None:
-    with pytest.raises(FileError, match='give transport = "zenoh"'):
-        Robot(parse_robot(skilled()), Wire())
 
 
 def test_a_target_without_a_place_is_refused_when_it_is_bound(router: Router) -> None:

@@ -315,9 +315,8 @@ def connect_robot_body(
 
     ExtraMissing is raised if its transport is not installed.
     """
-    transport = open_transport(file)
-    if recorder is not None:
-        transport = RecordingTransport(transport, recorder)
+    opened = open_transport(file)
+    transport = opened if recorder is None else RecordingTransport(opened, recorder)
     try:
         return Robot(file, transport, path=path, watchdog=WatchdogClient(file, log=find_stop_log(file, path)))
     except BaseException:

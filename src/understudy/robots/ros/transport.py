@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol, TypeAlias, runtime_checkable
+from typing import NamedTuple, Protocol, TypeAlias
 
 from understudy.errors import UnderstudyError
 
@@ -51,19 +51,6 @@ class Transport(Protocol):
         """Make a function that publishes on a topic."""
         ...
 
-    def peers(self) -> Sequence[Publisher]:
-        """List the publishers of other processes that have been discovered, one entry for each."""
-        ...
-
-    def close(self) -> None:
-        """Disconnect; nothing is received afterwards."""
-        ...
-
-
-@runtime_checkable
-class ServiceTransport(Transport, Protocol):
-    """A transport that carries requests to the services and actions of a robot, too."""
-
     def call(
         self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
     ) -> None:
@@ -78,8 +65,56 @@ class ServiceTransport(Transport, Protocol):
         ...
 
     def find_service_problem(self, service: str, type: WireType) -> str:
-        """Return why requests of this type cannot reach a service now; empty if they can."""
+        """Return why requests of this type cannot reach a service now; empty if they can.
+
+        The first call may begin to connect to the service.
+        """
         ...
+
+    def peers(self) -> Sequence[Publisher]:
+        """List the publishers of other processes that have been discovered, one entry for each."""
+        ...
+
+    def close(self) -> None:
+        """Disconnect; nothing is received afterwards."""
+        ...
+
+
+class TransportWrapper:
+    """A transport that passes everything on to another one; subclasses do something besides."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport = transport
+
+    def subscribe(self, topic: str, type: str, received: Received) -> None:
+        """Pass each message of a topic to `received` until the transport is closed."""
+        self._transport.subscribe(topic, type, received)
+
+    def publisher(self, topic: str, type: str) -> Publish:
+        """Make a function that publishes on a topic."""
+        return self._transport.publisher(topic, type)
+
+    def call(
+        self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
+    ) -> None:
+        """Send a request to a service, and pass its answer to `answered`; None if there is none."""
+        self._transport.call(service, type, request, answered, timeout_s=timeout_s)
+
+    def watch(self, topic: str, type: WireType, received: Received) -> None:
+        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        self._transport.watch(topic, type, received)
+
+    def find_service_problem(self, service: str, type: WireType) -> str:
+        """Return why requests of this type cannot reach a service now; empty if they can."""
+        return self._transport.find_service_problem(service, type)
+
+    def peers(self) -> Sequence[Publisher]:
+        """List the publishers of other processes that have been discovered."""
+        return self._transport.peers()
+
+    def close(self) -> None:
+        """Disconnect; nothing is received afterwards."""
+        self._transport.close()
 
 
 class Unreachable(UnderstudyError, json_type="Unreachable"):

@@ -13,7 +13,7 @@ import numpy as np
 
 from understudy.robots.ros.interfaces import CANCEL, ActionTypes, Interfaces
 from understudy.robots.ros.messages import MessageRefused
-from understudy.robots.ros.transport import ServiceTransport
+from understudy.robots.ros.transport import Transport
 from understudy.robots.skills.execution import Execution
 from understudy.sim.skill_parts import ABORTED, REJECTED, SUCCEEDED
 
@@ -37,13 +37,16 @@ class ActionClient:
         name: str,
         types: ActionTypes,
         interfaces: Interfaces,
-        transport: ServiceTransport,
+        transport: Transport,
         read_feedback: ReadFeedback,
     ) -> None:
         self._name, self._types, self._interfaces = name, types, interfaces
         self._transport, self._read_feedback = transport, read_feedback
         self._cancel = interfaces.find_service(CANCEL)
         self._current: tuple[bytes, Execution] | None = None
+        self.find_problem()  # over DDS, this connects to the services, so that the first goal can be sent at once
+        for service, wire in (("get_result", types.get_result.wire), ("cancel_goal", self._cancel.wire)):
+            transport.find_service_problem(f"{name}/_action/{service}", wire)
         transport.watch(f"{name}/_action/feedback", types.feedback_message, self._hear_feedback)
 
     def find_problem(self) -> str:

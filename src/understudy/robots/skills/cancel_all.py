@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.interfaces import CANCEL, Interfaces
-from understudy.robots.ros.transport import ServiceTransport, Transport
+from understudy.robots.ros.transport import Transport
 
 AGAIN_S = 0.2
 """The time between two requests while the function that sends them is called often, in s."""
@@ -21,12 +21,14 @@ def make_cancel_sender(file: RobotFile, transport: Transport) -> Callable[[], No
     It may be called often: requests are `AGAIN_S` apart. A goal id and a time of zero mean all goals.
     """
     actions = {file.topic(skill.action) for skill in file.skills.values() if skill.action is not None}
-    if not actions or not isinstance(transport, ServiceTransport):
+    if not actions:
         return lambda: None
     interfaces = Interfaces()
     service = interfaces.find_service(CANCEL)
     request = interfaces.encode(service.request, interfaces.make(service.request))
     last_s = -AGAIN_S
+    for action in actions:  # over DDS, this connects to the service
+        transport.find_service_problem(f"{action}/_action/cancel_goal", service.wire)
 
     def cancel() -> None:
         nonlocal last_s

@@ -15,7 +15,7 @@ from understudy.model.kinds import BOOLEAN, Continuous
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.fields import Extract, make_field_extractor
 from understudy.robots.ros.interfaces import Interfaces
-from understudy.robots.ros.transport import ServiceTransport, Transport
+from understudy.robots.ros.transport import Transport
 from understudy.robots.skill_file import SkillSpec
 from understudy.robots.skills.action_client import ActionClient
 from understudy.robots.skills.execution import CANCELLED, Execution
@@ -34,7 +34,7 @@ class Skill:
         name: str,
         file: RobotFile,
         interfaces: Interfaces,
-        transport: ServiceTransport,
+        transport: Transport,
         path: Path | str,
     ) -> None:
         self.name, self.spec = name, file.skills[name]
@@ -123,9 +123,6 @@ class RobotSkills:
         self._locate, self._clock = locate, clock
         self.skills: dict[str, Skill] = {}
         if file.skills:
-            if not isinstance(transport, ServiceTransport):
-                problem, remedy = f"cannot be used over {file.transport}", 'give transport = "zenoh"'
-                raise FileError(path=path, place="skills", problem=problem, remedy=remedy)
             folder = None if file.definitions is None else self._path.parent / file.definitions
             interfaces = Interfaces(folder)
             for name in file.skills:

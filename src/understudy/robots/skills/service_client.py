@@ -6,7 +6,7 @@ from typing import Any
 
 from understudy.robots.ros.interfaces import Interfaces, ServiceTypes
 from understudy.robots.ros.messages import MessageRefused
-from understudy.robots.ros.transport import ServiceTransport
+from understudy.robots.ros.transport import Transport
 from understudy.robots.skills.action_client import GRACE_S
 from understudy.robots.skills.execution import Execution
 from understudy.sim.skill_parts import ABORTED, REJECTED, SUCCEEDED
@@ -18,11 +18,10 @@ SUCCESS = "success"
 class ServiceClient:
     """A client of the service `name` (/rover/beep). A request cannot be taken back."""
 
-    def __init__(
-        self, name: str, types: ServiceTypes, interfaces: Interfaces, transport: ServiceTransport
-    ) -> None:
+    def __init__(self, name: str, types: ServiceTypes, interfaces: Interfaces, transport: Transport) -> None:
         self._name, self._types = name, types
         self._interfaces, self._transport = interfaces, transport
+        self.find_problem()  # over DDS, this connects to the service
 
     def find_problem(self) -> str:
         """Return why requests cannot be sent now; empty if they can."""
