@@ -28,13 +28,14 @@ from tests.sim.test_skills import SCENARIO, SCENARIO_FILE, varied
 from understudy.errors import FileError, SettingError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.robots.diagnostics import diagnose_connection
 from understudy.robots.fleet import Fleet
 from understudy.robots.recording.recorder import RecordingTransport, RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.interfaces import CANCEL, Interfaces
 from understudy.robots.ros.messages import decode_message, encode_twist
-from understudy.robots.ros.transport import Publisher, Transport
+from understudy.robots.ros.transport import Publisher, Transport, WireType
 from understudy.robots.ros.zenoh import ZenohTransport
 from understudy.robots.safety.guard import ArmingRefused
 from understudy.robots.twin import DigitalTwin
@@ -475,6 +476,16 @@ def test_those_who_command_it_before_it_is_armed_are_its_own_if_a_skill_drives()
     assert (rig.robot.armed, rig.robot.stop_cause) == (False, f"somebody else publishes on {CMD}")
     with pytest.raises(ArmingRefused, match="somebody else publishes"):
         Rig(skilled(TABLES.replace("moves = true", "")), wire=Wire([nav2])).ready()
+
+
+def test_a_survey_says_which_skills_are_not_there() -> None:
+    class Empty(Wire):
+        def find_service_problem(self, service: str, type: WireType) -> str:
+            return f"nobody offers {service}"
+
+    problems = diagnose_connection(Rig(skilled(), wire=Empty()).robot, seconds=0.0).problems
+    said = "beep: nobody offers /rover/beep; start it, or correct `skills.beep` in the robot's file"
+    assert [each for each in problems if "beep" in each] == [said]
 
 
 def test_while_a_skill_drives_nothing_is_sent_and_all_checks_go_on() -> None:

@@ -56,6 +56,10 @@ def test_a_scenario_with_skills_keeps_the_laws_of_bodies_and_worlds() -> None:
 def test_its_kit_has_a_behavior_and_features_for_each_skill() -> None:
     kit = make_scenario_kit(SCENARIO)
     assert kit.behaviors["go_to"].parameters == ("A",)
+    assert [dict(kit.behaviors[name].command) for name in ("go_to", "beep")] == [
+        {"skill": 1.0},
+        {"skill": 2.0},
+    ]
     assert {"go_to_succeeded", "go_to_distance_remaining", "beep_aborted"} <= set(kit.features)
 
 

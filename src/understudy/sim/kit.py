@@ -79,6 +79,7 @@ def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
     """Make the basic behaviors of all types; raise SettingError if types give one name to different commands."""
     found: dict[str, Behavior] = {}
     signals, pulls = list_signals(scenario), _pulls(scenario)
+    skills = list(dict.fromkeys(name for robot in scenario.types.values() for name in robot.skills))
     for kind, robot in scenario.types.items():
         for name, channels in robot.behaviors.items():
             command = {
@@ -94,7 +95,7 @@ def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
                     "rename one of the two",
                 )
         for name, skill in robot.skills.items():
-            behavior = make_skill_behavior(name, skill)
+            behavior = make_skill_behavior(name, skill, number=1 + skills.index(name))
             if found.setdefault(name, behavior) != behavior:
                 raise _wrong(
                     scenario,

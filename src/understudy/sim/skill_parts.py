@@ -43,10 +43,14 @@ def list_skill_readings(kind: RobotType) -> Iterator[tuple[str, Reading]]:
             yield name, Reading(f"{name}_{last}", Continuous(), UNITS[meaning], doc=doc)
 
 
-def make_skill_behavior(name: str, skill: SkillStandIn) -> Behavior:
-    """Make the basic behavior that carries out a skill."""
+def make_skill_behavior(name: str, skill: SkillStandIn, *, number: int) -> Behavior:
+    """Make the basic behavior that carries out a skill.
+
+    Its command is the number of the skill, from 1, for programs that know nothing of targets. Bodies have numbers of
+    their own, for each skill with each of its targets.
+    """
     doc = skill.doc or f"Carry out the skill {name.replace('_', ' ')}."
-    return Behavior(name, Command(skill=1.0), doc=doc, parameters=tuple(skill.parameters))
+    return Behavior(name, Command(skill=float(number)), doc=doc, parameters=tuple(skill.parameters))
 
 
 def list_skill_calls(scenario: Scenario) -> Mapping[tuple[str, Binding], int]:

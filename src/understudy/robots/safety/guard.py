@@ -6,6 +6,9 @@ comes, a required reading is absent, the robot leaves its geofence, the hold-to-
 commands it, or the watchdog is gone. One lock orders everything that is sent, so that no older command follows a
 stop.
 
+While a skill of the robot drives it (`yield_to_skill`), no speeds are sent, and all checks go on. What stops the robot
+cancels the skill, too.
+
 What happens when a part of this fails:
 
 - The deciding thread ends, hangs or is late: from `tick_s + deadline_s` after its last command on, the guard's thread
