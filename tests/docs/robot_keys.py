@@ -20,6 +20,7 @@ from understudy.robots.robot_file import (
     TargetPlaceSpec,
     TeamFile,
 )
+from understudy.robots.skill_file import SkillSpec
 from understudy.robots.team_settings import AgentSettings, NetworkSpec, TeamSettings
 
 PAGE = ROOT / "docs" / "reference" / "robot-files.md"
@@ -53,6 +54,9 @@ PARTS: Parts = {
             "readings": "readings, by the names that the scenario gives them",
             "camera": "the camera; none if left out",
             "targets": "where targets are, by their names",
+            "definitions": "folder, beside this file, with the `.action`, `.srv` and `.msg` files of the skills' "
+            "types, as `PACKAGE/action/NAME.action`",
+            "skills": "actions and services of the robot that become basic behaviors, by the names of these",
             "commands": "where commands go",
         },
     ),
@@ -102,6 +106,20 @@ PARTS: Parts = {
             "rate_hz": _RATE,
             "stale_s": _STALE,
             "required": "whether the robot stops while the place is unknown",
+        },
+    ),
+    SkillSpec: (
+        "Skill",
+        {
+            "action": "name of the action; within the namespace unless it begins with `/`; or `service`",
+            "service": "name of the service; within the namespace unless it begins with `/`; or `action`",
+            "type": "its type, such as `nav2_msgs/action/NavigateToPose`",
+            "goal": "fields of the goal or request, with dots between nested ones: constants, or `A.x` and `A.y`, the "
+            "place of the target of parameter A; others are 0, empty or false",
+            "feedback": "fields of the feedback that become readings",
+            "timeout_s": "longest time for it, s, above 0 and at most 3600; then it is cancelled",
+            "moves": "whether the robot drives by itself meanwhile, so that no speeds are sent to it",
+            "doc": "a sentence about it",
         },
     ),
     CommandSpec: (

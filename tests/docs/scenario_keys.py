@@ -42,6 +42,7 @@ from understudy.sim.scenario.schema import (
     TargetSpec,
     Wall,
 )
+from understudy.sim.scenario.skill_schema import SkillStandIn
 from understudy.sim.scenario.squad_schema import (
     AssignmentSpec,
     CommsSpec,
@@ -208,6 +209,24 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
                 "",
                 "basic behaviors by name: tables of the channels `drive`, `turn`, `load`, `unload` and `signal`",
             ),
+            "skills": ("", "behaviors that the robot has by itself, by name; see below"),
+        },
+    ),
+    SkillStandIn: (
+        "`[types.NAME.skills.NAME]`: a skill, and its stand-in in simulation",
+        {
+            "duration_s": ("s", "how long it takes: a number or [least, most]"),
+            "success": ("", "probability that it succeeds; otherwise it aborts before its time is over"),
+            "parameters": ("", "names of the parameters of its behavior, which states bind to targets"),
+            "ends": ("", "where the robot is at the end: a parameter or a target; where it is if left out"),
+            "within": ("m", "distance from there, from center to center, at which it ends"),
+            "feedback": (
+                "",
+                "readings while it runs, by name: the `distance` left (m), the `time` since its start (s), or a "
+                "`number` that only real robots know",
+            ),
+            "timeout_s": ("s", "time after which it has timed out"),
+            "doc": ("", "description of the behavior"),
         },
     ),
     RobotGroup: (

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from understudy.robots.ros.messages import encode_message, make_message
-from understudy.robots.ros.transport import Publish, Publisher, Received
+from understudy.robots.ros.transport import Answered, Publish, Publisher, Received, WireType
 
 RANGE, SCAN, ODOMETRY = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
@@ -65,6 +65,18 @@ class Wire:
     def deliver(self, topic: str, data: bytes, at_s: float) -> None:
         for received in self._received[topic]:
             received(data, at_s)
+
+    def call(
+        self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
+    ) -> None:
+        """All services are there, and never answer."""
+        self.sent.append((service, request))
+
+    def watch(self, topic: str, type: WireType, received: Received) -> None:
+        """Nothing comes."""
+
+    def find_service_problem(self, service: str, type: WireType) -> str:
+        return ""
 
     def peers(self) -> Sequence[Publisher]:
         return self.others

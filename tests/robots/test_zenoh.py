@@ -54,7 +54,7 @@ KEYS = [
 ]
 NOBODY = [
     "@ros2_lv/2/aac3178e146ba6f1fc6e6a4085e77f21/0/0/NN/%/%/listener",  # a node
-    TALKER.replace("/MP/", "/SS/"),  # of a service
+    TALKER.replace("/MP/", "/SC/"),  # of a service's client
     TALKER.replace("@ros2_lv", "@ros3_lv"),
     TALKER + "/more",
     TALKER.rpartition("/")[0],

@@ -72,7 +72,7 @@ def diagnose_connection(
             )
         )
     found = [arrival.problem for arrival in arrivals if arrival.problem]
-    problems = tuple(dict.fromkeys((*found, *_others(robot, peers))))
+    problems = tuple(dict.fromkeys((*found, *_others(robot, peers), *_unready_skills(robot))))
     return ConnectionReport(robot.file.name, seconds, arrivals, problems, _lacks(robot))
 
 
@@ -117,9 +117,16 @@ def _problem(
 def _others(robot: Robot, peers: Sequence[Publisher]) -> Iterator[str]:
     """Yield sentences about other publishers of the robot's commands or sensor topics."""
     commands = robot.file.topic(robot.file.commands.topic)
-    if count := sum(peer.topic == commands for peer in peers):
+    drive = any(skill.moves for skill in robot.file.skills.values())
+    if not drive and (count := sum(peer.topic == commands for peer in peers)):
         who = "somebody else publishes" if count == 1 else f"{count} others publish"
         yield f"{who} on {commands}; stop them, or this robot obeys two masters"
     for topic in dict.fromkeys(robot.file.topic(source.topic) for source in robot.senses.sources.values()):
         if (count := sum(peer.topic == topic for peer in peers)) > 1:
             yield f"{count} publish on {topic}; give each robot a namespace of its own"
+
+
+def _unready_skills(robot: Robot) -> Iterator[str]:
+    """Yield sentences about skills whose action or service is not there, or is of another type."""
+    for name, problem in robot.skills.find_problems().items():
+        yield f"{name}: {problem}; start it, or correct `skills.{name}` in the robot's file"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
@@ -12,13 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
+from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import Column
 from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot, connect_robot_body, describe_exit_reason
 from understudy.robots.robot_file import load_robot, load_team
-from understudy.runtime.body import Channel, Commands, Reading, check_reading_keys
+from understudy.runtime.body import ISSUED, SKILL, Channel, Commands, Reading, check_reading_keys
 from understudy.sim.kit import MOVING
 from understudy.sim.scenario.schema import Scenario
+from understudy.sim.skill_parts import SKILL_CHANNELS
 
 
 class Fleet:
@@ -31,14 +34,15 @@ class Fleet:
     different readings, or the same topic of commands.
     """
 
-    channels: Sequence[Channel] = MOVING
-
     def __init__(self, robots: Sequence[Robot], *, name: str = "fleet") -> None:
         self.robots, self.name = tuple(robots), name
         self.agents = len(self.robots)
         self._check()
         self.readings: Sequence[Reading] = tuple(self._readings().values())
         self.targets: Sequence[str] = tuple(dict.fromkeys(name for each in robots for name in each.targets))
+        skilled = any(robot.file.skills for robot in self.robots)
+        self.channels: Sequence[Channel] = (*MOVING, *(SKILL_CHANNELS if skilled else ()))
+        self._skills: list[tuple[str, Binding]] = []
         self._has = [{reading.name: reading.of_targets for reading in each.readings} for each in self.robots]
 
     @property
@@ -77,11 +81,48 @@ class Fleet:
         problems: list[Exception] = []
         for agent, robot in enumerate(self.robots):
             try:
-                robot.act({channel: column[agent : agent + 1] for channel, column in commands.items()})
+                robot.act(self._select(commands, agent))
             except Exception as error:
                 problems.append(error)
         if problems:
             raise problems[0]
+
+    def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
+        """Return the number of a skill with targets, for the channel `skill`; robots without the skill stand still.
+
+        Parameters
+        ----------
+        name
+            Name of the skill in the robot files.
+        binding
+            The target of each of its parameters.
+
+        Returns
+        -------
+        int
+            The number, from 1.
+        """
+        having = [robot for robot in self.robots if name in robot.file.skills]
+        for robot in having or self.robots[:1]:
+            robot.index_skill(name, binding)
+        call = (name, Binding(binding))
+        if call not in self._skills:
+            self._skills.append(call)
+        return self._skills.index(call) + 1
+
+    def _select(self, commands: Commands, agent: int) -> dict[str, Column]:
+        """Return the commands of one robot, with the number that it has given to its skill."""
+        robot, found = self.robots[agent], dict[str, Column]()
+        names = {channel.name for channel in robot.channels}
+        for channel, column in commands.items():
+            if channel not in (SKILL, ISSUED) or channel in names:
+                found[channel] = column[agent : agent + 1]
+        number = int(found[SKILL][0]) if SKILL in found else 0
+        if number:
+            name, binding = self._skills[number - 1]
+            has = name in robot.file.skills
+            found[SKILL] = np.array([float(robot.index_skill(name, binding)) if has else 0.0])
+        return found
 
     @property
     def armed(self) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import atexit
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Self
 from zlib import crc32
@@ -30,10 +30,13 @@ from understudy.robots.safety.self_monitor import StopReason
 from understudy.robots.safety.speed_limits import Speeds
 from understudy.robots.safety.stop_log import StopEvent, StopLog, find_stop_log
 from understudy.robots.safety.watchdog_client import WatchdogClient
-from understudy.runtime.body import Channel, Commands, Reading
+from understudy.robots.skills.cancel_all import make_cancel_sender
+from understudy.robots.skills.robot_skills import RobotSkills
+from understudy.runtime.body import ISSUED, SKILL, Channel, Commands, Reading
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import COLUMNS, MOVING, list_type_readings, make_command_table
 from understudy.sim.scenario.schema import RobotType, Scenario
+from understudy.sim.skill_parts import SKILL_CHANNELS
 
 
 class Robot:
@@ -53,7 +56,6 @@ class Robot:
     """
 
     agents = 1
-    channels: Sequence[Channel] = MOVING
 
     def __init__(
         self,
@@ -77,13 +79,22 @@ class Robot:
         check_readings_fit(file, self.senses.readings, self.kind, path)
         seed = crc32(f"{file.domain} {file.namespace} {file.name}".encode())
         self._derived = DerivedReadings(self.kind, self.senses.readings, self.targets, seed=seed)
-        self.readings: Sequence[Reading] = (*self.senses.readings, *self._derived.readings)
+        self.skills = RobotSkills(file, transport, path=path, locate=self._locate, clock=clock)
+        """Its skills, which are carried out by the robot itself."""
+        self.channels: Sequence[Channel] = (*MOVING, *(SKILL_CHANNELS if file.skills else ()))
+        self.readings: Sequence[Reading] = (
+            *self.senses.readings,
+            *self._derived.readings,
+            *self.skills.readings,
+        )
         self._publish: Publish | None = None
+        self._cancel_all = make_cancel_sender(file, transport)
         self._owner = os.getpid()
         self.guard = Guard(
             file,
             send=self._send,
             danger=self._danger,
+            halt=self.skills.stop,
             peers=transport.peers,
             heard={file.topic(source.topic) for source in self.senses.sources.values()},
             clock=clock,
@@ -145,7 +156,8 @@ class Robot:
         if self._snapshot is None or now - self._at >= self.tick_s:
             self._at = now
             values = self.senses.values(now)
-            self._snapshot = values | self._derived.compute(self.time_s, values, self.guard.speeds[0])
+            derived = self._derived.compute(self.time_s, values, self.guard.speeds[0])
+            self._snapshot = values | derived | self.skills.values(now)
         values = self._snapshot
         for reading, target in keys:
             if (reading, target) not in values:
@@ -155,11 +167,11 @@ class Robot:
         return {key: np.array([values[key]]) for key in keys}
 
     def act(self, commands: Commands) -> None:
-        """Send one command within the limits, or a stop if the robot must not move.
+        """Send one command within the limits, or a stop if the robot must not move; start and cancel skills.
 
-        If it is not armed, no command is sent. A command that cannot be carried out (an unknown channel, a wrong
-        shape) sends a stop and raises. A transport that fails to send raises too, after which the watchdog stops the
-        robot.
+        If it is not armed, no command is sent and no skill is started. A command that cannot be carried out (an
+        unknown channel, a wrong shape) sends a stop and raises. A transport that fails to send raises too, after which
+        the watchdog stops the robot.
         """
         try:
             known = [channel.name for channel in self.channels]
@@ -171,7 +183,36 @@ class Robot:
         self._snapshot = None
         drive, turn = (float(table[0, COLUMNS.index(name)]) for name in ("drive", "turn"))
         of = self.file.commands
-        self.guard.command((drive * of.drive_m_s, turn * of.turn_rad_s), sensed_s=sensed_s)
+        number, issued = (
+            float(np.asarray(commands[name])[0]) if name in commands else 0.0 for name in (SKILL, ISSUED)
+        )
+        if not number:
+            self.skills.ask(0, issued)
+        if self.skills.will_drive(int(number), issued):
+            self.guard.yield_to_skill(sensed_s=sensed_s)
+        else:
+            self.guard.command((drive * of.drive_m_s, turn * of.turn_rad_s), sensed_s=sensed_s)
+        if number and not self.guard.stopped:
+            self.skills.ask(int(number), issued)
+            if self.guard.stopped:  # by another thread, meanwhile
+                self.skills.stop(self.guard.stopped)
+
+    def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
+        """Return the number of a skill with targets, for the channel `skill`.
+
+        Parameters
+        ----------
+        name
+            Name of the skill in the robot file.
+        binding
+            The target of each of its parameters.
+
+        Returns
+        -------
+        int
+            The number, from 1.
+        """
+        return self.skills.index(name, binding)
 
     def arm(self, by: str) -> None:
         """Send the program's commands from now on, because the person `by` orders it; never call this without one.
@@ -193,6 +234,7 @@ class Robot:
     def emergency_stop(self, cause: str) -> None:
         """Send a stop at once and disarm the robot, even if it is not armed: another program may be driving it."""
         self.guard.emergency_stop(cause)
+        self._cancel_all()
 
     def hold_key(self, for_s: float) -> None:
         """Count the hold-to-run key as held for the given time (s, at most 1), or as released if it is 0.
@@ -218,6 +260,9 @@ class Robot:
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
         self.close(describe_exit_reason(error))
+
+    def _locate(self, target: str) -> tuple[float, float] | None:
+        return self.senses.locate(target, self._clock())
 
     @property
     def _where(self) -> str:
@@ -270,9 +315,8 @@ def connect_robot_body(
 
     ExtraMissing is raised if its transport is not installed.
     """
-    transport = open_transport(file)
-    if recorder is not None:
-        transport = RecordingTransport(transport, recorder)
+    opened = open_transport(file)
+    transport = opened if recorder is None else RecordingTransport(opened, recorder)
     try:
         return Robot(file, transport, path=path, watchdog=WatchdogClient(file, log=find_stop_log(file, path)))
     except BaseException:

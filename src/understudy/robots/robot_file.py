@@ -17,6 +17,7 @@ from msgspec import field
 from understudy.errors import FileError
 from understudy.robots.camera.config import CameraSpec, parse_toml
 from understudy.robots.ros.state_topic import TOPIC as STATE_TOPIC
+from understudy.robots.skill_file import SkillSpec, find_skill_problems
 from understudy.robots.team_settings import TeamSettings
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values
@@ -128,7 +129,8 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
 
     `world` is the scenario, by name or path, whose lessons the robot runs, and `kind` its type of robot there, which
     may be left out if there is only one; they define the features, behaviors and targets. `router` is the address of
-    Zenoh's router, such as tcp/192.168.0.5:7447.
+    Zenoh's router, such as tcp/192.168.0.5:7447. `definitions` is the folder, relative to this file, with the .action,
+    .srv and .msg files of the types of `skills`.
     """
 
     format: Literal["understudy-robot/1"]
@@ -146,6 +148,8 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     readings: Mapping[str, ReadingSpec] = field(default_factory=dict)
     camera: CameraSpec | None = None
     targets: Mapping[str, TargetPlaceSpec] = field(default_factory=dict)
+    definitions: str | None = None
+    skills: Mapping[str, SkillSpec] = field(default_factory=dict)
     commands: CommandSpec
 
     def topic(self, name: str) -> str:
@@ -262,6 +266,11 @@ def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
         yield DecodeProblem("router", f"is {robot.router!r:.60}", "give one as tcp/192.168.0.5:7447")
     for name, target in robot.targets.items():
         yield from _wrong_target(robot, f"targets.{name}", name, target)
+    for name, skill in robot.skills.items():
+        yield from find_skill_problems(f"skills.{name}", name, skill)
+        yield from _wrong_topic(
+            robot, f"skills.{name}.{'action' if skill.action else 'service'}", skill.endpoint
+        )
     if robot.camera is not None:
         yield from _wrong_topic(robot, "camera.topic", robot.camera.topic)
         yield from _wrong_times("camera", stale_s=robot.camera.stale_s, rate_hz=robot.camera.rate_hz)

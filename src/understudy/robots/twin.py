@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import inf, isnan, nan, tau
 from typing import TypeAlias
@@ -20,6 +20,7 @@ from understudy.robots.recording.header import SCENARIO, RunInfo
 from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot_file import TargetPlaceSpec
 from understudy.robots.ros.state_topic import StateChangePublisher
+from understudy.robots.skills.stand_ins import add_robot_skills
 from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys
 from understudy.sim.params import ScenarioNames
 from understudy.sim.scenario.files import format_scenario
@@ -134,8 +135,25 @@ class DigitalTwin:
         self._sensed = {key: found.get(key, absent) for key in asked}
         return {key: self._sensed[key] for key in keys}
 
+    def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
+        """Return the number of a skill of the robots with targets, for the channel `skill`.
+
+        Parameters
+        ----------
+        name
+            Name of the skill.
+        binding
+            The target of each of its parameters.
+
+        Returns
+        -------
+        int
+            The number, from 1.
+        """
+        return self.fleet.index_skill(name, binding)
+
     def act(self, commands: Commands) -> None:
-        """Send the robots their commands to drive and turn; other channels are checked and ignored."""
+        """Send the robots their commands and skills; other channels are checked and ignored."""
         self._drawn.check_commands(commands)  # refuses what cannot be
         if self._recording and len(self._sensed) < len(self._keys):
             self.sense(self._keys)  # what was sensed before the recording began
@@ -298,7 +316,7 @@ def _cast(fleet: Fleet, scenario: Scenario) -> Scenario:
     fence = fleet.robots[0].file.limits.geofence or (0.0, 0.0, 0.0, 0.0)
     width, height = scenario.size
     return msgspec.structs.replace(
-        scenario,
+        add_robot_skills(scenario, (robot.file for robot in fleet)),
         size=(max(width, fence[2] - fence[0]), max(height, fence[3] - fence[1])),
         tick_s=fleet.tick_s,
         robots=tuple(RobotGroup(type=kind) for kind in kinds),

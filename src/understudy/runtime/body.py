@@ -206,6 +206,32 @@ ORDER, ISSUED = "order", "issued"
 """The channels of a squad: which order stands, and when the state that gives it was entered, s."""
 
 
+SKILL = "skill"
+"""The channel of a body with skills: which one is carried out, with which targets. ISSUED says since when."""
+
+
+@runtime_checkable
+class SkillPerformer(Protocol):
+    """A body with skills of its own, such as driving to a place. Its channels are SKILL and ISSUED."""
+
+    def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
+        """Return the number of a skill with targets.
+
+        Parameters
+        ----------
+        name
+            Name of the skill.
+        binding
+            The target of each of its parameters.
+
+        Returns
+        -------
+        int
+            The value that starts it on the channel SKILL, which is 1 at least.
+        """
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class FusedPlan:
     """What agents run, if all of it is data, for a body that senses, decides and acts in kernels.

@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.features import Percept, ReadingKey, ReadingsView, call_user_function
 from understudy.model.kinds import Column
-from understudy.runtime.body import ISSUED, ORDER, Body, OrderReceiver, list_reading_keys
+from understudy.runtime.body import (
+    ISSUED,
+    ORDER,
+    SKILL,
+    Body,
+    OrderReceiver,
+    SkillPerformer,
+    list_reading_keys,
+)
 from understudy.runtime.feature_columns import check_float_column, check_targets
 from understudy.runtime.program import GroundBehavior
 
@@ -35,6 +43,9 @@ class CommandColumns:
                 if channel not in self.channels:
                     raise self._unknown(channel, ground)
                 self.table[index, self.channels.index(channel)] = value
+            if SKILL in ground.behavior.command and isinstance(body, SkillPerformer):
+                number = body.index_skill(ground.behavior.name, ground.binding)
+                self.table[index, self.channels.index(SKILL)] = number
             if ground.behavior.order is not None:
                 self.table[index, self._order(ground)] = self._numbered(body, ground)
 

@@ -24,6 +24,7 @@ from understudy.sim.scenario.schema import (
     TargetSpec,
 )
 from understudy.sim.sensing.sensor_table import find_sensor_row
+from understudy.sim.skill_parts import SKILL_CHANNELS, has_skills, list_skill_readings, make_skill_behavior
 
 FEATURES: Mapping[str, str] = {"range": "distance_to", "bearing": "angle_to"}
 """The names of the features of readings, where they differ from the readings' names."""
@@ -78,6 +79,7 @@ def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
     """Make the basic behaviors of all types; raise SettingError if types give one name to different commands."""
     found: dict[str, Behavior] = {}
     signals, pulls = list_signals(scenario), _pulls(scenario)
+    skills = list(dict.fromkeys(name for robot in scenario.types.values() for name in robot.skills))
     for kind, robot in scenario.types.items():
         for name, channels in robot.behaviors.items():
             command = {
@@ -92,6 +94,15 @@ def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
                     "is another command than the behavior of this name in a type before",
                     "rename one of the two",
                 )
+        for name, skill in robot.skills.items():
+            behavior = make_skill_behavior(name, skill, number=1 + skills.index(name))
+            if found.setdefault(name, behavior) != behavior:
+                raise _wrong(
+                    scenario,
+                    f"types.{kind}.skills.{name}",
+                    "differs from the behavior or skill of this name before",
+                    "rename one of the two",
+                )
     return found
 
 
@@ -99,12 +110,14 @@ def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
     """List the readings of all types, each name once; raise SettingError if one name has different kinds."""
     found: dict[str, Reading] = {}
     for kind, robot in scenario.types.items():
-        for index, reading in list_type_readings(robot):
+        own = ((f"sensors[{index}]", reading) for index, reading in list_type_readings(robot))
+        of_skills = ((f"skills.{name}", reading) for name, reading in list_skill_readings(robot))
+        for place, reading in (*own, *of_skills):
             before = found.setdefault(reading.name, reading)
             if replace(before, doc="") != replace(reading, doc=""):
                 raise _wrong(
                     scenario,
-                    f"types.{kind}.sensors[{index}]",
+                    f"types.{kind}.{place}",
                     f"reads {reading.name!r}, which is a different reading for an earlier type",
                     "rename one of the two",
                 )
@@ -112,10 +125,11 @@ def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
 
 
 def make_channels(scenario: Scenario) -> tuple[Channel, ...]:
-    """Make the channels of a scenario's robots: driving always, loading or gripping and signals if it has any."""
+    """Make the channels of a scenario's robots: driving, and what it has of loading, gripping, signals and skills."""
     carries = any(robot.capacity > 0 for robot in scenario.types.values())
     hands = PULLING if _pulls(scenario) else CARRYING if carries else ()
-    return (*MOVING, *hands, *(SIGNALING if list_signals(scenario) else ()))
+    signals = SIGNALING if list_signals(scenario) else ()
+    return (*MOVING, *hands, *signals, *(SKILL_CHANNELS if has_skills(scenario) else ()))
 
 
 def _pulls(scenario: Scenario) -> bool:
@@ -210,9 +224,9 @@ def have_different_kits(kits: Mapping[str, Kit]) -> bool:
 
 def _of_type(scenario: Scenario, name: str, kit: Kit) -> Kit:
     kind = scenario.types[name]
-    mine = {reading.name for _, reading in list_type_readings(kind)}
+    mine = {reading.name for _, reading in (*list_type_readings(kind), *list_skill_readings(kind))}
     others = {reading.name for reading in list_readings(scenario)} - mine
-    foreign = set(make_behaviors(scenario)) - set(kind.behaviors)
+    foreign = set(make_behaviors(scenario)) - set(kind.behaviors) - set(kind.skills)
     parts = [part for part in kit.parts if not _is_of(part, others, foreign)]
     return kit if len(parts) == len(kit.parts) else Kit.from_parts(*parts)
 
@@ -227,11 +241,17 @@ def _is_of(part: AnyFeature | Behavior | Target, readings: set[str], behaviors: 
 def make_command_table(
     commands: Mapping[str, Column], *, agents: int, channels: Sequence[str], where: str
 ) -> NDArray[np.float64]:
-    """Return commands as a table [N, 5] with columns `COLUMNS`, 0 if omitted; raise for invalid commands."""
+    """Return commands as a table [N, 5] with columns `COLUMNS`, 0 if omitted; raise for invalid commands.
+
+    The columns of skills are checked, and are not in the table.
+    """
     table = np.zeros((agents, len(COLUMNS)))
     for channel, column in commands.items():
         if channel not in channels:
             raise UnknownName(what="channel", name=channel, where=where, known=channels)
+        if channel not in COLUMNS:
+            _column(channel, column, agents)
+            continue
         table[:, COLUMNS.index(channel)] = _column(channel, column, agents)
     return table
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from understudy.sim.scenario.schema import TargetSpec
-from understudy.sim.world import World
+
+if TYPE_CHECKING:
+    from understudy.sim.world import World
 
 Place = tuple[float, float]
 

@@ -6,7 +6,7 @@ decide, then all move as far as collisions permit, then they load or unload, and
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from functools import lru_cache
@@ -42,6 +42,7 @@ from understudy.sim.params import collect_names, make_world_params
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.scenario.validation import check_scenario
 from understudy.sim.sensing.sense_plan import SensePlanner
+from understudy.sim.skills import SkillStandIns
 from understudy.sim.state import WorldState
 from understudy.sim.step import advance_worlds, apply_commands, sense_worlds
 from understudy.sim.view import WorldView, make_world_view
@@ -69,11 +70,12 @@ class World(EditableWorld):
         self.readings: Sequence[Reading] = list_readings(scenario)
         self.channels: Sequence[Channel] = make_channels(scenario)
         self.targets: Sequence[str] = tuple(target.name for target in make_targets(scenario))
-        self.columns = [COLUMNS.index(channel.name) for channel in self.channels]
+        self.columns = [COLUMNS.index(channel.name) for channel in self.channels if channel.name in COLUMNS]
         self.robots = self.rules.robots
         self.agents = self.worlds * self.robots
         self._planner = SensePlanner(scenario, self.rules, self.names)
         self._plan = lru_cache(16)(self._planner.plan)
+        self._skills = SkillStandIns(scenario, first=self._planner.slots)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the attributes to copy: all that `__setstate__` cannot derive from the scenario and the state."""
@@ -158,7 +160,7 @@ class World(EditableWorld):
             raise self._wrong("seeds", f"are {seeds}", f"give {count} from 0 to 2**63 - 1")
         state = lay_out_worlds(self.scenario, self.rules, np.asarray(seeds, np.int64))
         state.robots["aim"] = np.nan
-        memory = np.full((self.agents, self._planner.slots), np.nan)
+        memory = np.full((self.agents, self._planner.slots + self._skills.columns), np.nan)
         self._begin(state._replace(memory=memory))
 
     def with_seeds(self, seeds: Sequence[int]) -> World:
@@ -205,11 +207,14 @@ class World(EditableWorld):
         Percept
             A column [B*N] for each key; NaN for robots without that sensor, or where nothing is detected.
         """
-        keys = tuple(dict.fromkeys(keys))
-        out = np.empty((self.agents, len(keys)))
-        sense_worlds(self._context(self.check_keys(keys)), self.worlds, out)
-        columns = np.ascontiguousarray(out.T)
-        return dict(zip(keys, columns, strict=True))
+        keys = self.check_keys(tuple(dict.fromkeys(keys)))
+        measured = tuple(key for key in keys if not self._skills.is_reading(key))
+        out = np.empty((self.agents, len(measured)))
+        sense_worlds(self._context(measured), self.worlds, out)
+        found = dict(zip(measured, np.ascontiguousarray(out.T), strict=True))
+        if len(measured) == len(keys):
+            return found
+        return {key: found[key] if key in found else self._skills.sense(self, key[0]) for key in keys}
 
     def act(self, commands: Commands) -> None:
         """Advance all worlds by one tick under these commands; nothing moves if a command is not valid.
@@ -219,7 +224,33 @@ class World(EditableWorld):
         commands
             A finite column [B*N] per channel; omitted channels are 0. UnknownName or DefinitionError otherwise.
         """
-        apply_commands(self._context(()), self.worlds, self.check_commands(commands))
+        table = self.check_commands(commands)
+        if not self._skills.columns:
+            apply_commands(self._context(()), self.worlds, table)
+            return
+        self._skills.begin(self, commands)
+        running = list(self._skills.list_running(self))
+        table[running] = 0.0
+        apply_commands(self._context(()), self.worlds, table)
+        for agent in running:
+            self._skills.advance(self, agent)
+
+    def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
+        """Return the number of a skill with targets, for the channel `skill`.
+
+        Parameters
+        ----------
+        name
+            Name of the skill. UnknownName if no type of robots has it.
+        binding
+            The target of each of its parameters.
+
+        Returns
+        -------
+        int
+            The number, from 1.
+        """
+        return self._skills.index(name, binding)
 
     def check_commands(self, commands: Commands) -> NDArray[np.float64]:
         """Convert commands to a table, without executing them.
@@ -343,5 +374,5 @@ class World(EditableWorld):
         return tuple(keys)
 
 
-_REMADE = ("rules", "_planner", "_plan", "_kernel_worlds", "_room", "_context")
+_REMADE = ("rules", "_planner", "_skills", "_plan", "_kernel_worlds", "_room", "_context")
 """Attributes that a copy of a world computes anew: caches, and arrays that kernels work with."""

@@ -6,7 +6,6 @@ It has all parts of a real run: the guard, the watchdog, limits, and an interpre
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from threading import Event
 
@@ -17,7 +16,7 @@ from understudy.model.library import Kit, Library
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot
 from understudy.robots.ros.open_transport import open_transport
-from understudy.robots.ros.transport import Publish, Publisher, Received, Transport
+from understudy.robots.ros.transport import Received, Transport, TransportWrapper
 from understudy.robots.safety.stop_log import find_stop_log
 from understudy.robots.safety.watchdog_client import WatchdogClient
 from understudy.runtime.program import Program, link
@@ -27,11 +26,12 @@ from understudy_lab.tree_builder import build_automaton, split_below
 NAME, AVOID_NEAR_M = "avoid", 1.0
 
 
-class WakingTransport:
+class WakingTransport(TransportWrapper):
     """A transport that signals when a message has arrived."""
 
     def __init__(self, transport: Transport) -> None:
-        self._transport, self.came = transport, Event()
+        super().__init__(transport)
+        self.came = Event()
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
         """Subscribe as the wrapped transport does, and signal each message."""
@@ -41,18 +41,6 @@ class WakingTransport:
             self.came.set()
 
         self._transport.subscribe(topic, type, woken)
-
-    def publisher(self, topic: str, type: str) -> Publish:
-        """Return a publisher of the wrapped transport."""
-        return self._transport.publisher(topic, type)
-
-    def peers(self) -> Sequence[Publisher]:
-        """Return the publishers known to the wrapped transport."""
-        return self._transport.peers()
-
-    def close(self) -> None:
-        """Close the wrapped transport."""
-        self._transport.close()
 
 
 def program() -> Program:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from random import Random
+from typing import TypeAlias
 
 import pytest
 from tests.bodies import TICK_S, Scripted
@@ -240,7 +241,10 @@ def test_who_is_ordered_what_its_library_does_not_have_stands_still_and_says_so(
     assert scouts.members[3].problem == f"cannot run {duty[0]}, which it was ordered to"
 
 
-UNUSABLE = [  # the run state and the duties of a leader with another library
+Unusable: TypeAlias = tuple[list[StackFrame], dict[str, Duty | None]]
+"""The run state and the duties of a leader."""
+
+UNUSABLE: list[Unusable] = [  # of a leader with another library
     ([StackFrame("lead", "dance", 1.0)], {"scout_1": ("go", {})}),
     ([StackFrame("conduct", "go", 1.0)], {"scout_1": ("go", {})}),
     ([StackFrame("lead", "go", 1.0)], {"scout_1": ("dance", {})}),

@@ -31,7 +31,7 @@ from understudy.robots.recording.message_types import (
 from understudy.robots.recording.writer import RecordingWriter
 from understudy.robots.ros.messages import encode_message, make_message
 from understudy.robots.ros.state_topic import detect_state_change, resolve_topic_name
-from understudy.robots.ros.transport import Publish, Publisher, Received, Transport
+from understudy.robots.ros.transport import Publish, Received, Transport, TransportWrapper
 from understudy.runtime.body import Body
 
 TOPICS = {READINGS: "understudy/readings", STATES: "understudy/states", TRANSITION: "understudy/switched"}
@@ -181,11 +181,15 @@ class _AgentChannels:
             self._tapes[TRANSITION](encode_message(TRANSITION, told), at_s)
 
 
-class RecordingTransport:
-    """A transport that records all messages that are received and sent through another transport."""
+class RecordingTransport(TransportWrapper):
+    """A transport that records all messages that are received and sent through another transport.
+
+    Requests to services, their answers and the feedback of actions are passed on and not recorded.
+    """
 
     def __init__(self, transport: Transport, recorder: RunRecorder) -> None:
-        self._transport, self._recorder = transport, recorder
+        super().__init__(transport)
+        self._recorder = recorder
         self._heard: set[tuple[str, str]] = set()
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
@@ -211,11 +215,3 @@ class RecordingTransport:
             keep(data, None)
 
         return both
-
-    def peers(self) -> Sequence[Publisher]:
-        """List the publishers of other processes that have been discovered."""
-        return self._transport.peers()
-
-    def close(self) -> None:
-        """Close the transport; the recorder stays open."""
-        self._transport.close()

@@ -14,6 +14,7 @@ from threading import Lock, Thread
 from typing import Any
 
 from understudy.extras import ExtraMissing
+from understudy.robots.ros.dds_services import DdsServices, carry_bytes, make_conditions, make_raw_type
 from understudy.robots.ros.messages import (
     ARRAY,
     BASE,
@@ -24,7 +25,14 @@ from understudy.robots.ros.messages import (
     list_message_fields,
     list_type_releases,
 )
-from understudy.robots.ros.transport import Publish, Publisher, Received, Unreachable
+from understudy.robots.ros.transport import (
+    Answered,
+    Publish,
+    Publisher,
+    Received,
+    Unreachable,
+    WireType,
+)
 
 PREFIX = "rt"
 """The prefix of topic names in DDS, by which ROS 2 distinguishes topics from services."""
@@ -32,6 +40,8 @@ BEAT_S = 0.2
 """The time between two checks of the receiving thread whether it should end, in s."""
 MOST = 4096
 """The largest number of publishers that are read at once."""
+GOAL_ID = 16
+"""The size of the id of a goal, with which feedback begins, in bytes."""
 GRAVE = 1 | 2
 """The log categories that are kept: fatal and other errors.
 
@@ -59,31 +69,60 @@ class DdsTransport:
             remedy = "check that the network is up, and that CYCLONEDDS_URI, if set, matches it"
             raise Unreachable(what=f"domain {domain} of DDS", problem=str(error), remedy=remedy) from error
         self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
-        self._changes, self._gone, self._alive = _conditions(self._publications)
+        self._changes, self._gone, self._alive = make_conditions(self._publications)
         self._others: Sequence[Publisher] = ()
         self._asking = Lock()
         self._waits = WaitSet(self._participant)
         self._readers: list[tuple[Any, Received, dict[int, int] | None]] = []
         self._kept: list[Any] = []  # conditions live as long as they are waited for
         self._writers: list[Any] = []
+        self._services = DdsServices(self._participant, self._listen)
         self._closed = False
         self._thread = Thread(target=self._receive, name="dds", daemon=True)
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
         """Pass the newest messages of a topic to `received`, from reliable and best-effort publishers."""
-        from cyclonedds.core import InstanceState, Policy, Qos, ReadCondition, SampleState, ViewState
-        from cyclonedds.sub import DataReader
+        from cyclonedds.core import Policy, Qos
 
         quality = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(4))
         # Cyclone DDS hands on nothing that is shorter than its description, so each release's is listened for; and
         # what fits several comes more than once, which the times of each publisher's last tell.
         seen: dict[int, int] | None = {} if len(list_type_releases(type)) > 1 else None
         for release in list_type_releases(type):
-            reader = DataReader(self._participant, self._topic(topic, type, release), qos=quality)
-            condition = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
-            self._kept.append(condition)
-            self._readers.append((reader, received, seen))  # before the thread can wake for it
-            self._waits.attach(condition)
+            self._listen(self._topic(topic, type, release), quality, received, seen)
+
+    def watch(self, topic: str, type: WireType, received: Received) -> None:
+        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        from cyclonedds.core import Policy, Qos
+        from cyclonedds.topic import Topic
+
+        named = Topic(self._participant, f"{PREFIX}{topic}", make_raw_type(type.name, header=GOAL_ID))
+        self._listen(named, Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(4)), received)
+
+    def call(
+        self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
+    ) -> None:
+        """Send a request to a service on Cyclone DDS, and pass its answer to `answered`; None if there is none."""
+        if not self._closed:
+            self._services.call(service, type, request, answered, timeout_s=timeout_s)
+
+    def find_service_problem(self, service: str, type: WireType) -> str:
+        """Return why requests of this type cannot reach a service now; empty if they can."""
+        if self._closed:
+            return f"the connection to {service} is closed"
+        return self._services.find_problem(service, type)
+
+    def _listen(
+        self, topic: Any, quality: Any, received: Received, seen: dict[int, int] | None = None
+    ) -> None:
+        from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
+        from cyclonedds.sub import DataReader
+
+        reader = DataReader(self._participant, topic, qos=quality)
+        condition = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
+        self._kept.append(condition)
+        self._readers.append((reader, received, seen))  # before the thread can wake for it
+        self._waits.attach(condition)
         if not self._thread.is_alive():  # not before: waiting for nothing does not wait
             self._thread.start()
 
@@ -136,7 +175,8 @@ class DdsTransport:
         self._readers.clear()
         self._kept.clear()
         self._writers.clear()
-        del self._changes, self._gone, self._alive
+        self._services.close()
+        del self._services, self._changes, self._gone, self._alive
         del self._waits, self._publications, self._participant
 
     def _topic(self, topic: str, type: str, release: str = JAZZY) -> Any:
@@ -153,24 +193,13 @@ class DdsTransport:
             with contextlib.suppress(DDSException):
                 self._waits.wait(beat)
             now = time.monotonic()
+            self._services.expire(now)
             for reader, received, seen in list(self._readers):
                 with contextlib.suppress(DDSException):
                     for message in reader.take(N=16):
                         # If not, a publisher has gone.
                         if isinstance(message, reader.topic.data_type) and _new(message.sample_info, seen):
                             received(message.data, now)
-
-
-def _conditions(reader: Any) -> tuple[Any, Any, Any]:
-    """Make the read conditions for changes of a reader, for endpoints that are gone, and for those that are alive."""
-    from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
-
-    gone = InstanceState.NotAliveDisposed | InstanceState.NotAliveNoWriters
-    return (
-        ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead),
-        ReadCondition(reader, ViewState.Any | gone | SampleState.Any),
-        ReadCondition(reader, ViewState.Any | InstanceState.Alive | SampleState.Any),
-    )
 
 
 @cache
@@ -196,20 +225,7 @@ def _new(info: Any, seen: dict[int, int] | None) -> bool:
 @cache
 def make_dds_type(type: str, release: str = JAZZY) -> Any:
     """Make the DDS type of a topic: with its true description, but messages are raw bytes in `data`."""
-    described = _described(type, release)
-
-    def serialize(self: Any, **_: Any) -> bytes:
-        data: bytes = self.data
-        return data
-
-    def deserialize(cls: Any, data: bytes, /, **_: Any) -> Any:
-        message = cls.__new__(cls)
-        message.data = bytes(data)
-        return message
-
-    described.serialize = serialize
-    described.deserialize = described.deserialize_key = classmethod(deserialize)
-    return described
+    return carry_bytes(_described(type, release))
 
 
 def _described(type: str, release: str) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import atan2, inf, isfinite, isinf, nan, radians, tau
 from typing import Any, TypeAlias
 
@@ -62,7 +62,7 @@ def make_extractor(reading: ReadingSpec) -> tuple[Kind, str, Extract] | DecodePr
         return DecodeProblem(
             "field", "is missing", f"give one of {', '.join(list_message_fields(reading.type))}"
         )
-    return _of_field(reading.type, reading.field, reading.unit)
+    return make_field_extractor(reading.type, reading.field, reading.unit)
 
 
 def make_position_extractor(target: TargetPlaceSpec) -> Callable[[Any], tuple[float, float]] | DecodeProblem:
@@ -73,7 +73,7 @@ def make_position_extractor(target: TargetPlaceSpec) -> Callable[[Any], tuple[fl
     if not is_known_type(target.type):
         problem = f"is {target.type!r:.60}, which is unknown"
         return DecodeProblem("type", problem, "give a type of ROS 2's common interfaces")
-    found = [_of_field(target.type, f"{target.field}.{axis}", "m") for axis in ("x", "y")]
+    found = [make_field_extractor(target.type, f"{target.field}.{axis}", "m") for axis in ("x", "y")]
     for each in found:
         if isinstance(each, DecodeProblem):
             return DecodeProblem("field", f"is {target.field!r:.60}, which has no x and y", each.remedy)
@@ -86,11 +86,16 @@ def make_position_extractor(target: TargetPlaceSpec) -> Callable[[Any], tuple[fl
     return extract
 
 
-def _of_field(type: str, path: str, unit: str) -> tuple[Kind, str, Extract] | DecodeProblem:
-    """Make the kind, unit and extracting function of the field at the end of a path of names."""
+def make_field_extractor(
+    type: str, path: str, unit: str, list_fields: Callable[[str], Mapping[str, Any]] = list_message_fields
+) -> tuple[Kind, str, Extract] | DecodeProblem:
+    """Make the kind, unit and extracting function of the field at the end of a path of names.
+
+    `list_fields` returns the fields of a message type by name.
+    """
     sort, of = NAMED, type
     for name in path.split("."):
-        inside = list_message_fields(of) if sort == NAMED else {}
+        inside = list_fields(of) if sort == NAMED else {}
         if name not in inside:
             has = f"give one of {', '.join(inside)}" if inside else "end the path before it"
             return DecodeProblem("field", f"is {path!r:.60}, and there is no {name!r}", has)

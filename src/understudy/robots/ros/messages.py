@@ -23,6 +23,10 @@ JAZZY, HUMBLE = "jazzy", "humble"
 """The releases of ROS 2 whose definitions of some types differ."""
 
 
+DEFAULTS: Mapping[str, Mapping[str, float]] = {"geometry_msgs/msg/Quaternion": {"w": 1.0}}
+"""The values of fields that ROS 2's definitions give and rosbags leaves out: a zero quaternion is no orientation."""
+
+
 class MessageRefused(UnderstudyError, json_type="MessageRefused"):
     """Bytes that are no valid message of their type."""
 
@@ -124,21 +128,28 @@ def encode_message(type: str, message: Any) -> bytes:
 
 def make_message(type: str, **values: Any) -> Any:
     """Make a message; fields that are left out are 0, empty or false."""
-    given = {name: values.get(name, _blank(*of)) for name, of in list_message_fields(type).items()}
-    return load_typestore().types[type](**given)
+    return make_message_of(load_typestore(), type, values)
 
 
-def _blank(sort: int, of: Any) -> Any:
+def make_message_of(typestore: Typestore, type: str, values: Mapping[str, Any]) -> Any:
+    """Make a message of a type that `typestore` defines; fields that are left out are 0, empty or false."""
+    fields = {name: (int(sort), of) for name, (sort, of) in typestore.fielddefs[type][1]}
+    known = {**DEFAULTS.get(type, {}), **values}
+    given = {name: known[name] if name in known else _blank(typestore, *of) for name, of in fields.items()}
+    return typestore.types[type](**given)
+
+
+def _blank(typestore: Typestore, sort: int, of: Any) -> Any:
     import numpy as np
 
     if sort == NAMED:
-        return make_message(of)
+        return make_message_of(typestore, of, {})
     if sort == BASE:
         return "" if of[0] == "string" else False if of[0] == "bool" else 0.0 if "float" in of[0] else 0
     inner, length = of
     if inner[0] == BASE and inner[1][0] != "string":
         return np.zeros(length if sort == ARRAY else 0, inner[1][0].replace("byte", "uint8"))
-    return [_blank(*inner) for _ in range(length if sort == ARRAY else 0)]
+    return [_blank(typestore, *inner) for _ in range(length if sort == ARRAY else 0)]
 
 
 def encode_twist(

@@ -16,6 +16,20 @@ Publish: TypeAlias = Callable[[bytes], None]
 """A function that sends a message, given as CDR with encapsulation header."""
 
 
+Answered: TypeAlias = Callable[[bytes | None], None]
+"""A function that receives the answer to a request, or None if there is none.
+
+It is called once, in another thread.
+"""
+
+
+class WireType(NamedTuple):
+    """A type that is known by its definition: its ROS 2 name, such as std_srvs/srv/Trigger, and its hash (REP 2016)."""
+
+    name: str
+    hash: str
+
+
 class Publisher(NamedTuple):
     """A publisher of another process: its topic and message type."""
 
@@ -37,6 +51,26 @@ class Transport(Protocol):
         """Make a function that publishes on a topic."""
         ...
 
+    def call(
+        self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
+    ) -> None:
+        """Send a request to a service, and pass its answer to `answered`: both CDR with encapsulation header.
+
+        `answered` receives None at once if there is no server, when the server leaves, and after `timeout_s` (s).
+        """
+        ...
+
+    def watch(self, topic: str, type: WireType, received: Received) -> None:
+        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        ...
+
+    def find_service_problem(self, service: str, type: WireType) -> str:
+        """Return why requests of this type cannot reach a service now; empty if they can.
+
+        The first call may begin to connect to the service.
+        """
+        ...
+
     def peers(self) -> Sequence[Publisher]:
         """List the publishers of other processes that have been discovered, one entry for each."""
         ...
@@ -44,6 +78,43 @@ class Transport(Protocol):
     def close(self) -> None:
         """Disconnect; nothing is received afterwards."""
         ...
+
+
+class TransportWrapper:
+    """A transport that passes everything on to another one; subclasses do something besides."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport = transport
+
+    def subscribe(self, topic: str, type: str, received: Received) -> None:
+        """Pass each message of a topic to `received` until the transport is closed."""
+        self._transport.subscribe(topic, type, received)
+
+    def publisher(self, topic: str, type: str) -> Publish:
+        """Make a function that publishes on a topic."""
+        return self._transport.publisher(topic, type)
+
+    def call(
+        self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
+    ) -> None:
+        """Send a request to a service, and pass its answer to `answered`; None if there is none."""
+        self._transport.call(service, type, request, answered, timeout_s=timeout_s)
+
+    def watch(self, topic: str, type: WireType, received: Received) -> None:
+        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        self._transport.watch(topic, type, received)
+
+    def find_service_problem(self, service: str, type: WireType) -> str:
+        """Return why requests of this type cannot reach a service now; empty if they can."""
+        return self._transport.find_service_problem(service, type)
+
+    def peers(self) -> Sequence[Publisher]:
+        """List the publishers of other processes that have been discovered."""
+        return self._transport.peers()
+
+    def close(self) -> None:
+        """Disconnect; nothing is received afterwards."""
+        self._transport.close()
 
 
 class Unreachable(UnderstudyError, json_type="Unreachable"):

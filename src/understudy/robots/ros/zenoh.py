@@ -25,13 +25,22 @@ from understudy.robots.ros.messages import (
     load_typestore,
     make_hashable,
 )
-from understudy.robots.ros.transport import Publish, Publisher, Received, Unreachable
+from understudy.robots.ros.transport import (
+    Answered,
+    Publish,
+    Publisher,
+    Received,
+    Unreachable,
+    WireType,
+)
+from understudy.robots.ros.zenoh_services import ServiceCalls, make_service_key
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
-EndpointKind: TypeAlias = Literal["MP", "MS"]
-"""The kind of endpoint that a liveliness token declares: "MP" a publisher of messages, "MS" a subscriber."""
+EndpointKind: TypeAlias = Literal["MP", "MS", "SS"]
+"""The kind of endpoint that a liveliness token declares: a publisher of messages, a subscriber, or a service."""
+KINDS: Sequence[EndpointKind] = ("MP", "MS", "SS")
 
 SPACE = "@ros2_lv"
 """The first part of all liveliness tokens of ROS 2; wildcards in other keys do not match it."""
@@ -48,7 +57,7 @@ ATTACHED = struct.Struct("<qqB16s")
 
 
 class Endpoint(NamedTuple):
-    """A publisher or subscriber: its session, kind, topic, message type and hash of the type."""
+    """A publisher, subscriber or service: its session, kind, topic (or name), type and hash of the type."""
 
     session: str
     kind: EndpointKind
@@ -106,12 +115,13 @@ def hash_type_definition(type: str, typestore: Typestore | None = None) -> str:
 
 
 def parse_liveliness_token(token: str) -> Endpoint | None:
-    """Return the endpoint that a token declares, or None if it is no publisher or subscriber of messages."""
+    """Return the endpoint that a token declares, or None if it declares something else, such as a node."""
     parts = token.split("/")
-    if len(parts) != PARTS or parts[0] != SPACE or parts[5] not in ("MP", "MS"):
+    kind = next((each for each in KINDS if parts[5:6] == [each]), None)
+    if len(parts) != PARTS or parts[0] != SPACE or kind is None:
         return None
     topic, type, last = (part.replace("%", "/") for part in parts[9:12])
-    return Endpoint(parts[2], "MP" if parts[5] == "MP" else "MS", topic, convert_to_ros_name(type), last)
+    return Endpoint(parts[2], kind, topic, convert_to_ros_name(type), last)
 
 
 def mangle_name(name: str) -> str:
@@ -170,6 +180,7 @@ class ZenohTransport:
         self._declared: list[Any] = []
         self._heard: list[Any] = []
         self._publishers: list[Any] = []
+        self._calls = ServiceCalls(zenoh, self._session, domain)
         self._declare_token(self._own.node())
         watched = self._session.liveliness().declare_subscriber(
             make_domain_key(domain), self._appeared, history=True
@@ -180,14 +191,47 @@ class ZenohTransport:
 
     def subscribe(self, topic: str, type: str, received: Received) -> None:
         """Pass each message of a topic to `received`, from any supported release of ROS 2."""
+        for key in make_topic_keys(self._domain, topic, type):
+            self._listen(key, received)
+        self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
 
+    def watch(self, topic: str, type: WireType, received: Received) -> None:
+        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        for last in (type.hash, UNHASHED):
+            self._listen(make_service_key(self._domain, topic, type.name, last), received)
+
+    def _listen(self, key: str, received: Received) -> None:
         def came(sample: Any) -> None:
             if not self._closed and sample.kind == self._zenoh.SampleKind.PUT:
                 received(bytes(sample.payload), time.monotonic())
 
-        for key in make_topic_keys(self._domain, topic, type):
-            self._heard.append(self._session.declare_subscriber(key, came))
-        self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
+        self._heard.append(self._session.declare_subscriber(key, came))
+
+    def call(
+        self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
+    ) -> None:
+        """Send a request to a service, and pass its answer to `answered`; None if there is none."""
+        found = self._find_server(service)
+        if found is None or self.find_service_problem(service, type):
+            answered(None)
+        else:
+            key = make_service_key(self._domain, service, type.name, found.hash)
+            self._calls.call(key, request, answered, timeout_s=timeout_s)
+
+    def find_service_problem(self, service: str, type: WireType) -> str:
+        """Return why requests of this type cannot reach a service now; empty if they can."""
+        found = self._find_server(service)
+        if found is None:
+            return f"nobody offers {service}"
+        if found.type != type.name:
+            return f"{service} is of type {found.type}, not {type.name}"
+        if found.hash not in (type.hash, UNHASHED):
+            return f"{service} has another definition of {type.name} than the robot's file"
+        return ""
+
+    def _find_server(self, service: str) -> Endpoint | None:
+        named = (each for each in list(self._others.values()) if each.topic == service)
+        return next((each for each in named if each.kind == "SS"), None)
 
     def publisher(self, topic: str, type: str) -> Publish:
         """Make a function that publishes on a topic, for any supported release of ROS 2.
@@ -235,6 +279,7 @@ class ZenohTransport:
             self._closed = True
         self._left.set()
         atexit.unregister(self.close)
+        self._calls.close()
         for each in (*self._heard, *self._publishers, *reversed(self._declared)):
             with contextlib.suppress(self._zenoh.ZError):
                 each.undeclare()
@@ -249,6 +294,7 @@ class ZenohTransport:
         while main_thread().is_alive():
             if self._left.wait(BEAT_S):
                 return
+        self._calls.cancel()
         for each in self._heard:
             with contextlib.suppress(self._zenoh.ZError):
                 each.undeclare()

@@ -1,9 +1,10 @@
 """Emergency stop of a robot from any computer on its network (`understudy robots stop`), whatever drives it.
 
-Stops are sent directly to the robot for `HALTING_S`. A program of Understudy that drives it detects another publisher
-of commands within 0.3 s, disarms the robot and repeats stops itself, so that it stands afterwards. Any other program
-(Nav2, a joystick's node) does not react: between two stops its commands get through, and after the last stop the
-robot drives on. This runs in the thread that calls it, and needs no guard or watchdog.
+Stops are sent directly to the robot for `HALTING_S`, and all goals of its skills are cancelled. A program of
+Understudy that drives it detects another publisher of commands within 0.3 s, disarms the robot and repeats stops
+itself, so that it stands afterwards. Any other program (Nav2, a joystick's node) does not react: between two stops
+its commands get through, and after the last stop the robot drives on. This runs in the thread that calls it, and
+needs no guard or watchdog.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Transport
 from understudy.robots.safety.stop_log import append_stop, find_stop_log, make_stop_event
+from understudy.robots.skills.cancel_all import make_cancel_sender
 
 HALTING_S = 2.0
 """Duration of sending stops, s: several times as long as a guard takes to detect another publisher."""
@@ -49,11 +51,13 @@ def send_emergency_stop(file: RobotFile, *, path: Path | str, by: str, seconds: 
     transport = open_transport(file)
     try:
         stop, until = make_stop_sender(file, transport), time.monotonic() + seconds
+        cancel = make_cancel_sender(file, transport)
         stop()
         with contextlib.suppress(OSError):
             append_stop(find_stop_log(file, path), make_stop_event(file.name, "a person stopped it", by))
         while time.monotonic() < until:
             stop()
+            cancel()
             time.sleep(PERIOD_S)
         return not list_robot_topics(file).isdisjoint(peer.topic for peer in transport.peers())
     finally:

@@ -6,6 +6,9 @@ comes, a required reading is absent, the robot leaves its geofence, the hold-to-
 commands it, or the watchdog is gone. One lock orders everything that is sent, so that no older command follows a
 stop.
 
+While a skill of the robot drives it (`yield_to_skill`), no speeds are sent, and all checks go on. What stops the robot
+cancels the skill, too.
+
 What happens when a part of this fails:
 
 - The deciding thread ends, hangs or is late: from `tick_s + deadline_s` after its last command on, the guard's thread
@@ -81,6 +84,8 @@ class Guard:
         Function that sends speeds (m/s, rad/s) at once. If it raises an exception, the watchdog stops the robot.
     danger
         Function that returns why the robot's readings forbid it to move at a time (s, of `clock`), or None.
+    halt
+        Function that cancels the skill that runs, if any, for a cause. It must not block.
     peers
         Function that lists the publishers of other processes on the robot's network.
     heard
@@ -100,6 +105,7 @@ class Guard:
         *,
         send: Callable[[Speeds], None],
         danger: Callable[[float], StopReason | None],
+        halt: Callable[[str], None] = lambda cause: None,
         peers: Callable[[], Sequence[Publisher]],
         heard: Collection[str],
         clock: Callable[[], float],
@@ -107,6 +113,8 @@ class Guard:
         watchdog: WatchdogClient | None = None,
     ) -> None:
         self._file, self._send, self._danger, self._peers = file, send, danger, peers
+        self._halt, self._yields = halt, False
+        self._skills_drive, self._expected = any(skill.moves for skill in file.skills.values()), 0
         self._heard, self._clock = heard, clock
         self._monitor = SelfMonitor(watchdog, deadline_s=file.safety.deadline_s)
         self.log = log or StopLog(file.name)
@@ -137,6 +145,7 @@ class Guard:
         """
         with self._arming:
             if not self.armed:
+                self._expect_others()
                 self._start()
 
     def _start(self) -> None:
@@ -161,6 +170,7 @@ class Guard:
                 return
             self._refuse_closed()
             orders = self._orders
+            self._expect_others()
             if not by.strip():
                 self._refuse("no person is named", "give a person's name")
             self._refuse_danger()
@@ -188,6 +198,16 @@ class Guard:
         that. If the robot is disarmed, the speeds are ignored. An exception of `send` is raised again, after leaving
         the robot to the watchdog.
         """
+        self._decide(asked, sensed_s)
+
+    def yield_to_skill(self, *, sensed_s: float | None = None) -> None:
+        """Let a skill of the robot drive it until the next command: all checks go on, and no speeds are sent.
+
+        The robot is sent zero speeds once before. If it must not move, the skill is cancelled, and stops are sent.
+        """
+        self._decide(None, sensed_s)
+
+    def _decide(self, asked: Speeds | None, sensed_s: float | None) -> None:
         with self._lock:
             now = self._clock()
             if not self.armed:
@@ -201,12 +221,17 @@ class Guard:
             elapsed_s = min(now - self._told_s, 2 * self._file.tick_s)  # after a pause no leap
             self._told_s = now
             self._due_s = now + self._hold_s
-            if danger is None:
+            if danger is None and asked is None:
+                self.stopped = ""
+                if not self._yields:
+                    self._issue(STILL, now)
+                    self._yields = self.armed
+            elif danger is None and asked is not None:
                 self.stopped = ""
                 self._issue(
                     limit_speeds(self._file.limits, asked, last=self.speeds, elapsed_s=elapsed_s), now
                 )
-            else:
+            elif danger is not None:
                 self._respond(danger, now)
 
     def check(self) -> None:
@@ -223,10 +248,10 @@ class Guard:
                 danger = self._find_stop_reason(now, others)
                 if danger is None and now > self._due_s:
                     danger = StopReason(f"no command came for {now - self._told_s:.2f} s", lost=False)
-                if danger is None:
-                    self._issue(self.speeds, now)
-                else:
+                if danger is not None:
                     self._respond(danger, now)
+                elif not self._yields:
+                    self._issue(self.speeds, now)
             else:
                 self._repeat(now)
             self._monitor.send_heartbeat(
@@ -285,9 +310,20 @@ class Guard:
         self._monitor.shut_watchdog_down()
 
     def _others(self) -> int:
-        """Count the publishers of commands besides this process and its watchdog."""
-        count = sum(peer.topic == self._topic for peer in self._peers())
-        return max(0, count - self._monitor.watchdogs)
+        """Count the publishers of commands besides this process, its watchdog, and those of the robot's skills."""
+        return max(0, self._count_publishers() - self._expected)
+
+    def _count_publishers(self) -> int:
+        return sum(peer.topic == self._topic for peer in self._peers()) - self._monitor.watchdogs
+
+    def _expect_others(self) -> None:
+        """Take those who publish commands before arming for the robot's own, if skills of it drive.
+
+        A watchdog that was started just now may not have been discovered, so that more are expected rather than fewer.
+        """
+        if self._skills_drive:
+            before = self._expected if self._monitor.watchdogs else 0
+            self._expected = max(self._count_publishers(), before)
 
     def _refuse_closed(self) -> None:
         if self._end.is_set():
@@ -346,9 +382,11 @@ class Guard:
     def _stop(self, now: float) -> None:
         with contextlib.suppress(Exception):  # the watchdog stops it; others are still to be stopped
             self._issue(STILL, now)
+        with contextlib.suppress(Exception):
+            self._halt(self.stopped)
 
     def _issue(self, speeds: Speeds, now: float) -> None:
-        self.speeds = speeds
+        self.speeds, self._yields = speeds, False
         try:
             self._send(speeds)
         except Exception:
@@ -362,7 +400,10 @@ class Guard:
         """Disarm without sending, and close the watchdog's pipe, whereupon the watchdog sends the stops."""
         with self._lock:
             self._by, self.stopped, self.speeds, self._stops_until_s = "", cause, STILL, -inf
+            self._yields = False
             self._monitor.leave_to_watchdog()
+            with contextlib.suppress(Exception):
+                self._halt(cause)
             self.log.add(cause, "guard")
 
     def _watch(self) -> None:

@@ -5,8 +5,9 @@ a heartbeat every 20 ms from the guard's thread of the program, which says wheth
 each on standard output.
 
 - While the robot may be moving and no heartbeat came for `deadline_s` (0.12 s unless the robot's file sets another),
-  it sends a stop every `PERIOD_S`, until heartbeats come again and `LASTING_S` (1 s) more, or until the program
-  reports with a heartbeat that it has taken over (`TAKEN_OVER`). Its next answer says that it intervened (`STOPPED`).
+  it sends a stop every `PERIOD_S`, and cancels all goals of the robot's skills, until heartbeats come again and
+  `LASTING_S` (1 s) more, or until the program reports with a heartbeat that it has taken over (`TAKEN_OVER`). Its
+  next answer says that it intervened (`STOPPED`).
 - When the pipe closes without a goodbye while the robot may be moving, it sends stops for `LASTING_S` and ends. A
   child that the program forked keeps the pipe open: then the missing heartbeats count, as above.
 - While the robot is at rest (`RESTING`), it sends nothing, however long no heartbeat comes.
@@ -38,6 +39,7 @@ from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Publisher, Transport
 from understudy.robots.safety.emergency_stop import make_stop_sender
 from understudy.robots.safety.stop_log import append_stop, make_stop_event
+from understudy.robots.skills.cancel_all import make_cancel_sender
 
 TAKEN_OVER, MOVING, RESTING, BYE = b"*", b"+", b"-", b"."
 """The heartbeats, one byte each.
@@ -164,11 +166,16 @@ def run_watchdog_process() -> None:
 
 def _watch(orders: WatchdogConfig, transport: Transport) -> None:
     file = orders.file
-    send = make_stop_sender(file, transport)
+    send, cancel = make_stop_sender(file, transport), make_cancel_sender(file, transport)
 
     def stop() -> None:
         with contextlib.suppress(Exception):  # the next one may get through
             send()
+
+    def stop_and_cancel() -> None:
+        stop()
+        with contextlib.suppress(Exception):
+            cancel()
 
     def log(cause: str) -> None:
         with contextlib.suppress(OSError):
@@ -183,7 +190,7 @@ def _watch(orders: WatchdogConfig, transport: Transport) -> None:
     time.sleep(SETTLING_S)
     stop()  # now, so that imports and connections that the first message needs delay no later one
     _answer(READY + b"\n")
-    watch_heartbeats(_hear, _answer, stop, log, deadline_s=file.safety.deadline_s)
+    watch_heartbeats(_hear, _answer, stop_and_cancel, log, deadline_s=file.safety.deadline_s)
 
 
 def _orders() -> bytes:

@@ -18,7 +18,7 @@ LEASE_TICKS = 3
 """The number of ticks for which an order holds at least, so that a lost message ends none."""
 
 
-def check_robots(path: Path | str, team: TeamFile, files: Sequence[RobotFile]) -> None:
+def check_robot_worlds(path: Path | str, team: TeamFile, files: Sequence[RobotFile]) -> None:
     """Refuse a team whose robots cannot be agents of one team.
 
     Parameters

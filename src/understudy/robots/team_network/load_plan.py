@@ -13,7 +13,8 @@ import msgspec
 from understudy.errors import FileError, UnderstudyError, join_names
 from understudy.model.library import Library
 from understudy.robots.robot_file import RobotFile, load_robot, load_team
-from understudy.robots.team_network.check_team import check_agents, check_robots
+from understudy.robots.skills.stand_ins import add_robot_skills
+from understudy.robots.team_network.check_team import check_agents, check_robot_worlds
 from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.zenoh_network import ZenohOptions
 from understudy.robots.team_settings import TeamSettings
@@ -100,7 +101,7 @@ def load_team_plan(path: Path | str, *, agent: str | None = None, library: Path 
     team, paths = load_team(path)
     settings = team.agents
     files = [load_robot(each) for each in paths]
-    check_robots(path, team, files)
+    check_robot_worlds(path, team, files)
     robots = {file.name: (file, where) for file, where in zip(files, paths, strict=True)}
     scenario = _cast(path, files, paths)
     own = None if agent is None else settings.each.get(agent)
@@ -128,7 +129,8 @@ def _cast(path: Path | str, files: Sequence[RobotFile], paths: Sequence[Path]) -
     beside = paths[0].parent / world
     scenario = find_scenario(beside if beside.is_file() else world)
     groups = tuple(RobotGroup(type=file.kind or next(iter(scenario.types))) for file in files)
-    return msgspec.structs.replace(scenario, tick_s=files[0].tick_s, robots=groups, walls=(), obstacles=())
+    skilled = add_robot_skills(scenario, files)
+    return msgspec.structs.replace(skilled, tick_s=files[0].tick_s, robots=groups, walls=(), obstacles=())
 
 
 def open_libraries(scenario: Scenario, folder: Path) -> Libraries:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError, SettingError
 from understudy.model.features import Percept
 from understudy.model.kinds import Column
-from understudy.runtime.body import ORDER, Body, Fused, FusedPlan
+from understudy.runtime.body import ORDER, SKILL, Body, Fused, FusedPlan
 from understudy.runtime.command_columns import CommandColumns
 from understudy.runtime.engine import _pulse_kernels
 from understudy.runtime.engine.compiler import PythonTransition, StateSlot, compile_programs
@@ -219,7 +219,8 @@ class Engine:
             The plan. None if some part of the programs is a Python function.
         """
         features = [get_body_feature(bound) for bound in self.compiled.features]
-        if self.slow or self._acting.computed or any(feature.function for feature in features):
+        by_itself = SKILL not in self._channels  # skills are carried out in Python
+        if not by_itself or self.slow or self._acting.computed or any(each.function for each in features):
             return None
         keys = tuple(get_feature_key(bound) for bound in self.compiled.features)
         return FusedPlan(self.compiled.tables, self.stacks, keys, self._acting.table, self.running)

@@ -11,6 +11,7 @@ from typing import Literal, TypeAlias
 
 from msgspec import UNSET, UnsetType, field
 
+from understudy.sim.scenario.skill_schema import SkillStandIn
 from understudy.sim.scenario.squad_schema import CommsSpec, SquadSpec, StrictStruct
 
 ArenaPoint: TypeAlias = tuple[float, float]
@@ -285,7 +286,7 @@ class RobotType(StrictStruct, frozen=True, kw_only=True):
     accelerations (per s²), if given, limit how fast they are reached. Noise is a share of the motion in each tick. A
     robot carries up to `capacity` units of food, and loads or unloads one in `load_s` or `unload_s` within `reach`,
     standing still. A behavior maps channels to their commanded values, and `signal` to the signal that it raises while
-    it runs.
+    it runs. `skills` are what robots of this type can do by themselves.
     """
 
     radius: float = 0.2
@@ -305,6 +306,7 @@ class RobotType(StrictStruct, frozen=True, kw_only=True):
     collides: bool = True
     sensors: tuple[Sensor, ...] = ()
     behaviors: Mapping[str, Mapping[str, float | str]] = field(default_factory=dict)
+    skills: Mapping[str, SkillStandIn] = field(default_factory=dict)
 
 
 class RobotGroup(Placement, frozen=True, kw_only=True):

@@ -47,6 +47,7 @@ def check_scenario_names(checker: ScenarioErrors) -> None:
     for name, kind in scenario.types.items():
         _check_sensors(checker, f"types.{name}", kind)
         _check_behaviors(checker, f"types.{name}.behaviors", kind)
+        _check_skills(checker, f"types.{name}.skills", kind)
     for name, target in scenario.targets.items():
         _check_target(checker, f"targets.{name}", target)
     features = [feature.name for feature in make_features(scenario)] + [own.name for own in OWN_FEATURES]
@@ -177,6 +178,18 @@ def _check_behaviors(checker: ScenarioErrors, key: str, kind: RobotType) -> None
                 checker.fail(
                     at, f"is {value}", "give a number from -1 to 1: a share of the robot's own speed"
                 )
+
+
+def _check_skills(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
+    targets = checker.scenario.targets
+    for name, skill in kind.skills.items():
+        for parameter in skill.parameters:
+            if parameter in targets or list(skill.parameters).count(parameter) > 1:
+                problem = f"has {parameter!r}, which is also the name of a target or of another parameter"
+                checker.fail(f"{key}.{name}.parameters", problem, "give each a name of its own, as A and B")
+        if skill.ends is not None:
+            known = [*skill.parameters, *targets]
+            checker.check_known(f"{key}.{name}.ends", skill.ends, known, what="parameter or target")
 
 
 def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None:

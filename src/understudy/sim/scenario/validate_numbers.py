@@ -35,6 +35,7 @@ from understudy.sim.scenario.schema import (
     SensorBase,
     TargetSpec,
 )
+from understudy.sim.scenario.skill_schema import SkillStandIn
 from understudy.sim.scenario.squad_schema import (
     AssignmentSpec,
     CommsSpec,
@@ -73,6 +74,12 @@ LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
         "load_s": POSITIVE,
         "unload_s": POSITIVE,
     },
+    SkillStandIn: {
+        "duration_s": POSITIVE,
+        "success": CHANCE,
+        "within": NOT_NEGATIVE,
+        "timeout_s": POSITIVE,
+    },
     RobotGroup: {"stored": NOT_NEGATIVE},
     TargetSpec: {"index": NOT_NEGATIVE, "within": POSITIVE},
     Goal: {"within": POSITIVE, "gathered": NOT_NEGATIVE},
@@ -86,7 +93,7 @@ LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
 }
 """The limits of fields by class; a subclass inherits those of its base."""
 
-RANGES = ("count", "amount", "away_s", "first_s", "stays_s")
+RANGES = ("count", "amount", "away_s", "first_s", "stays_s", "duration_s")
 """The fields that are (least, most) if they have two numbers."""
 
 

@@ -11,7 +11,7 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from understudy.errors import SettingError
+from understudy.errors import SettingError, join_names
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.team.team import Team
 from understudy.sim.team.assignment import assign_team_members
@@ -130,6 +130,12 @@ def _looked_over(live: LiveRun) -> None:
 def _armed_by_a_person(fleet: Fleet, behavior: str) -> None:
     import typer
 
+    for robot in fleet:
+        if drives := [name for name, skill in robot.file.skills.items() if skill.moves]:
+            typer.echo(
+                f"{robot.file.name}: the limits of speed do not hold while {join_names(drives)} drives it.",
+                err=True,
+            )
     typer.echo(
         f"{fleet.name} will run {behavior}. Any key stops it. Type arm and Enter to let it move:", err=True
     )

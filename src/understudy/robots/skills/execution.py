@@ -1,0 +1,36 @@
+"""One execution of a skill: from its start to its outcome, whatever comes in between and in which thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from threading import Lock
+
+CANCELLED = "cancelled"
+"""The outcome of an execution that was ended from here; no reading says it."""
+
+
+class Execution:
+    """An execution of a skill since `began_s` (s); `cancel` asks the robot to end it.
+
+    The first outcome counts: later answers of the robot change nothing.
+    """
+
+    def __init__(self, began_s: float) -> None:
+        self.began_s = began_s
+        self.outcome, self.problem = "", ""
+        self.feedback: Mapping[str, float] = {}
+        self.cancel: Callable[[], None] = lambda: None
+        self._lock = Lock()
+
+    @property
+    def runs(self) -> bool:
+        """True until it has an outcome."""
+        return not self.outcome
+
+    def end(self, outcome: str, problem: str = "") -> bool:
+        """Give it an outcome, and a problem in words; return whether it had none yet."""
+        with self._lock:
+            if self.outcome:
+                return False
+            self.outcome, self.problem = outcome, problem
+            return True
