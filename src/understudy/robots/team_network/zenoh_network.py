@@ -127,7 +127,7 @@ class ZenohNetwork:
         return any(reply.ok is not None for reply in replies)
 
     def answer(self, key: str, answer: Callable[[bytes], bytes]) -> None:
-        """AgentAnswer questions to a key from now on; `answer` is called in a thread of Zenoh."""
+        """Answer questions to a key from now on; `answer` is called in a thread of Zenoh."""
 
         def reply(query: Any) -> None:
             with contextlib.suppress(self._zenoh.ZError), query:
