@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from threading import Event, Thread
 
 import msgspec
 import pytest
@@ -98,6 +99,30 @@ def test_each_agent_answers_for_itself() -> None:
 
 def _answer(answer: bytes, question: bytes) -> bytes:
     return answer
+
+
+def test_a_question_does_not_wait_for_the_answer_to_another_one() -> None:
+    """A robot must be stopped even if its program answers nothing else any more."""
+    with networks("one", "two") as of:
+        stopped = Event()
+
+        def answer(data: bytes) -> bytes:
+            if data == b"stop":
+                stopped.set()
+            return b"" if stopped.wait(WAIT_S) else b"late"
+
+        of["one"].answer("agent/one", answer)
+        wait_until(lambda: bool(of["two"].ask("agent/one", b"stop")))
+        stopped.clear()
+        said: list[bytes] = []
+        asking = Thread(
+            target=lambda: said.extend(of["two"].ask("agent/one", b"?", timeout_s=WAIT_S).values())
+        )
+        asking.start()
+        time.sleep(0.2)
+        assert of["two"].ask("agent/one", b"stop", timeout_s=WAIT_S / 2) == {"agent/one": b""}
+        asking.join()
+        assert said == [b""]
 
 
 class ZenohAgents(LocalNetwork):

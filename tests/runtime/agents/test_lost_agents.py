@@ -127,6 +127,20 @@ def test_without_a_deputy_robots_do_what_they_were_taught_for_being_alone() -> N
     assert team.paths == [("go", "forward")] * ROBOTS
 
 
+def test_a_robot_that_was_frozen_does_not_begin_an_old_order() -> None:
+    """Orders still wait in its program; the coordinator has died since."""
+    team = make_team(LocalNetwork(), deputies=False, near=-1e9)
+    team.run(10)
+    frozen = team.robots.pop("scout_1")
+    team.run(5)
+    team.stop("pair_0")
+    team.run(300)
+    team.robots["scout_1"] = frozen
+    for _ in range(2 * LEASE_TICKS):
+        team.tick()
+        assert team.paths[0] == ()  # it turns, alone
+
+
 def test_a_dead_robot_is_not_waited_for() -> None:
     team = make_team(LocalNetwork())
     team.run(5)

@@ -229,7 +229,7 @@ class AgentProcess:
             self._was_leading[squad] = leads
 
     def _answer(self, data: bytes) -> bytes:
-        """AgentAnswer a question; it is called in a thread of the network, and waits for the next tick."""
+        """Answer a question; it is called in a thread of the network, and waits for the next tick."""
         try:
             question = msgspec.msgpack.decode(data, type=AgentQuestion)
         except msgspec.MsgspecError:

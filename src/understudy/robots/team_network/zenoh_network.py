@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from threading import Lock
 from typing import Any
@@ -15,6 +16,8 @@ from understudy.runtime.agents.network import Inbox
 
 PREFIX = "understudy"
 """The first part of all keys."""
+ANSWERING = 8
+"""The number of questions that are answered at the same time."""
 PRESENCE_S = 1.0
 """The longest time in s to wait for the answer whether an agent is there."""
 WAIT_MS = 500
@@ -72,6 +75,7 @@ class ZenohNetwork:
         self._present: set[str] = set()
         self._publishers: dict[str, Any] = {}
         self._declared: list[Any] = []
+        self._answering = ThreadPoolExecutor(ANSWERING)
         self._closed = False
         try:
             self._session: Any = zenoh.open(_configure(zenoh, options))
@@ -127,14 +131,18 @@ class ZenohNetwork:
         return any(reply.ok is not None for reply in replies)
 
     def answer(self, key: str, answer: Callable[[bytes], bytes]) -> None:
-        """AgentAnswer questions to a key from now on; `answer` is called in a thread of Zenoh."""
+        """Answer questions to a key from now on; `answer` is called in other threads, so that no question waits."""
 
         def reply(query: Any) -> None:
             with contextlib.suppress(self._zenoh.ZError), query:
                 asked = b"" if query.payload is None else bytes(query.payload)
                 query.reply(f"{self._team}/{key}", answer(asked))
 
-        self._declared.append(self._session.declare_queryable(f"{self._team}/{key}", reply))
+        self._declared.append(
+            self._session.declare_queryable(
+                f"{self._team}/{key}", lambda query: self._answering.submit(reply, query)
+            )
+        )
 
     def ask(self, key: str, question: bytes, *, timeout_s: float = 2.0) -> dict[str, bytes]:
         """Ask all who answer questions to a key.
@@ -169,6 +177,7 @@ class ZenohNetwork:
             with contextlib.suppress(self._zenoh.ZError):
                 each.undeclare()
         self._session.close()
+        self._answering.shutdown(wait=False)
 
     def _note_presence(self, sample: Any) -> None:
         name = str(sample.key_expr).rpartition("/")[2]

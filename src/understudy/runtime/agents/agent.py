@@ -10,6 +10,7 @@ import numpy as np
 from understudy.errors import UnderstudyError
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
+from understudy.runtime.agents.leadership import FROZEN_S
 from understudy.runtime.agents.messages import (
     Duty,
     MemberReport,
@@ -104,7 +105,7 @@ class Agent:
         self.percept: Percept = {}
         self.refusals: dict[Refusal, int] = {}
         """The number of messages that were refused, by reason."""
-        self._sequence = 0
+        self._sequence, self._ran_s = 0, body.time_s
         self.receiver: OrderFollower | None = None
         self._keys = tuple(self.run.keys)
         if spec.link is not None:
@@ -144,7 +145,9 @@ class Agent:
         if receiver is None:
             return
         now = self.body.time_s
-        for data in self._inbox.take_all():
+        slept, self._ran_s = now - self._ran_s > FROZEN_S, now
+        arrived = self._inbox.take_all()
+        for data in [] if slept else arrived:  # those that came before this program was frozen are too old
             try:
                 refused = receiver.receive(decode_orders(data), now)
             except UnreadableMessage:

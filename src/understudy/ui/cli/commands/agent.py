@@ -55,8 +55,10 @@ def run_agent(
                 typer.echo(f"{name} runs in team {team.name}. Ctrl-C stops it.", err=True)
                 process.run(until=lambda: until is not None and monotonic() >= until)
             finally:
-                status = process.describe()
-                process.close()
+                try:
+                    status = process.describe()
+                finally:
+                    process.close()
             if not process.restarts:  # with another library
                 break
         if as_json:
