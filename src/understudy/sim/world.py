@@ -42,7 +42,7 @@ from understudy.sim.params import collect_names, make_world_params
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.scenario.validation import check_scenario
 from understudy.sim.sensing.sense_plan import SensePlanner
-from understudy.sim.skills import SkillStandIns
+from understudy.sim.simulated_skills import SkillStandIns
 from understudy.sim.state import WorldState
 from understudy.sim.step import advance_worlds, apply_commands, sense_worlds
 from understudy.sim.view import WorldView, make_world_view
