@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
 from random import Random
 from typing import TypeAlias
 
@@ -12,6 +15,7 @@ from tests.runtime.automata import automaton
 from tests.runtime.test_team import SQUAD, there_and_back
 
 from understudy.model.library import Library
+from understudy.model.squad import Assignment, Order, Squad
 from understudy.runtime.agents.local_team import LocalTeam
 from understudy.runtime.agents.messages import Duty, Orders, pack_message
 from understudy.runtime.agents.network import LocalNetwork
@@ -27,7 +31,13 @@ LEASE_TICKS, SILENT_TICKS = 10, 4
 
 
 def make_team(
-    network: LocalNetwork, *, deputies: bool = True, near: float = 60.0, library: str | None = None
+    network: LocalNetwork,
+    *,
+    deputies: bool = True,
+    near: float = 60.0,
+    library: str | None = None,
+    squad: Squad = SQUAD,
+    lead: Callable[[Library], Library] = there_and_back,
 ) -> LocalTeam:
     """Four robots that go until they are within `near` m, and alone turn; all turn when all are there."""
     to = lambda distance: "done" if distance < near else "forward"  # noqa: E731
@@ -35,13 +45,13 @@ def make_team(
         "go", ["forward"], {"start": to, "forward": to}, flags=["done"], features=["range_of(ball)"]
     )
     robots = Library.from_automata(scripted_kit, go)
-    kit = make_squad_kit(SQUAD, Scripted.readings, {"robot": robots})
+    kit = make_squad_kit(squad, Scripted.readings, {"robot": robots})
     tree = TeamTree(
-        ("robot",), (0,) * ROBOTS, ((SQUAD, (tuple(Member(0, row, 0) for row in range(ROBOTS)),)),)
+        ("robot",), (0,) * ROBOTS, ((squad, (tuple(Member(0, row, 0) for row in range(ROBOTS)),)),)
     )
     plan = TeamPlan(
         tree,
-        {"robot": robots, "pair": there_and_back(Library(kit))},
+        {"robot": robots, "pair": lead(Library(kit))},
         {"pair": ("lead", {}), "robot": ("right", {})},
         readings={"robot": Scripted.readings},
         targets=Scripted.targets,
@@ -284,3 +294,27 @@ def test_a_deputy_that_cannot_go_on_begins_afresh(
     assert team.coordinators["pair_0"]["scout_1"].agent.run.path(0) == ("go",)
     assert team.paths == [("go", "forward")] * ROBOTS
     assert {robot.receiver.order for robot in team.robots.values() if robot.receiver} == {(7, 1)}
+
+
+def lead_half(library: Library) -> Library:
+    """Order `half` for good."""
+    answers = {"start": lambda all_done: "half", "half": lambda all_done: "half"}
+    leader = automaton("lead", ["half"], answers, features=["all_done"], library=library)
+    return Library.from_automata(library.kit, leader)
+
+
+def test_shares_are_dealt_again_when_members_begin_to_count() -> None:
+    """Half of the squad goes: of two robots one, of four two; who goes already is not restarted."""
+    half = Order((Assignment("go", share=Fraction(1, 2)), Assignment("right")))
+    team = make_team(LocalNetwork(), near=-1e9, squad=replace(SQUAD, orders={"half": half}), lead=lead_half)
+    team.stop("scout_3")
+    team.stop("scout_4")
+    team.run(SILENT_TICKS + LEASE_TICKS)
+    assert [path[0] for path in team.paths[:2]] == ["go", "right"]
+    started = team.robots["scout_1"].run.interpreters[0].behavior_start_s
+    team.start("scout_3")
+    team.start("scout_4")
+    team.run(4)
+    assert sorted(path[0] for path in team.paths) == ["go", "go", "right", "right"]
+    assert team.paths[0] == ("go", "forward")
+    assert team.robots["scout_1"].run.interpreters[0].behavior_start_s == started

@@ -115,6 +115,7 @@ class SquadCoordinator:
         )
         self._remembered: OrderedDict[OrderId | None, tuple[Orders, float]] = OrderedDict()
         self._issued = np.nan
+        self._counted = np.zeros(len(squad.members), np.bool_)
         self._start, self._sequence, self._number = randbits(53), 0, 0
         self._led = False
 
@@ -168,6 +169,10 @@ class SquadCoordinator:
             self._issued = issued
             self._number += 1
             self.order = self.leadership.term, self._number
+        counted = self.squads.counted
+        if (counted & ~self._counted).any():  # such as robots that have been armed
+            self.squads.ordering.deal_again(counted)
+        self._counted = counted.copy()
         self._sequence += 1
         message = self._make_message()
         self._remember(message, self._clock.time_s)

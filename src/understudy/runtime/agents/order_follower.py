@@ -101,7 +101,8 @@ class OrderFollower:
             Whether the member has to begin anew: its duty, or what it does alone.
         """
         order, duty = self._given if self.holds(now) else (None, None)
-        if order == self.order:
+        duty = None if order is None else duty
+        if (order, duty) == (self.order, self.duty):
             return False
         self.order, self.duty = order, duty
         return True

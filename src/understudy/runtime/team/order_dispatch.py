@@ -126,6 +126,17 @@ class OrderDispatcher:
         self.heard, self.answering = heard.copy(), answering.copy()
         self.start(new)
 
+    def deal_again(self, counted: NDArray[np.bool_]) -> None:
+        """Deal the shares of present orders among the members that are present now; who can keep its duty does."""
+        for number in np.unique(self.order).tolist():
+            order = self._orders[number]
+            if order is not None and any(duty.share is not None for duty in order.duties):
+                self._assign(order, self.roster.of_squads(self.order == number), counted)
+        if self._delayed is None:
+            changed = np.flatnonzero(self.heard != self.meant)
+            self.heard = self.meant.copy()
+            self.start(changed)
+
     def _assign(self, order: Order | None, members: NDArray[np.intp], counted: NDArray[np.bool_]) -> None:
         if order is None:
             self.meant[members] = 0

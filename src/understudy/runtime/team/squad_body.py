@@ -175,6 +175,11 @@ class SquadBody:
 
     # Ordering
 
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """The members that were present when the squad sensed last [M]."""
+        return self._counted
+
     def index_order(self, order: Order) -> int:
         """Return the number of an order; UnknownName if members do not have the behavior that it names."""
         return self.ordering.index_order(order)
