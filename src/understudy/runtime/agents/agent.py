@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from secrets import randbits
 
 import numpy as np
 
@@ -105,7 +106,8 @@ class Agent:
         self.percept: Percept = {}
         self.refusals: dict[Refusal, int] = {}
         """The number of messages that were refused, by reason."""
-        self._sequence, self._ran_s = 0, body.time_s
+        self._ran_s = body.time_s
+        self.renew_start()
         self.receiver: OrderFollower | None = None
         self._keys = tuple(self.run.keys)
         if spec.link is not None:
@@ -114,6 +116,10 @@ class Agent:
             self._inbox = network.listen(order_key(link.squad))
             self._keys = tuple(dict.fromkeys((*self._keys, *link.keys)))
             self._layout = compute_layout(link.keys)
+
+    def renew_start(self) -> None:
+        """Count reports from 1 again, as those of another program."""
+        self._start, self._sequence = randbits(53), 0
 
     def sense(self) -> None:
         """Take this tick's snapshot."""
@@ -127,6 +133,7 @@ class Agent:
         self._sequence += 1
         message = MemberReport(
             member=self.spec.name,
+            start=self._start,
             sequence=self._sequence,
             term=receiver.term,
             order=receiver.order,

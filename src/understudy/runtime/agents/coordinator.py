@@ -219,6 +219,7 @@ class SquadCoordinator:
 
     def _take_over(self, now: float) -> None:
         """Begin in the state that most members' reports answer, so that nobody is restarted."""
+        self.agent.renew_start()
         self._sequence = self._number = 0
         answered = self._find_answered_order()
         if answered is None or not self._restore(*answered, now):

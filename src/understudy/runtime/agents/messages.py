@@ -33,8 +33,10 @@ class MemberReport(msgspec.Struct, frozen=True, array_like=True):
     """A member's report to its squad."""
 
     member: str
+    start: Count
+    """A random number of the member's program: one that was started again counts its reports from 1 again."""
     sequence: Count
-    """The number of the report: the next one of this member is larger."""
+    """The number of the report since this start."""
     term: Count
     """The term of the coordinator that the member obeys; 0 before the first."""
     order: OrderId | None

@@ -45,6 +45,15 @@ class ReportedMember:
     report: MemberReport | None = None
     heard_s: float = field(default=-inf)
     problem: str = "was never heard"
+    ended: set[int] = field(default_factory=set)
+    """Former starts of the member's program."""
+
+    def is_fresh(self, report: MemberReport) -> bool:
+        """Return whether a report is newer than the last one, also if the member's program was started again."""
+        last = self.report
+        if last is None or report.start == last.start:
+            return last is None or report.sequence > last.sequence
+        return report.start not in self.ended
 
 
 class RemoteMembers:
@@ -119,9 +128,9 @@ class RemoteMembers:
         for member in self.members:
             if member.name != report.member:
                 continue
-            last = member.report
-            fresh = last is None or report.sequence > last.sequence or now - member.heard_s > SILENT_S
-            if fresh:
+            if member.is_fresh(report):
+                if member.report is not None and member.report.start != report.start:
+                    member.ended.add(member.report.start)
                 member.report, member.heard_s = report, now
                 member.problem = self._find_problem(report)
                 taken = self._library in (None, report.library)
