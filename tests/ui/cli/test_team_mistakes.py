@@ -29,3 +29,13 @@ def test_mistakes(tmp_path: Path, arguments: list[str], says: str) -> None:
     result = run(*arguments, str(file))
     assert result.exit_code == 2
     assert says in " ".join(result.stderr.split())
+
+
+def test_robots_can_be_stopped_whatever_is_wrong_with_the_library(tmp_path: Path) -> None:
+    file = write_team(tmp_path, "[agents.network]\nmulticast = false\n")
+    library = tmp_path / "library"
+    library.mkdir(exist_ok=True)
+    (library / "broken.json").write_text("{")
+    result = run("team", "stop", str(file))
+    assert result.exit_code == 1  # nobody is there
+    assert "did not answer: look whether it stands" in result.stdout

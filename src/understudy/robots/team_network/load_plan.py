@@ -12,7 +12,7 @@ import msgspec
 
 from understudy.errors import FileError, UnderstudyError, join_names
 from understudy.model.library import Library
-from understudy.robots.robot_file import RobotFile, load_robot, load_team
+from understudy.robots.robot_file import RobotFile, TeamFile, load_robot, load_team
 from understudy.robots.skills.stand_ins import add_robot_skills
 from understudy.robots.team_network.check_team import check_agents, check_robot_worlds
 from understudy.robots.team_network.library_push import LibraryFolder
@@ -65,15 +65,35 @@ class LoadedTeam:
 
     def make_network_options(self, agent: str | None = None) -> ZenohOptions:
         """Return how an agent reaches the others, or (None) whoever asks them, who listens at no address of theirs."""
-        network = self.settings.network
-        own = None if agent is None else self.settings.each.get(agent)
-        listen = () if agent is None else network.listen
-        return ZenohOptions(
-            connect=network.connect if own is None else (*network.connect, *own.connect),
-            listen=listen if own is None or not own.listen else own.listen,
-            multicast=network.multicast,
-            config=network.config,
-        )
+        return make_network_options(self.settings, agent)
+
+
+def make_network_options(settings: TeamSettings, agent: str | None = None) -> ZenohOptions:
+    """Return how an agent reaches the others, or (None) whoever asks them, who listens at no address of theirs."""
+    network = settings.network
+    own = None if agent is None else settings.each.get(agent)
+    listen = () if agent is None else network.listen
+    return ZenohOptions(
+        connect=network.connect if own is None else (*network.connect, *own.connect),
+        listen=listen if own is None or not own.listen else own.listen,
+        multicast=network.multicast,
+        config=network.config,
+    )
+
+
+def load_team_names(path: Path | str) -> tuple[TeamFile, tuple[str, ...]]:
+    """Load a team's file and the names of its robots only, so that they can be stopped whatever else is wrong.
+
+    A robot whose file is invalid has the name of the file.
+    """
+    team, paths = load_team(path)
+    names = []
+    for each in paths:
+        try:
+            names.append(load_robot(each).name)
+        except FileError:
+            names.append(each.stem)
+    return team, tuple(names)
 
 
 def load_team_plan(path: Path | str, *, agent: str | None = None, library: Path | None = None) -> LoadedTeam:

@@ -17,7 +17,7 @@ from understudy.ui.cli.options import Json
 if TYPE_CHECKING:
     from understudy.robots.team_network.agent_process import AgentAnswer, AgentStatus
     from understudy.robots.team_network.load_plan import LoadedTeam
-    from understudy.robots.team_network.zenoh_network import ZenohNetwork
+    from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
 
 FOUND_S = 1.0
 """The time in s in which other agents are found by multicast."""
@@ -177,14 +177,16 @@ def push_library(
 
 
 def _order_robots(file: TeamFileArgument, do: str, name: str, done: str, *, as_json: bool) -> None:
+    """Ask the agents of robots to do something; only the names in the files are needed, no library."""
     from understudy.robots.team_network.agent_process import AgentQuestion, ask
+    from understudy.robots.team_network.load_plan import load_team_names, make_network_options
     from understudy.ui.cli.output import print_json
 
-    with _connect(file) as (team, network):
-        _check_name(name, team.plan.robots, what="robot", team=team.name)
+    team, names = load_team_names(file)
+    _check_name(name, names, what="robot", team=team.name)
+    with _join(team.name, make_network_options(team.agents)) as network:
         answers = ask(network, AgentQuestion(do, by=f"{getpass.getuser()} in a terminal"), agent=name)
-    robots = [each for each in team.plan.robots if name in ("*", each)]
-    said = {robot: _describe(answers, robot, done) for robot in robots}
+    said = {robot: _describe(answers, robot, done) for robot in names if name in ("*", robot)}
     if as_json:
         print_json({"robots": said})
     else:
@@ -210,16 +212,24 @@ def _check_name(name: str, known: Sequence[str], *, what: str, team: str) -> Non
 
 @contextmanager
 def _connect(file: TeamFileArgument) -> Iterator[tuple[LoadedTeam, ZenohNetwork]]:
-    """Load a team, join its network as a visitor, and wait until its agents are found."""
-    from time import sleep
-
+    """Load a team and join its network as a visitor."""
     from understudy.robots.team_network.load_plan import load_team_plan
-    from understudy.robots.team_network.zenoh_network import ZenohNetwork
 
     team = load_team_plan(file)
-    network = ZenohNetwork(team.name, team.make_network_options())
+    with _join(team.name, team.make_network_options()) as network:
+        yield team, network
+
+
+@contextmanager
+def _join(team: str, options: ZenohOptions) -> Iterator[ZenohNetwork]:
+    """Join a team's network as a visitor, and wait until its agents are found."""
+    from time import sleep
+
+    from understudy.robots.team_network.zenoh_network import ZenohNetwork
+
+    network = ZenohNetwork(team, options)
     try:
         sleep(FOUND_S)
-        yield team, network
+        yield network
     finally:
         network.close()
