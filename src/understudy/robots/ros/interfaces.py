@@ -63,17 +63,17 @@ class Interfaces:
     FileError is raised if a file cannot be read, or has a type that no file defines.
     """
 
-    def __init__(self, folder: Path | None = None) -> None:
+    def __init__(self, folder: Path | str | None = None) -> None:
         from rosbags.typesys import get_types_from_msg
         from rosbags.typesys.store import Typestore
 
-        self.folder = folder
+        self.folder = None if folder is None else Path(folder)
         self.typestore: Typestore = Typestore()
         self.typestore.fielddefs = dict(load_typestore().fielddefs)
         self.typestore.types = dict(load_typestore().types)
         found: dict[str, Any] = {}
         self._files: dict[str, Path] = {}
-        for sort, name, text, path in (*_read(folder), *_built_in()):
+        for sort, name, text, path in (*_read(self.folder), *_built_in()):
             texts = [text] if sort == "msg" else _split(text)
             suffixes = [""] if sort == "msg" else [f"_{part}" for part in PARTS[sort]]
             if len(texts) != len(suffixes):

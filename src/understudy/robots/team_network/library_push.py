@@ -16,8 +16,9 @@ Files = Mapping[str, bytes]
 """The documents of a library by their paths within its folder."""
 
 
-def read_library_files(folder: Path) -> dict[str, bytes]:
+def read_library_files(folder: Path | str) -> dict[str, bytes]:
     """Read the documents of a library with those of its subfolders; refuse a folder without any with a FileError."""
+    folder = Path(folder)
     found = {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in sorted(folder.rglob("*.json"))
@@ -46,10 +47,10 @@ class LibraryFolder:
         library cannot be used.
     """
 
-    def __init__(self, folder: Path, agent: str, compute_fingerprint: Callable[[Path], str]) -> None:
-        self.folder, self._compute = folder, compute_fingerprint
-        self._next = folder.with_name(f"{folder.name}.{agent}.{NEXT}")
-        self._former = folder.with_name(f"{folder.name}.{FORMER}")
+    def __init__(self, folder: Path | str, agent: str, compute_fingerprint: Callable[[Path], str]) -> None:
+        self.folder, self._compute = Path(folder), compute_fingerprint
+        self._next = self.folder.with_name(f"{self.folder.name}.{agent}.{NEXT}")
+        self._former = self.folder.with_name(f"{self.folder.name}.{FORMER}")
 
     def recover(self) -> None:
         """Complete a replacement that was interrupted: afterwards the folder is the new one or the former one."""

@@ -96,7 +96,9 @@ def load_team_names(path: Path | str) -> tuple[TeamFile, tuple[str, ...]]:
     return team, tuple(names)
 
 
-def load_team_plan(path: Path | str, *, agent: str | None = None, library: Path | None = None) -> LoadedTeam:
+def load_team_plan(
+    path: Path | str, *, agent: str | None = None, library: Path | str | None = None
+) -> LoadedTeam:
     """Load a team's file with its robot files and its library.
 
     Parameters
@@ -126,11 +128,11 @@ def load_team_plan(path: Path | str, *, agent: str | None = None, library: Path 
     scenario = _cast(path, files, paths)
     own = None if agent is None else settings.each.get(agent)
     named = settings.library if own is None or own.library is None else own.library
-    folder = library or Path(path).parent / named
+    folder = Path(path).parent / named if library is None else Path(library)
     if agent is not None:
         LibraryFolder(folder, agent, partial(fingerprint_folder, scenario)).recover()
-    if library is not None and not library.is_dir():
-        raise FileError(path=library, place="", problem="there is no such folder", remedy="give a library")
+    if library is not None and not folder.is_dir():
+        raise FileError(path=folder, place="", problem="there is no such folder", remedy="give a library")
     libraries = open_libraries(scenario, folder)
     fingerprints = {sort: fingerprint_library(each) for sort, each in libraries.items()}
     plan = _make_plan(path, settings, scenario, tuple(robots), libraries, fingerprints)
@@ -153,8 +155,9 @@ def _cast(path: Path | str, files: Sequence[RobotFile], paths: Sequence[Path]) -
     return msgspec.structs.replace(skilled, tick_s=files[0].tick_s, robots=groups, walls=(), obstacles=())
 
 
-def open_libraries(scenario: Scenario, folder: Path) -> Libraries:
+def open_libraries(scenario: Scenario, folder: Path | str) -> Libraries:
     """Open the library of each sort of agents in a folder; one that is missing is empty."""
+    folder = Path(folder)
 
     def look(where: Path, kit: object) -> Library:
         return open_library(where, kit).library if where.is_dir() else Library(kit)  # type: ignore[arg-type]
@@ -163,7 +166,7 @@ def open_libraries(scenario: Scenario, folder: Path) -> Libraries:
     return collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
 
 
-def fingerprint_folder(scenario: Scenario, folder: Path) -> str:
+def fingerprint_folder(scenario: Scenario, folder: Path | str) -> str:
     """Open all libraries of a folder, and compute one fingerprint of them."""
     libraries = open_libraries(scenario, folder)
     return " ".join(f"{sort}:{fingerprint_library(each)}" for sort, each in sorted(libraries.items()))
