@@ -169,7 +169,7 @@ class SquadCoordinator:
             self._issued = issued
             self._number += 1
             self.order = self.leadership.term, self._number
-        counted = self.squads.counted
+        counted = self.squads.presence
         if (counted & ~self._counted).any():  # such as robots that have been armed
             self.squads.ordering.deal_again(counted)
         self._counted = counted.copy()

@@ -176,8 +176,8 @@ class SquadBody:
     # Ordering
 
     @property
-    def counted(self) -> NDArray[np.bool_]:
-        """The members that were present when the squad sensed last [M]."""
+    def presence(self) -> NDArray[np.bool_]:
+        """Whether each member was present when the squad sensed last [M]."""
         return self._counted
 
     def index_order(self, order: Order) -> int:
