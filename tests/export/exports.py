@@ -6,7 +6,9 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 from dataclasses import replace
+from importlib.util import find_spec
 from math import nan
 from pathlib import Path
 from random import Random
@@ -185,6 +187,13 @@ def need_node_packages(*names: str) -> None:
     if missing:
         assert not os.environ.get("CI"), f"{missing} are missing"
         pytest.skip(f"needs {', '.join(missing)}: see .ci/run")
+
+
+def need_behavior_trees() -> None:
+    """Skip a test without behaviortreepy, which has no wheel for Python 3.14; fail where CI installs it."""
+    if find_spec("behaviortreepy") is None:
+        assert not os.environ.get("CI") or sys.version_info >= (3, 14), "behaviortreepy is missing"
+        pytest.skip("needs behaviortreepy", allow_module_level=True)
 
 
 def need_qt() -> None:

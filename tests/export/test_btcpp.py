@@ -8,7 +8,15 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from tests.export.exports import draw_job, make, need, open_fixture, read_counts, write_job
+from tests.export.exports import (
+    draw_job,
+    make,
+    need,
+    need_behavior_trees,
+    open_fixture,
+    read_counts,
+    write_job,
+)
 from tests.export.test_translation import prepare
 
 from understudy.export.body_interface import BodyInterface
@@ -21,7 +29,7 @@ from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.body import Channel, Reading
 
-pytest.importorskip("behaviortreepy", reason="behaviortreepy has no wheel for this Python")
+need_behavior_trees()
 
 BTCPP = Path(__file__).parents[2] / "build" / "behaviortree_cpp"
 BUILT_IN = {

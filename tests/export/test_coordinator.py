@@ -6,7 +6,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.export.exports import link_node_packages, make, need, need_node_packages, read_counts
+from tests.export.exports import (
+    link_node_packages,
+    make,
+    need,
+    need_behavior_trees,
+    need_node_packages,
+    read_counts,
+)
 from tests.formats.made import FOLDER
 from tests.training.test_squad_session import SQUAD
 
@@ -24,7 +31,7 @@ def test_a_coordinator_orders_as_in_understudy(to: str, tmp_path: Path) -> None:
     if to in STATECHARTS:
         need_node_packages(STATECHARTS[to])
     if to == "btcpp":
-        pytest.importorskip("behaviortreepy", reason="behaviortreepy has no wheel for this Python")
+        need_behavior_trees()
     library = open_library(FOLDER / "squad" / "patrol", SQUAD.kit, learn).library
     result = export_automaton(library, "lead", tmp_path, to=to)
     if to in STATECHARTS:

@@ -10,7 +10,15 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from tests.export.exports import link_node_packages, make, need, need_node_packages, open_fixture, read_counts
+from tests.export.exports import (
+    link_node_packages,
+    make,
+    need,
+    need_behavior_trees,
+    need_node_packages,
+    open_fixture,
+    read_counts,
+)
 from tests.export.measure_times import build_times
 
 from understudy.export.export_automaton import TARGETS, ExportResult, export_automaton
@@ -134,7 +142,7 @@ def test_python_runs_in_micropython(tmp_path: Path) -> None:
 def test_all_targets_write_the_same_trace(tmp_path: Path) -> None:
     need("gcc", "node")
     need_node_packages("@scion-scxml/scxml", "xstate")
-    pytest.importorskip("behaviortreepy", reason="behaviortreepy has no wheel for this Python")
+    need_behavior_trees()
     traces = set()
     for target in TARGETS:
         if target == "ros2":  # its node has no trace: it publishes its states

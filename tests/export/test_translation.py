@@ -13,7 +13,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.export.exports import count_mismatches, load_python, make, need, read_counts, write_job
+from tests.export.exports import (
+    count_mismatches,
+    load_python,
+    make,
+    need,
+    need_behavior_trees,
+    read_counts,
+    write_job,
+)
 
 from understudy.errors import FileError
 from understudy.export.body_interface import BodyInterface
@@ -119,7 +127,7 @@ def test_translated_functions_compute_the_same_in_c(single: bool, tmp_path: Path
 
 
 def test_translated_functions_compute_the_same_in_behavior_trees(tmp_path: Path) -> None:
-    pytest.importorskip("behaviortreepy", reason="behaviortreepy has no wheel for this Python")
+    need_behavior_trees()
     job = prepare("btcpp")
     printed = make(write_job(tmp_path, job, to="btcpp"), "test", PYTHON=sys.executable)
     assert read_counts(printed) == (len(job.conformance.ticks), 0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, isfinite
 
@@ -45,6 +45,32 @@ class Spelling:
 
 C_WORDS = ("&&", "||", "!", "1", "0")
 PYTHON_WORDS = ("and", "or", "not ", "True", "False")
+
+
+def write_operation(name: str, operands: Sequence[str], functions: Mapping[str, str]) -> str:
+    """Write an operation of a translated function in a language with the operators of C.
+
+    Parameters
+    ----------
+    name
+        The operation: an operator, `neg`, `where`, or one of `functions`.
+    operands
+        The text of each operand.
+    functions
+        The names of the functions for the other operations.
+
+    Returns
+    -------
+    str
+        The expression.
+    """
+    if name in ("+", "-", "*", "/", "<", "<=", ">", ">="):
+        return f"({operands[0]} {name} {operands[1]})"
+    if name == "neg":
+        return f"(-{operands[0]})"
+    if name == "where":
+        return f"({operands[0]} ? {operands[1]} : {operands[2]})"
+    return f"{functions[name]}({', '.join(operands)})"
 
 
 def write_condition(condition: ValueCondition, operand: Operand, spelling: Spelling) -> str:

@@ -9,7 +9,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from math import isinf
 
-from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition
+from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition, write_operation
 from understudy.export.decisions import ValueCondition
 from understudy.export.expressions import Number
 from understudy.export.hierarchy import FeatureSource, GroundExpression, Hierarchy, SlotValue
@@ -21,6 +21,15 @@ FAILED = "failed"
 """The state in which a statechart ends if a condition cannot be evaluated."""
 FUNCTIONS = "javascript/functions.js"
 """The template of the functions that conditions call."""
+
+JAVASCRIPT_FUNCTIONS = {
+    "abs": "Math.abs",
+    "isnan": "absent",
+    "sqrt": "Math.sqrt",
+    "minimum": "Math.min",
+    "maximum": "Math.max",
+}
+"""The functions of operations in JavaScript."""
 
 
 class JavaScriptText:
@@ -91,15 +100,7 @@ class JavaScriptText:
         if isinstance(expression, SlotValue):
             return self._reading(expression.slot)
         operands = [self.expression(each) for each in expression.operands]
-        if expression.name in ("+", "-", "*", "/", "<", "<=", ">", ">="):
-            return f"({operands[0]} {expression.name} {operands[1]})"
-        if expression.name == "neg":
-            return f"(-{operands[0]})"
-        if expression.name == "where":
-            return f"({operands[0]} ? {operands[1]} : {operands[2]})"
-        names = {"abs": "Math.abs", "isnan": "absent", "sqrt": "Math.sqrt"}
-        names |= {"minimum": "Math.min", "maximum": "Math.max"}
-        return f"{names[expression.name]}({', '.join(operands)})"
+        return write_operation(expression.name, operands, JAVASCRIPT_FUNCTIONS)
 
     def commands(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Return the value of each channel, by its identifier, where a command sets some."""

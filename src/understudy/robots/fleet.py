@@ -88,20 +88,7 @@ class Fleet:
             raise problems[0]
 
     def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
-        """Return the number of a skill with targets, for the channel `skill`; robots without the skill stand still.
-
-        Parameters
-        ----------
-        name
-            Name of the skill in the robot files.
-        binding
-            The target of each of its parameters.
-
-        Returns
-        -------
-        int
-            The number, from 1.
-        """
+        """Return the number of a skill with targets, for the channel `skill`; robots without the skill stand still."""
         having = [robot for robot in self.robots if name in robot.file.skills]
         for robot in having or self.robots[:1]:
             robot.index_skill(name, binding)

@@ -198,20 +198,7 @@ class Robot:
                 self.skills.stop(self.guard.stopped)
 
     def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
-        """Return the number of a skill with targets, for the channel `skill`.
-
-        Parameters
-        ----------
-        name
-            Name of the skill in the robot file.
-        binding
-            The target of each of its parameters.
-
-        Returns
-        -------
-        int
-            The number, from 1.
-        """
+        """Return the number of a skill with targets, for the channel `skill`."""
         return self.skills.index(name, binding)
 
     def arm(self, by: str) -> None:

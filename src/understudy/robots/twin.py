@@ -136,20 +136,7 @@ class DigitalTwin:
         return {key: self._sensed[key] for key in keys}
 
     def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
-        """Return the number of a skill of the robots with targets, for the channel `skill`.
-
-        Parameters
-        ----------
-        name
-            Name of the skill.
-        binding
-            The target of each of its parameters.
-
-        Returns
-        -------
-        int
-            The number, from 1.
-        """
+        """Return the number of a skill of the robots with targets, for the channel `skill`."""
         return self.fleet.index_skill(name, binding)
 
     def act(self, commands: Commands) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition
+from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition, write_operation
 from understudy.export.decisions import Answer, Branch, Continuation, Step, make_routines
 from understudy.export.expressions import Number
 from understudy.export.hierarchy import (
@@ -23,6 +23,15 @@ from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import STAY, Tree
 
 INDENT = "    "
+
+C_FUNCTIONS = {
+    "abs": "absolute",
+    "isnan": "is_absent",
+    "sqrt": "root",
+    "minimum": "lesser",
+    "maximum": "greater",
+}
+"""The functions of operations in exported C."""
 
 
 class CSource:
@@ -315,20 +324,7 @@ class CSource:
                 return f"({text} < 0 ? ({p}_real)NAN : ({p}_real){text})"
             return text
         operands = [self.expression(each) for each in expression.operands]
-        if expression.name in ("+", "-", "*", "/", "<", "<=", ">", ">="):
-            return f"({operands[0]} {expression.name} {operands[1]})"
-        if expression.name == "neg":
-            return f"(-{operands[0]})"
-        if expression.name == "where":
-            return f"({operands[0]} ? {operands[1]} : {operands[2]})"
-        name = {
-            "abs": "absolute",
-            "isnan": "is_absent",
-            "sqrt": "root",
-            "minimum": "lesser",
-            "maximum": "greater",
-        }
-        return f"{name[expression.name]}({', '.join(operands)})"
+        return write_operation(expression.name, operands, C_FUNCTIONS)
 
 
 def quote_for_c(text: str) -> str:

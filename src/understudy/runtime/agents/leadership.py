@@ -99,7 +99,7 @@ class Leadership:
 
 
 def find_next_term(after: int, name: str, candidates: Sequence[str]) -> int:
-    """Return the first term of a candidate after a term; candidates take turns in the numbering of terms."""
+    """Return the first term after `after` that belongs to a candidate: terms belong to candidates in rotation."""
     first = candidates.index(name) + 1
     return first if after < first else after + len(candidates) - (after - first) % len(candidates)
 

@@ -46,6 +46,7 @@ class OrderFollower:
         self._ended: set[int] = set()
         """Former starts of the leader's program in this term."""
         self._until_s = -inf
+        self._given: tuple[OrderId | None, Duty | None] = (None, None)
 
     def receive(self, message: Orders, now: float) -> Refusal | None:
         """Take a coordinator's message.
@@ -85,8 +86,6 @@ class OrderFollower:
         self._given = message.order, message.duties.get(self.member)
         return None
 
-    _given: tuple[OrderId | None, Duty | None] = (None, None)
-
     def update(self, now: float) -> bool:
         """Take up the order that holds now; return whether it is a new one, or none any more.
 
@@ -108,16 +107,5 @@ class OrderFollower:
         return True
 
     def holds(self, now: float) -> bool:
-        """Return whether the lease of the last message has not run out.
-
-        Parameters
-        ----------
-        now
-            The time by the member's clock, s.
-
-        Returns
-        -------
-        bool
-            True until the lease is over.
-        """
+        """Return whether the lease of the last message lasts at a time (s) of the member's clock."""
         return now < self._until_s
