@@ -62,19 +62,21 @@ def _print_status(
 ) -> None:
     from understudy.ui.cli.output import make_console, make_table
 
-    made = make_table("agent", "doing", "order", "from", "leads", "~")
+    made = make_table("agent", "doing", "order", "from", "leads")
+    problems = {each.name: each.unfit for each in found if each.unfit}
     for each in found:
         doing = " > ".join(filter(None, (each.duty, *each.path)))
         order = "" if each.order is None else f"{each.order[0]}.{each.order[1]}"
-        said = [each.unfit, *(f"{member} {problem}" for member, problem in each.missing.items())]
-        said += ["has another library"] if each.name in libraries else []
-        leads = ", ".join(each.leads)
-        made.add_row(
-            each.name, doing or "nothing", order, each.leader or "", leads, "; ".join(filter(None, said))
-        )
+        made.add_row(each.name, doing or "nothing", order, each.leader or "", ", ".join(each.leads))
+        problems |= {name: problem for name, problem in each.missing.items() if name not in problems}
     out = make_console()
     if found:
         out.print(made)
+    if problems:
+        said = ", ".join(f"{name} ({problem})" for name, problem in problems.items())
+        out.print(f"Not counted: {said}.", markup=False)
+    if libraries:
+        out.print(f"With another library than here: {', '.join(libraries)}.", markup=False)
     if missing:
         out.print(f"Not there: {', '.join(missing)}.", markup=False)
 
