@@ -101,7 +101,7 @@ def test_deputies_count_no_flags_of_an_order_that_is_over() -> None:
     counted = set()
     for _ in range(60):
         team.tick()
-        receiver = team.robots["scout_1"].receiver
+        receiver = team.robots["scout_1"].follower
         assert receiver is not None
         percept = team.coordinators["pair_0"]["scout_1"].agent.percept
         counted.add((receiver.order, float(percept["all_done", None][0])))
@@ -195,7 +195,7 @@ def test_a_split_network_has_a_leader_on_each_side_and_one_after_it_heals() -> N
     split(network, ("pair_0", *NAMES))
     team.run(2)
     assert leaders(team) == ["scout_2"]
-    obeyed = {robot.receiver.leader for robot in team.robots.values() if robot.receiver is not None}
+    obeyed = {robot.follower.leader for robot in team.robots.values() if robot.follower is not None}
     assert obeyed == {"scout_2"}
     assert team.paths == [("go", "forward")] * ROBOTS
 
@@ -231,8 +231,8 @@ def test_no_robot_obeys_two_coordinators_in_one_term() -> None:
             (team.start if name in team.stopped else team.stop)(name)
         team.tick()
         for name, robot in team.robots.items():
-            if robot.receiver is not None and robot.receiver.leader is not None:
-                obeyed.setdefault((name, robot.receiver.term), set()).add(robot.receiver.leader)
+            if robot.follower is not None and robot.follower.leader is not None:
+                obeyed.setdefault((name, robot.follower.term), set()).add(robot.follower.leader)
     assert all(len(leaders) == 1 for leaders in obeyed.values())
     assert len({leader for leaders in obeyed.values() for leader in leaders}) > 2
 
@@ -255,7 +255,7 @@ def test_who_is_ordered_what_its_library_does_not_have_stands_still_and_says_so(
     team.run(5)
     message = Orders(
         squad="pair_0", leader="scout_1", term=2, start=1, sequence=1, order=(2, 1), lease_s=1.0,
-        library="", duties={"scout_4": duty}, program=("", {}), frames=[],
+        library="", duties={"scout_4": duty}, frames=[],
     )  # fmt: skip
     network.send("scout_1", "order/pair_0", pack_message(message))
     team.run(2)
@@ -284,7 +284,7 @@ def test_a_deputy_that_cannot_go_on_begins_afresh(
     team.run(5)
     message = Orders(
         squad="pair_0", leader="pair_0", term=6, start=1, sequence=1, order=(6, 1), lease_s=1.0,
-        library="", duties=duties, program=("", {}), frames=frames,
+        library="", duties=duties, frames=frames,
     )  # fmt: skip
     network.send("scout_4", "order/pair_0", pack_message(message))
     team.tick()
@@ -293,7 +293,7 @@ def test_a_deputy_that_cannot_go_on_begins_afresh(
     assert leaders(team) == ["scout_1"]
     assert team.coordinators["pair_0"]["scout_1"].agent.run.path(0) == ("go",)
     assert team.paths == [("go", "forward")] * ROBOTS
-    assert {robot.receiver.order for robot in team.robots.values() if robot.receiver} == {(7, 1)}
+    assert {robot.follower.order for robot in team.robots.values() if robot.follower} == {(7, 1)}
 
 
 def lead_half(library: Library) -> Library:

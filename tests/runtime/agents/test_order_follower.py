@@ -26,7 +26,7 @@ def orders(
     """A coordinator's message: `scout` runs `go`, everybody else nothing."""
     return Orders(
         squad="pair", leader=leader, term=term, start=start, sequence=sequence, order=order, lease_s=LEASE_S,
-        library="L", duties={"scout": ("go", {}), "other": None}, program=("", {}), frames=[],
+        library="L", duties={"scout": ("go", {}), "other": None}, frames=[],
     )  # fmt: skip
 
 
@@ -89,13 +89,13 @@ STORIES: dict[str, list[Arrival]] = {
 
 @pytest.mark.parametrize("story", STORIES)
 def test_stories(story: str) -> None:
-    receiver = OrderFollower("scout", ["lead", "deputy"])
+    follower = OrderFollower("scout", ["lead", "deputy"])
     for arrival in STORIES[story]:
         if arrival.message is not None:
-            assert receiver.receive(arrival.message, arrival.at_s) == arrival.refused, arrival
-        assert receiver.update(arrival.at_s) == arrival.anew, arrival
-        assert receiver.order == arrival.executes, arrival
-        assert receiver.duty == (None if arrival.executes is None else ("go", {}))
+            assert follower.receive(arrival.message, arrival.at_s) == arrival.refused, arrival
+        assert follower.update(arrival.at_s) == arrival.anew, arrival
+        assert follower.order == arrival.executes, arrival
+        assert follower.duty == (None if arrival.executes is None else ("go", {}))
 
 
 def test_a_coordinator_of_another_library_is_refused_where_asked() -> None:
@@ -105,11 +105,11 @@ def test_a_coordinator_of_another_library_is_refused_where_asked() -> None:
 
 
 def test_who_has_nothing_to_do_has_an_order_all_the_same() -> None:
-    receiver = OrderFollower("other", ["lead"])
-    receiver.receive(orders(1, 1, (1, 1)), 0.0)
-    assert receiver.update(0.0)
-    assert receiver.order == (1, 1)
-    assert receiver.duty is None
+    follower = OrderFollower("other", ["lead"])
+    follower.receive(orders(1, 1, (1, 1)), 0.0)
+    assert follower.update(0.0)
+    assert follower.order == (1, 1)
+    assert follower.duty is None
 
 
 DEEP = b"\x91" * 100_000 + b"\xc0"

@@ -304,7 +304,7 @@ class AgentProcess:
         """Describe what this agent does."""
         leading = [each for each in self.coordinators if each.leads]
         acting = self.agent or next((each.agent for each in leading), None)
-        receiver = None if acting is None else acting.receiver
+        follower = None if acting is None else acting.follower
         refusals = {} if acting is None else acting.refusals
         missing = {
             member.name: problem
@@ -318,9 +318,9 @@ class AgentProcess:
             sort=self.team.plan.find_sort(self.name),
             path=[] if acting is None else list(acting.run.path(0)),
             duty="" if acting is None else self._describe_duty(acting),
-            order=None if receiver is None else receiver.order,
-            leader=None if receiver is None else receiver.leader,
-            term=0 if receiver is None else receiver.term,
+            order=None if follower is None else follower.order,
+            leader=None if follower is None else follower.leader,
+            term=0 if follower is None else follower.term,
             armed=None if self.robot is None else self.robot.armed,
             unfit="" if self.robot is None else self.robot.unfitness,
             leads={each.spec.name: each.leadership.term for each in leading},
@@ -333,10 +333,10 @@ class AgentProcess:
 
     @staticmethod
     def _describe_duty(agent: Agent) -> str:
-        receiver = agent.receiver
-        if receiver is None or receiver.duty is None:
+        follower = agent.follower
+        if follower is None or follower.duty is None:
             return ""
-        behavior, binding = receiver.duty
+        behavior, binding = follower.duty
         return str(Assignment(behavior, Binding(binding)))
 
 

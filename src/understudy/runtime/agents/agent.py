@@ -108,11 +108,11 @@ class Agent:
         """The number of messages that were refused, by reason."""
         self._ran_s = body.time_s
         self.renew_start()
-        self.receiver: OrderFollower | None = None
+        self.follower: OrderFollower | None = None
         self._keys = tuple(self.run.keys)
         if spec.link is not None:
             link = spec.link
-            self.receiver = OrderFollower(spec.name, link.candidates, library=link.library)
+            self.follower = OrderFollower(spec.name, link.candidates, library=link.library)
             self._inbox = network.listen(order_key(link.squad))
             self._keys = tuple(dict.fromkeys((*self._keys, *link.keys)))
             self._layout = compute_layout(link.keys)
@@ -127,16 +127,16 @@ class Agent:
 
     def report(self) -> None:
         """Report to the squad: readings of this tick, and the flag raised before it."""
-        link, receiver = self.spec.link, self.receiver
-        if link is None or receiver is None:
+        link, follower = self.spec.link, self.follower
+        if link is None or follower is None:
             return
         self._sequence += 1
         message = MemberReport(
             member=self.spec.name,
             start=self._start,
             sequence=self._sequence,
-            term=receiver.term,
-            order=receiver.order,
+            term=follower.term,
+            order=follower.order,
             library=self.spec.library,
             unfit=self._unfit() or self._lacking,
             flag=self.run.interpreters[0].root.flag,
@@ -148,29 +148,29 @@ class Agent:
 
     def obey(self) -> None:
         """Hear the orders that have arrived, and begin what holds now if that is new."""
-        receiver = self.receiver
-        if receiver is None:
+        follower = self.follower
+        if follower is None:
             return
         now = self.body.time_s
         slept, self._ran_s = now - self._ran_s > FROZEN_S, now
         arrived = self._inbox.take_all()
         for data in [] if slept else arrived:  # those that came before this program was frozen are too old
             try:
-                refused = receiver.receive(decode_orders(data), now)
+                refused = follower.receive(decode_orders(data), now)
             except UnreadableMessage:
                 continue
             if refused is not None:
                 self.refusals[refused] = self.refusals.get(refused, 0) + 1
-        if receiver.update(now):
+        if follower.update(now):
             self.begin()
 
     def begin(self) -> None:
         """Begin what holds now: the duty of its order, nothing if the order has none for it, or what it does alone."""
-        receiver = self.receiver
+        follower = self.follower
         program: Program | None = self.spec.alone
         self._lacking = ""
-        if receiver is not None and receiver.order is not None:
-            duty = receiver.duty
+        if follower is not None and follower.order is not None:
+            duty = follower.duty
             program = IDLE_PROGRAM if duty is None else self._find_program(duty)
             if duty is not None and program is None:
                 self._lacking = f"cannot run {duty[0]}, which it was ordered to"

@@ -190,8 +190,6 @@ class SquadCoordinator:
             for duty in self.squads.ordering.duty
         ]
         interpreter = self.agent.run.interpreters[0]
-        receiver = self.agent.receiver
-        duty = None if receiver is None else receiver.duty
         return Orders(
             squad=self.spec.name,
             leader=self.leadership.name,
@@ -202,7 +200,6 @@ class SquadCoordinator:
             lease_s=self.squad.lease_s,
             library=self.spec.library,
             duties=dict(zip((name for name, _, _ in self.squad.members), duties, strict=True)),
-            program=duty or ("", {}),
             frames=list(interpreter.snapshot(self._clock.time_s)),
         )
 

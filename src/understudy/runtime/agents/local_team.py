@@ -159,8 +159,8 @@ class LocalTeam:
     def _find_path(robot: Agent | None) -> tuple[str, ...]:
         if robot is None:
             return ()
-        path, receiver = robot.run.path(0), robot.receiver
-        if receiver is None or receiver.duty is None:
+        path, follower = robot.run.path(0), robot.follower
+        if follower is None or follower.duty is None:
             return path
-        behavior, binding = receiver.duty
+        behavior, binding = follower.duty
         return (str(Assignment(behavior, Binding(binding))), *path)

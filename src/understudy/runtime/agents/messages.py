@@ -75,8 +75,6 @@ class Orders(msgspec.Struct, frozen=True, array_like=True):
     """The fingerprint of the coordinator's library."""
     duties: dict[str, Duty | None]
     """What each member does; None: nothing."""
-    program: Duty
-    """The behavior that the coordinator itself runs."""
     frames: list[StackFrame]
     """The coordinator's run state, with which another one can take over."""
 
