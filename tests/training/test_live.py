@@ -6,6 +6,7 @@ The ball is 100 m away at first, and one meter nearer each tick of 0.1 s.
 from __future__ import annotations
 
 from math import nan
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -190,12 +191,41 @@ def test_a_flag_that_it_raised_rightly_is_kept_as_evidence() -> None:
     assert taught.view().flag == "done"
 
 
-def test_a_flag_that_was_directed_is_left_without_an_example() -> None:
-    taught = live("forward", 5, "done", 2)
-    before = rows(taught)
-    play(taught, "forward", 1)
-    assert rows(taught) == before
+DIRECTED_FLAGS: list[tuple[list[Any], tuple[Any, ...]]] = [
+    # what follows "done" at 95 m, and what the example of that press says then
+    ([2, "forward", 1], ("forward", 95, "forward", "confirmation")),  # it was a slip: go on
+    ([2, "left", 1], ("forward", 95, "left", "directive")),  # it was a slip: the button beside it was meant
+    ([17, "left", 1], ("forward", 95, "left", "directive")),
+    ([25, "left", 1], ("forward", 95, "done", "directive")),  # more than 2 s later: another demonstration begins
+    ([2, "done", 1], ("forward", 95, "done", "directive")),  # the same again
+    ([2, "restart", "left", 1], ("forward", 95, "done", "directive")),  # it is no longer there
+]
+
+
+@pytest.mark.parametrize(("steps", "expected"), DIRECTED_FLAGS)
+def test_a_press_that_soon_leads_out_of_a_directed_flag_says_that_it_was_a_slip(
+    steps: list[Any], expected: tuple[Any, ...]
+) -> None:
+    taught = live("forward", 5, "done", *steps)
+    assert rows(taught)[:3] == [
+        ("start", 100, "forward", "directive"),
+        ("forward", 100, "forward", "default"),
+        expected,
+    ]
     assert taught.mode is Mode.LIVE
+
+
+def test_a_slip_to_a_flag_can_be_undone_and_is_in_the_journal(tmp_path: Path) -> None:
+    taught = session(flags=["done"], journal=tmp_path / "a.journal")
+    taught.teach()
+    play(taught, "forward", 5, "done", 2, "left", 1)
+    mended = rows(taught)
+    taught.close()
+    resumed = Session.resume(tmp_path / "a.journal", Scripted(), WITH_GO)
+    assert rows(resumed) == mended
+    assert resumed.undo() == "mend example 3"
+    assert rows(resumed)[2] == ("forward", 95, "done", "directive")
+    resumed.close()
 
 
 def test_a_press_that_agrees_is_no_correction_and_one_that_disagrees_is() -> None:

@@ -16,7 +16,8 @@ from understudy.learning.correction_diagnosis import CorrectionDiagnosis
 from understudy.model.binding import Binding
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.runtime.interpreter import StackFrame
-from understudy.training.corrections import CorrectionStep, LastSwitch
+from understudy.training.corrections import SOON_S, CorrectionStep, LastSwitch
+from understudy.training.edits import correct_press
 from understudy.training.feature_values import compute_example_values, recompute_example_values
 from understudy.training.journal import (
     FlagRaised,
@@ -198,7 +199,12 @@ class LessonLog:
         self._watched.discard_recent(self._recorder.now, reaction_s=reaction_s, since_s=since_s)
         self.accept_watched()
         if not outcome.shown:
-            self.journal.write(PressApplied(press.number, list(after.run)))
+            slip = self._find_directed_flag(outcome)
+            if slip is None:
+                self.journal.write(PressApplied(press.number, list(after.run)))
+            else:
+                lesson, what = correct_press(self.lesson, slip, outcome.next), f"mend example {slip}"
+                self.step(what, lesson, before=before, after=after, press=press.number)
             return
         if outcome.shown[0].entry is not None:
             moment, window = outcome.shown[0].entry.moment, 0
@@ -239,6 +245,18 @@ class LessonLog:
             lesson, what = self._last_correction.step(what)
         self.last_switch.clear()
         self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
+
+    def _find_directed_flag(self, outcome: TickResult) -> int | None:
+        """Return the number of the latest example if it led to the flag state that a press soon left; otherwise None."""
+        last = max(
+            (each for each in self.lesson.examples if each.is_from_press),
+            key=lambda each: each.number,
+            default=None,
+        )
+        if not outcome.leaves_directed_flag or last is None or last.moment is None:
+            return None
+        passed_s = self._recorder.now - float(self._recorder.record.seconds[last.moment])
+        return last.number if last.next == outcome.state and 0.0 <= passed_s <= SOON_S else None
 
     # Between ticks
 

@@ -95,7 +95,8 @@ class PressExample:
 class TickResult:
     """The result of one tick of the trainee: states before and after, and the examples of a press.
 
-    `correction` says that the learned automaton decides otherwise than the press.
+    `correction` says that the learned automaton decides otherwise than the press. `leaves_directed_flag` says that a
+    press in live teaching led out of a flag state to which an earlier press had led.
     """
 
     state: str
@@ -105,6 +106,7 @@ class TickResult:
     shown: list[PressExample] = field(default_factory=list)
     raised: bool = False  # it decided by itself to enter a flag state
     correction: bool = False
+    leaves_directed_flag: bool = False
 
 
 class Trainee(Interpreter):
@@ -206,12 +208,14 @@ class Trainee(Interpreter):
             outcome.shown.append(PressExample(after, after, ExampleKind.DEFAULT, own))
 
     def _obey_at_flag(self, press: Press, after: str, outcome: TickResult, now: float) -> None:
-        """Correct a flag, at the tick at which the learned automaton raised it; a directed flag records nothing."""
+        """Correct a flag, at the tick at which the learned automaton raised it."""
         flagged = self.taught.state_name
         if (press.correction or self.mode is Mode.LIVE) and self.entry is not None:
             state = self.entry.state
             kind = ExampleKind.CONFIRMATION if after == state else ExampleKind.DIRECTIVE
             outcome.shown.append(PressExample(state, after, kind, self.entry.own, self.entry))
+        elif self.mode is Mode.LIVE and after != flagged:
+            outcome.leaves_directed_flag = True
         if after != flagged:
             self._switch(after, now)
 
