@@ -247,7 +247,7 @@ class LessonLog:
         self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
 
     def _find_directed_flag(self, outcome: TickResult) -> int | None:
-        """Return the number of the latest example if it led to the flag state that a press soon left; otherwise None."""
+        """Return the number of the latest example if it led to a flag state that a press soon left; otherwise None."""
         last = max(
             (each for each in self.lesson.examples if each.is_from_press),
             key=lambda each: each.number,
