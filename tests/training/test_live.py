@@ -196,7 +196,7 @@ DIRECTED_FLAGS: list[tuple[list[Any], tuple[Any, ...]]] = [
     ([2, "forward", 1], ("forward", 95, "forward", "confirmation")),  # it was a slip: go on
     ([2, "left", 1], ("forward", 95, "left", "directive")),  # it was a slip: the button beside it was meant
     ([17, "left", 1], ("forward", 95, "left", "directive")),
-    ([25, "left", 1], ("forward", 95, "done", "directive")),  # more than 2 s later: another demonstration begins
+    ([25, "left", 1], ("forward", 95, "done", "directive")),  # another demonstration begins
     ([2, "done", 1], ("forward", 95, "done", "directive")),  # the same again
     ([2, "restart", "left", 1], ("forward", 95, "done", "directive")),  # it is no longer there
 ]
