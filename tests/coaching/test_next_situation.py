@@ -9,6 +9,8 @@ from tests.training.lessons import play
 from tests.training.lessons import session as scripted_session
 
 from understudy.coaching.next_situation import NextSituation, find_next_situation, go_to_situation
+from understudy.coaching.queries import UncertaintyQueries
+from understudy.coaching.uncertainty import DoubtReason
 from understudy.errors import SessionError
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library
@@ -123,3 +125,21 @@ def test_where_there_is_nothing_to_go_to() -> None:
     other = play(scripted_session(body=Scripted(), options=LearnerOptions(live=True)), "forward", 3)
     with pytest.raises(SessionError, match="only a robot of a simulated world"):
         find_next_situation(other, seeds=FRESH)
+
+
+def test_a_robot_that_turns_for_ever_is_shown_where_it_was_told_to_leave_the_turn_before() -> None:
+    session = taught("rotate_left")
+    session.reset(0)
+    found = found_in(session)
+    question = found.question
+    assert (question.doubt.because, question.state, question.next) == (
+        DoubtReason.REPEATING,
+        "rotate_left",
+        "rotate_left",
+    )
+    assert "come back to where I was" in found.sentence
+    assert question.time_s > 4.0  # once around, at least
+    queries = UncertaintyQueries(session)
+    queries.note_asked(question)
+    again = find_next_situation(session, seeds=FRESH, queries=queries)
+    assert again is None or again.question.doubt.because is not DoubtReason.REPEATING

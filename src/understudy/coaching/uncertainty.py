@@ -42,6 +42,7 @@ class DoubtReason(StrEnum):
     HANGING = "hanging"  # at a boundary held by one example
     DISAGREEING = "disagreeing"  # examples of the leaf want different things
     FIDGETING = "fidgeting"  # the robot switches back and forth
+    REPEATING = "repeating"  # it stays in a state, and comes back to the same situation again and again
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,6 +82,9 @@ class _LiveTeaching:
             self._session.reset(first)
         else:
             go_to_situation(self._session, found)
+            if found.question.doubt.because is DoubtReason.REPEATING:
+                self._queries.note_asked(found.question)
+                self._answer(found.question)
 
     def _watch_robot(self, limit_s: float) -> None:
         """Watch the robot until it has succeeded or the time is up, answer its questions, and correct it."""

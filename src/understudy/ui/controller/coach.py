@@ -13,6 +13,7 @@ from understudy.coaching.give_advice import give_advice
 from understudy.coaching.next_situation import find_next_situation, go_to_situation
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
 from understudy.coaching.situation_setup import SetupResult, set_up_situation
+from understudy.coaching.uncertainty import DoubtReason
 from understudy.errors import SessionError
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
@@ -239,9 +240,12 @@ def go_to_next_situation(trainer: Trainer) -> StatusMessage:
     if trainer.driving:
         trainer.drive()
     seeds = range(trainer.seed_after, trainer.seed_after + SEARCHED_WORLDS)
-    found = find_next_situation(trainer.session, seeds=seeds)
+    queries = trainer.coach.skipping
+    found = find_next_situation(trainer.session, seeds=seeds, queries=queries)
     if found is None:
-        raise SessionError("nothing was taught yet: press a state first")
+        raise SessionError("nothing was taught yet, or every doubt was asked about: press a state first")
+    if found.question.doubt.because is DoubtReason.REPEATING:
+        queries.note_asked(found.question)
     go_to_situation(trainer.session, found)
     trainer.seed = found.seed
     trainer.note_moved("")
