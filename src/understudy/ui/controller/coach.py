@@ -243,7 +243,10 @@ def go_to_next_situation(trainer: Trainer) -> StatusMessage:
     queries = trainer.coach.skipping
     found = find_next_situation(trainer.session, seeds=seeds, queries=queries)
     if found is None:
-        raise SessionError("nothing was taught yet, or every doubt was asked about: press a state first")
+        taught = (
+            "every doubt was asked about already" if trainer.session.examples else "nothing was taught yet"
+        )
+        raise SessionError(f"{taught}: press a state first")
     if found.question.doubt.because is DoubtReason.REPEATING:
         queries.note_asked(found.question)
     go_to_situation(trainer.session, found)
