@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from understudy.storage.atomic_write import convert_os_errors
+from understudy.storage.atomic_write import convert_os_errors, write_atomically
 from understudy_lab.study import FOLDERS, Row, Task
 
 NAME = "rows.jsonl"
-FORMER = "rows.former.jsonl"
 IRRELEVANT = ("ui", "viz", "testing.py")
 """The packages on which no row depends."""
 IMPORTED = re.compile(r"understudy_lab\.(\w+)")
@@ -24,16 +24,34 @@ class RowCache:
     """The rows of one experiment by task, in memory and, if a folder is given, in a file there.
 
     Rows that another version of the program wrote are moved aside and never mixed with new ones.
+
+    Parameters
+    ----------
+    experiment
+        The name of the experiment.
+    folder
+        The folder of the file. None: rows are only in memory.
+    name
+        The name of the file.
+    change
+        Whether rows may be added. If not, rows of another version are ignored, and the file stays as it is.
     """
 
-    def __init__(self, experiment: str, folder: Path | None = None) -> None:
+    def __init__(
+        self, experiment: str, folder: Path | None = None, name: str = NAME, *, change: bool = True
+    ) -> None:
         self._rows: dict[bytes, Row] = {}
-        self._path = None if folder is None else folder / NAME
+        self._path = None if folder is None else folder / name
         self.put_aside = False
         """Whether rows of another version were found and moved aside."""
         if self._path is None:
             return
         self._head = {"experiment": experiment, "source": fingerprint(experiment)}
+        if not change:
+            with convert_os_errors(self._path, "reading results"):
+                self._rows = self._load(self._path) or {}
+            self._path = None
+            return
         with convert_os_errors(self._path, "keeping results"):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._begin(self._path)
@@ -54,17 +72,27 @@ class RowCache:
             with convert_os_errors(self._path, "keeping a result"), self._path.open("ab") as file:
                 file.write(msgspec.json.encode(row) + b"\n")
 
+    def replace(self, rows: Sequence[Row]) -> None:
+        """Replace all rows, also those in the file, by these."""
+        self._rows = {_key(row["task"]): row for row in rows}
+        if self._path is not None:
+            lines = [self._head, *rows]
+            write_atomically(self._path, b"".join(msgspec.json.encode(line) + b"\n" for line in lines))
+
     def _begin(self, path: Path) -> None:
-        lines = path.read_bytes().split(b"\n") if path.exists() else []
-        if lines and _read(lines[0]) == self._head:
-            rows = [row for line in lines[1:] if (row := _read(line)) is not None]  # one may be cut off
-            self._rows = {_key(row["task"]): row for row in rows}
-            path.write_bytes(b"\n".join([lines[0], *map(msgspec.json.encode, rows), b""]))
-            return
-        if any(lines):
-            path.replace(path.with_name(FORMER))
+        rows = self._load(path)
+        if rows is None and path.exists() and path.read_bytes().strip():
+            path.replace(path.with_suffix(".former.jsonl"))
             self.put_aside = True
-        path.write_bytes(msgspec.json.encode(self._head) + b"\n")
+        self.replace(list((rows or {}).values()))
+
+    def _load(self, path: Path) -> dict[bytes, Row] | None:
+        """Read the rows of a file; None if there is none of this version of the program."""
+        lines = path.read_bytes().split(b"\n") if path.exists() else []
+        if not lines or _read(lines[0]) != self._head:
+            return None
+        rows = [row for line in lines[1:] if (row := _read(line)) is not None]  # one may be cut off
+        return {_key(row["task"]): row for row in rows}
 
 
 def _read(line: bytes) -> dict[str, Any] | None:

@@ -29,7 +29,18 @@ def run(
     progress: Progress = lambda done, total: None,
 ) -> list[Row]:
     """Run all tasks of a plan that are not stored yet, and return the rows in the order of the tasks."""
-    tasks = experiment.tasks(plan)
+    return run_tasks(experiment, experiment.tasks(plan), kept, jobs=jobs, progress=progress)
+
+
+def run_tasks(
+    experiment: Study,
+    tasks: Sequence[Task],
+    kept: RowCache,
+    *,
+    jobs: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> list[Row]:
+    """Run tasks of an experiment that are not stored yet, and return the rows in the order of the tasks."""
     left = [task for task in tasks if task not in kept]
     done = len(tasks) - len(left)
     progress(done, len(tasks))

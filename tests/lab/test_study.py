@@ -11,7 +11,7 @@ from tests.docs import experiments as docs
 
 from understudy.errors import UnknownName
 from understudy_lab.results import differences, list_uncompared, load_published, read, save
-from understudy_lab.row_cache import FORMER, NAME, RowCache, find_used_sources
+from understudy_lab.row_cache import NAME, RowCache, find_used_sources
 from understudy_lab.runner import run
 from understudy_lab.study import (
     QUESTIONS,
@@ -106,7 +106,7 @@ def test_rows_of_another_version_are_put_aside(tmp_path: Path) -> None:
     kept = RowCache("forage", tmp_path)
     assert kept.put_aside
     assert len(kept) == 0
-    assert "7" in (tmp_path / FORMER).read_text()
+    assert "7" in (tmp_path / "rows.former.jsonl").read_text()
 
 
 def test_rows_depend_on_every_experiment_that_theirs_imports() -> None:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from understudy.errors import SettingError
 from understudy.ui.cli.options import Json
 from understudy_lab.study import QUESTIONS, StudyPlan
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from understudy_lab.parts import Part
     from understudy_lab.results import StudyResult
+    from understudy_lab.row_cache import RowCache
     from understudy_lab.study import Study
 
 RESULTS = Path("results")
@@ -43,6 +48,36 @@ def experiment(
         int | None,
         typer.Option("--jobs", "-j", min=1, help="So many processes; one per processor unless given."),
     ] = None,
+    part: Annotated[
+        str | None,
+        typer.Option(
+            "--part",
+            metavar="I/N",
+            help="Run only the I-th of N parts, such as 2/8. --gather joins them.",
+            show_default=False,
+        ),
+    ] = None,
+    gathers: Annotated[
+        bool, typer.Option("--gather", help="Join the rows of all parts, which must have ended.")
+    ] = False,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            "--cluster",
+            metavar="slurm|local",
+            help="Run --jobs parts as jobs of a cluster, and join them.",
+            show_default=False,
+        ),
+    ] = None,
+    cluster_option: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--cluster-option",
+            metavar="KEY=VALUE",
+            help="A parameter of submitit, such as timeout_min=240 or slurm_partition=cpu.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Run published experiments again: teach robots, test them, and compare with the published results.
@@ -51,15 +86,23 @@ def experiment(
     if a result differs from the published one, or a goal that was reached before is missed.
 
     [dim]understudy experiment forage --quick[/]
+
+    [dim]understudy experiment forage --part 2/8[/] on each of 8 computers, then [dim]understudy experiment forage
+    --gather[/]
     """
     from understudy.ui.cli.commands.eval import parse_seeds
     from understudy.ui.cli.output import make_console, print_json
+    from understudy_lab.parts import Part, gather
     from understudy_lab.study import find_experiment
 
     if name == "list":
         _list(as_json=as_json)
         return
     chosen = None if seeds is None else parse_seeds(seeds)
+    mine = None if part is None else Part.parse(part)
+    _refuse_several(part=part, gather=gathers or None, cluster=cluster)
+    parameters = _read_parameters(cluster_option or [])
+    processes = jobs or os.cpu_count() or 1
     told: dict[str, dict[str, Any]] = {}
     for each in QUESTIONS if name == "all" else [name]:
         found = find_experiment(each)
@@ -67,12 +110,19 @@ def experiment(
             (out or RESULTS) / (f"{each}-quick" if quick else each) if name == "all" or out is None else out
         )
         plan = StudyPlan(chosen or (found.seeds[: found.quick] if quick else found.seeds), quick, data)
-        result = _run(found, plan, folder, jobs=jobs or os.cpu_count() or 1, quiet=as_json)
+        if mine is not None:
+            told[each] = _run_part(found, plan, folder, mine, jobs=processes, quiet=as_json)
+            continue
+        if cluster is not None:
+            _run_on_cluster(found, plan, folder, cluster, parameters, parts=processes, quiet=as_json)
+        if gathers or cluster is not None:
+            gather(found, plan, folder)
+        result = _run(found, plan, folder, jobs=processes, quiet=as_json)
         wrong, unknown = _compared(result, found)
         told[each] = {"result": result, "wrong": wrong, "uncompared": unknown, "passed": not wrong}
         if not as_json:
             _tell(result, wrong, unknown, folder, make_console())
-    passed = all(each["passed"] for each in told.values())
+    passed = all(each.get("passed", True) for each in told.values())
     if as_json:
         print_json(told | {"passed": passed} if name == "all" else told[name])
     raise typer.Exit(0 if passed else 1)
@@ -91,40 +141,124 @@ def _list(*, as_json: bool) -> None:
     make_console().print(made)
 
 
-def _run(found: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool) -> StudyResult:
-    """Run an experiment and write its result and its figure into the folder."""
+def _refuse_several(**given: object) -> None:
+    """Refuse several ways to run an experiment at once."""
+    chosen = [f"--{name}" for name, value in given.items() if value is not None]
+    if len(chosen) > 1:
+        raise SettingError(
+            where="understudy experiment",
+            setting=chosen[1],
+            problem=f"is given with {chosen[0]}",
+            remedy="give one of them",
+        )
+
+
+def _read_parameters(options: Sequence[str]) -> dict[str, str | int]:
+    """Read parameters of the form KEY=VALUE."""
+    found: dict[str, str | int] = {}
+    for option in options:
+        key, equals, value = option.partition("=")
+        if not (key and equals):
+            raise SettingError(
+                where="understudy experiment",
+                setting="--cluster-option",
+                problem=f"is {option!r:.60}",
+                remedy="give KEY=VALUE, such as timeout_min=240",
+            )
+        found[key] = int(value) if value.isdigit() else value
+    return found
+
+
+def _prepare(found: Study, *, quiet: bool) -> None:
+    """Name optional modules that are missing, and compile kernels."""
     from rich.markup import escape
 
     from understudy.jit.settings import compile_on_first_call
     from understudy.ui.cli.options import open_scenario
-    from understudy.ui.cli.output import compile_once, make_console, show_progress
-    from understudy_lab import figures, results
-    from understudy_lab.row_cache import RowCache
-    from understudy_lab.runner import find_missing_modules, run
+    from understudy.ui.cli.output import compile_once, make_console
+    from understudy_lab.runner import find_missing_modules
 
-    notes = make_console(err=True)
     for module, install in find_missing_modules(found).items():
-        notes.print(f"[yellow]Skipped:[/] what needs {module}, which is not installed: {escape(install)}")
-    kept = RowCache(found.name, folder)
-    if kept.put_aside:
-        notes.print(f"[dim]What {folder} held is of another version of the program, and was put aside.[/]")
-    elif len(kept):
-        notes.print(f"[dim]Going on: {len(kept)} pieces are in {folder} already.[/]")
+        skipped = f"[yellow]Skipped:[/] what needs {module}, which is not installed: {escape(install)}"
+        make_console(err=True).print(skipped)
     compile_on_first_call()
     compile_once(learner=True, quiet=quiet)
     for world in found.worlds:
         compile_once(world=open_scenario(world), quiet=quiet)
+
+
+@contextmanager
+def _open_rows(found: Study, folder: Path, *file_name: str) -> Iterator[RowCache]:
+    """Open the rows of an experiment, and say where they stay if the run is interrupted."""
+    from understudy.ui.cli.output import make_console
+    from understudy_lab.row_cache import RowCache
+
+    notes = make_console(err=True)
+    kept = RowCache(found.name, folder, *file_name)
+    if kept.put_aside:
+        notes.print(f"[dim]What {folder} held is of another version of the program, and was put aside.[/]")
+    elif len(kept):
+        notes.print(f"[dim]Going on: {len(kept)} pieces are in {folder} already.[/]")
     try:
-        with show_progress(found.name, quiet=quiet) as report:
-            rows = run(found, plan, kept, jobs=jobs, progress=report)
+        yield kept
     except KeyboardInterrupt:
         notes.print(f"{len(kept)} pieces are kept in {folder}: the same command goes on from there.")
         raise
+
+
+def _run(found: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool) -> StudyResult:
+    """Run an experiment and write its result and its figure into the folder."""
+    from understudy.ui.cli.output import show_progress
+    from understudy_lab import figures, results
+    from understudy_lab.runner import run
+
+    with _open_rows(found, folder) as kept:
+        _prepare(found, quiet=quiet)
+        with show_progress(found.name, quiet=quiet) as report:
+            rows = run(found, plan, kept, jobs=jobs, progress=report)
     seeds, findings = list(plan.seeds), found.conclude(rows)
     result = results.StudyResult(found.name, QUESTIONS[found.name], seeds, plan.quick, findings, rows)
     results.save(result, folder / "result.json")
     figures.save(found.draw(rows), folder / "figure.svg")
     return result
+
+
+def _run_part(
+    found: Study, plan: StudyPlan, folder: Path, part: Part, *, jobs: int, quiet: bool
+) -> dict[str, Any]:
+    """Run one part of an experiment, and say where its rows are."""
+    from understudy.ui.cli.output import make_console, show_progress
+    from understudy_lab.parts import run_part
+
+    with _open_rows(found, folder, part.file_name) as kept:
+        _prepare(found, quiet=quiet)
+        with show_progress(f"{found.name} {part}", quiet=quiet) as report:
+            rows = run_part(found, plan, part, kept, jobs=jobs, progress=report)
+    file = folder / part.file_name
+    if not quiet:
+        after = f"When all {part.of} parts have ended: understudy experiment {found.name} --gather"
+        make_console().print(f"{len(rows)} pieces are in {file}. {after}", markup=False)
+    return {"experiment": found.name, "part": str(part), "pieces": len(rows), "file": str(file)}
+
+
+def _run_on_cluster(
+    found: Study,
+    plan: StudyPlan,
+    folder: Path,
+    cluster: str,
+    parameters: Mapping[str, str | int],
+    *,
+    parts: int,
+    quiet: bool,
+) -> None:
+    from understudy.ui.cli.output import show_progress
+    from understudy_lab.cluster import run_on_cluster
+
+    _prepare(found, quiet=quiet)
+    with show_progress(f"{found.name} on {cluster}", quiet=quiet) as report:
+        run_on_cluster(
+            found.name, plan, folder, cluster=cluster, parts=parts, parameters=parameters, progress=report
+        )
 
 
 def _compared(result: StudyResult, experiment: Study) -> tuple[list[str], list[str]]:

@@ -1,0 +1,142 @@
+"""Parts of an experiment: each runs every n-th task as a job of its own, and then their rows are gathered.
+
+Rows of a part are in a file of its own, so that jobs on several computers need nothing but a common folder.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from understudy.errors import SettingError, UnderstudyError
+from understudy_lab.row_cache import RowCache
+from understudy_lab.runner import Progress, run_tasks
+from understudy_lab.study import Row, Study, StudyPlan, Task
+
+WRITTEN = re.compile(r"([1-9]\d*)/([1-9]\d*)")
+FILE = re.compile(r"rows-(\d+)-of-(\d+)\.jsonl")
+MOST_NAMED = 8
+"""The largest number of unfinished parts that an error names."""
+
+
+class PartsUnfinished(UnderstudyError, json_type="PartsUnfinished"):
+    """Rows of an experiment are missing when its parts are gathered."""
+
+
+@dataclass(frozen=True, order=True)
+class Part:
+    """One of the parts of an experiment; `number` counts from 1."""
+
+    number: int
+    of: int
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Read a part such as `2/3`.
+
+        Parameters
+        ----------
+        text
+            The number of the part, and the number of parts.
+
+        Returns
+        -------
+        Part
+            The part.
+
+        Raises
+        ------
+        SettingError
+            If the text does not name one of so many parts.
+        """
+        found = WRITTEN.fullmatch(text)
+        if found is None or int(found[1]) > int(found[2]):
+            raise SettingError(
+                where="understudy experiment",
+                setting="--part",
+                problem=f"is {text!r:.40}",
+                remedy="give the number of the part and the number of parts, such as 1/3",
+            )
+        return cls(int(found[1]), int(found[2]))
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.of}"
+
+    @property
+    def file_name(self) -> str:
+        """The name of the file with the rows of this part."""
+        return f"rows-{self.number}-of-{self.of}.jsonl"
+
+    def select(self, tasks: Sequence[Task]) -> Sequence[Task]:
+        """Return the tasks of this part: every n-th one."""
+        return tasks[self.number - 1 :: self.of]
+
+
+def run_part(
+    experiment: Study,
+    plan: StudyPlan,
+    part: Part,
+    kept: RowCache,
+    *,
+    jobs: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> list[Row]:
+    """Run the tasks of one part that are not stored yet, and return their rows in the order of the tasks."""
+    return run_tasks(experiment, part.select(experiment.tasks(plan)), kept, jobs=jobs, progress=progress)
+
+
+def gather(experiment: Study, plan: StudyPlan, folder: Path) -> RowCache:
+    """Gather the rows of all parts in a folder into one file, in the order of the tasks.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    plan
+        The plan of the parts.
+    folder
+        The folder of the parts.
+
+    Returns
+    -------
+    RowCache
+        All rows. Their file is the one of a run without parts, byte for byte.
+
+    Raises
+    ------
+    PartsUnfinished
+        If a row is missing, or was written by another version of the program. Nothing is changed.
+    """
+    parts = list_parts(folder)
+    sources = [RowCache(experiment.name, folder, part.file_name, change=False) for part in parts]
+    sources.append(RowCache(experiment.name, folder, change=False))
+    tasks = experiment.tasks(plan)
+    missing = {number for number, task in enumerate(tasks) if not any(task in source for source in sources)}
+    if missing:
+        raise PartsUnfinished(_describe_missing(experiment, folder, parts, missing, len(tasks)))
+    rows = [next(source[task] for source in sources if task in source) for task in tasks]
+    kept = RowCache(experiment.name, folder)
+    kept.replace(rows)
+    return kept
+
+
+def list_parts(folder: Path) -> list[Part]:
+    """List the parts of which a folder has rows."""
+    found = (FILE.fullmatch(path.name) for path in folder.glob("rows-*.jsonl"))
+    return sorted(Part(int(each[1]), int(each[2])) for each in found if each is not None)
+
+
+def _describe_missing(
+    experiment: Study, folder: Path, parts: Sequence[Part], missing: set[int], total: int
+) -> str:
+    said = f"{len(missing)} of {total} tasks of {experiment.name} have no result in {folder}"
+    if not parts:
+        return f"{said}, which has no part: run understudy experiment {experiment.name} --part 1/N first"
+    of = max(part.of for part in parts)
+    unfinished = sorted({1 + number % of for number in missing})
+    named = ", ".join(f"{number}/{of}" for number in unfinished[:MOST_NAMED])
+    more = f" and {len(unfinished) - MOST_NAMED} more" if len(unfinished) > MOST_NAMED else ""
+    return f"{said}: run --part {named}{more} again; it goes on where it was"
