@@ -23,7 +23,13 @@ LAST_LINES = 3
 
 
 class JobFailed(UnderstudyError, json_type="JobFailed"):
-    """A job of a cluster ended without having finished its part."""
+    """A cluster that cannot be used, or a job that ended without having finished its part."""
+
+    exit_code = 1
+
+    def __init__(self, *, problem: str) -> None:
+        self.problem = problem
+        super().__init__(problem)
 
 
 @dataclass(frozen=True)
@@ -94,7 +100,8 @@ def run_on_cluster(
         executor = submitit.AutoExecutor(folder=folder / JOBS, cluster=cluster)
         executor.update_parameters(name=f"understudy-{experiment}", **(parameters or {}))
     except (RuntimeError, ValueError, NameError, TypeError) as error:
-        raise JobFailed(f"{cluster}: {error}; check --cluster and --cluster-option") from error
+        problem = f"{cluster}: {error}; check --cluster and --cluster-option"
+        raise JobFailed(problem=problem) from error
     where = folder.absolute()
     jobs = [
         executor.submit(PartJob(experiment, plan, Part(number, parts), where))
@@ -106,7 +113,7 @@ def run_on_cluster(
         if failed is not None:
             said = " ".join(str(failed).strip().splitlines()[-LAST_LINES:])
             raise JobFailed(
-                f"part {done}/{parts} of {experiment} failed as job {job.job_id}: {said:.300}; "
+                problem=f"part {done}/{parts} of {experiment} failed as job {job.job_id}: {said:.300}; "
                 f"its files are in {folder / JOBS}, and the same command goes on with what is missing"
             )
         progress(done, parts)

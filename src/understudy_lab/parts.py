@@ -25,6 +25,10 @@ MOST_NAMED = 8
 class PartsUnfinished(UnderstudyError, json_type="PartsUnfinished"):
     """Rows of an experiment are missing when its parts are gathered."""
 
+    def __init__(self, *, problem: str) -> None:
+        self.problem = problem
+        super().__init__(problem)
+
 
 @dataclass(frozen=True, order=True)
 class Part:
@@ -116,7 +120,7 @@ def gather(experiment: Study, plan: StudyPlan, folder: Path) -> RowCache:
     tasks = experiment.tasks(plan)
     missing = {number for number, task in enumerate(tasks) if not any(task in source for source in sources)}
     if missing:
-        raise PartsUnfinished(_describe_missing(experiment, folder, parts, missing, len(tasks)))
+        raise PartsUnfinished(problem=_describe_missing(experiment, folder, parts, missing, len(tasks)))
     rows = [next(source[task] for source in sources if task in source) for task in tasks]
     kept = RowCache(experiment.name, folder)
     kept.replace(rows)

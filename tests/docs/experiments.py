@@ -41,6 +41,19 @@ How to read the results:
 
 The README of each experiment describes how it was done; it lies beside the code, in `src/understudy_lab`. This page is
 generated from the published results (`python -m tests.docs.experiments`).
+
+## On several computers
+
+```sh
+understudy experiment forage --part 2/8     # on each of 8 computers, with a common folder of results
+understudy experiment forage --gather       # when all parts have ended
+understudy experiment forage --cluster slurm --jobs 8 --cluster-option slurm_partition=cpu
+```
+
+Each part keeps its rows in a file of its own, so that job arrays, matrices of a CI and loops of a shell need nothing
+else. A part that was killed goes on where it was. What is gathered is what one run would have written, byte for byte.
+`--cluster` runs `--jobs` parts as jobs of Slurm (`local`: as processes of this computer) with the extra `cluster`, and
+gathers them; a job that is preempted is queued again.
 """
 
 

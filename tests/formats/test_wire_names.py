@@ -39,10 +39,12 @@ ERRORS = {  # name, exit code, what it is made of
     "ExtraMissing": (2, "what extra"),
     "FileError": (2, "path place problem remedy"),
     "ImageError": (2, "problem remedy"),
+    "JobFailed": (1, "problem"),
     "KindError": (2, "where problem remedy"),
     "LawBroken": (2, "part law found"),
     "MessageRefused": (2, "type problem"),
     "NoDrawing": (2, "problem"),
+    "PartsUnfinished": (2, "problem"),
     "PeerMissing": (2, "peer extra"),
     "RecordingFailed": (1, "path problem"),
     "RecursionRefused": (2, "cycle path"),
@@ -107,7 +109,8 @@ COMMANDS = {
     "diff": "NAME --from --to --library -l --world -w --kit --all --json",
     "export": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
     "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --each --json",
-    "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --json",
+    "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "
+    "--cluster-option --json",
     "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "
     "--parameters --targets --reaction --agent -a --session --kit --json",
     "list": "--library -l --world -w --kit --json",
