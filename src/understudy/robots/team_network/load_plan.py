@@ -27,6 +27,12 @@ from understudy.sim.team.libraries import Libraries, collect_libraries, load_typ
 from understudy.storage.document import fingerprint_automaton
 from understudy.storage.library_folder import open_library
 
+DEPUTIES = 4
+"""The number of a squad's members that may lead it, unless the team file names others.
+
+Each of them hears the reports of all members, so that traffic grows with this number.
+"""
+
 
 @dataclass(frozen=True)
 class LoadedTeam:
@@ -193,7 +199,6 @@ def _make_plan(
             raise _wrong(path, f"agents.runs.{sort}", "is no sort of agents of this team", remedy)
     roots = {sort: (behavior, settings.bind.get(sort, {})) for sort, behavior in settings.runs.items()}
     try:
-        squads = [f"{squad.name}_{number}" for squad, lists in tree.squads for number in range(len(lists))]
         plan = TeamPlan(
             tree,
             libraries,
@@ -201,7 +206,7 @@ def _make_plan(
             readings=dict.fromkeys(tree.types, list_readings(scenario)),
             targets=tuple(scenario.targets),
             robots=robots,
-            deputies=dict.fromkeys(squads, robots) if settings.deputies is None else settings.deputies,
+            deputies=DEPUTIES if settings.deputies is None else settings.deputies,
             fingerprints=fingerprints,
             requires_same_library=settings.same_library,
             lease_s=settings.lease_s,

@@ -33,7 +33,8 @@ class TeamPlan:
     robots
         The name of each robot. By default `robot_0`, `robot_1` and so on.
     deputies
-        For each squad, the agents that may lead it besides the one of its own name, the first choice first.
+        For each squad, the agents that may lead it besides the one of its own name, the first choice first; or a
+        number: so many of its first members.
     fingerprints
         The fingerprint of each sort's library.
     requires_same_library
@@ -51,14 +52,14 @@ class TeamPlan:
         readings: Mapping[str, Sequence[Reading]],
         targets: Sequence[str],
         robots: Sequence[str] = (),
-        deputies: Mapping[str, Sequence[str]] | None = None,
+        deputies: Mapping[str, Sequence[str]] | int = 0,
         fingerprints: Mapping[str, str] | None = None,
         requires_same_library: bool = False,
         lease_s: float = LEASE_S,
     ) -> None:
         self.tree, self.targets, self._lease_s = tree, tuple(targets), lease_s
         self.robots = tuple(robots) or tuple(f"robot_{row}" for row in range(len(tree.type_of)))
-        self._deputies, self._fingerprints = deputies or {}, fingerprints or {}
+        self._deputies, self._fingerprints = deputies, fingerprints or {}
         self._required = self._fingerprints if requires_same_library else {}
         self._programs = TeamPrograms(tree.names, [squad for squad, _ in tree.squads], libraries, roots)
         self._readings: dict[str, Sequence[Reading]] = dict(readings)
@@ -104,7 +105,11 @@ class TeamPlan:
 
     def list_candidates(self, squad: str) -> tuple[str, ...]:
         """List the agents that may lead a squad, the first choice first."""
-        return tuple(dict.fromkeys((squad, *self._deputies.get(squad, ()))))
+        if isinstance(self._deputies, int):
+            deputies: Sequence[str] = self.list_members(squad)[: self._deputies]
+        else:
+            deputies = self._deputies.get(squad, ())
+        return tuple(dict.fromkeys((squad, *deputies)))
 
     def list_led_squads(self, agent: str) -> list[str]:
         """List the squads that an agent may lead, bottom-up."""
