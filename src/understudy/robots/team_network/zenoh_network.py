@@ -18,6 +18,8 @@ PREFIX = "understudy"
 """The first part of all keys."""
 ANSWERING = 8
 """The number of questions that are answered at the same time."""
+WAITING = 4096
+"""The number of messages of a key that are kept until they are taken."""
 PRESENCE_S = 1.0
 """The longest time in s to wait for the answer whether an agent is there."""
 WAIT_MS = 500
@@ -44,6 +46,21 @@ class ZenohOptions:
     listen: Sequence[str] = ()
     multicast: bool = True
     config: Mapping[str, Any] | None = None
+
+
+class ZenohInbox(Inbox):
+    """Messages that a subscriber of Zenoh has received; if nobody takes them, the oldest are dropped."""
+
+    def __init__(self, heard: Any, is_closed: Callable[[], bool]) -> None:
+        super().__init__()
+        self._heard, self._is_closed = heard, is_closed
+
+    def take_all(self) -> list[bytes]:
+        """Take all messages, in the order in which they arrived; none once this agent has left."""
+        taken: list[bytes] = []
+        while not self._is_closed() and (sample := self._heard.try_recv()) is not None:
+            taken.append(bytes(sample.payload))
+        return taken
 
 
 class ZenohNetwork:
@@ -105,14 +122,11 @@ class ZenohNetwork:
 
     def listen(self, key: str) -> Inbox:
         """Receive the messages of a key from now on, in an inbox of its own."""
-        inbox = Inbox()
-
-        def receive(sample: Any) -> None:
-            if not self._closed and sample.kind == self._zenoh.SampleKind.PUT:
-                inbox.add(bytes(sample.payload))
-
-        self._declared.append(self._session.declare_subscriber(f"{self._team}/{key}", receive))
-        return inbox
+        # Zenoh keeps them until they are taken: a call of Python for each as it arrives costs ten times as much.
+        ring = self._zenoh.handlers.RingChannel(WAITING)
+        heard = self._session.declare_subscriber(f"{self._team}/{key}", ring)
+        self._declared.append(heard)
+        return ZenohInbox(heard, lambda: self._closed)
 
     def announce(self, name: str) -> None:
         """Let others see that this agent is there, until `close` or the end of its program."""
