@@ -9,6 +9,7 @@ tick at 10 Hz, each at a time of its own. Bodies are functions of time: what is 
 
 from __future__ import annotations
 
+import json
 import resource
 import subprocess
 import sys
@@ -189,7 +190,7 @@ def count_bytes() -> int:
     raise OSError(f"{COUNTED} has no interface lo")
 
 
-def measure(agents: int, processes: int, seconds: float, settle_s: float) -> None:
+def measure(agents: int, processes: int, seconds: float, *, settle_s: float, config: dict[str, Any]) -> None:
     """Run a team of so many agents, and print what was measured."""
     context = get_context("spawn")
     begin, counts, found = context.Event(), context.Event(), context.Queue()
@@ -198,7 +199,7 @@ def measure(agents: int, processes: int, seconds: float, settle_s: float) -> Non
     running = [
         context.Process(
             target=run_host,
-            args=(number, names, agents, ZenohOptions(ports, [ports[number]], multicast=False),
+            args=(number, names, agents, ZenohOptions(ports, [ports[number]], multicast=False, config=config),
                   begin, counts, found),
         )
         for number, names in enumerate(dealt)
@@ -256,12 +257,13 @@ def main() -> None:
     parser.add_argument("--agents", type=int, nargs="+", default=[50, 100, 200])
     parser.add_argument("--processes", type=int, default=20)
     parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--config", type=json.loads, default={}, help="keys of Zenoh's configuration, as JSON")
     parser.add_argument("--settle", type=float, default=8.0)
     asked = parser.parse_args()
     with suppress(OSError):  # in a network namespace of its own it is down
         subprocess.run(["ip", "link", "set", "lo", "up"], check=False)
     for agents in asked.agents:
-        measure(agents, asked.processes, asked.seconds, asked.settle)
+        measure(agents, asked.processes, asked.seconds, settle_s=asked.settle, config=asked.config)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from understudy.runtime.team.team import TeamTree
 SPAN = 9
 """The number of robots in a squad."""
 TOP = "company_0"
-NEAR_M = 20.0
+NEAR_M, LOADED = 20.0, 2.5
 SQUAD = Squad(
     "squad",
     (Role("robots", "robot"),),
@@ -105,11 +105,11 @@ def make_plan(agents: int) -> TeamPlan:
         "direct",
         ["fetch_and_return", "right"],
         {
-            "start": lambda sees, present: "fetch_and_return",
-            "fetch_and_return": lambda sees, present: "fetch_and_return" if sees else "right",
-            "right": lambda sees, present: "fetch_and_return" if sees else "right",
+            "start": lambda load, present: "fetch_and_return",
+            "fetch_and_return": lambda load, present: "fetch_and_return" if load < LOADED else "right",
+            "right": lambda load, present: "fetch_and_return" if load < LOADED else "right",
         },
-        features=["someone_sees", "squads_present"],
+        features=["load_carried", "squads_present"],
         library=high,
     )
     high = Library.from_automata(high.kit, *map(high.automaton, high.taught), direct)

@@ -109,12 +109,13 @@ class Agent:
         self._ran_s = body.time_s
         self.renew_start()
         self.follower: OrderFollower | None = None
-        self._keys = tuple(self.run.keys)
+        self.keys = tuple(self.run.keys)
+        """The readings that it decides on or reports."""
         if spec.link is not None:
             link = spec.link
             self.follower = OrderFollower(spec.name, link.candidates, library=link.library)
             self._inbox = network.listen(order_key(link.squad))
-            self._keys = tuple(dict.fromkeys((*self._keys, *link.keys)))
+            self.keys = tuple(dict.fromkeys((*self.keys, *link.keys)))
             self._layout = compute_layout(link.keys)
 
     def renew_start(self) -> None:
@@ -123,7 +124,7 @@ class Agent:
 
     def sense(self) -> None:
         """Take this tick's snapshot."""
-        self.percept = self.body.sense(self._keys)
+        self.percept = self.body.sense(self.keys)
 
     def report(self) -> None:
         """Report to the squad: readings of this tick, and the flag raised before it."""

@@ -58,6 +58,7 @@ class TeamPlan:
         lease_s: float = LEASE_S,
     ) -> None:
         self.tree, self.targets, self._lease_s = tree, tuple(targets), lease_s
+        self.libraries, self.roots = libraries, roots
         self.robots = tuple(robots) or tuple(f"robot_{row}" for row in range(len(tree.type_of)))
         self._deputies, self._fingerprints = deputies, fingerprints or {}
         self._required = self._fingerprints if requires_same_library else {}
