@@ -170,7 +170,7 @@ PARTS: Parts = {
             "runs": "behavior that agents run without an order, by their sort: a type of robots or a kind of squads",
             "bind": "target of each parameter of these behaviors, by the sort",
             "deputies": "agents that may lead a squad besides the one of its own name, the first choice first, by the "
-            "squad's name; all robots if left out",
+            "squad's name; its members if left out, of more than four the first two",
             "lease_s": "time for which an order holds after it was received, s; from three ticks to 60",
             "same_library": "whether agents with another library are neither counted nor obeyed",
             "network": "how agents reach each other",

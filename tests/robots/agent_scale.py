@@ -4,7 +4,8 @@
 
 prints for each size how long orders take from publication to receipt in another process, and how many bytes cross the
 loopback interface for each agent; `unshare --net` gives it one of its own, on which there is nothing else. All agents
-tick at 10 Hz, each at a time of its own. Bodies are functions of time: what is measured is messages and decisions.
+tick at 10 Hz, those of one process one after the other. Bodies are functions of time: what is measured is messages and
+decisions.
 """
 
 from __future__ import annotations
@@ -19,7 +20,6 @@ from collections import Counter
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from hashlib import blake2b
-from heapq import heappop, heappush
 from multiprocessing import get_context
 from os import getloadavg
 from pathlib import Path
@@ -116,23 +116,23 @@ class Host:
             self.coordinators[name] = clock, led
             network.announce(name)
 
-    def tick(self, name: str) -> None:
-        """Let one agent hear, sense, report, decide and act, as `AgentProcess` does."""
-        clock, led = self.coordinators[name]
-        clock.advance()
-        robot = self.robots.get(name)
-        if robot is not None:
-            robot[1].sense()
-            robot[1].report()
-        for each in led:
-            each.sense()
-            each.report()
-        for each in reversed(led):
-            each.obey()
-            each.act()
-        if robot is not None:
-            robot[1].obey()
-            robot[1].act()
+    def tick(self) -> None:
+        """Let each agent hear, sense, report, decide and act, as `AgentProcess` does."""
+        for name, (clock, led) in self.coordinators.items():
+            clock.advance()
+            robot = self.robots.get(name)
+            if robot is not None:
+                robot[1].sense()
+                robot[1].report()
+            for each in led:
+                each.sense()
+                each.report()
+            for each in reversed(led):
+                each.obey()
+                each.act()
+            if robot is not None:
+                robot[1].obey()
+                robot[1].act()
 
     def count_ordered(self) -> int:
         """Count the agents that execute an order."""
@@ -148,27 +148,20 @@ def run_host(
     network = MeasuredNetwork(options)
     host = Host(names, make_plan(agents), network)
     begin.wait(JOINING_S)
-    random = Random(number)
-    due: list[tuple[float, str]] = []
-    now = time.monotonic()
-    for name in names:
-        heappush(due, (now + random.random() * TICK_S, name))
-    measured, counting, began = network.measured, False, 0.0
-    while begin.is_set():
-        at, name = heappop(due)
-        left = at - time.monotonic()
+    due = time.monotonic() + Random(number).random() * TICK_S
+    measured, began, is_counting = network.measured, 0.0, False
+    while begin.is_set() and (counts.is_set() or not is_counting):
+        left = due - time.monotonic()
         if left > 0:
             time.sleep(left)
-        if counts.is_set() and not counting:
-            counting, began = True, _cpu_s()
+        if counts.is_set() and not is_counting:
+            is_counting, began = True, _cpu_s()
             network.measured = measured = Measured()
-        host.tick(name)
-        measured.ticks += 1
-        measured.late += left < -TICK_S
-        heappush(due, (max(at + TICK_S, time.monotonic() - TICK_S), name))
-        if counting and not counts.is_set():
-            measured.cpu_s = _cpu_s() - began
-            break
+        host.tick()
+        measured.ticks += len(names)
+        measured.late += len(names) * (left < -TICK_S)
+        due = max(due + TICK_S, time.monotonic() - TICK_S)
+    measured.cpu_s = _cpu_s() - began
     measured.ordered = host.count_ordered()
     found.put((number, measured))
     time.sleep(2.0)  # the others still count
@@ -257,7 +250,9 @@ def main() -> None:
     parser.add_argument("--agents", type=int, nargs="+", default=[50, 100, 200])
     parser.add_argument("--processes", type=int, default=20)
     parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--config", type=json.loads, default={}, help="keys of Zenoh's configuration, as JSON")
+    parser.add_argument(
+        "--config", type=json.loads, default={}, help="keys of Zenoh's configuration, as JSON"
+    )
     parser.add_argument("--settle", type=float, default=8.0)
     asked = parser.parse_args()
     with suppress(OSError):  # in a network namespace of its own it is down

@@ -11,7 +11,7 @@ from tests.runtime.automata import automaton
 
 from understudy.model.library import Library
 from understudy.model.squad import Role, Squad, Statistic
-from understudy.robots.team_network.load_plan import DEPUTIES
+from understudy.robots.team_network.load_plan import choose_deputies
 from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.runtime.team.members import Member
 from understudy.runtime.team.squad_body import list_squad_readings
@@ -53,7 +53,10 @@ class Wanderer(Scripted):
 
     def __init__(self, number: int) -> None:
         phase = number % 7
-        wave = lambda: sin(2 * pi * (self.time_s + phase) / 12.0)  # noqa: E731
+
+        def wave() -> float:
+            return sin(2 * pi * (self.time_s + phase) / 12.0)
+
         super().__init__(
             1,
             {
@@ -129,7 +132,7 @@ def make_plan(agents: int) -> TeamPlan:
         readings={"robot": Scripted.readings},
         targets=Scripted.targets,
         robots=[f"robot_{row}" for row in range(robots)],
-        deputies=DEPUTIES,
+        deputies=choose_deputies,
         fingerprints=dict.fromkeys(("robot", "squad", "company"), "0123456789abcdef"),
     )
 

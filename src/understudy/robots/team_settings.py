@@ -36,7 +36,8 @@ class TeamSettings(StrictStruct, frozen=True, kw_only=True):
 
     `library` is the folder of the team's automata, relative to the team's file. `runs` says what agents of each sort
     run without an order. `deputies` lists, for each squad, the agents that may lead it besides the one of its own name;
-    by default all robots may. With `same_library`, agents whose library differs are not counted and not obeyed.
+    by default its members may, in a squad of more than four the first two. With `same_library`, agents whose library
+    differs are not counted and not obeyed.
     """
 
     library: str = "library"

@@ -27,11 +27,16 @@ from understudy.sim.team.libraries import Libraries, collect_libraries, load_typ
 from understudy.storage.document import fingerprint_automaton
 from understudy.storage.library_folder import open_library
 
-DEPUTIES = 4
-"""The number of a squad's members that may lead it, unless the team file names others.
+FEW, DEPUTIES = 4, 2
+"""Up to `FEW` members of a squad may all lead it, unless the team file names its deputies; of more, so many may.
 
-Each of them hears the reports of all members, so that traffic grows with this number.
+Each of them hears the reports of all members, so that traffic grows with their number.
 """
+
+
+def choose_deputies(members: Sequence[str]) -> Sequence[str]:
+    """Choose the agents that may lead a squad besides its own: all members of a small one, or the first ones."""
+    return members if len(members) <= FEW else members[:DEPUTIES]
 
 
 @dataclass(frozen=True)
@@ -206,7 +211,7 @@ def _make_plan(
             readings=dict.fromkeys(tree.types, list_readings(scenario)),
             targets=tuple(scenario.targets),
             robots=robots,
-            deputies=DEPUTIES if settings.deputies is None else settings.deputies,
+            deputies=choose_deputies if settings.deputies is None else settings.deputies,
             fingerprints=fingerprints,
             requires_same_library=settings.same_library,
             lease_s=settings.lease_s,
