@@ -192,6 +192,7 @@ PARTS: Parts = {
             "library": "folder of its automata, instead of the team's",
             "connect": "further addresses to connect to",
             "listen": "addresses at which it can be reached, instead of the team's",
+            "config": "keys of Zenoh's configuration, in addition to the team's or instead of them",
         },
     ),
 }

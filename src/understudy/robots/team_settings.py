@@ -24,11 +24,15 @@ class NetworkSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class AgentSettings(StrictStruct, frozen=True, kw_only=True):
-    """What differs for one agent: where its library is, and how it is reached."""
+    """What differs for one agent: where its library is, and how it is reached.
+
+    `config` has keys of Zenoh's configuration in addition to those of all agents, or instead of them.
+    """
 
     library: str | None = None
     connect: tuple[str, ...] = ()
     listen: tuple[str, ...] = ()
+    config: Mapping[str, Any] = field(default_factory=dict)
 
 
 class TeamSettings(StrictStruct, frozen=True, kw_only=True):

@@ -88,7 +88,7 @@ def make_network_options(settings: TeamSettings, agent: str | None = None) -> Ze
         connect=network.connect if own is None else (*network.connect, *own.connect),
         listen=listen if own is None or not own.listen else own.listen,
         multicast=network.multicast,
-        config=network.config,
+        config=network.config if own is None else {**network.config, **own.config},
     )
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from threading import Lock
 from typing import Any
 
+from understudy.errors import SettingError
 from understudy.extras import ExtraMissing
 from understudy.robots.ros.transport import Unreachable
 from understudy.runtime.agents.network import Inbox
@@ -99,7 +100,7 @@ class ZenohNetwork:
         except zenoh.ZError as error:
             where = ", ".join((*options.connect, *options.listen)) or "the network"
             problem = str(error).split(" at /")[0]  # it tells where it was compiled
-            remedy = "start the router, or correct [network] in the team's file"
+            remedy = "start the router, or correct [agents.network] in the team's file"
             raise Unreachable(what=where, problem=problem, remedy=remedy) from error
         self._declared.append(
             self._session.liveliness().declare_subscriber(
@@ -205,18 +206,28 @@ class ZenohNetwork:
 def _configure(zenoh: Any, options: ZenohOptions) -> Any:
     """Make the configuration of a session: a peer that others reach directly or through routers."""
     config = zenoh.Config()
+    protocol = (
+        options.connect[0].partition("/")[0] if options.connect else "tcp"
+    )  # not open where others use TLS
     settings = {
         "mode": "peer",
         "connect/endpoints": list(options.connect),
         "connect/timeout_ms": WAIT_MS,
         "connect/exit_on_failure": False,
         "connect/retry": {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2},
-        "listen/endpoints": list(options.listen) or ["tcp/[::]:0"],
+        "listen/endpoints": list(options.listen) or [f"{protocol}/[::]:0"],
         "scouting/multicast/enabled": options.multicast,
         "scouting/gossip/enabled": True,
         "transport/shared_memory/enabled": False,
         **(options.config or {}),
     }
     for key, value in settings.items():
-        config.insert_json5(key, json.dumps(value))
+        try:
+            config.insert_json5(key, json.dumps(value))
+        except zenoh.ZError as error:
+            problem = str(error).split(" at /")[0]
+            raise SettingError(
+                where="[agents.network.config]", setting=key, problem=f"is refused by Zenoh ({problem})",
+                remedy="give a key of its configuration with a value of its type",
+            ) from None  # fmt: skip
     return config
