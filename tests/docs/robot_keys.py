@@ -21,6 +21,7 @@ from understudy.robots.robot_file import (
     TeamFile,
 )
 from understudy.robots.skill_file import SkillSpec
+from understudy.robots.standard_topics import DiagnosticsSpec, FrameSpec
 from understudy.robots.team_settings import AgentSettings, NetworkSpec, TeamSettings
 
 PAGE = ROOT / "docs" / "reference" / "robot-files.md"
@@ -57,6 +58,8 @@ PARTS: Parts = {
             "definitions": "folder, beside this file, with the `.action`, `.srv` and `.msg` files of the skills' "
             "types, as `PACKAGE/action/NAME.action`",
             "skills": "actions and services of the robot that become basic behaviors, by the names of these",
+            "frames": "the frames between which the robot's pose is read; none if left out",
+            "diagnostics": "the robot's diagnostics, read and written; none if left out",
             "commands": "where commands go",
         },
     ),
@@ -120,6 +123,28 @@ PARTS: Parts = {
             "timeout_s": "longest time for it, s, above 0 and at most 3600; then it is cancelled",
             "moves": "whether the robot drives by itself meanwhile, so that no speeds are sent to it",
             "doc": "a sentence about it",
+        },
+    ),
+    FrameSpec: (
+        "Frames",
+        {
+            "fixed": "frame in which the readings `x`, `y` and `heading` are, such as `map` or `odom`",
+            "robot": "frame of the robot",
+            "topic": _TOPIC,
+            "static": "topic of transforms that never change; within the namespace unless it begins with `/`",
+            "rate_hz": _RATE,
+            "stale_s": "age of the oldest transform between the two frames, s, after which the pose is absent: at most "
+            "60, and longer than 1 / `rate_hz`",
+            "required": "whether the robot stops while the pose is absent",
+        },
+    ),
+    DiagnosticsSpec: (
+        "Diagnostics",
+        {
+            "topic": _TOPIC,
+            "publish": "whether the robot's state in Understudy is published there, once a second and when it stops",
+            "unfit": "names of statuses whose levels ERROR and STALE exclude the robot from its squad",
+            "stop": "names of statuses whose levels ERROR and STALE stop the robot, too",
         },
     ),
     CommandSpec: (

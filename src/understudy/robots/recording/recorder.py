@@ -192,10 +192,10 @@ class RecordingTransport(TransportWrapper):
         self._recorder = recorder
         self._heard: set[tuple[str, str]] = set()
 
-    def subscribe(self, topic: str, type: str, received: Received) -> None:
+    def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
         """Pass each message of a topic to `received`, and record it once, however many subscribers there are."""
         if (topic, type) in self._heard:
-            self._transport.subscribe(topic, type, received)
+            self._transport.subscribe(topic, type, received, kept=kept)
             return
         self._heard.add((topic, type))
         keep = self._recorder.open_topic(topic, type)
@@ -204,7 +204,7 @@ class RecordingTransport(TransportWrapper):
             keep(data, at_s)
             received(data, at_s)
 
-        self._transport.subscribe(topic, type, both)
+        self._transport.subscribe(topic, type, both, kept=kept)
 
     def publisher(self, topic: str, type: str) -> Publish:
         """Make a function that publishes on a topic and records its messages."""
