@@ -72,7 +72,9 @@ def diagnose_connection(
             )
         )
     found = [arrival.problem for arrival in arrivals if arrival.problem]
-    problems = tuple(dict.fromkeys((*found, *_others(robot, peers), *_unready_skills(robot))))
+    problems = tuple(
+        dict.fromkeys((*found, *_others(robot, peers), *_unheard(robot), *_unready_skills(robot)))
+    )
     return ConnectionReport(robot.file.name, seconds, arrivals, problems, _lacks(robot))
 
 
@@ -124,6 +126,17 @@ def _others(robot: Robot, peers: Sequence[Publisher]) -> Iterator[str]:
     for topic in dict.fromkeys(robot.file.topic(source.topic) for source in robot.senses.sources.values()):
         if (count := sum(peer.topic == topic for peer in peers)) > 1:
             yield f"{count} publish on {topic}; give each robot a namespace of its own"
+
+
+def _unheard(robot: Robot) -> Iterator[str]:
+    """Yield a sentence about each status of the robot's drivers that its file names and that has not come."""
+    of = robot.file.diagnostics
+    for name in () if of is None else dict.fromkeys((*of.unfit, *of.stop)):
+        if name not in robot.statuses.heard:
+            yield (
+                f"diagnostics: nothing named {name!r} comes on {robot.file.topic(of.topic)}; start its driver, or "
+                "correct the name in the robot's file"
+            )
 
 
 def _unready_skills(robot: Robot) -> Iterator[str]:

@@ -19,6 +19,7 @@ from understudy.model.binding import Binding
 from understudy.model.squad import Assignment
 from understudy.robots.fleet import connect_robot
 from understudy.robots.robot import Robot
+from understudy.robots.ros.diagnostic_messages import DiagnosticStatus, StatusLevel
 from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.load_plan import LoadedTeam, fingerprint_folder
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
@@ -168,6 +169,23 @@ class AgentProcess:
             self.team.plan.make_agent_spec(self.name), twin, self._network, unfit=lambda: robot.unfitness
         )
         twin.follow(self._list_paths)
+        if robot.status_publisher is not None:
+            robot.status_publisher.parts.append(self._describe_diagnostics)
+
+    def _describe_diagnostics(self) -> DiagnosticStatus:
+        """Describe the agent for its robot's diagnostics: WARN while no order holds."""
+        said = self.describe()
+        level = StatusLevel.WARN if said.order is None else StatusLevel.OK
+        message = "is alone: no order holds" if said.order is None else f"obeys {said.leader}"
+        values = {
+            "order": "" if said.order is None else f"{said.order[0]}.{said.order[1]}",
+            "duty": said.duty,
+            "state": " > ".join(said.path),
+            "leads": ", ".join(said.leads),
+            "late ticks": str(said.late),
+            "refused orders": str(sum(said.refused.values())),
+        }
+        return DiagnosticStatus(f"understudy agent: {self.name}", level, message, values)
 
     def _list_paths(self) -> list[tuple[str, ...]]:
         return [] if self.agent is None else [self.agent.run.path(0)]
