@@ -119,9 +119,10 @@ def test_a_status_that_never_comes_is_reported_by_the_check() -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("key", "says"), [('topic = "a b"', "at diagnostics.topic"), ("stop = [1]", "at diagnostics.stop")]
-)
+WRONG = [('topic = "a b"', "at diagnostics.topic"), ("stop = [1]", "at diagnostics.stop")]
+
+
+@pytest.mark.parametrize(("key", "says"), WRONG)
 def test_diagnostics_that_are_refused(key: str, says: str) -> None:
     with pytest.raises(FileError) as caught:
         parse_robot(ROVER.replace("[commands]", f"[diagnostics]\n{key}\n[commands]"))
