@@ -29,6 +29,7 @@ from understudy.robots.recording.message_types import (
     register_message_types,
 )
 from understudy.robots.recording.writer import RecordingWriter
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.messages import encode_message, make_message
 from understudy.robots.ros.state_topic import detect_state_change, resolve_topic_name
 from understudy.robots.ros.transport import Publish, Received, Transport, TransportWrapper
@@ -152,6 +153,16 @@ class RunRecorder:
         else:  # what ended the run matters more than what ended its recording
             with suppress(RecordingFailed):
                 self.close()
+
+
+def list_recorded_names(robots: Sequence[RobotFile]) -> list[str]:
+    """List the unique names under which robots are recorded; in two domains two may have the same namespace."""
+    names = [robot.namespace or robot.name for robot in robots]
+    plain = [name.strip("/") for name in names]
+    return [
+        name if plain.count(name.strip("/")) == 1 else f"{name.rstrip('/')}/robot{number}"
+        for number, name in enumerate(names)
+    ]
 
 
 class _AgentChannels:
