@@ -50,6 +50,7 @@ PARTS: Parts = {
             "domain": "`ROS_DOMAIN_ID`, 0 to 232",
             "namespace": "put before each topic that does not begin with `/`",
             "tick_s": "length of a tick, s, above 0.005 and at most 1",
+            "use_sim_time": "whether ticks follow the clock of a simulation, on `/clock`",
             "limits": "limits on motion, which hold after every behavior",
             "safety": "when the robot stops by itself",
             "readings": "readings, by the names that the scenario gives them",

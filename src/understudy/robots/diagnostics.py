@@ -73,7 +73,9 @@ def diagnose_connection(
         )
     found = [arrival.problem for arrival in arrivals if arrival.problem]
     problems = tuple(
-        dict.fromkeys((*found, *_others(robot, peers), *_unheard(robot), *_unready_skills(robot)))
+        dict.fromkeys(
+            (*found, *_others(robot, peers), *_unheard(robot), *_still(robot), *_unready_skills(robot))
+        )
     )
     return ConnectionReport(robot.file.name, seconds, arrivals, problems, _lacks(robot))
 
@@ -137,6 +139,12 @@ def _unheard(robot: Robot) -> Iterator[str]:
                 f"diagnostics: nothing named {name!r} comes on {robot.file.topic(of.topic)}; start its driver, or "
                 "correct the name in the robot's file"
             )
+
+
+def _still(robot: Robot) -> Iterator[str]:
+    """Yield a sentence if the simulation's clock, by which the robot ticks, has not come."""
+    if robot.simulated_clock is not None and not robot.simulated_clock.heard:
+        yield "use_sim_time: nothing comes on /clock; start the simulation with its clock, or leave it out of the file"
 
 
 def _unready_skills(robot: Robot) -> Iterator[str]:

@@ -31,6 +31,7 @@ from understudy.robots.ros.diagnostic_messages import (
 )
 from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
+from understudy.robots.ros.simulated_clock import SimulatedClock
 from understudy.robots.ros.transport import Publish, Transport
 from understudy.robots.safety.guard import Guard
 from understudy.robots.safety.self_monitor import StopReason
@@ -79,6 +80,9 @@ class Robot:
         self._began = clock()
         self._snapshot: dict[ReadingKey, float] | None = None
         self._at = self._began
+        self.simulated_clock = SimulatedClock(transport) if file.use_sim_time else None
+        """The clock by which it ticks, if that is a simulation's. Whatever stops it goes by this computer's clock."""
+        self._time_s = 0.0
         self.scenario, self.kind = find_robot_scenario(file, path)
         """The scenario whose lessons it runs, and its type there; None if its file names no scenario."""
         colored = () if self.scenario is None else tuple(self.scenario.targets)
@@ -159,8 +163,8 @@ class Robot:
 
     @property
     def time_s(self) -> float:
-        """The time from connecting the robot to the beginning of this tick, in s."""
-        return self._at - self._began
+        """The time from connecting the robot to the beginning of this tick, in s, by the clock of its ticks."""
+        return self._time_s
 
     @property
     def now_s(self) -> float:
@@ -175,6 +179,7 @@ class Robot:
         now = self._clock()
         if self._snapshot is None or now - self._at >= self.tick_s:
             self._at = now
+            self._time_s = now - self._began if self.simulated_clock is None else self.simulated_clock()
             values = self.senses.values(now)
             derived = self._derived.compute(self.time_s, values, self.guard.speeds[0])
             self._snapshot = values | derived | self.skills.values(now)
@@ -202,7 +207,7 @@ class Robot:
         sensed_s = None if self._snapshot is None else self._at
         self._snapshot = None
         if self.status_publisher is not None:
-            self.status_publisher.update(self._clock(), time_s=time.time())
+            self.status_publisher.update(self._clock(), time_s=self._stamp_s)
         drive, turn = (float(table[0, COLUMNS.index(name)]) for name in ("drive", "turn"))
         of = self.file.commands
         number, issued = (
@@ -323,9 +328,14 @@ class Robot:
                 speed_m_s=speed,
                 turn_rad_s=turning,
                 frame=commands.frame,
-                time_s=time.time(),
+                time_s=self._stamp_s,
             )
         )
+
+    @property
+    def _stamp_s(self) -> float:
+        """The time for stamps of messages: of day, or of the simulation, s."""
+        return time.time() if self.simulated_clock is None else self.simulated_clock.stamp_s
 
 
 def describe_exit_reason(error: type[BaseException] | None) -> str:

@@ -133,7 +133,7 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     `world` is the scenario, by name or path, whose lessons the robot runs, and `kind` its type of robot there, which
     may be left out if there is only one; they define the features, behaviors and targets. `router` is the address of
     Zenoh's router, such as tcp/192.168.0.5:7447. `definitions` is the folder, relative to this file, with the .action,
-    .srv and .msg files of the types of `skills`.
+    .srv and .msg files of the types of `skills`. With `use_sim_time`, ticks follow the clock of a simulation on /clock.
     """
 
     format: Literal["understudy-robot/1"]
@@ -146,6 +146,7 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     domain: int = 0
     namespace: str = ""
     tick_s: float = 0.1
+    use_sim_time: bool = False
     limits: MotionLimits
     safety: SafetySpec = SafetySpec()
     readings: Mapping[str, ReadingSpec] = field(default_factory=dict)

@@ -28,6 +28,8 @@ from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
 from understudy.runtime.agents.remote_members import Clock
 
+LOOK_S = 0.005
+"""The time between two looks at a simulation's clock, s."""
 LOGGED = 500
 """The number of lines of an agent's log that are kept."""
 ANSWER_S = 2.0
@@ -139,6 +141,7 @@ class AgentProcess:
         """Whether the agent has to start anew, with another library."""
         self._library = LibraryFolder(team.library, name, partial(fingerprint_folder, team.scenario))
         self.robot: Robot | None = None
+        self._pace: Callable[[], float] = time.monotonic
         self.agent: Agent | None = None
         self._clock: Clock | WallClock = WallClock(team.scenario.tick_s, team.plan.targets)
         if name in team.robots:
@@ -163,10 +166,16 @@ class AgentProcess:
         fleet = connect_robot(path)
         self._exit.callback(fleet.close)
         twin = DigitalTwin(fleet)
-        self._clock, self.robot = twin, fleet.robots[0]
-        robot = self.robot
+        self.robot = robot = fleet.robots[0]
+        self._pace = robot.simulated_clock or time.monotonic
+        if robot.simulated_clock is None:
+            self._clock = twin
         self.agent = Agent(
-            self.team.plan.make_agent_spec(self.name), twin, self._network, unfit=lambda: robot.unfitness
+            self.team.plan.make_agent_spec(self.name),
+            twin,
+            self._network,
+            unfit=lambda: robot.unfitness,
+            clock=None if robot.simulated_clock is None else time.monotonic,
         )
         twin.follow(self._list_paths)
         if robot.status_publisher is not None:
@@ -217,16 +226,19 @@ class AgentProcess:
 
     def run(self, *, until: Callable[[], bool] = lambda: False) -> None:
         """Tick at the team's rate until the agent is told to leave, or `until` says so."""
-        tick_s = self.team.scenario.tick_s
-        due = time.monotonic()
+        tick_s, pace = self.team.scenario.tick_s, self._pace
+        due = pace()
         while not self.left and not until():
             self.tick()
             due += tick_s
-            left_s = due - time.monotonic()
-            if left_s > 0:
-                time.sleep(left_s)
+            if pace() >= due:
+                self.late, due = self.late + 1, pace()
+            elif pace is time.monotonic:
+                time.sleep(max(0.0, due - pace()))
             else:
-                self.late, due = self.late + 1, time.monotonic()
+                while pace() < due and not self.left and not until():  # it may stand still
+                    time.sleep(LOOK_S)
+                    self._carry_out()
 
     def close(self) -> None:
         """Stop the robot and leave the network."""
