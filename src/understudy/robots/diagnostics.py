@@ -133,7 +133,9 @@ def _others(robot: Robot, peers: Sequence[Publisher]) -> Iterator[str]:
 def _unheard(robot: Robot) -> Iterator[str]:
     """Yield a sentence about each status of the robot's drivers that its file names and that has not come."""
     of = robot.file.diagnostics
-    for name in () if of is None else dict.fromkeys((*of.unfit, *of.stop)):
+    if of is None:
+        return
+    for name in dict.fromkeys((*of.unfit, *of.stop)):
         if name not in robot.statuses.heard:
             yield (
                 f"diagnostics: nothing named {name!r} comes on {robot.file.topic(of.topic)}; start its driver, or "

@@ -15,10 +15,9 @@ from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Kit
 from understudy.robots.fleet import Fleet
-from understudy.robots.inputs import POSE
 from understudy.robots.recording.header import SCENARIO, RunInfo
 from understudy.robots.recording.recorder import RunRecorder, list_recorded_names
-from understudy.robots.robot_file import TargetPlaceSpec
+from understudy.robots.robot_file import POSE, TargetPlaceSpec
 from understudy.robots.ros.state_topic import StateChangePublisher
 from understudy.robots.skills.stand_ins import add_robot_skills
 from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys

@@ -236,9 +236,13 @@ class AgentProcess:
             elif pace is time.monotonic:
                 time.sleep(max(0.0, due - pace()))
             else:
-                while pace() < due and not self.left and not until():  # it may stand still
-                    time.sleep(LOOK_S)
-                    self._carry_out()
+                self._wait(due, until)
+
+    def _wait(self, due: float, until: Callable[[], bool]) -> None:
+        """Wait for a simulation's clock, which may stand still, and answer questions meanwhile."""
+        while self._pace() < due and not self.left and not until():
+            time.sleep(LOOK_S)
+            self._carry_out()
 
     def close(self) -> None:
         """Stop the robot and leave the network."""
