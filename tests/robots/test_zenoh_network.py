@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from threading import Event, Thread
+from threading import Barrier, Event, Thread
 
 import msgspec
 import pytest
@@ -183,3 +183,33 @@ def test_a_second_agent_of_one_name_is_refused(tmp_path: Path) -> None:
     finally:
         second.close()
         first.close()
+
+
+def test_of_two_that_are_started_at_the_same_moment_one_remains(tmp_path: Path) -> None:
+    team = load_team_plan(write_team(tmp_path))
+    address = f"tcp/127.0.0.1:{free_port()}"
+    meeting = ZenohNetwork(team.name, ZenohOptions(listen=[address], multicast=False))
+    networks = [ZenohNetwork(team.name, ZenohOptions(connect=[address], multicast=False)) for _ in range(4)]
+    refused: list[str] = []
+    running: list[AgentProcess] = []
+    together = Barrier(len(networks))
+
+    def start(network: ZenohNetwork) -> None:
+        together.wait()
+        try:
+            running.append(AgentProcess("patrol_0", team, network))
+        except SettingError as error:
+            refused.append(str(error))
+
+    try:
+        starting = [Thread(target=start, args=(network,)) for network in networks]
+        for each in starting:
+            each.start()
+        for each in starting:
+            each.join()
+        assert len(running) == 1
+        assert len(refused) == len(networks) - 1
+        assert all("patrol_0 was started twice at the same moment; let the other" in said for said in refused)
+    finally:
+        for network in (*networks, meeting):
+            network.close()

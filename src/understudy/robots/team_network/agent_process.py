@@ -14,12 +14,13 @@ from typing import Any
 
 import msgspec
 
-from understudy.errors import SettingError, UnderstudyError, UnknownName
+from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment
 from understudy.robots.fleet import connect_robot
 from understudy.robots.robot import Robot
 from understudy.robots.ros.diagnostic_messages import DiagnosticStatus, StatusLevel
+from understudy.robots.team_network.agent_claim import claim_name
 from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.load_plan import LoadedTeam, fingerprint_folder
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
@@ -125,11 +126,7 @@ class AgentProcess:
     def __init__(self, name: str, team: LoadedTeam, network: ZenohNetwork) -> None:
         if name not in team.agents:
             raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
-        if network.is_present(name):
-            raise SettingError(
-                where=f"team {team.name}", setting=name, problem="is running already",
-                remedy="stop the other one first",
-            )  # fmt: skip
+        claim_name(network, name, team=team.name)
         self.name, self.team, self._network = name, team, network
         self._exit = ExitStack()
         self._log: deque[str] = deque(maxlen=LOGGED)

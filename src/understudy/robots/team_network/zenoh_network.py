@@ -131,7 +131,16 @@ class ZenohNetwork:
 
     def announce(self, name: str) -> None:
         """Let others see that this agent is there, until `close` or the end of its program."""
-        self._declared.append(self._session.liveliness().declare_token(f"{self._team}/present/{name}"))
+        self.declare_token(f"present/{name}")
+
+    def declare_token(self, key: str) -> None:
+        """Let others see a key, until `close` or the end of this program."""
+        self._declared.append(self._session.liveliness().declare_token(f"{self._team}/{key}"))
+
+    def list_tokens(self, key: str) -> list[str]:
+        """Ask the network which keys are declared; `*` stands for any part of the key."""
+        replies = self._session.liveliness().get(f"{self._team}/{key}", timeout=PRESENCE_S)
+        return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
     @property
     def present(self) -> frozenset[str]:
@@ -141,9 +150,7 @@ class ZenohNetwork:
 
     def is_present(self, name: str) -> bool:
         """Ask the network whether an agent is there; `present` knows of it only a while after this one has joined."""
-        key = f"{self._team}/present/{name}"
-        replies = self._session.liveliness().get(key, timeout=PRESENCE_S)
-        return any(reply.ok is not None for reply in replies)
+        return bool(self.list_tokens(f"present/{name}"))
 
     def answer(self, key: str, answer: Callable[[bytes], bytes]) -> None:
         """Answer questions to a key from now on; `answer` is called in other threads, so that no question waits."""
