@@ -213,3 +213,18 @@ def test_of_two_that_are_started_at_the_same_moment_one_remains(tmp_path: Path) 
     finally:
         for network in (*networks, meeting):
             network.close()
+
+
+def test_a_coordinator_without_members_says_whom_it_never_heard(tmp_path: Path) -> None:
+    team = load_team_plan(write_team(tmp_path))
+    network = ZenohNetwork(team.name, ZenohOptions(multicast=False))
+    process = AgentProcess("patrol_0", team, network)
+    try:
+        until = time.monotonic() + 0.8
+        process.run(until=lambda: time.monotonic() > until)
+        said = process.describe()
+        assert said.leads == {"patrol_0": 1}
+        assert said.missing == dict.fromkeys(("pioneer_1", "pioneer_2", "pioneer_3"), "was never heard")
+        assert said.unfit == ""
+    finally:
+        process.close()
