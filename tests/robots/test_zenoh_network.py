@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("zenoh", reason="needs the extra ros2")
 
-from tests.robots.routers import free_port
+from tests.robots.routers import Router, free_port
 from tests.robots.test_load_plan import write_team
 from tests.runtime.agents.test_lost_agents import NAMES, leaders, make_team
 
@@ -228,3 +228,19 @@ def test_a_coordinator_without_members_says_whom_it_never_heard(tmp_path: Path) 
         assert said.unfit == ""
     finally:
         process.close()
+
+
+def test_clients_hear_each_other_through_a_router() -> None:
+    """As docs/agents.md has it for large teams: no connections among agents."""
+    with Router() as router:
+        client = {"mode": "client", "listen/endpoints": []}
+        options = ZenohOptions(connect=[router.endpoint], multicast=False, config=client)
+        one, two = ZenohNetwork("test", options), ZenohNetwork("test", options)
+        try:
+            one.announce("one")
+            wait_until(lambda: "one" in two.present)
+            inbox = two.listen("order/pair")
+            wait_until(lambda: _is_heard(one, inbox))
+        finally:
+            one.close()
+            two.close()
