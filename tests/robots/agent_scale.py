@@ -39,7 +39,7 @@ from understudy.runtime.agents.network import Inbox
 from understudy.runtime.agents.team_plan import TeamPlan
 
 COUNTED = Path("/proc/net/dev")
-JOINING_S = 600.0
+JOINING_S = 300.0
 
 
 @dataclass
@@ -147,6 +147,7 @@ def run_host(
     """Run agents in this process, and hand out what it saw while `counts` was set."""
     network = MeasuredNetwork(options)
     host = Host(names, make_plan(agents), network)
+    found.put((number, None))
     begin.wait(JOINING_S)
     due = time.monotonic() + Random(number).random() * TICK_S
     measured, began, is_counting = network.measured, 0.0, False
@@ -203,7 +204,8 @@ def measure(agents: int, processes: int, seconds: float, *, settle_s: float, con
             process.start()
             ends.callback(process.join, 20.0)
             ends.callback(begin.clear)
-        time.sleep(4.0 + 1.0 * processes)  # for imports; two cores have twenty of them to do
+        for _ in running:
+            found.get(timeout=JOINING_S)  # each says when it has joined
         begin.set()
         time.sleep(settle_s)
         before, since = count_bytes(), time.monotonic()
