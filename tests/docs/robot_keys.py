@@ -21,6 +21,7 @@ from understudy.robots.robot_file import (
     TeamFile,
 )
 from understudy.robots.skill_file import SkillSpec
+from understudy.robots.standard_topics import DiagnosticsSpec, FrameSpec
 from understudy.robots.team_settings import AgentSettings, NetworkSpec, TeamSettings
 
 PAGE = ROOT / "docs" / "reference" / "robot-files.md"
@@ -49,6 +50,7 @@ PARTS: Parts = {
             "domain": "`ROS_DOMAIN_ID`, 0 to 232",
             "namespace": "put before each topic that does not begin with `/`",
             "tick_s": "length of a tick, s, above 0.005 and at most 1",
+            "use_sim_time": "whether ticks follow the clock of a simulation, on `/clock`",
             "limits": "limits on motion, which hold after every behavior",
             "safety": "when the robot stops by itself",
             "readings": "readings, by the names that the scenario gives them",
@@ -57,6 +59,8 @@ PARTS: Parts = {
             "definitions": "folder, beside this file, with the `.action`, `.srv` and `.msg` files of the skills' "
             "types, as `PACKAGE/action/NAME.action`",
             "skills": "actions and services of the robot that become basic behaviors, by the names of these",
+            "frames": "the frames between which the robot's pose is read; none if left out",
+            "diagnostics": "the robot's diagnostics, read and written; none if left out",
             "commands": "where commands go",
         },
     ),
@@ -122,6 +126,28 @@ PARTS: Parts = {
             "doc": "a sentence about it",
         },
     ),
+    FrameSpec: (
+        "Frames",
+        {
+            "fixed": "frame in which the readings `x`, `y` and `heading` are, such as `map` or `odom`",
+            "robot": "frame of the robot",
+            "topic": _TOPIC,
+            "static": "topic of transforms that never change; within the namespace unless it begins with `/`",
+            "rate_hz": _RATE,
+            "stale_s": "age of the oldest transform between the two frames, s, after which the pose is absent: at most "
+            "60, and longer than 1 / `rate_hz`",
+            "required": "whether the robot stops while the pose is absent",
+        },
+    ),
+    DiagnosticsSpec: (
+        "Diagnostics",
+        {
+            "topic": _TOPIC,
+            "publish": "whether the robot's state in Understudy is published there, once a second and when it stops",
+            "unfit": "names of statuses whose levels ERROR and STALE exclude the robot from its squad",
+            "stop": "names of statuses whose levels ERROR and STALE stop the robot, too",
+        },
+    ),
     CommandSpec: (
         "Commands",
         {
@@ -170,7 +196,7 @@ PARTS: Parts = {
             "runs": "behavior that agents run without an order, by their sort: a type of robots or a kind of squads",
             "bind": "target of each parameter of these behaviors, by the sort",
             "deputies": "agents that may lead a squad besides the one of its own name, the first choice first, by the "
-            "squad's name; all robots if left out",
+            "squad's name; its members if left out, of more than four the first two",
             "lease_s": "time for which an order holds after it was received, s; from three ticks to 60",
             "same_library": "whether agents with another library are neither counted nor obeyed",
             "network": "how agents reach each other",
@@ -192,6 +218,7 @@ PARTS: Parts = {
             "library": "folder of its automata, instead of the team's",
             "connect": "further addresses to connect to",
             "listen": "addresses at which it can be reached, instead of the team's",
+            "config": "keys of Zenoh's configuration, in addition to the team's or instead of them",
         },
     ),
 }

@@ -56,12 +56,12 @@ class Tap(DdsTransport):
         super().__init__(domain)
         self.came: dict[str, bytes] = {}
 
-    def subscribe(self, topic: str, type: str, received: Received) -> None:
+    def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
         def first(data: bytes, at_s: float) -> None:
             self.came.setdefault(topic, data)
             received(data, at_s)
 
-        super().subscribe(topic, type, first)
+        super().subscribe(topic, type, first, kept=kept)
 
 
 class Peer:

@@ -56,7 +56,7 @@ class Wire:
         self.closed = False
         self._received: dict[str, list[Received]] = {}
 
-    def subscribe(self, topic: str, type: str, received: Received) -> None:
+    def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
         self._received.setdefault(topic, []).append(received)
 
     def publisher(self, topic: str, type: str) -> Publish:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from tests.robots.scale_team import make_plan
 
 from understudy.errors import FileError, UnderstudyError
 from understudy.robots.team_network.load_plan import load_team_plan
@@ -119,3 +120,11 @@ def test_who_asks_agents_does_not_listen_where_they_do(tmp_path: Path) -> None:
     team = load_team_plan(write_team(tmp_path, settings))
     of = {name: list(team.make_network_options(name).listen) for name in ("pioneer_1", "patrol_0", None)}
     assert of == {"pioneer_1": [here], "patrol_0": [there], None: []}
+
+
+def test_deputies_are_few_where_a_squad_is_large() -> None:
+    """Each of them hears all members, so that a squad of a hundred must not have a hundred."""
+    few, many = make_plan(6), make_plan(11)
+    assert few.list_candidates("squad_0") == ("squad_0", "robot_0", "robot_1", "robot_2", "robot_3")
+    assert many.list_candidates("squad_0") == ("squad_0", "robot_0", "robot_1")
+    assert many.list_candidates("company_0") == ("company_0", "squad_0")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from math import isnan
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -203,6 +205,48 @@ def test_feedback_is_a_reading_that_is_absent_before(router: Router) -> None:
         assert isnan(rig.read("go_to_distance_remaining"))
         rig.tick("go_to", anew=True)
         rig.run_until(lambda: rig.read("go_to_distance_remaining") == 1.0)
+
+
+def test_what_is_asked_and_answered_is_recorded(router: Router, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with Server(router.endpoint, "run") as server, RunRecorder(path) as recorder:
+        rig = SkilledRig(router.endpoint, skilled(), recorder=recorder)
+        try:
+            rig.ready()
+            rig.tick("go_to", anew=True)
+            rig.run_until(lambda: rig.read("go_to_distance_remaining") == 1.0)
+            server.conduct = "succeed"
+            rig.tick("go_to", anew=True, to="home")
+            rig.run_until(rig.outcomes)
+            rig.tick("beep", anew=True)
+            rig.run_until(lambda: rig.outcomes("beep"), "beep")
+        finally:
+            rig.robot.close()
+            rig.driver.close()
+    found = [record for record in read_skill_records(path) if record["step"] != "feedback"]
+    assert [(record["skill"], record["step"]) for record in found] == [
+        ("go_to", "goal"),
+        ("go_to", "cancelled"),
+        ("go_to", "goal"),
+        ("go_to", "succeeded"),
+        ("beep", "goal"),
+        ("beep", "succeeded"),
+    ]
+    assert found[0]["values"]["pose"]["pose"]["position"]["x"] == 1.5
+    assert found[1]["problem"] == "its state was left"
+    assert found[5]["values"]["success"] is True
+    values = [record["values"] for record in read_skill_records(path) if record["step"] == "feedback"]
+    assert {"go_to_distance_remaining": 1.0} in values
+
+
+def read_skill_records(path: Path) -> list[dict[str, Any]]:
+    from mcap.reader import make_reader
+
+    with path.open("rb") as file:
+        found = [
+            message.data for _, _, message in make_reader(file).iter_messages(["/rover/understudy/skills"])
+        ]
+    return [json.loads(decode_message("std_msgs/msg/String", data).data) for data in found]
 
 
 def test_leaving_the_state_cancels_the_goal_in_that_tick(router: Router) -> None:

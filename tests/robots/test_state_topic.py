@@ -37,9 +37,22 @@ def test_each_switch_is_published_once() -> None:
     told = StateChangePublisher(wire, namespace="/rover", robot="rover")
     for tick, path in enumerate([("a",), ("a",), ("a", "ü"), ("b",)]):
         told.publish_changes(tick / 10, path)
-    assert {topic for topic, _ in wire.sent} == {"/rover/understudy/transitions"}
-    assert [json.loads(decode_message("std_msgs/msg/String", data).data) for _, data in wire.sent] == [
+    switched = [data for topic, data in wire.sent if topic == "/rover/understudy/transitions"]
+    assert [json.loads(decode_message("std_msgs/msg/String", data).data) for data in switched] == [
         {"time_s": 0.0, "robot": "rover", "level": 0, "before": "", "after": "a", "path": ["a"]},
         {"time_s": 0.2, "robot": "rover", "level": 1, "before": "", "after": "ü", "path": ["a", "ü"]},
         {"time_s": 0.3, "robot": "rover", "level": 0, "before": "a", "after": "b", "path": ["b"]},
+    ]
+
+
+def test_each_stop_is_published_once() -> None:
+    wire = Wire()
+    told = StateChangePublisher(wire, namespace="/rover", robot="rover")
+    for cause in ("not armed", "not armed", "", "", "x is absent"):
+        told.publish_changes(0.0, (), stopped=cause)
+    assert {topic for topic, _ in wire.sent} == {"/rover/understudy/stopped"}
+    assert [decode_message("std_msgs/msg/String", data).data for _, data in wire.sent] == [
+        "not armed",
+        "",
+        "x is absent",
     ]

@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from threading import Event, Thread
+from threading import Barrier, Event, Thread
 
 import msgspec
 import pytest
 
 pytest.importorskip("zenoh", reason="needs the extra ros2")
 
-from tests.robots.routers import free_port
+from tests.robots.routers import Router, free_port
 from tests.robots.test_load_plan import write_team
 from tests.runtime.agents.test_lost_agents import NAMES, leaders, make_team
 
@@ -183,3 +183,64 @@ def test_a_second_agent_of_one_name_is_refused(tmp_path: Path) -> None:
     finally:
         second.close()
         first.close()
+
+
+def test_of_two_that_are_started_at_the_same_moment_one_remains(tmp_path: Path) -> None:
+    team = load_team_plan(write_team(tmp_path))
+    address = f"tcp/127.0.0.1:{free_port()}"
+    meeting = ZenohNetwork(team.name, ZenohOptions(listen=[address], multicast=False))
+    networks = [ZenohNetwork(team.name, ZenohOptions(connect=[address], multicast=False)) for _ in range(4)]
+    refused: list[str] = []
+    running: list[AgentProcess] = []
+    together = Barrier(len(networks))
+
+    def start(network: ZenohNetwork) -> None:
+        together.wait()
+        try:
+            running.append(AgentProcess("patrol_0", team, network))
+        except SettingError as error:
+            refused.append(str(error))
+
+    try:
+        starting = [Thread(target=start, args=(network,)) for network in networks]
+        for each in starting:
+            each.start()
+        for each in starting:
+            each.join()
+        assert len(running) == 1
+        assert len(refused) == len(networks) - 1
+        assert all("patrol_0 was started twice at the same moment; let the other" in said for said in refused)
+    finally:
+        for network in (*networks, meeting):
+            network.close()
+
+
+def test_a_coordinator_without_members_says_whom_it_never_heard(tmp_path: Path) -> None:
+    team = load_team_plan(write_team(tmp_path))
+    network = ZenohNetwork(team.name, ZenohOptions(multicast=False))
+    process = AgentProcess("patrol_0", team, network)
+    try:
+        until = time.monotonic() + 0.8
+        process.run(until=lambda: time.monotonic() > until)
+        said = process.describe()
+        assert said.leads == {"patrol_0": 1}
+        assert said.missing == dict.fromkeys(("pioneer_1", "pioneer_2", "pioneer_3"), "was never heard")
+        assert said.unfit == ""
+    finally:
+        process.close()
+
+
+def test_clients_hear_each_other_through_a_router() -> None:
+    """As docs/agents.md has it for large teams: no connections among agents."""
+    with Router() as router:
+        client = {"mode": "client", "listen/endpoints": []}
+        options = ZenohOptions(connect=[router.endpoint], multicast=False, config=client)
+        one, two = ZenohNetwork("test", options), ZenohNetwork("test", options)
+        try:
+            one.announce("one")
+            wait_until(lambda: "one" in two.present)
+            inbox = two.listen("order/pair")
+            wait_until(lambda: _is_heard(one, inbox))
+        finally:
+            one.close()
+            two.close()

@@ -72,7 +72,11 @@ def diagnose_connection(
             )
         )
     found = [arrival.problem for arrival in arrivals if arrival.problem]
-    problems = tuple(dict.fromkeys((*found, *_others(robot, peers), *_unready_skills(robot))))
+    problems = tuple(
+        dict.fromkeys(
+            (*found, *_others(robot, peers), *_unheard(robot), *_still(robot), *_unready_skills(robot))
+        )
+    )
     return ConnectionReport(robot.file.name, seconds, arrivals, problems, _lacks(robot))
 
 
@@ -124,6 +128,25 @@ def _others(robot: Robot, peers: Sequence[Publisher]) -> Iterator[str]:
     for topic in dict.fromkeys(robot.file.topic(source.topic) for source in robot.senses.sources.values()):
         if (count := sum(peer.topic == topic for peer in peers)) > 1:
             yield f"{count} publish on {topic}; give each robot a namespace of its own"
+
+
+def _unheard(robot: Robot) -> Iterator[str]:
+    """Yield a sentence about each status of the robot's drivers that its file names and that has not come."""
+    of = robot.file.diagnostics
+    if of is None:
+        return
+    for name in dict.fromkeys((*of.unfit, *of.stop)):
+        if name not in robot.statuses.heard:
+            yield (
+                f"diagnostics: nothing named {name!r} comes on {robot.file.topic(of.topic)}; start its driver, or "
+                "correct the name in the robot's file"
+            )
+
+
+def _still(robot: Robot) -> Iterator[str]:
+    """Yield a sentence if the simulation's clock, by which the robot ticks, has not come."""
+    if robot.simulated_clock is not None and not robot.simulated_clock.heard:
+        yield "use_sim_time: nothing comes on /clock; start the simulation with its clock, or leave it out of the file"
 
 
 def _unready_skills(robot: Robot) -> Iterator[str]:

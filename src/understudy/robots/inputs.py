@@ -11,17 +11,22 @@ from typing import Any, TypeAlias, TypeVar
 from understudy.errors import FileError, UnderstudyError
 from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
+from understudy.model.kinds import Continuous, Toroidal
 from understudy.robots.camera.config import CAMERA, CameraSpec
 from understudy.robots.camera.live_camera import LiveCamera
-from understudy.robots.robot_file import RobotFile, TargetPlaceSpec
+from understudy.robots.robot_file import POSE, RobotFile, TargetPlaceSpec
 from understudy.robots.ros.fields import BEARING, SCAN, Extract, make_extractor, make_position_extractor
+from understudy.robots.ros.frames import TRANSFORMS, FrameTree
 from understudy.robots.ros.messages import MessageRefused, decode_message
 from understudy.robots.ros.transport import Transport
+from understudy.robots.standard_topics import FrameSpec
 from understudy.runtime.body import Reading
 from understudy.sim.scenario.toml_decode import DecodeProblem
 from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
 
 Values: TypeAlias = Callable[[Any], Mapping[ReadingKey, float]]
+FRAMES = "frames"
+"""The name of the input of the robot's pose."""
 PLACE = ("x", "y")
 """The names of the coordinates that a topic gives for a target, from which the target's readings are computed."""
 
@@ -57,6 +62,8 @@ def make_topic_inputs(
         if isinstance(made, DecodeProblem):
             return made
         found.append(made)
+    if file.frames is not None:
+        found.append(_pose(file.frames))
     if camera is not None and file.camera is not None:
         found.append(_images(file.camera, camera, targets))
     return tuple(found)
@@ -100,6 +107,20 @@ def _images(of: CameraSpec, camera: LiveCamera, targets: Sequence[str]) -> Topic
     )  # fmt: skip
 
 
+def _pose(of: FrameSpec) -> TopicInput:
+    """Make the input of the robot's pose in a frame, whose values `SensorInputs` takes from all transforms."""
+    about = f"of {of.robot} in {of.fixed}"
+    readings = (
+        Reading("x", Continuous(), "m", doc=f"Place {about}."),
+        Reading("y", Continuous(), "m", doc=f"Place {about}."),
+        Reading("heading", Toroidal(), "rad", doc=f"Direction {about}."),
+    )
+    return TopicInput(
+        FRAMES, of.topic, TRANSFORMS, of.stale_s, of.rate_hz, of.required, True,
+        tuple((name, None) for name in POSE), readings, lambda message: {},
+    )  # fmt: skip
+
+
 def _places(file: RobotFile) -> Iterator[TopicInput | DecodeProblem]:
     """Yield the inputs of targets whose places come from topics."""
     for name, target in file.targets.items():
@@ -118,9 +139,6 @@ def _places(file: RobotFile) -> Iterator[TopicInput | DecodeProblem]:
 
 def _of_place(keys: Sequence[ReadingKey], taken: Callable[[Any], tuple[float, float]]) -> Values:
     return lambda message: dict(zip(keys, taken(message), strict=True))
-
-
-POSE = ("x", "y", "heading")
 
 
 def compute_ranges_and_bearings(
@@ -198,8 +216,16 @@ class SensorInputs:
         self.readings: Sequence[Reading] = tuple(readings.values())
         seen = () if file.camera is None else (*file.camera.colors, *targets)
         self.targets: Sequence[str] = tuple(dict.fromkeys((*seen, *file.targets)))
-        for topic, type in dict.fromkeys((source.topic, source.type) for source in found if source.topic):
+        for topic, type in dict.fromkeys(
+            (source.topic, source.type) for source in found if source.name != FRAMES
+        ):
             transport.subscribe(file.topic(topic), type, self._listener(topic, type))
+        self._frames = FrameTree()
+        if file.frames is not None:
+            of = file.frames
+            self._frames_between = of.fixed.lstrip("/"), of.robot.lstrip("/")
+            transport.subscribe(file.topic(of.topic), TRANSFORMS, self._hear_frames)
+            transport.subscribe(file.topic(of.static), TRANSFORMS, self._hear_static_frames, kept=True)
 
     def values(self, now: float) -> dict[ReadingKey, float]:
         """Return a value for each reading at time `now` (s, `time.monotonic`); NaN if absent."""
@@ -247,6 +273,26 @@ class SensorInputs:
                 if not fresh or (source.always and any(isnan(value) for value in fresh.values())):
                     return name
         return None
+
+    def _hear_static_frames(self, data: bytes, at_s: float) -> None:
+        self._hear_frames(data, inf)
+
+    def _hear_frames(self, data: bytes, at_s: float) -> None:
+        """Take transforms, and the robot's pose if one of them changes it; raise no errors."""
+        latest, of = self.latest[FRAMES], self._frames_between
+        try:
+            changed = self._frames.update(decode_message(TRANSFORMS, data), at_s)
+        except MessageRefused as error:
+            latest.refused += 1
+            latest.problem = error.problem
+            return
+        if changed.isdisjoint(self._frames.list_links(*of)) or (pose := self._frames.locate(*of)) is None:
+            return
+        latest.values = dict(zip(self.sources[FRAMES].keys, pose[:3], strict=True))
+        latest.at_s = pose.at_s
+        if not latest.count:
+            latest.first_s = pose.at_s
+        latest.count += 1
 
     def _listener(self, topic: str, type: str) -> Callable[[bytes, float], None]:
         """Make the function that takes the readings of a topic out of its messages; it raises no errors."""

@@ -22,8 +22,16 @@ from understudy.robots.derived_readings import DerivedReadings
 from understudy.robots.inputs import SensorInputs
 from understudy.robots.recording.recorder import RecordingTransport, RunRecorder
 from understudy.robots.robot_file import RobotFile
+from understudy.robots.ros.diagnostic_messages import (
+    DIAGNOSTICS,
+    DiagnosticStatus,
+    StatusLevel,
+    StatusListener,
+    StatusPublisher,
+)
 from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
+from understudy.robots.ros.simulated_clock import SimulatedClock
 from understudy.robots.ros.transport import Publish, Transport
 from understudy.robots.safety.guard import Guard
 from understudy.robots.safety.self_monitor import StopReason
@@ -32,6 +40,7 @@ from understudy.robots.safety.stop_log import StopEvent, StopLog, find_stop_log
 from understudy.robots.safety.watchdog_client import WatchdogClient
 from understudy.robots.skills.cancel_all import make_cancel_sender
 from understudy.robots.skills.robot_skills import RobotSkills
+from understudy.robots.standard_topics import DiagnosticsSpec
 from understudy.runtime.body import ISSUED, SKILL, Channel, Commands, Reading
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import COLUMNS, MOVING, list_type_readings, make_command_table
@@ -71,6 +80,9 @@ class Robot:
         self._began = clock()
         self._snapshot: dict[ReadingKey, float] | None = None
         self._at = self._began
+        self.simulated_clock = SimulatedClock(transport) if file.use_sim_time else None
+        """The clock by which it ticks, if that is a simulation's. Whatever stops it goes by this computer's clock."""
+        self._time_s = 0.0
         self.scenario, self.kind = find_robot_scenario(file, path)
         """The scenario whose lessons it runs, and its type there; None if its file names no scenario."""
         colored = () if self.scenario is None else tuple(self.scenario.targets)
@@ -88,6 +100,16 @@ class Robot:
             *self.skills.readings,
         )
         self._publish: Publish | None = None
+        self._diagnosed = of = file.diagnostics or DiagnosticsSpec()
+        self.statuses = StatusListener((*of.unfit, *of.stop))
+        """Statuses of the robot's own drivers, which its file names."""
+        if of.unfit or of.stop:
+            transport.subscribe(file.topic(of.topic), DIAGNOSTICS, self.statuses.receive)
+        self.status_publisher: StatusPublisher | None = None
+        """What publishes its state as diagnostics, if its file asks for that."""
+        if of.publish:
+            publish = transport.publisher(file.topic(of.topic), DIAGNOSTICS)
+            self.status_publisher = StatusPublisher(publish, [self.describe_status])
         self._cancel_all = make_cancel_sender(file, transport)
         self._owner = os.getpid()
         self.guard = Guard(
@@ -124,6 +146,8 @@ class Robot:
         now = self._clock()
         if (danger := self._danger(now)) is not None:
             return danger.cause
+        if (error := self.statuses.find_error((*self._diagnosed.unfit, *self._diagnosed.stop))) is not None:
+            return error
         fresh = any(self.senses.read_fresh(name, now) for name in self.senses.sources)
         return "" if fresh or not self.senses.sources else "sends nothing"
 
@@ -139,8 +163,8 @@ class Robot:
 
     @property
     def time_s(self) -> float:
-        """The time from connecting the robot to the beginning of this tick, in s."""
-        return self._at - self._began
+        """The time from connecting the robot to the beginning of this tick, in s, by the clock of its ticks."""
+        return self._time_s
 
     @property
     def now_s(self) -> float:
@@ -155,6 +179,7 @@ class Robot:
         now = self._clock()
         if self._snapshot is None or now - self._at >= self.tick_s:
             self._at = now
+            self._time_s = now - self._began if self.simulated_clock is None else self.simulated_clock()
             values = self.senses.values(now)
             derived = self._derived.compute(self.time_s, values, self.guard.speeds[0])
             self._snapshot = values | derived | self.skills.values(now)
@@ -181,6 +206,8 @@ class Robot:
             raise
         sensed_s = None if self._snapshot is None else self._at
         self._snapshot = None
+        if self.status_publisher is not None:
+            self.status_publisher.update(self._clock(), time_s=self._stamp_s)
         drive, turn = (float(table[0, COLUMNS.index(name)]) for name in ("drive", "turn"))
         of = self.file.commands
         number, issued = (
@@ -196,6 +223,23 @@ class Robot:
             self.skills.ask(int(number), issued)
             if self.guard.stopped:  # by another thread, meanwhile
                 self.skills.stop(self.guard.stopped)
+
+    def describe_status(self) -> DiagnosticStatus:
+        """Describe the robot for its diagnostics: ERROR if it is stopped, WARN if it is disarmed."""
+        stopped, now = self.guard.stopped, self._clock()
+        level = StatusLevel.OK if not stopped else StatusLevel.ERROR if self.armed else StatusLevel.WARN
+        ages = {
+            f"age of {name} (s)": f"{now - latest.at_s:.1f}" if latest.count else "never came"
+            for name, latest in self.senses.latest.items()
+        }
+        speeds = {
+            "speed (m/s)": f"{self.guard.speeds[0]:.2f}",
+            "turning (rad/s)": f"{self.guard.speeds[1]:.2f}",
+        }
+        armed = {"armed": str(self.armed).lower()}
+        return DiagnosticStatus(
+            f"understudy: {self.file.name}", level, stopped or "armed", armed | speeds | ages
+        )
 
     def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
         """Return the number of a skill with targets, for the channel `skill`."""
@@ -258,12 +302,15 @@ class Robot:
     def _danger(self, now: float) -> StopReason | None:
         """Return why the robot's readings forbid it to move now, or None.
 
-        The reasons are a required reading that is absent, and a place outside the geofence. The robot is disarmed at
-        once if a sensor is silent for `stale_s`, or the place is outside or unknown; after `LOST_S` if the sensor
-        sends but its value is absent. In other cases it moves again when the reading is back.
+        The reasons are a required reading that is absent, an error in the diagnostics that its file names, and a
+        place outside the geofence. The robot is disarmed at once if a sensor is silent for `stale_s`, or the place is
+        outside or unknown; after `LOST_S` if the sensor sends but its value is absent, or the error lasts. In other
+        cases it moves again when the cause is gone.
         """
         if (name := self.senses.find_missing(now)) is not None:
             return StopReason(f"{name} is absent", lost=not self.senses.read_fresh(name, now))
+        if (error := self.statuses.find_error(self._diagnosed.stop)) is not None:
+            return StopReason(error, lost=False)
         if (fence := self.file.limits.geofence) is not None:
             x, y = (self.senses.value(name, now) for name in ("x", "y"))
             if not (fence[0] <= x <= fence[2] and fence[1] <= y <= fence[3]):
@@ -281,9 +328,14 @@ class Robot:
                 speed_m_s=speed,
                 turn_rad_s=turning,
                 frame=commands.frame,
-                time_s=time.time(),
+                time_s=self._stamp_s,
             )
         )
+
+    @property
+    def _stamp_s(self) -> float:
+        """The time for stamps of messages: of day, or of the simulation, s."""
+        return time.time() if self.simulated_clock is None else self.simulated_clock.stamp_s
 
 
 def describe_exit_reason(error: type[BaseException] | None) -> str:

@@ -18,6 +18,7 @@ from understudy.errors import FileError
 from understudy.robots.camera.config import CameraSpec, parse_toml
 from understudy.robots.ros.state_topic import TOPIC as STATE_TOPIC
 from understudy.robots.skill_file import SkillSpec, find_skill_problems
+from understudy.robots.standard_topics import DiagnosticsSpec, FrameSpec
 from understudy.robots.team_settings import TeamSettings
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values
@@ -37,6 +38,8 @@ TOPIC = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 TYPE = re.compile(r"[a-z]\w*/msg/[A-Z]\w*", re.ASCII)
 ROUTER = re.compile(r"(tcp|udp|tls|quic|ws)/\S+:\d+")
 READING = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+POSE = ("x", "y", "heading")
+"""The readings that say where the robot is."""
 LONGEST_TOPIC = 247
 """The largest number of characters of a full topic name in ROS 2 (RMW_TOPIC_MAX_NAME_LENGTH of rmw)."""
 FASTEST_TICK_S, SLOWEST_TICK_S = 0.005, 1.0
@@ -130,7 +133,7 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     `world` is the scenario, by name or path, whose lessons the robot runs, and `kind` its type of robot there, which
     may be left out if there is only one; they define the features, behaviors and targets. `router` is the address of
     Zenoh's router, such as tcp/192.168.0.5:7447. `definitions` is the folder, relative to this file, with the .action,
-    .srv and .msg files of the types of `skills`.
+    .srv and .msg files of the types of `skills`. With `use_sim_time`, ticks follow the clock of a simulation on /clock.
     """
 
     format: Literal["understudy-robot/1"]
@@ -143,6 +146,7 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     domain: int = 0
     namespace: str = ""
     tick_s: float = 0.1
+    use_sim_time: bool = False
     limits: MotionLimits
     safety: SafetySpec = SafetySpec()
     readings: Mapping[str, ReadingSpec] = field(default_factory=dict)
@@ -150,6 +154,8 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     targets: Mapping[str, TargetPlaceSpec] = field(default_factory=dict)
     definitions: str | None = None
     skills: Mapping[str, SkillSpec] = field(default_factory=dict)
+    frames: FrameSpec | None = None
+    diagnostics: DiagnosticsSpec | None = None
     commands: CommandSpec
 
     def topic(self, name: str) -> str:
@@ -271,6 +277,10 @@ def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
         yield from _wrong_topic(
             robot, f"skills.{name}.{'action' if skill.action else 'service'}", skill.endpoint
         )
+    if robot.frames is not None:
+        yield from _wrong_frames(robot, robot.frames)
+    if robot.diagnostics is not None:
+        yield from _wrong_topic(robot, "diagnostics.topic", robot.diagnostics.topic)
     if robot.camera is not None:
         yield from _wrong_topic(robot, "camera.topic", robot.camera.topic)
         yield from _wrong_times("camera", stale_s=robot.camera.stale_s, rate_hz=robot.camera.rate_hz)
@@ -297,6 +307,7 @@ def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:
     taken = {
         "targets": [each.name for each in LOCATIONS] if robot.targets else [],
         "the camera": [each.name for each in BLOBS] if robot.camera is not None else [],
+        "frames": POSE if robot.frames is not None else [],
     }
     for of, names in taken.items():
         for name in names:
@@ -340,10 +351,21 @@ def _wrong_fence(robot: RobotFile) -> Iterator[DecodeProblem]:
             "limits.geofence", f"is {list(fence)}", "give x0, y0, x1, y1 with x0 < x1 and y0 < y1"
         )
     for name in ("x", "y"):
-        if name not in robot.readings:
+        if name not in robot.readings and robot.frames is None:
             yield DecodeProblem(
                 f"readings.{name}", "is missing, and the geofence needs it", f"give the reading {name!r}"
             )
+
+
+def _wrong_frames(robot: RobotFile, frames: FrameSpec) -> Iterator[DecodeProblem]:
+    yield from _wrong_topic(robot, "frames.topic", frames.topic)
+    yield from _wrong_topic(robot, "frames.static", frames.static)
+    yield from _wrong_times("frames", stale_s=frames.stale_s, rate_hz=frames.rate_hz)
+    for key, name in (("fixed", frames.fixed), ("robot", frames.robot)):
+        if not name.strip("/"):
+            yield DecodeProblem(f"frames.{key}", "is empty", "give the name of a frame, such as base_link")
+    if frames.fixed.lstrip("/") == frames.robot.lstrip("/"):
+        yield DecodeProblem("frames.robot", "is the same frame as fixed", "give the robot's own frame")
 
 
 def _wrong_topic(robot: RobotFile, key: str, topic: str) -> Iterator[DecodeProblem]:

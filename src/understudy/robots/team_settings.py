@@ -24,11 +24,15 @@ class NetworkSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 class AgentSettings(StrictStruct, frozen=True, kw_only=True):
-    """What differs for one agent: where its library is, and how it is reached."""
+    """What differs for one agent: where its library is, and how it is reached.
+
+    `config` has keys of Zenoh's configuration in addition to those of all agents, or instead of them.
+    """
 
     library: str | None = None
     connect: tuple[str, ...] = ()
     listen: tuple[str, ...] = ()
+    config: Mapping[str, Any] = field(default_factory=dict)
 
 
 class TeamSettings(StrictStruct, frozen=True, kw_only=True):
@@ -36,7 +40,8 @@ class TeamSettings(StrictStruct, frozen=True, kw_only=True):
 
     `library` is the folder of the team's automata, relative to the team's file. `runs` says what agents of each sort
     run without an order. `deputies` lists, for each squad, the agents that may lead it besides the one of its own name;
-    by default all robots may. With `same_library`, agents whose library differs are not counted and not obeyed.
+    by default its members may, in a squad of more than four the first two. With `same_library`, agents whose library
+    differs are not counted and not obeyed.
     """
 
     library: str = "library"

@@ -15,10 +15,9 @@ from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Kit
 from understudy.robots.fleet import Fleet
-from understudy.robots.inputs import POSE
 from understudy.robots.recording.header import SCENARIO, RunInfo
-from understudy.robots.recording.recorder import RunRecorder
-from understudy.robots.robot_file import TargetPlaceSpec
+from understudy.robots.recording.recorder import RunRecorder, list_recorded_names
+from understudy.robots.robot_file import POSE, TargetPlaceSpec
 from understudy.robots.ros.state_topic import StateChangePublisher
 from understudy.robots.skills.stand_ins import add_robot_skills
 from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys
@@ -149,8 +148,8 @@ class DigitalTwin:
         if self._paths is None:
             return
         paths = self._paths()
-        for told, path in zip(self._told, paths, strict=True):
-            told.publish_changes(time_s, tuple(path))
+        for told, path, robot in zip(self._told, paths, self.fleet, strict=True):
+            told.publish_changes(time_s, tuple(path), stopped=robot.stop_cause)
         if self._recorder is not None and self._recording:
             self._recorder.write_tick(time_s, percept, paths)
 
@@ -177,7 +176,7 @@ class DigitalTwin:
             files[str(path) if path.name in files else path.name] = path.read_text("utf-8-sig")
         self._recorder.begin(
             self,
-            names=_apart([robot.file.namespace or robot.file.name for robot in self.fleet]),
+            names=list_recorded_names([robot.file for robot in self.fleet]),
             ran=ran,
             files=files,
         )
@@ -273,15 +272,6 @@ class DigitalTwin:
         else:
             x, y = x + self._origin[0], y + self._origin[1]
         thing["x"], thing["y"], thing["present"] = x, y, 1
-
-
-def _apart(names: Sequence[str]) -> list[str]:
-    """Make unique names of topics; in two domains two robots may have the same namespace."""
-    plain = [name.strip("/") for name in names]
-    return [
-        name if plain.count(name.strip("/")) == 1 else f"{name.rstrip('/')}/robot{number}"
-        for number, name in enumerate(names)
-    ]
 
 
 Ground: TypeAlias = World | DigitalTwin

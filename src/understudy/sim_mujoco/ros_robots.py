@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from understudy.model.features import ReadingKey
 from understudy.robots.camera.blobs import Image
+from understudy.robots.ros.frames import TRANSFORMS, make_transform
 from understudy.robots.ros.messages import (
     MessageRefused,
     decode_message,
@@ -68,10 +69,12 @@ class RosRobot:
         types = {topic.type for topic in self._sensors}
         self._with_header = {type for type in types if "header" in list_message_fields(type)}
         topics = {topic.name: topic.type for topic in self._sensors} | {"odom": ODOMETRY}
+        topics |= {"/tf": TRANSFORMS}
         topics |= {f"targets/{target}": PLACE for target in self._targets}
         topics |= {"image_raw": IMAGE} if self._camera else {}
         self._publish: Mapping[str, Publish] = {
-            topic: self.transport.publisher(f"/{self.name}/{topic}", type) for topic, type in topics.items()
+            topic: self.transport.publisher(topic if topic[0] == "/" else f"/{self.name}/{topic}", type)
+            for topic, type in topics.items()
         }
         self.transport.subscribe(f"/{self.name}/cmd_vel", TWIST, self._obey)
 
@@ -107,7 +110,9 @@ class RosRobot:
             if topic.type in self._with_header:
                 fields["header"] = header
             self._publish[topic.name](encode_message(topic.type, make_message(topic.type, **fields)))
-        self._publish["odom"](encode_message(ODOMETRY, self._odometry(header)))
+        odometry = self._odometry(make_message_header(time_s, f"{self.name}/odom"))
+        self._publish["odom"](encode_message(ODOMETRY, odometry))
+        self._publish["/tf"](encode_message(TRANSFORMS, make_odometry_transform(odometry)))
         for target in self._targets:
             away, bearing = (float(percept[each, target][self.number]) for each in ("range", "bearing"))
             if not (isnan(away) or isnan(bearing)):
@@ -138,6 +143,18 @@ class RosRobot:
             pose=make_message("geometry_msgs/msg/PoseWithCovariance", pose=place),
             twist=make_message("geometry_msgs/msg/TwistWithCovariance", twist=moved),
         )
+
+
+def make_odometry_transform(odometry: Any) -> Any:
+    """Make the transform of an odometry message, from its frame to the robot's base (REP 105)."""
+    pose = odometry.pose.pose
+    return make_transform(
+        odometry.header,
+        odometry.child_frame_id,
+        x=pose.position.x,
+        y=pose.position.y,
+        turned=pose.orientation,
+    )
 
 
 def encode_image_message(image: Image, header: Any) -> bytes:

@@ -33,14 +33,14 @@ class WakingTransport(TransportWrapper):
         super().__init__(transport)
         self.came = Event()
 
-    def subscribe(self, topic: str, type: str, received: Received) -> None:
+    def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
         """Subscribe as the wrapped transport does, and signal each message."""
 
         def woken(data: bytes, at_s: float) -> None:
             received(data, at_s)
             self.came.set()
 
-        self._transport.subscribe(topic, type, woken)
+        self._transport.subscribe(topic, type, woken, kept=kept)
 
 
 def program() -> Program:

@@ -6,6 +6,8 @@ from random import Random
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.bodies import Scripted
+from tests.robots.scale_team import make_plan
 from tests.runtime.random_libraries import Played, played
 from tests.runtime.test_team import CASES, random_tree
 
@@ -31,3 +33,18 @@ def test_agents_do_what_a_team_does(random: Random, robots: int) -> None:
         agents.tick()
         assert agents.paths == team.paths
         assert body.commanded[-1] == other.commanded[-1]
+
+
+def test_squads_report_their_own_statistics_to_the_coordinator_above() -> None:
+    """The coordinator of all squads decides on readings that only the squads below it compute."""
+    plan = make_plan(24)
+    body, other = Scripted(len(plan.robots)), Scripted(len(plan.robots))
+    team = Team(body, plan.tree, plan.libraries, plan.roots)
+    agents = LocalTeam(other, plan)
+    seen = set()
+    for _ in range(30):
+        team.tick()
+        agents.tick()
+        assert agents.paths == team.paths
+        seen |= {path[0] for path in agents.paths}
+    assert seen == {"go_to_ball", "right"}

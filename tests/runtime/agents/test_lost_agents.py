@@ -103,7 +103,7 @@ def test_deputies_count_no_flags_of_an_order_that_is_over() -> None:
         team.tick()
         receiver = team.robots["scout_1"].follower
         assert receiver is not None
-        percept = team.coordinators["pair_0"]["scout_1"].agent.percept
+        percept = team.coordinators["pair_0"]["scout_1"].squads.sense([("all_done", None)])
         counted.add((receiver.order, float(percept["all_done", None][0])))
     assert {((1, 1), 1.0), ((1, 2), 0.0)} < counted
     assert ((1, 2), 1.0) not in counted

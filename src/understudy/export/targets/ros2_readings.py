@@ -15,8 +15,8 @@ from understudy.export.targets.c99_names import CNames
 from understudy.export.targets.c99_source import quote_for_c
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Categorical, Kind, Toroidal
-from understudy.robots.inputs import PLACE, POSE, TopicInput
-from understudy.robots.robot_file import ReadingSpec
+from understudy.robots.inputs import PLACE, TopicInput
+from understudy.robots.robot_file import POSE, ReadingSpec
 from understudy.robots.ros.fields import BEARING, CLEAR_M, POSE_2D, RANGE, SCAN, WIDTH
 from understudy.sim.sensing.sensor_table import LOCATIONS, STUCK
 
@@ -45,6 +45,7 @@ class NodeReadings:
     def __init__(self, robot: RobotInterface, hierarchy: Hierarchy, names: CNames) -> None:
         self.robot, self.file, self.hierarchy, self.names = robot, robot.file, hierarchy, names
         self._refuse_images()
+        self._refuse_standard_topics()
         self.absent = tuple(
             str(slot) for slot in hierarchy.readings if not self._has(slot.reading, slot.target)
         )
@@ -71,6 +72,18 @@ class NodeReadings:
                 problem="is true, but the exported node reads no images",
                 remedy="leave it out of the file that you export for",
             )
+
+    def _refuse_standard_topics(self) -> None:
+        """Refuse what keeps a robot safe, or gives its pose, if the exported node does not read it."""
+        stops = self.file.diagnostics is not None and self.file.diagnostics.stop
+        for key, given in (("frames", self.file.frames is not None), ("diagnostics.stop", stops)):
+            if given:
+                raise SettingError(
+                    where=self.file.name,
+                    setting=key,
+                    problem="is given, but the exported node does not read it",
+                    remedy="leave it out of the file that you export for, and read a pose from odometry",
+                )
 
     def _has(self, reading: str, target: str | None) -> bool:
         """Return whether the robot gives a reading, of itself or of a target; also places that come from topics."""

@@ -29,6 +29,7 @@ from understudy.robots.recording.message_types import (
     register_message_types,
 )
 from understudy.robots.recording.writer import RecordingWriter
+from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.messages import encode_message, make_message
 from understudy.robots.ros.state_topic import detect_state_change, resolve_topic_name
 from understudy.robots.ros.transport import Publish, Received, Transport, TransportWrapper
@@ -154,6 +155,16 @@ class RunRecorder:
                 self.close()
 
 
+def list_recorded_names(robots: Sequence[RobotFile]) -> list[str]:
+    """List the unique names under which robots are recorded; in two domains two may have the same namespace."""
+    names = [robot.namespace or robot.name for robot in robots]
+    plain = [name.strip("/") for name in names]
+    return [
+        name if plain.count(name.strip("/")) == 1 else f"{name.rstrip('/')}/robot{number}"
+        for number, name in enumerate(names)
+    ]
+
+
 class _AgentChannels:
     """The channels of one agent in a recording."""
 
@@ -192,10 +203,10 @@ class RecordingTransport(TransportWrapper):
         self._recorder = recorder
         self._heard: set[tuple[str, str]] = set()
 
-    def subscribe(self, topic: str, type: str, received: Received) -> None:
+    def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
         """Pass each message of a topic to `received`, and record it once, however many subscribers there are."""
         if (topic, type) in self._heard:
-            self._transport.subscribe(topic, type, received)
+            self._transport.subscribe(topic, type, received, kept=kept)
             return
         self._heard.add((topic, type))
         keep = self._recorder.open_topic(topic, type)
@@ -204,7 +215,7 @@ class RecordingTransport(TransportWrapper):
             keep(data, at_s)
             received(data, at_s)
 
-        self._transport.subscribe(topic, type, both)
+        self._transport.subscribe(topic, type, both, kept=kept)
 
     def publisher(self, topic: str, type: str) -> Publish:
         """Make a function that publishes on a topic and records its messages."""

@@ -40,6 +40,8 @@ BEAT_S = 0.2
 """The time between two checks of the receiving thread whether it should end, in s."""
 MOST = 4096
 """The largest number of publishers that are read at once."""
+KEPT = 100
+"""The number of messages that are kept of each topic with messages for who comes late, as tf2 has it."""
 GOAL_ID = 16
 """The size of the id of a goal, with which feedback begins, in bytes."""
 GRAVE = 1 | 2
@@ -80,11 +82,18 @@ class DdsTransport:
         self._closed = False
         self._thread = Thread(target=self._receive, name="dds", daemon=True)
 
-    def subscribe(self, topic: str, type: str, received: Received) -> None:
-        """Pass the newest messages of a topic to `received`, from reliable and best-effort publishers."""
+    def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
+        """Pass the newest messages of a topic to `received`, from reliable and best-effort publishers.
+
+        With `kept`, only from publishers that are reliable and keep their messages.
+        """
         from cyclonedds.core import Policy, Qos
+        from cyclonedds.util import duration
 
         quality = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(4))
+        if kept:
+            reliable = Policy.Reliability.Reliable(duration(milliseconds=100))
+            quality = Qos(reliable, Policy.Durability.TransientLocal, Policy.History.KeepLast(KEPT))
         # Cyclone DDS hands on nothing that is shorter than its description, so each release's is listened for; and
         # what fits several comes more than once, which the times of each publisher's last tell.
         seen: dict[int, int] | None = {} if len(list_type_releases(type)) > 1 else None

@@ -14,6 +14,8 @@ from understudy.robots.ros.transport import Transport
 
 TOPIC = "understudy/transitions"
 """The topic of state changes, within the robot's namespace."""
+STOPPED = "understudy/stopped"
+"""The topic of stops, within the robot's namespace: why the robot is stopped or disarmed, or nothing while it moves."""
 
 
 class StateChange(NamedTuple):
@@ -39,14 +41,22 @@ def detect_state_change(before: tuple[str, ...], after: tuple[str, ...]) -> Stat
 
 
 class StateChangePublisher:
-    """A publisher of the state changes of one robot, which is given the states after each tick."""
+    """A publisher of the state changes and stops of one robot, which is given the states after each tick."""
 
     def __init__(self, transport: Transport, *, namespace: str = "", robot: str = "") -> None:
         self._robot, self._path = robot, tuple[str, ...]()
         self._publish = transport.publisher(resolve_topic_name(namespace, TOPIC), TEXT)
+        self._publish_stop = transport.publisher(resolve_topic_name(namespace, STOPPED), TEXT)
+        self._stopped: str | None = None
 
-    def publish_changes(self, time_s: float, path: tuple[str, ...]) -> None:
-        """Publish what changed since the last tick, if anything; `time_s` is the body's time in s."""
+    def publish_changes(self, time_s: float, path: tuple[str, ...], *, stopped: str = "") -> None:
+        """Publish what changed since the last tick, if anything.
+
+        `time_s` is the body's time in s; `stopped` is why the robot is stopped, or nothing while it may move.
+        """
+        if stopped != self._stopped:
+            self._stopped = stopped
+            self._publish_stop(encode_text(stopped))
         changed = detect_state_change(self._path, path)
         if changed is None:
             return

@@ -43,8 +43,11 @@ class Transport(Protocol):
     Topics (`/rover/odom`) and types (`nav_msgs/msg/Odometry`) are named as in ROS 2.
     """
 
-    def subscribe(self, topic: str, type: str, received: Received) -> None:
-        """Pass each message of a topic to `received` until the transport is closed."""
+    def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
+        """Pass each message of a topic to `received` until the transport is closed.
+
+        With `kept`, also those that publishers sent before and keep for who comes late, as on /tf_static.
+        """
         ...
 
     def publisher(self, topic: str, type: str) -> Publish:
@@ -86,9 +89,9 @@ class TransportWrapper:
     def __init__(self, transport: Transport) -> None:
         self._transport = transport
 
-    def subscribe(self, topic: str, type: str, received: Received) -> None:
+    def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
         """Pass each message of a topic to `received` until the transport is closed."""
-        self._transport.subscribe(topic, type, received)
+        self._transport.subscribe(topic, type, received, kept=kept)
 
     def publisher(self, topic: str, type: str) -> Publish:
         """Make a function that publishes on a topic."""

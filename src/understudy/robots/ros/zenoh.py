@@ -189,10 +189,13 @@ class ZenohTransport:
         atexit.register(self.close)
         Thread(target=self._listen_to_the_end, name="zenoh").start()
 
-    def subscribe(self, topic: str, type: str, received: Received) -> None:
-        """Pass each message of a topic to `received`, from any supported release of ROS 2."""
+    def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
+        """Pass each message of a topic to `received`, from any supported release of ROS 2.
+
+        With `kept`, also those that publishers keep, which Humble's do not offer in the way of later releases.
+        """
         for key in make_topic_keys(self._domain, topic, type):
-            self._listen(key, received)
+            self._listen(key, received, kept=kept)
         self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
 
     def watch(self, topic: str, type: WireType, received: Received) -> None:
@@ -200,12 +203,18 @@ class ZenohTransport:
         for last in (type.hash, UNHASHED):
             self._listen(make_service_key(self._domain, topic, type.name, last), received)
 
-    def _listen(self, key: str, received: Received) -> None:
+    def _listen(self, key: str, received: Received, *, kept: bool = False) -> None:
         def came(sample: Any) -> None:
             if not self._closed and sample.kind == self._zenoh.SampleKind.PUT:
                 received(bytes(sample.payload), time.monotonic())
 
-        self._heard.append(self._session.declare_subscriber(key, came))
+        if kept:
+            from zenoh import ext
+
+            history = ext.HistoryConfig(detect_late_publishers=True)
+            self._heard.append(ext.declare_advanced_subscriber(self._session, key, came, history=history))
+        else:
+            self._heard.append(self._session.declare_subscriber(key, came))
 
     def call(
         self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float

@@ -88,8 +88,10 @@ class ActionClient:
             if response is None:
                 execution.end(ABORTED, f"{self._name} left")
             elif response.status == GOAL_SUCCEEDED:
+                execution.result = response.result
                 execution.end(SUCCEEDED)
             else:
+                execution.result = response.result
                 execution.end(ABORTED, f"{self._name} ended with status {response.status}")
 
         request = self._interfaces.make(get_result.request, goal_id=self._make_id(id))

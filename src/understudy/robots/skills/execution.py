@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from threading import Lock
+from typing import Any
 
 CANCELLED = "cancelled"
 """The outcome of an execution that was ended from here; no reading says it."""
@@ -19,6 +20,10 @@ class Execution:
         self.began_s = began_s
         self.outcome, self.problem = "", ""
         self.feedback: Mapping[str, float] = {}
+        self.goal: Any = None
+        """The message that was sent; None before that."""
+        self.result: Any = None
+        """The robot's answer at the end, if there was one."""
         self.cancel: Callable[[], None] = lambda: None
         self._lock = Lock()
 

@@ -21,6 +21,7 @@ from understudy.robots.skills.action_client import ActionClient
 from understudy.robots.skills.execution import CANCELLED, Execution
 from understudy.robots.skills.goal_fields import GoalFields, Locate, PlaceUnknown
 from understudy.robots.skills.service_client import ServiceClient
+from understudy.robots.skills.skill_records import SkillRecords
 from understudy.runtime.body import Reading
 from understudy.sim.scenario.toml_decode import DecodeProblem
 from understudy.sim.skill_parts import ABORTED, MEANINGS, OUTCOMES, REJECTED, TIMED_OUT, name_outcome_reading
@@ -86,6 +87,7 @@ class Skill:
         except PlaceUnknown as error:
             execution.end(REJECTED, str(error))
         else:
+            execution.goal = goal
             self._client.start(goal, execution, timeout_s=self.spec.timeout_s)
         return execution
 
@@ -128,6 +130,7 @@ class RobotSkills:
             for name in file.skills:
                 self.skills[name] = Skill(name, file, interfaces, transport, path)
         self.readings = tuple(reading for each in self.skills.values() for reading in each.readings)
+        self._records = SkillRecords(transport, file.namespace) if file.skills else None
         self._calls: list[tuple[str, Binding]] = []
         self._asked: tuple[int, float] | None = None
         self._running: tuple[Skill, Execution] | None = None
@@ -185,6 +188,8 @@ class RobotSkills:
                 skill, execution = self._running
                 if now - execution.began_s >= skill.spec.timeout_s:
                     self._end(TIMED_OUT, f"took longer than {skill.spec.timeout_s:g} s")
+        for each in self.skills.values():
+            self._record(each)
         return {key: value for each in self.skills.values() for key, value in each.list_values().items()}
 
     def find_problems(self) -> Mapping[str, str]:
@@ -194,10 +199,16 @@ class RobotSkills:
 
     def _end(self, outcome: str, cause: str) -> None:
         if self._running is not None:
-            _, execution = self._running
+            skill, execution = self._running
             if execution.end(outcome, cause):
                 execution.cancel()
             self._running = None
+            self._record(skill)
+
+    def _record(self, skill: Skill) -> None:
+        """Publish what is new of the last execution of a skill, if there was one."""
+        if self._records is not None and (skill.last.goal is not None or skill.last.problem):
+            self._records.publish_changes(skill.name, skill.last)
 
     def _skill(self, number: int) -> Skill:
         return self.skills[self._calls[number - 1][0]]

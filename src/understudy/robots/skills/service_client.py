@@ -40,6 +40,7 @@ class ServiceClient:
             except MessageRefused as error:
                 execution.end(ABORTED, error.problem)
                 return
+            execution.result = response
             if response is None:
                 execution.end(ABORTED, f"{self._name} did not answer")
             elif getattr(response, SUCCESS, True):

@@ -14,11 +14,13 @@ from typing import Any
 
 import msgspec
 
-from understudy.errors import SettingError, UnderstudyError, UnknownName
+from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment
 from understudy.robots.fleet import connect_robot
 from understudy.robots.robot import Robot
+from understudy.robots.ros.diagnostic_messages import DiagnosticStatus, StatusLevel
+from understudy.robots.team_network.agent_claim import claim_name
 from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.load_plan import LoadedTeam, fingerprint_folder
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
@@ -27,6 +29,8 @@ from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
 from understudy.runtime.agents.remote_members import Clock
 
+LOOK_S = 0.005
+"""The time between two looks at a simulation's clock, s."""
 LOGGED = 500
 """The number of lines of an agent's log that are kept."""
 ANSWER_S = 2.0
@@ -122,11 +126,7 @@ class AgentProcess:
     def __init__(self, name: str, team: LoadedTeam, network: ZenohNetwork) -> None:
         if name not in team.agents:
             raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
-        if network.is_present(name):
-            raise SettingError(
-                where=f"team {team.name}", setting=name, problem="is running already",
-                remedy="stop the other one first",
-            )  # fmt: skip
+        claim_name(network, name, team=team.name)
         self.name, self.team, self._network = name, team, network
         self._exit = ExitStack()
         self._log: deque[str] = deque(maxlen=LOGGED)
@@ -138,6 +138,7 @@ class AgentProcess:
         """Whether the agent has to start anew, with another library."""
         self._library = LibraryFolder(team.library, name, partial(fingerprint_folder, team.scenario))
         self.robot: Robot | None = None
+        self._pace: Callable[[], float] = time.monotonic
         self.agent: Agent | None = None
         self._clock: Clock | WallClock = WallClock(team.scenario.tick_s, team.plan.targets)
         if name in team.robots:
@@ -162,12 +163,35 @@ class AgentProcess:
         fleet = connect_robot(path)
         self._exit.callback(fleet.close)
         twin = DigitalTwin(fleet)
-        self._clock, self.robot = twin, fleet.robots[0]
-        robot = self.robot
+        self.robot = robot = fleet.robots[0]
+        self._pace = robot.simulated_clock or time.monotonic
+        if robot.simulated_clock is None:
+            self._clock = twin
         self.agent = Agent(
-            self.team.plan.make_agent_spec(self.name), twin, self._network, unfit=lambda: robot.unfitness
+            self.team.plan.make_agent_spec(self.name),
+            twin,
+            self._network,
+            unfit=lambda: robot.unfitness,
+            clock=None if robot.simulated_clock is None else time.monotonic,
         )
         twin.follow(self._list_paths)
+        if robot.status_publisher is not None:
+            robot.status_publisher.parts.append(self._describe_diagnostics)
+
+    def _describe_diagnostics(self) -> DiagnosticStatus:
+        """Describe the agent for its robot's diagnostics: WARN while no order holds."""
+        said = self.describe()
+        level = StatusLevel.WARN if said.order is None else StatusLevel.OK
+        message = "is alone: no order holds" if said.order is None else f"obeys {said.leader}"
+        values = {
+            "order": "" if said.order is None else f"{said.order[0]}.{said.order[1]}",
+            "duty": said.duty,
+            "state": " > ".join(said.path),
+            "leads": ", ".join(said.leads),
+            "late ticks": str(said.late),
+            "refused orders": str(sum(said.refused.values())),
+        }
+        return DiagnosticStatus(f"understudy agent: {self.name}", level, message, values)
 
     def _list_paths(self) -> list[tuple[str, ...]]:
         return [] if self.agent is None else [self.agent.run.path(0)]
@@ -199,16 +223,23 @@ class AgentProcess:
 
     def run(self, *, until: Callable[[], bool] = lambda: False) -> None:
         """Tick at the team's rate until the agent is told to leave, or `until` says so."""
-        tick_s = self.team.scenario.tick_s
-        due = time.monotonic()
+        tick_s, pace = self.team.scenario.tick_s, self._pace
+        due = pace()
         while not self.left and not until():
             self.tick()
             due += tick_s
-            left_s = due - time.monotonic()
-            if left_s > 0:
-                time.sleep(left_s)
+            if pace() >= due:
+                self.late, due = self.late + 1, pace()
+            elif pace is time.monotonic:
+                time.sleep(max(0.0, due - pace()))
             else:
-                self.late, due = self.late + 1, time.monotonic()
+                self._wait(due, until)
+
+    def _wait(self, due: float, until: Callable[[], bool]) -> None:
+        """Wait for a simulation's clock, which may stand still, and answer questions meanwhile."""
+        while self._pace() < due and not self.left and not until():
+            time.sleep(LOOK_S)
+            self._carry_out()
 
     def close(self) -> None:
         """Stop the robot and leave the network."""

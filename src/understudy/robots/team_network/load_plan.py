@@ -27,6 +27,17 @@ from understudy.sim.team.libraries import Libraries, collect_libraries, load_typ
 from understudy.storage.document import fingerprint_automaton
 from understudy.storage.library_folder import open_library
 
+FEW, DEPUTIES = 4, 2
+"""Up to `FEW` members of a squad may all lead it, unless the team file names its deputies; of more, so many may.
+
+Each of them hears the reports of all members, so that traffic grows with their number.
+"""
+
+
+def choose_deputies(members: Sequence[str]) -> Sequence[str]:
+    """Choose the agents that may lead a squad besides its own: all members of a small one, or the first ones."""
+    return members if len(members) <= FEW else members[:DEPUTIES]
+
 
 @dataclass(frozen=True)
 class LoadedTeam:
@@ -77,7 +88,7 @@ def make_network_options(settings: TeamSettings, agent: str | None = None) -> Ze
         connect=network.connect if own is None else (*network.connect, *own.connect),
         listen=listen if own is None or not own.listen else own.listen,
         multicast=network.multicast,
-        config=network.config,
+        config=network.config if own is None else {**network.config, **own.config},
     )
 
 
@@ -193,7 +204,6 @@ def _make_plan(
             raise _wrong(path, f"agents.runs.{sort}", "is no sort of agents of this team", remedy)
     roots = {sort: (behavior, settings.bind.get(sort, {})) for sort, behavior in settings.runs.items()}
     try:
-        squads = [f"{squad.name}_{number}" for squad, lists in tree.squads for number in range(len(lists))]
         plan = TeamPlan(
             tree,
             libraries,
@@ -201,7 +211,7 @@ def _make_plan(
             readings=dict.fromkeys(tree.types, list_readings(scenario)),
             targets=tuple(scenario.targets),
             robots=robots,
-            deputies=dict.fromkeys(squads, robots) if settings.deputies is None else settings.deputies,
+            deputies=choose_deputies if settings.deputies is None else settings.deputies,
             fingerprints=fingerprints,
             requires_same_library=settings.same_library,
             lease_s=settings.lease_s,

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from threading import Lock
 from typing import Any
 
+from understudy.errors import SettingError
 from understudy.extras import ExtraMissing
 from understudy.robots.ros.transport import Unreachable
 from understudy.runtime.agents.network import Inbox
@@ -18,6 +19,8 @@ PREFIX = "understudy"
 """The first part of all keys."""
 ANSWERING = 8
 """The number of questions that are answered at the same time."""
+WAITING = 4096
+"""The number of messages of a key that are kept until they are taken."""
 PRESENCE_S = 1.0
 """The longest time in s to wait for the answer whether an agent is there."""
 WAIT_MS = 500
@@ -44,6 +47,21 @@ class ZenohOptions:
     listen: Sequence[str] = ()
     multicast: bool = True
     config: Mapping[str, Any] | None = None
+
+
+class ZenohInbox(Inbox):
+    """Messages that a subscriber of Zenoh has received; if nobody takes them, the oldest are dropped."""
+
+    def __init__(self, heard: Any, is_closed: Callable[[], bool]) -> None:
+        super().__init__()
+        self._heard, self._is_closed = heard, is_closed
+
+    def take_all(self) -> list[bytes]:
+        """Take all messages, in the order in which they arrived; none once this agent has left."""
+        taken: list[bytes] = []
+        while not self._is_closed() and (sample := self._heard.try_recv()) is not None:
+            taken.append(bytes(sample.payload))
+        return taken
 
 
 class ZenohNetwork:
@@ -82,7 +100,7 @@ class ZenohNetwork:
         except zenoh.ZError as error:
             where = ", ".join((*options.connect, *options.listen)) or "the network"
             problem = str(error).split(" at /")[0]  # it tells where it was compiled
-            remedy = "start the router, or correct [network] in the team's file"
+            remedy = "start the router, or correct [agents.network] in the team's file"
             raise Unreachable(what=where, problem=problem, remedy=remedy) from error
         self._declared.append(
             self._session.liveliness().declare_subscriber(
@@ -105,18 +123,24 @@ class ZenohNetwork:
 
     def listen(self, key: str) -> Inbox:
         """Receive the messages of a key from now on, in an inbox of its own."""
-        inbox = Inbox()
-
-        def receive(sample: Any) -> None:
-            if not self._closed and sample.kind == self._zenoh.SampleKind.PUT:
-                inbox.add(bytes(sample.payload))
-
-        self._declared.append(self._session.declare_subscriber(f"{self._team}/{key}", receive))
-        return inbox
+        # Zenoh keeps them until they are taken: a call of Python for each as it arrives costs ten times as much.
+        ring = self._zenoh.handlers.RingChannel(WAITING)
+        heard = self._session.declare_subscriber(f"{self._team}/{key}", ring)
+        self._declared.append(heard)
+        return ZenohInbox(heard, lambda: self._closed)
 
     def announce(self, name: str) -> None:
         """Let others see that this agent is there, until `close` or the end of its program."""
-        self._declared.append(self._session.liveliness().declare_token(f"{self._team}/present/{name}"))
+        self.declare_token(f"present/{name}")
+
+    def declare_token(self, key: str) -> None:
+        """Let others see a key, until `close` or the end of this program."""
+        self._declared.append(self._session.liveliness().declare_token(f"{self._team}/{key}"))
+
+    def list_tokens(self, key: str) -> list[str]:
+        """Ask the network which keys are declared; `*` stands for any part of the key."""
+        replies = self._session.liveliness().get(f"{self._team}/{key}", timeout=PRESENCE_S)
+        return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
     @property
     def present(self) -> frozenset[str]:
@@ -126,9 +150,7 @@ class ZenohNetwork:
 
     def is_present(self, name: str) -> bool:
         """Ask the network whether an agent is there; `present` knows of it only a while after this one has joined."""
-        key = f"{self._team}/present/{name}"
-        replies = self._session.liveliness().get(key, timeout=PRESENCE_S)
-        return any(reply.ok is not None for reply in replies)
+        return bool(self.list_tokens(f"present/{name}"))
 
     def answer(self, key: str, answer: Callable[[bytes], bytes]) -> None:
         """Answer questions to a key from now on; `answer` is called in other threads, so that no question waits."""
@@ -191,18 +213,28 @@ class ZenohNetwork:
 def _configure(zenoh: Any, options: ZenohOptions) -> Any:
     """Make the configuration of a session: a peer that others reach directly or through routers."""
     config = zenoh.Config()
+    protocol = (
+        options.connect[0].partition("/")[0] if options.connect else "tcp"
+    )  # not open where others use TLS
     settings = {
         "mode": "peer",
         "connect/endpoints": list(options.connect),
         "connect/timeout_ms": WAIT_MS,
         "connect/exit_on_failure": False,
         "connect/retry": {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2},
-        "listen/endpoints": list(options.listen) or ["tcp/[::]:0"],
+        "listen/endpoints": list(options.listen) or [f"{protocol}/[::]:0"],
         "scouting/multicast/enabled": options.multicast,
         "scouting/gossip/enabled": True,
         "transport/shared_memory/enabled": False,
         **(options.config or {}),
     }
     for key, value in settings.items():
-        config.insert_json5(key, json.dumps(value))
+        try:
+            config.insert_json5(key, json.dumps(value))
+        except zenoh.ZError as error:
+            problem = str(error).split(" at /")[0]
+            raise SettingError(
+                where="[agents.network.config]", setting=key, problem=f"is refused by Zenoh ({problem})",
+                remedy="give a key of its configuration with a value of its type",
+            ) from None  # fmt: skip
     return config

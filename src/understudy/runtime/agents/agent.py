@@ -92,11 +92,20 @@ class Agent:
         Its access to the network.
     unfit
         A function that returns why it must not be counted as a member now; empty if it is fit.
+    clock
+        The clock of leases, s; None: the body's.
     """
 
     def __init__(
-        self, spec: AgentSpec, body: Body, network: Network, *, unfit: Callable[[], str] = lambda: ""
+        self,
+        spec: AgentSpec,
+        body: Body,
+        network: Network,
+        *,
+        unfit: Callable[[], str] = lambda: "",
+        clock: Callable[[], float] | None = None,
     ) -> None:
+        self._clock = clock
         self.spec, self.body, self._network, self._unfit = spec, body, network, unfit
         first = Interpreter(spec.alone, now=body.time_s)
         programs = [spec.alone, IDLE_PROGRAM, *spec.programs]
@@ -106,15 +115,16 @@ class Agent:
         self.percept: Percept = {}
         self.refusals: dict[Refusal, int] = {}
         """The number of messages that were refused, by reason."""
-        self._ran_s = body.time_s
+        self._ran_s = self._now
         self.renew_start()
         self.follower: OrderFollower | None = None
-        self._keys = tuple(self.run.keys)
+        self.keys = tuple(self.run.keys)
+        """The readings that it decides on or reports."""
         if spec.link is not None:
             link = spec.link
             self.follower = OrderFollower(spec.name, link.candidates, library=link.library)
             self._inbox = network.listen(order_key(link.squad))
-            self._keys = tuple(dict.fromkeys((*self._keys, *link.keys)))
+            self.keys = tuple(dict.fromkeys((*self.keys, *link.keys)))
             self._layout = compute_layout(link.keys)
 
     def renew_start(self) -> None:
@@ -123,7 +133,7 @@ class Agent:
 
     def sense(self) -> None:
         """Take this tick's snapshot."""
-        self.percept = self.body.sense(self._keys)
+        self.percept = self.body.sense(self.keys)
 
     def report(self) -> None:
         """Report to the squad: readings of this tick, and the flag raised before it."""
@@ -151,7 +161,7 @@ class Agent:
         follower = self.follower
         if follower is None:
             return
-        now = self.body.time_s
+        now = self._now
         slept, self._ran_s = now - self._ran_s > FROZEN_S, now
         arrived = self._inbox.take_all()
         for data in [] if slept else arrived:  # those that came before this program was frozen are too old
@@ -163,6 +173,10 @@ class Agent:
                 self.refusals[refused] = self.refusals.get(refused, 0) + 1
         if follower.update(now):
             self.begin()
+
+    @property
+    def _now(self) -> float:
+        return self.body.time_s if self._clock is None else self._clock()
 
     def begin(self) -> None:
         """Begin what holds now: the duty of its order, nothing if the order has none for it, or what it does alone."""

@@ -106,6 +106,8 @@ class SquadCoordinator:
         self.groups = _make_groups(squad, clock)
         self.squads = _make_body(squad, self.groups, clock)
         self.agent = Agent(spec, self.squads, network, unfit=self._find_unfitness)
+        self._keys = list(self.agent.keys)
+        self._timed = [key for key in self._keys if self.squads.statistic(key[0]).is_timed]
         self.leadership = Leadership(host, candidates, clock.time_s, leads=leads)
         self.order: OrderId | None = None
         """The present order."""
@@ -130,7 +132,10 @@ class SquadCoordinator:
         return [body for body, _ in self.groups]
 
     def sense(self) -> None:
-        """Hear leaders and members, decide who leads, and compute the statistics of this tick."""
+        """Hear leaders and members, decide who leads, and compute the statistics of this tick.
+
+        Who only follows computes those that depend on the past.
+        """
         now = self._clock.time_s
         for message in _decoded(self._orders.take_all(), decode_orders):
             if message.leader == self.leadership.name or self.squad.library not in (None, message.library):
@@ -145,10 +150,14 @@ class SquadCoordinator:
             self._take_over(now)
         self._led = leads
         present = self.order if leads else next(reversed(self._remembered), None)
+        needed = self.squads.list_needed_readings(self._keys if leads else self._timed)
         for body, group in self.groups:
             body.order = present
-            group.layer.percept = body.sense(self._needed)
-        self.agent.sense()
+            group.layer.percept = body.sense(needed)
+        if leads:
+            self.agent.sense()
+        elif self._timed:  # of the past, whoever takes over has to know
+            self.squads.sense(self._timed)
 
     def report(self) -> None:
         """Report to the squad above, if this agent leads."""
@@ -179,10 +188,6 @@ class SquadCoordinator:
         self._network.publish(order_key(self.spec.name), pack_message(message))
 
     # Leading
-
-    @property
-    def _needed(self) -> list[tuple[str, str | None]]:
-        return self.squads.list_needed_readings(list(self.agent.run.keys))
 
     def _make_message(self) -> Orders:
         duties = [

@@ -85,6 +85,7 @@ class RemoteMembers:
         library: str | None = None,
     ) -> None:
         self.members = [ReportedMember(name) for name in names]
+        self._by_name = {member.name: member for member in self.members}
         self.readings, self._keys, self._clock, self._library = tuple(readings), tuple(keys), clock, library
         self._layout = compute_layout(self._keys)
         self.order: OrderId | None = None
@@ -123,18 +124,14 @@ class RemoteMembers:
         bool
             Whether it was taken, and is of a member with the right library.
         """
-        taken = False
-        now = self._clock.time_s
-        for member in self.members:
-            if member.name != report.member:
-                continue
-            if member.is_fresh(report):
-                if member.report is not None and member.report.start != report.start:
-                    member.ended.add(member.report.start)
-                member.report, member.heard_s = report, now
-                member.problem = self._find_problem(report)
-                taken = self._library in (None, report.library)
-        return taken
+        member = self._by_name.get(report.member)
+        if member is None or not member.is_fresh(report):
+            return False
+        if member.report is not None and member.report.start != report.start:
+            member.ended.add(member.report.start)
+        member.report, member.heard_s = report, self._clock.time_s
+        member.problem = self._find_problem(report)
+        return self._library in (None, report.library)
 
     def _find_problem(self, report: MemberReport) -> str:
         if self._library is not None and report.library != self._library:
@@ -156,14 +153,11 @@ class RemoteMembers:
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Return what members reported last, a column [N] for each key; NaN where absent."""
-        rows = {key: index for index, key in enumerate(self._keys)}
-        return {key: self._collect(rows.get(key)) for key in keys}
-
-    def _collect(self, index: int | None) -> NDArray[np.float64]:
         reports = [member.report if self.find_problem(member) == "" else None for member in self.members]
-        return np.array(
-            [np.nan if report is None or index is None else report.readings[index] for report in reports]
-        )
+        absent = [np.nan] * len(self._keys)
+        table = np.array([absent if report is None else report.readings for report in reports])
+        rows = {key: index for index, key in enumerate(self._keys)}
+        return {key: table[:, rows[key]] if key in rows else np.full(self.agents, np.nan) for key in keys}
 
     def act(self, commands: Commands) -> None:
         """Refuse commands: members act by themselves."""

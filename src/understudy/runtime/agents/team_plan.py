@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from understudy.model.library import Library
 from understudy.model.squad import Squad
@@ -33,7 +33,8 @@ class TeamPlan:
     robots
         The name of each robot. By default `robot_0`, `robot_1` and so on.
     deputies
-        For each squad, the agents that may lead it besides the one of its own name, the first choice first.
+        For each squad, the agents that may lead it besides the one of its own name, the first choice first; or a
+        function that chooses them from its members.
     fingerprints
         The fingerprint of each sort's library.
     requires_same_library
@@ -51,12 +52,13 @@ class TeamPlan:
         readings: Mapping[str, Sequence[Reading]],
         targets: Sequence[str],
         robots: Sequence[str] = (),
-        deputies: Mapping[str, Sequence[str]] | None = None,
+        deputies: Mapping[str, Sequence[str]] | Callable[[Sequence[str]], Sequence[str]] | None = None,
         fingerprints: Mapping[str, str] | None = None,
         requires_same_library: bool = False,
         lease_s: float = LEASE_S,
     ) -> None:
         self.tree, self.targets, self._lease_s = tree, tuple(targets), lease_s
+        self.libraries, self.roots = libraries, roots
         self.robots = tuple(robots) or tuple(f"robot_{row}" for row in range(len(tree.type_of)))
         self._deputies, self._fingerprints = deputies or {}, fingerprints or {}
         self._required = self._fingerprints if requires_same_library else {}
@@ -104,7 +106,9 @@ class TeamPlan:
 
     def list_candidates(self, squad: str) -> tuple[str, ...]:
         """List the agents that may lead a squad, the first choice first."""
-        return tuple(dict.fromkeys((squad, *self._deputies.get(squad, ()))))
+        named = self._deputies
+        deputies = named(self.list_members(squad)) if callable(named) else named.get(squad, ())
+        return tuple(dict.fromkeys((squad, *deputies)))
 
     def list_led_squads(self, agent: str) -> list[str]:
         """List the squads that an agent may lead, bottom-up."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias, runtime_checkable
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,6 +126,7 @@ class MemberReports:
     ) -> None:
         self.roster, self.bands, self._radio, self._drops, self._tick_s = roster, bands, radio, drops, tick_s
         self._delayed: dict[ReadingKey | str, DelayedValues] = {}
+        self._failing = [isinstance(band.layer.body, HasFailures) for band in bands]  # which is slow to ask
 
     @property
     def is_perfect(self) -> bool:
@@ -164,9 +165,10 @@ class MemberReports:
         """Return the members that are present [M]: not failed, not dropped out, and heard from lately."""
         there = np.ones(len(self.roster), np.bool_)
         for number, band in enumerate(self.bands):
-            if isinstance(band.layer.body, HasFailures):
+            if self._failing[number]:
+                body: Any = band.layer.body
                 mine = self.roster.band == number
-                there[mine] = ~band.layer.body.failed[self.roster.row[mine]]
+                there[mine] = ~body.failed[self.roster.row[mine]]
         if self._radio is not None:
             heard = self._through("heard", np.where(there, now, np.nan), now)
             there = now - heard <= SILENT_S + self._radio.ticks * self._tick_s

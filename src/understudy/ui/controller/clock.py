@@ -33,6 +33,12 @@ def check_speed(speed: float, where: str, *, live: bool = False) -> float:
     return speed
 
 
+def choose_clock(ground: Ground, wall: WallClock) -> WallClock:
+    """Return the clock by which a world runs: that of its robots' simulation if they have one, else real time."""
+    simulated = ground.fleet.simulated_clock if isinstance(ground, DigitalTwin) else None
+    return simulated or wall
+
+
 class RealTimeClock:
     """The clock of a world, paused at first. A `live` clock does not make up for late ticks."""
 
@@ -111,7 +117,9 @@ class IdleWorld:
     def __init__(self, world: Ground, wall: WallClock) -> None:
         self._world, self.pace = (
             world,
-            RealTimeClock(wall, tick_s=world.tick_s, live=isinstance(world, DigitalTwin)),
+            RealTimeClock(
+                choose_clock(world, wall), tick_s=world.tick_s, live=isinstance(world, DigitalTwin)
+            ),
         )
         self.paused = True
 

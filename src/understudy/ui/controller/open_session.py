@@ -12,7 +12,7 @@ from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.world import World
 from understudy.training.session import Session
-from understudy.ui.controller.clock import RealTimeClock, WallClock
+from understudy.ui.controller.clock import RealTimeClock, WallClock, choose_clock
 from understudy.ui.controller.interrupted_sessions import make_journal_path
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
@@ -45,7 +45,7 @@ def begin_session(
     """Begin a session with a new journal, in a world of its own or in an existing one as it is."""
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = _ground(body)
-    pace = RealTimeClock(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
+    pace = RealTimeClock(choose_clock(ground, wall), tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
     journal = make_journal_path(plan.folder, plan.name, now=now or datetime.now())
     session = Session(
         body,
@@ -69,7 +69,7 @@ def resume_session(
     """Resume an interrupted session, paused; an existing world becomes as it was then."""
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = _ground(body)
-    pace = RealTimeClock(wall, tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
+    pace = RealTimeClock(choose_clock(ground, wall), tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
     session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
     trainer = Trainer(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
     _follow(session, ground)

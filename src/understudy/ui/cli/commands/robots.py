@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from understudy.ui.cli.commands import robots_color, robots_simulate
+from understudy.ui.cli.commands import robots_color, robots_layout, robots_simulate
 from understudy.ui.cli.options import Json
 
 if TYPE_CHECKING:
@@ -150,6 +150,7 @@ def check_robots(
         raise typer.Exit(1)
 
 
+app.command("layout")(robots_layout.write_layout)
 app.command("stop")(stop_robots)
 app.command("stops")(show_stops)
 

@@ -209,6 +209,8 @@ def _keys() -> Iterator[Any]:
 
 
 Clock: TypeAlias = Callable[[], float]
+LOOK_S, LOOKS = 0.005, 40
+"""The time between two looks at a simulation's clock, s, and how many there are before keys are looked at."""
 
 
 class LiveRun:
@@ -223,7 +225,7 @@ class LiveRun:
         libraries: Libraries,
         roots: Mapping[str, tuple[str, Mapping[str, str]]],
         *,
-        clock: Clock = time.monotonic,
+        clock: Clock | None = None,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         self.twin = twin
@@ -237,21 +239,33 @@ class LiveRun:
             loss=radio.loss,
             seeds=(0,),
         )
-        self._clock, self._sleep = clock, sleep
-        self._due = clock()
+        self._clock, self._sleep = clock or twin.fleet.simulated_clock or time.monotonic, sleep
+        self._due = self._clock()
         self.ticks = self.late = 0
 
     def tick(self) -> None:
-        """Wait until the next tick is due, and run it."""
+        """Wait until the next tick is due, and run it; return without it if a simulation's clock stands still."""
         now = self._clock()
         if now < self._due:
-            self._sleep(self._due - now)
+            if not self._wait(now):
+                return
         elif self.ticks and now > self._due + self.twin.tick_s:
             self.late += 1
             self._due = now
         self.team.tick()
         self.ticks += 1
         self._due += self.twin.tick_s
+
+    def _wait(self, now: float) -> bool:
+        """Wait for the next tick; return whether it is due."""
+        if self.twin.fleet.simulated_clock is None:
+            self._sleep(self._due - now)
+            return True
+        for _ in range(LOOKS):
+            self._sleep(LOOK_S)
+            if self._clock() >= self._due:
+                return True
+        return False
 
     def restart(self) -> None:
         """Restart all automata and the tick counts, for example after robots were armed."""

@@ -72,6 +72,9 @@ def _print_status(
     out = make_console()
     if found:
         out.print(made)
+    else:
+        out.print(_say_nobody(team.name), markup=False)
+        return
     if problems:
         said = ", ".join(f"{name} ({problem})" for name, problem in problems.items())
         out.print(f"Not counted: {said}.", markup=False)
@@ -119,6 +122,8 @@ def arm_team(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = False
 def show_logs(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = False) -> None:
     """Show what happened to each agent: orders, leaders, stops.
 
+    The exit code is 1 if no agent answers.
+
     [dim]understudy team logs team.toml --name scout_2[/]
     """
     from understudy.robots.team_network.agent_process import AgentQuestion, ask
@@ -129,9 +134,11 @@ def show_logs(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = Fals
         answers = ask(network, AgentQuestion("logs"), agent=name)
     if as_json:
         print_json({"logs": {agent: answer.log for agent, answer in answers.items()}})
-        return
-    for line in sorted(line for answer in answers.values() for line in answer.log):
+    for line in sorted(line for answer in answers.values() for line in answer.log) if not as_json else ():
         typer.echo(line)
+    if not answers:
+        typer.echo(_say_nobody(team.name) if name == "*" else f"{name} is not there.", err=True)
+        raise typer.Exit(1)
 
 
 @app.command("push")
@@ -176,6 +183,10 @@ def push_library(
             typer.echo("Nothing was changed.")
     if any(said.values()):
         raise typer.Exit(1)
+
+
+def _say_nobody(team: str) -> str:
+    return f"No agent of team {team} is there; start them with understudy agent, or correct [agents.network]."
 
 
 def _order_robots(file: TeamFileArgument, do: str, name: str, done: str, *, as_json: bool) -> None:

@@ -1,0 +1,192 @@
+"""Poses out of /tf and /tf_static: chains of frames by hand, their age, and real messages over both transports."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from math import inf, nan, pi, sqrt
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rosbags", reason="needs the extra ros2")
+
+from tests.robots.rovers import ROVER, Wire
+
+from understudy.errors import FileError
+from understudy.robots.inputs import SensorInputs
+from understudy.robots.robot_file import parse_robot
+from understudy.robots.ros.frames import TRANSFORMS, FrameTree
+from understudy.robots.ros.messages import encode_message, make_message
+from understudy.robots.ros.transport import Transport
+
+FRAMES = '[frames]\nfixed = "map"\nrobot = "base_link"\nstale_s = 0.5\nrequired = true\n'
+WITHOUT = ROVER.replace("[readings.x]", "[readings.odom_x]").replace(
+    "[readings.heading]", "[readings.odom_heading]"
+)
+ROBOT = parse_robot(WITHOUT.replace("[commands]", f"{FRAMES}[commands]"))
+LEFT = (0.0, 0.0, sqrt(0.5), sqrt(0.5))
+"""A quarter of a turn to the left."""
+AHEAD = (0.0, 0.0, 0.0, 1.0)
+
+
+def transform(parent: str, child: str, x: float, y: float, turn: tuple[float, ...] = AHEAD) -> Any:
+    """One transform, between frames of these names."""
+    return make_message(
+        "geometry_msgs/msg/TransformStamped",
+        header=make_message("std_msgs/msg/Header", frame_id=parent),
+        child_frame_id=child,
+        transform=make_message(
+            "geometry_msgs/msg/Transform",
+            translation=make_message("geometry_msgs/msg/Vector3", x=x, y=y),
+            rotation=make_message("geometry_msgs/msg/Quaternion", **dict(zip("xyzw", turn, strict=True))),
+        ),
+    )
+
+
+def transforms(*each: Any) -> Any:
+    return make_message(TRANSFORMS, transforms=list(each))
+
+
+def encode(*each: Any) -> bytes:
+    return encode_message(TRANSFORMS, transforms(*each))
+
+
+CHAINS = [  # transforms, and the pose of base_link in map
+    ([("map", "base_link", 1.0, 2.0, AHEAD)], (1.0, 2.0, 0.0)),
+    ([("map", "odom", 1.0, 2.0, AHEAD), ("odom", "base_link", 3.0, 0.0, AHEAD)], (4.0, 2.0, 0.0)),
+    ([("map", "odom", 1.0, 2.0, LEFT), ("odom", "base_link", 3.0, 0.0, AHEAD)], (1.0, 5.0, pi / 2)),
+    ([("map", "odom", 0.0, 0.0, LEFT), ("odom", "base_link", 1.0, 0.0, LEFT)], (0.0, 1.0, pi)),
+    ([("/map", "/base_link", 1.0, 2.0, AHEAD)], (1.0, 2.0, 0.0)),  # as ROS 1 wrote them
+    ([("odom", "base_link", 1.0, 2.0, AHEAD)], None),  # nobody says where odom is in map
+    ([("map", "odom", 1.0, 2.0, AHEAD), ("odom", "map", 1.0, 2.0, AHEAD)], None),
+    ([("base_link", "base_link", 1.0, 2.0, AHEAD)], None),  # a circle
+    ([("map", "base_link", nan, 2.0, AHEAD)], None),
+    ([("map", "base_link", 1.0, 2.0, (0.0, 0.0, 0.0, 0.0))], None),
+]
+
+
+@pytest.mark.parametrize(("links", "pose"), CHAINS)
+def test_a_pose_is_what_the_chain_of_frames_says(links: list[Any], pose: tuple[float, ...] | None) -> None:
+    tree = FrameTree()
+    tree.update(transforms(*(transform(*link) for link in links)), 7.0)
+    found = tree.locate("map", "base_link")
+    assert found == (None if pose is None else pytest.approx((*pose, 7.0)))
+
+
+def test_made_up_frames_do_not_fill_the_memory() -> None:
+    tree = FrameTree()
+    tree.update(transforms(*(transform("map", f"frame_{number}", 0.0, 0.0) for number in range(3000))), 0.0)
+    assert len(tree.update(transforms(transform("map", "frame_1", 0.0, 0.0)), 0.0)) == 1
+    assert tree.update(transforms(transform("map", "frame_2000", 0.0, 0.0)), 0.0) == frozenset()
+
+
+def test_a_pose_is_as_old_as_its_oldest_transform() -> None:
+    """Wheels and cameras are on /tf, too: their messages do not make the pose any newer."""
+    wire = Wire()
+    senses = SensorInputs(ROBOT, wire)
+    wire.deliver("/tf_static", encode(transform("base_footprint", "base_link", 0.5, 0.0)), 0.0)
+    wire.deliver("/tf", encode(transform("map", "odom", 1.0, 0.0)), 10.0)
+    wire.deliver("/tf", encode(transform("odom", "base_footprint", 2.0, 0.0)), 10.2)
+    assert senses.value("x", 10.4) == 3.5
+    wire.deliver("/tf", encode(transform("odom", "base_footprint", 2.5, 0.0)), 10.6)
+    wire.deliver("/tf", encode(transform("base_link", "wheel", 0.0, 1.0)), 10.6)
+    assert senses.value("x", 10.6) != senses.value("x", 10.6)  # absent: the map's transform is 0.6 s old
+    wire.deliver("/tf", encode(transform("map", "odom", 1.0, 0.0)), 10.7)
+    assert senses.value("x", 10.8) == 4.0
+    wire.deliver("/tf", b"\x00\x01\x00\x00 nonsense", 10.8)
+    assert senses.latest["frames"].refused == 1
+
+
+WRONG = [  # what the file says, what the error says
+    ('[frames]\nrobot = ""\n', "at frames.robot: is empty"),
+    ('[frames]\nfixed = "base_link"\n', "at frames.robot: is the same frame as fixed"),
+    ("[frames]\nstale_s = 0\n", "at frames.stale_s: is 0"),
+    ('[frames]\nstatic = "tf static"\n', "at frames.static: is 'tf static'"),
+    ("[frames]\nchild = 1\n", "at frames.child"),
+]
+
+
+@pytest.mark.parametrize(("frames", "says"), WRONG)
+def test_frames_that_are_refused(frames: str, says: str) -> None:
+    with pytest.raises(FileError) as caught:
+        parse_robot(WITHOUT.replace("[commands]", f"{frames}[commands]"))
+    assert says in str(caught.value)
+
+
+def test_a_pose_that_is_given_twice_is_refused() -> None:
+    with pytest.raises(FileError, match=r"at readings.x: is what frames give, too"):
+        parse_robot(ROVER.replace("[commands]", f"{FRAMES}[commands]"))
+
+
+def wait_for_pose(transport: Transport, publish: Callable[[bytes], None]) -> float:
+    """The robot's x, once it is there; the static transform was sent before anybody listened."""
+    senses = SensorInputs(ROBOT, transport)
+    until = time.monotonic() + 10.0
+    while time.monotonic() < until:
+        publish(encode(transform("map", "odom", 1.0, 0.0), transform("odom", "base_footprint", 2.0, 0.0)))
+        time.sleep(0.05)
+        value = senses.value("x", time.monotonic())
+        if value == value:
+            return value
+    return -inf
+
+
+STATIC = encode(transform("base_footprint", "base_link", 0.5, 0.0))
+
+
+def test_over_dds() -> None:
+    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+    from cyclonedds.core import Policy, Qos
+    from cyclonedds.domain import DomainParticipant
+    from cyclonedds.pub import DataWriter
+    from cyclonedds.topic import Topic
+    from cyclonedds.util import duration
+
+    from understudy.robots.ros.dds import DdsTransport, make_dds_type
+
+    kept = Qos(
+        Policy.Reliability.Reliable(duration(seconds=1)),
+        Policy.Durability.TransientLocal,
+        Policy.History.KeepLast(1),
+    )
+    raw = make_dds_type(TRANSFORMS)
+    robot = DomainParticipant(ROBOT.domain)
+    writer = DataWriter(robot, Topic(robot, "rt/tf_static", raw, qos=kept), qos=kept)
+    message = raw.__new__(raw)
+    message.data = STATIC
+    writer.write(message)
+    sender, listener = DdsTransport(ROBOT.domain), DdsTransport(ROBOT.domain)
+    try:
+        assert wait_for_pose(listener, sender.publisher("/tf", TRANSFORMS)) == 3.5
+    finally:
+        listener.close()
+        sender.close()
+
+
+def test_over_zenoh() -> None:
+    zenoh = pytest.importorskip("zenoh", reason="needs the extra ros2")
+    from tests.robots.routers import Router
+    from zenoh import ext
+
+    from understudy.robots.ros.zenoh import ZenohTransport, make_topic_keys
+
+    with Router() as router:
+        config = zenoh.Config()
+        config.insert_json5("mode", '"client"')
+        config.insert_json5("connect/endpoints", f'["{router.endpoint}"]')
+        config.insert_json5("timestamping/enabled", "true")
+        session = zenoh.open(config)
+        key = make_topic_keys(ROBOT.domain, "/tf_static", TRANSFORMS)[0]
+        writer = ext.declare_advanced_publisher(
+            session, key, cache=ext.CacheConfig(max_samples=1), publisher_detection=True
+        )
+        writer.put(STATIC)
+        sender = ZenohTransport(ROBOT.domain, router.endpoint)
+        listener = ZenohTransport(ROBOT.domain, router.endpoint)
+        try:
+            assert wait_for_pose(listener, sender.publisher("/tf", TRANSFORMS)) == 3.5
+        finally:
+            listener.close()
+            sender.close()
+            session.close()
