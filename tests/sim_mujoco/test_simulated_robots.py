@@ -28,6 +28,8 @@ from understudy.errors import SettingError
 from understudy.robots.camera.image_decoding import decode_image
 from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot_file import load_team, parse_robot
+from understudy.robots.ros.fields import compute_heading
+from understudy.robots.ros.frames import TRANSFORMS, FrameTree
 from understudy.robots.ros.messages import decode_message, encode_twist
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Lidar, Scenario
@@ -103,6 +105,19 @@ def test_a_twist_moves_it_and_it_stops_by_itself() -> None:
     for tick in range(20):
         simulation.tick(10.16 + 0.05 * tick)
     assert last(wire, "/rover/odom", ODOMETRY).twist.twist.linear.x == pytest.approx(0.0, abs=1e-3)
+
+
+def test_its_frame_is_where_its_odometry_says() -> None:
+    simulation, wire = simulated("arena")
+    wire.deliver("/rover/cmd_vel", encode_twist(TWIST, speed_m_s=0.3, turn_rad_s=0.5), 10.0)
+    for tick in range(3):
+        simulation.tick(10.0 + 0.05 * tick)
+    tree, said = FrameTree(), last(wire, "/rover/odom", ODOMETRY)
+    tree.update(last(wire, "/tf", TRANSFORMS), 7.0)
+    found = tree.locate(said.header.frame_id, said.child_frame_id)
+    assert (said.header.frame_id, said.child_frame_id) == ("rover/odom", "rover/base_link")
+    at = said.pose.pose.position
+    assert found == (at.x, at.y, compute_heading(said.pose.pose.orientation), 7.0)
 
 
 BAD = [b"", b"\x00\x01\x00\x00", encode_twist(TWIST, speed_m_s=inf, turn_rad_s=0.0), os.urandom(52)[:20]]
