@@ -83,12 +83,13 @@ TAGS = {  # the field that says which sort of struct it is: the sorts, where the
     ],
 }  # fmt: skip
 COMMANDS = {
-    "agent": "TEAM --name --library --seconds --json",
+    "agent": "TEAM --name --library --seconds --record --json",
     "team": "",
     "team status": "TEAM --json",
     "team stop": "TEAM --name --json",
     "team arm": "TEAM --name --json",
     "team logs": "TEAM --name --json",
+    "team merge": "OUT RECORDING... --reference --json",
     "team push": "TEAM --library --json",
     "": "--version --debug",
     "advise": "NAME --library -l --world -w --kit --bind -b --most --json",

@@ -19,6 +19,7 @@ from understudy.robots.ros.messages import decode_message, encode_message, load_
 
 READING, READINGS = "understudy_msgs/msg/Reading", "understudy_msgs/msg/Readings"
 STATES, TRANSITION = "understudy_msgs/msg/States", "understudy_msgs/msg/Transition"
+TEAM_MESSAGE, DUTY = "understudy_msgs/msg/TeamMessage", "understudy_msgs/msg/Duty"
 TEXT = "std_msgs/msg/String"
 
 DEFINITIONS: Mapping[str, str] = MappingProxyType(
@@ -27,12 +28,20 @@ DEFINITIONS: Mapping[str, str] = MappingProxyType(
         READINGS: f"float64 time_s\n{READING}[] readings\n",
         STATES: "float64 time_s\nstring[] path\n",
         TRANSITION: "float64 time_s\nstring robot\nint32 level\nstring before\nstring after\nstring[] path\n",
+        TEAM_MESSAGE: "string key\nuint8[] data\n",
+        DUTY: (
+            "float64 time_s\nstring leader\nint64 term\nint64 number\nbool alone\nstring behavior\n"
+            "string[] parameters\nstring[] targets\nstring frames\n"
+        ),
     }
 )
 """The definitions of the message types.
 
 Readings has all readings at one tick, NaN where absent. States has the states of all levels after a tick, outermost
 first. Transition has the outermost level that switched, counted from 0, and the new states of all levels in `path`.
+TeamMessage is a message between the agents of a team, with its key, as it was sent. Duty says what an agent begins
+before a tick: what the order (term, number) of a leader tells it, nothing if `behavior` is empty, or, if `alone`, what
+it runs without an order. A coordinator that takes over goes on from `frames`, the run state of the former one as JSON.
 """
 
 HEAD = 4

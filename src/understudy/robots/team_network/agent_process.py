@@ -18,13 +18,16 @@ from understudy.errors import SettingError, UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment
 from understudy.robots.fleet import connect_robot
+from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
+from understudy.robots.team_network.agent_recorder import AgentRecorder, RecordedNetwork
 from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.load_plan import LoadedTeam, fingerprint_folder
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
+from understudy.runtime.agents.network import Network
 from understudy.runtime.agents.remote_members import Clock
 
 LOGGED = 500
@@ -110,6 +113,8 @@ class AgentProcess:
         The team.
     network
         Its access to the network.
+    record
+        The recorder of a file in which it is recorded; None: it is not.
 
     Raises
     ------
@@ -119,7 +124,9 @@ class AgentProcess:
         If an agent of this name is running elsewhere.
     """
 
-    def __init__(self, name: str, team: LoadedTeam, network: ZenohNetwork) -> None:
+    def __init__(
+        self, name: str, team: LoadedTeam, network: ZenohNetwork, *, record: RunRecorder | None = None
+    ) -> None:
         if name not in team.agents:
             raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
         if network.is_present(name):
@@ -128,6 +135,8 @@ class AgentProcess:
                 remedy="stop the other one first",
             )  # fmt: skip
         self.name, self.team, self._network = name, team, network
+        self._recorder = None if record is None else AgentRecorder(record, name, team)
+        self._messages: Network = network if record is None else RecordedNetwork(network, record, name)
         self._exit = ExitStack()
         self._log: deque[str] = deque(maxlen=LOGGED)
         self._asked: Queue[tuple[AgentQuestion, list[AgentAnswer], Event]] = Queue()
@@ -149,7 +158,7 @@ class AgentProcess:
                 host=name,
                 candidates=team.plan.list_candidates(squad),
                 clock=self._clock,
-                network=network,
+                network=self._messages,
             )
             for squad in team.plan.list_led_squads(name)
         ]
@@ -159,15 +168,20 @@ class AgentProcess:
         self.note("started")
 
     def _connect_robot(self, path: Path) -> None:
-        fleet = connect_robot(path)
+        recorder = self._recorder
+        file = None if recorder is None else recorder.recorder
+        fleet = connect_robot(path, recorder=file)
         self._exit.callback(fleet.close)
-        twin = DigitalTwin(fleet)
+        twin = DigitalTwin(fleet, recorder=file)
         self._clock, self.robot = twin, fleet.robots[0]
         robot = self.robot
         self.agent = Agent(
-            self.team.plan.make_agent_spec(self.name), twin, self._network, unfit=lambda: robot.unfitness
+            self.team.plan.make_agent_spec(self.name), twin, self._messages, unfit=lambda: robot.unfitness
         )
         twin.follow(self._list_paths)
+        if recorder is not None:
+            twin.record(recorder.describe_run(self.name))
+            recorder.follow_robot(self.agent, robot.file.namespace or robot.file.name)
 
     def _list_paths(self) -> list[tuple[str, ...]]:
         return [] if self.agent is None else [self.agent.run.path(0)]
@@ -185,12 +199,20 @@ class AgentProcess:
             coordinator.sense()
             coordinator.report()
         for coordinator in reversed(self.coordinators):
+            if self._recorder is not None:
+                self._recorder.note_squad(coordinator)
             coordinator.obey()
+            if self._recorder is not None:
+                self._recorder.note_squad(coordinator)
             coordinator.act()
+            if self._recorder is not None:
+                self._recorder.write_squad_tick(coordinator)
             self._note_leading(coordinator)
         if self.agent is not None:
             before = self._describe_duty(self.agent)
             self.agent.obey()
+            if self._recorder is not None:
+                self._recorder.note_beginning()
             self.agent.act()
             if (duty := self._describe_duty(self.agent)) != before:
                 self.note(f"runs {duty}" if duty else "is alone: no order holds any more")

@@ -106,6 +106,8 @@ class Agent:
         self.percept: Percept = {}
         self.refusals: dict[Refusal, int] = {}
         """The number of messages that were refused, by reason."""
+        self.beginnings = 0
+        """How often it began something since it was made."""
         self._ran_s = body.time_s
         self.renew_start()
         self.follower: OrderFollower | None = None
@@ -169,6 +171,7 @@ class Agent:
         follower = self.follower
         program: Program | None = self.spec.alone
         self._lacking = ""
+        self.beginnings += 1
         if follower is not None and follower.order is not None:
             duty = follower.duty
             program = IDLE_PROGRAM if duty is None else self._find_program(duty)
