@@ -24,7 +24,7 @@ from understudy.robots.recording import writer
 from understudy.robots.recording.header import RecordingHeader, RunInfo, encode_header
 from understudy.robots.recording.merge import TEAM_METADATA, merge_recordings, read_team_clock
 from understudy.robots.recording.message_types import TEAM_MESSAGE, register_message_types
-from understudy.robots.recording.reader import list_recorded_parts
+from understudy.robots.recording.reader import list_recorded_parts, read_recording
 from understudy.robots.recording.recorder import HEARD, SENT
 from understudy.robots.recording.writer import RecordingWriter
 from understudy.robots.ros.messages import decode_message, encode_message, make_message
@@ -188,6 +188,8 @@ def test_what_cannot_be_merged_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UnknownName, match="no agent 'e'"):
         merge_recordings(tmp_path / "team.mcap", [a, b], reference="e")
     merge_recordings(tmp_path / "team.mcap", [a, b])
+    with pytest.raises(FileError, match="is of several agents of a team"):
+        read_recording(tmp_path / "team.mcap")
     refused(FileError, "is a merged recording", tmp_path, tmp_path / "team.mcap", b, out="again.mcap")
 
 

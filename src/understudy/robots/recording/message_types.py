@@ -149,6 +149,19 @@ def decode_states(data: bytes) -> tuple[float, tuple[str, ...]]:
     return float(found.time_s), tuple(found.path)
 
 
+def encode_team_message(key: str, message: bytes) -> bytes:
+    """Encode a message between agents with its key."""
+    data = np.frombuffer(message, np.uint8)
+    return encode_message(TEAM_MESSAGE, make_message(TEAM_MESSAGE, key=key, data=data))
+
+
+def decode_team_message(data: bytes) -> tuple[str, bytes]:
+    """Decode a recorded message between agents to its key and its content; raise MessageRefused if it is none."""
+    register_message_types()
+    found = decode_message(TEAM_MESSAGE, data)
+    return found.key, bytes(found.data)
+
+
 def encode_text(content: str) -> bytes:
     """Encode a text as a std_msgs/String."""
     return encode_message(TEXT, make_message(TEXT, data=content))

@@ -138,6 +138,9 @@ def read_recording(path: Path | str, *, run: int | None = None, part: str = "") 
     if kept.runs and run is not None and not 1 <= run <= kept.runs:
         remedy = f"count from 1 to {kept.runs}"
         raise SettingError(where=str(path), setting="its run", problem=f"is {run}", remedy=remedy)
+    if isinstance(kept.head, str) and kept.parts:
+        remedy = "name the recording of one of them, or ask `understudy why --agent NAME`"
+        raise FileError(path=path, place="", problem="is of several agents of a team", remedy=remedy)
     if isinstance(kept.head, str):
         raise _no_recording(path, kept.head)
     return kept.recording(path, kept.head, whole=whole)
@@ -149,6 +152,8 @@ class _FileReader:
     def __init__(self, run: int | None, part: str) -> None:
         self._run, self.runs, self._metadata = run, 0, name_metadata(part)
         self._host = part.rpartition("/")[2]
+        self.parts = False
+        """Whether the file has headers of other parts."""
         self.head: RecordingHeader | str = "it does not say which behavior ran"
         self._channels: dict[int, tuple[str, str]] = {}
         self._wanted: dict[tuple[str, str], tuple[str, int]] = {}
@@ -202,6 +207,8 @@ class _FileReader:
                 self._begin(self.head.names if isinstance(self.head, RecordingHeader) else ())
             elif self.runs > (self._run or self.runs):
                 self._wanted = {}  # that run is over
+        elif isinstance(record, Metadata) and record.name.startswith(METADATA + PART):
+            self.parts = True
 
     def _begin(self, names: Sequence[str]) -> None:
         """Begin another run, and discard those before."""

@@ -5,7 +5,6 @@ Every message is stamped when it is sent and when it arrives, so that recordings
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ import msgspec
 import numpy as np
 
 from understudy.robots.recording.header import SCENARIO, RunInfo, format_part
-from understudy.robots.recording.message_types import DUTY, TEAM_MESSAGE
+from understudy.robots.recording.message_types import DUTY, TEAM_MESSAGE, encode_team_message
 from understudy.robots.recording.recorder import DUTIES, HEARD, SENT, AgentChannels, RunRecorder
 from understudy.robots.ros.messages import encode_message, make_message
 from understudy.robots.ros.state_topic import resolve_topic_name
@@ -46,7 +45,7 @@ class RecordedNetwork:
 
     def publish(self, key: str, message: bytes) -> None:
         """Record a message and send it."""
-        self._sent(_encode_team_message(key, message), None)
+        self._sent(encode_team_message(key, message), None)
         self._network.publish(key, message)
 
     def listen(self, key: str) -> Inbox:
@@ -54,7 +53,7 @@ class RecordedNetwork:
         inbox = self._network.listen(key)
         if key not in self._observed:
             self._observed.add(key)
-            inbox.observe = lambda message: self._heard(_encode_team_message(key, message), None)
+            inbox.observe = lambda message: self._heard(encode_team_message(key, message), None)
         return inbox
 
     def announce(self, name: str) -> None:
@@ -204,8 +203,3 @@ def _describe_duty(agent: Agent) -> dict[str, Any]:
         **found, "leader": follower.leader or "", "term": term, "number": number, "behavior": behavior,
         "parameters": list(binding), "targets": list(binding.values()),
     }  # fmt: skip
-
-
-def _encode_team_message(key: str, message: bytes) -> bytes:
-    data: Mapping[str, Any] = {"key": key, "data": np.frombuffer(message, np.uint8)}
-    return encode_message(TEAM_MESSAGE, make_message(TEAM_MESSAGE, **data))
