@@ -14,6 +14,7 @@ export function Header() {
     <header class="header">
       <h1 class="logo">Understudy</h1>
       <span class="divider" />
+      {studio.team !== null && <Views studio={studio} />}
       <span class="what cut">
         {desk === null ? (
           <span class="soft">No automaton open</span>
@@ -32,6 +33,24 @@ export function Header() {
       {desk !== null && <ModeSwitch studio={studio} />}
       <Saving studio={studio} />
     </header>
+  );
+}
+
+/** Whether the page shows the running team, or the training of one of its agents. */
+function Views({ studio }: { studio: Studio }) {
+  return (
+    <div class="views" role="group" aria-label="View">
+      {(["team", "training"] as const).map((each) => (
+        <button
+          type="button"
+          key={each}
+          aria-pressed={studio.shows === each}
+          onClick={() => studio.show(each)}
+        >
+          {each === "team" ? "Team" : "Training"}
+        </button>
+      ))}
+    </div>
   );
 }
 

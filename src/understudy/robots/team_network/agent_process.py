@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
+from math import inf
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Event
@@ -21,6 +22,7 @@ from understudy.robots.fleet import connect_robot
 from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.team_network.agent_recorder import AgentRecorder, RecordedNetwork
+from understudy.robots.team_network.agent_views import STATUS, STATUS_S, RobotViews, is_watched
 from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.load_plan import LoadedTeam, fingerprint_folder
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
@@ -47,11 +49,15 @@ class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
     duty: str
     """The behavior that its order names; empty without an order."""
     order: tuple[int, int] | None
+    order_age_s: float | None
+    """For how long it has executed this order, s."""
     leader: str | None
     """The agent whose orders it obeys."""
     term: int
     armed: bool | None
     """Whether the robot is armed; None for coordinators."""
+    trainer: str
+    """The agent that drives it to train it; empty if none does."""
     unfit: str
     """Why it is not counted as a member; empty if it is."""
     leads: dict[str, int]
@@ -163,6 +169,9 @@ class AgentProcess:
             for squad in team.plan.list_led_squads(name)
         ]
         self._was_leading: dict[str, bool] = {}
+        robot: Robot | None = self.robot
+        self._views = None if robot is None else RobotViews(robot, network)
+        self._told_s = -inf
         network.answer(f"agent/{name}", self._answer)
         network.announce(name)
         self.note("started")
@@ -195,6 +204,8 @@ class AgentProcess:
         if self.agent is not None:
             self.agent.sense()
             self.agent.report()
+            if self._views is not None and is_watched(self._network):
+                self._views.publish()
         for coordinator in self.coordinators:
             coordinator.sense()
             coordinator.report()
@@ -217,7 +228,15 @@ class AgentProcess:
             if (duty := self._describe_duty(self.agent)) != before:
                 self.note(f"runs {duty}" if duty else "is alone: no order holds any more")
         self.ticks += 1
+        self._tell_viewers()
         self._carry_out()
+
+    def _tell_viewers(self) -> None:
+        """Publish this agent's status from time to time, while somebody watches the team."""
+        now = time.monotonic()
+        if now - self._told_s >= STATUS_S and is_watched(self._network):
+            self._told_s = now
+            self._network.publish(f"{STATUS}/{self.name}", msgspec.msgpack.encode(self.describe()))
 
     def run(self, *, until: Callable[[], bool] = lambda: False) -> None:
         """Tick at the team's rate until the agent is told to leave, or `until` says so."""
@@ -260,7 +279,7 @@ class AgentProcess:
             )
         if question.do == "stop" and self.robot is not None:
             self.robot.emergency_stop(f"asked to by {question.by}")  # at once, from whatever thread
-        if question.do == "arm" and self.robot is not None:
+        if question.do in ("arm", "ready") and self.robot is not None:
             try:
                 self.robot.prepare()  # which takes half a second, in which decisions go on
             except UnderstudyError as error:
@@ -282,6 +301,8 @@ class AgentProcess:
     def _carry_out_one(self, question: AgentQuestion) -> AgentAnswer:
         if question.do == "status":
             return AgentAnswer(status=self.describe())
+        if question.do == "ready":
+            return AgentAnswer(problem="has no robot" if self.robot is None else "")
         if question.do == "logs":
             return AgentAnswer(log=list(self._log))
         if question.do == "stop":
@@ -341,9 +362,17 @@ class AgentProcess:
             path=[] if acting is None else list(acting.run.path(0)),
             duty="" if acting is None else self._describe_duty(acting),
             order=None if follower is None else follower.order,
+            order_age_s=(
+                None
+                if acting is None or follower is None or follower.order is None
+                else round(acting.body.time_s - acting.begun_s, 3)
+            ),
             leader=None if follower is None else follower.leader,
             term=0 if follower is None else follower.term,
             armed=None if self.robot is None else self.robot.armed,
+            trainer=""
+            if self.agent is None or not self.agent.is_driven
+            else self.team.settings.trainer or "",
             unfit="" if self.robot is None else self.robot.unfitness,
             leads={each.spec.name: each.leadership.term for each in leading},
             missing=missing,

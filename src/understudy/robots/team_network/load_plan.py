@@ -208,6 +208,7 @@ def _make_plan(
             fingerprints=fingerprints,
             requires_same_library=settings.same_library,
             lease_s=settings.lease_s,
+            trainer=settings.trainer,
         )
     except UnderstudyError as error:
         error.add_note(f"{path} asks for it")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from secrets import randbits
 
@@ -22,7 +23,8 @@ from understudy.runtime.agents.messages import (
 )
 from understudy.runtime.agents.network import Network
 from understudy.runtime.agents.order_follower import OrderFollower, Refusal
-from understudy.runtime.body import Body
+from understudy.runtime.agents.training_link import DriveFollower, decode_drive, drive_key
+from understudy.runtime.body import SKILL, Body, Commands, SkillPerformer
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program
 from understudy.runtime.run_loop import Run
@@ -69,6 +71,8 @@ class AgentSpec:
         The fingerprint of its library.
     link
         Its place in its squad; None if it is in none.
+    trainer
+        The agent from which a person may train it, and so drive it; None: none.
     """
 
     name: str
@@ -77,6 +81,7 @@ class AgentSpec:
     alone: Program = IDLE_PROGRAM
     library: str = ""
     link: SquadLink | None = None
+    trainer: str | None = None
 
 
 class Agent:
@@ -108,9 +113,17 @@ class Agent:
         """The number of messages that were refused, by reason."""
         self.beginnings = 0
         """How often it began something since it was made."""
+        self.begun_s = body.time_s
+        """When it began what it runs, s."""
         self._ran_s = body.time_s
         self.renew_start()
         self.follower: OrderFollower | None = None
+        self.driver: DriveFollower | None = None
+        """Whether a trainer drives it now; None if none may."""
+        self._was_driven = False
+        if spec.trainer is not None:
+            self.driver = DriveFollower(spec.trainer)
+            self._drives = network.listen(drive_key(spec.name))
         self._keys = tuple(self.run.keys)
         if spec.link is not None:
             link = spec.link
@@ -140,7 +153,7 @@ class Agent:
             term=follower.term,
             order=follower.order,
             library=self.spec.library,
-            unfit=self._unfit() or self._lacking,
+            unfit=self._unfit() or self._lacking or ("is being trained" if self.is_driven else ""),
             flag=self.run.interpreters[0].root.flag,
             path=list(self.run.path(0)),
             layout=self._layout,
@@ -148,13 +161,19 @@ class Agent:
         )
         self._network.publish(report_key(link.squad), pack_message(message))
 
+    @property
+    def is_driven(self) -> bool:
+        """Whether a trainer drives it now."""
+        return self.driver is not None and self.driver.holds(self.body.time_s)
+
     def obey(self) -> None:
         """Hear the orders that have arrived, and begin what holds now if that is new."""
+        now = self.body.time_s
+        slept, self._ran_s = now - self._ran_s > FROZEN_S, now
+        self._obey_trainer(now, slept=slept)
         follower = self.follower
         if follower is None:
             return
-        now = self.body.time_s
-        slept, self._ran_s = now - self._ran_s > FROZEN_S, now
         arrived = self._inbox.take_all()
         for data in [] if slept else arrived:  # those that came before this program was frozen are too old
             try:
@@ -166,12 +185,25 @@ class Agent:
         if follower.update(now):
             self.begin()
 
+    def _obey_trainer(self, now: float, *, slept: bool) -> None:
+        """Hear a trainer; when it drives the agent no longer, begin what holds without it."""
+        if self.driver is None:
+            return
+        arrived = self._drives.take_all()
+        for data in [] if slept else arrived:
+            with suppress(UnreadableMessage):
+                self.driver.receive(decode_drive(data), now)
+        is_driven = self.is_driven
+        if self._was_driven and not is_driven:
+            self.begin()
+        self._was_driven = is_driven
+
     def begin(self) -> None:
         """Begin what holds now: the duty of its order, nothing if the order has none for it, or what it does alone."""
         follower = self.follower
         program: Program | None = self.spec.alone
         self._lacking = ""
-        self.beginnings += 1
+        self.beginnings, self.begun_s = self.beginnings + 1, self.body.time_s
         if follower is not None and follower.order is not None:
             duty = follower.duty
             program = IDLE_PROGRAM if duty is None else self._find_program(duty)
@@ -188,8 +220,21 @@ class Agent:
         return program if id(program) in self._runnable else None
 
     def act(self) -> None:
-        """Decide on this tick's snapshot, and act."""
-        self.body.act(self.run.decide(self.percept))
+        """Decide on this tick's snapshot, and act; while a trainer drives the agent, do what it commands."""
+        if self.driver is not None and self.is_driven:
+            self.body.act(self._make_driven_commands(self.driver))
+        else:
+            self.body.act(self.run.decide(self.percept))
+
+    def _make_driven_commands(self, driver: DriveFollower) -> Commands:
+        """Return a trainer's command, without channels that the body does not have."""
+        channels = {channel.name for channel in self.body.channels}
+        commands = {name: column for name, column in driver.commands.items() if name in channels}
+        if driver.skill is not None and isinstance(self.body, SkillPerformer):
+            name, binding = driver.skill
+            with suppress(UnderstudyError):  # a skill that it does not have
+                commands[SKILL] = np.array([float(self.body.index_skill(name, binding))])
+        return commands
 
 
 def report_key(squad: str) -> str:
