@@ -10,27 +10,32 @@ export function Header() {
   const studio = useStudio();
   const { desk, scene } = studio;
   const { real } = studio.live;
+  const overview = studio.team !== null && studio.shows === "team";
   return (
     <header class="header">
       <h1 class="logo">Understudy</h1>
       <span class="divider" />
       {studio.team !== null && <Views studio={studio} />}
-      <span class="what cut">
-        {desk === null ? (
-          <span class="soft">No automaton open</span>
-        ) : (
-          <b>
-            {plain(desk.name)}
-            {desk.parameters.length > 0 && <span class="soft"> ({desk.parameters.join(", ")})</span>}
-          </b>
-        )}
-      </span>
+      {overview ? null : (
+        <>
+          <span class="what cut">
+            {desk === null ? (
+              <span class="soft">No automaton open</span>
+            ) : (
+              <b>
+                {plain(desk.name)}
+                {desk.parameters.length > 0 && <span class="soft"> ({desk.parameters.join(", ")})</span>}
+              </b>
+            )}
+          </span>
+        </>
+      )}
       {scene !== null && !real && <Place studio={studio} scenario={scene.scenario} />}
-      {real && <span class="soft">on {scene?.real.join(", ")}</span>}
+      {real && studio.team === null && <span class="soft">on {scene?.real.join(", ")}</span>}
       <span class="space" />
-      <Running studio={studio} />
+      {!overview && <Running studio={studio} />}
       <span class="space" />
-      {desk !== null && <ModeSwitch studio={studio} />}
+      {!overview && desk !== null && <ModeSwitch studio={studio} />}
       <Saving studio={studio} />
     </header>
   );

@@ -313,8 +313,8 @@ export interface Hello {
   /** The targets that automata can be exported to. */
   exports: readonly string[];
   scene: Scene;
-  /** The running team that is watched; null if there is none. */
-  team: Team | null;
+  /** The running team that is watched, if there is one. */
+  team?: Team;
 }
 
 /** A change of the scene. */
@@ -707,7 +707,7 @@ export interface TeamAgent {
   presence: Presence;
   /** For how long it has been silent, s; null if it is heard, or never was. */
   silent_s: number | null;
-  /** The state of every level, outermost first. */
+  /** The state of every level, outermost first; of a squad, those of whoever leads it. */
   doing: readonly string[];
   /** What its order tells it to do; empty without one. */
   duty: string;

@@ -156,7 +156,7 @@ export class Studio implements Listener {
     else {
       this.scene = news.scene;
       if (news.is === "hello") {
-        this.team = news.team;
+        this.team = news.team ?? null;
         this.directs = news.directs;
         this.version = news.version;
         this.exports = news.exports;

@@ -57,7 +57,6 @@ function Summary({ team }: { team: Team }) {
 function SquadSection({ team, squad }: { team: Team; squad: TeamAgent }) {
   const members = team.agents.filter((agent) => agent.squad === squad.name);
   const leader = leaderOf(team, squad.name);
-  const decides = leader === null ? undefined : leader === squad.name ? squad : undefined;
   return (
     <section aria-label={squad.name}>
       <header class="squad">
@@ -72,8 +71,8 @@ function SquadSection({ team, squad }: { team: Team; squad: TeamAgent }) {
             </>
           )}
         </span>
-        {decides !== undefined && <Doing agent={decides} />}
-        {squad.presence !== "here" && <span class="problem">{lost(squad)}</span>}
+        {leader !== null && <Doing agent={squad} />}
+        {squad.presence !== "here" && <span class="problem">its own agent {lost(squad)}</span>}
         <Order agent={squad} />
         <span class="space" />
         <Train agent={squad} />
@@ -213,7 +212,7 @@ function termOf(team: Team, squad: string): number {
 
 function lost(agent: TeamAgent): string {
   if (agent.presence === "gone") return "is not there";
-  return agent.silent_s === null ? "is silent" : `silent for ${duration(Math.max(1, agent.silent_s))}`;
+  return agent.silent_s === null ? "is silent" : `is silent for ${duration(Math.max(1, agent.silent_s))}`;
 }
 
 function names(agents: readonly TeamAgent[]): string {

@@ -62,6 +62,8 @@ class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
     """Why it is not counted as a member; empty if it is."""
     leads: dict[str, int]
     """The squads that it leads, and in which term."""
+    decides: dict[str, list[str]]
+    """The state of every level of these squads' coordinators."""
     missing: dict[str, str]
     """The members of these squads that are not counted, and why."""
     library: str
@@ -375,6 +377,7 @@ class AgentProcess:
             else self.team.settings.trainer or "",
             unfit="" if self.robot is None else self.robot.unfitness,
             leads={each.spec.name: each.leadership.term for each in leading},
+            decides={each.spec.name: list(each.agent.run.path(0)) for each in leading},
             missing=missing,
             library=self.team.fingerprints[self.team.plan.find_sort(self.name)],
             refused={str(reason): count for reason, count in refusals.items()},

@@ -213,12 +213,12 @@ class RemoteRobot(Robot):
         """Ask its agent to stop it, if it was armed by this program or is driven by it."""
         if self._is_armed_here or (self.is_driven and self.armed):
             self._is_armed_here = False
-            self._watch.order_soon("stop", cause, self.file.name)
+            self._watch.order_soon("stop", f"the studio: {cause}", self.file.name)
 
     def emergency_stop(self, cause: str) -> None:
         """Ask its agent to stop it at once."""
         self._is_armed_here = False
-        self._watch.order_soon("stop", cause, self.file.name)
+        self._watch.order_soon("stop", f"the studio: {cause}", self.file.name)
 
     def hold_key(self, for_s: float) -> None:
         """Do nothing: a hold-to-run key must be held at the robot's own computer."""

@@ -55,8 +55,8 @@ class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
     exports: list[str]
     """The targets that automata can be exported to."""
     scene: SceneData
-    team: TeamData | None
-    """The running team that is watched; null if there is none."""
+    team: TeamData | UnsetType = UNSET
+    """The running team that is watched, if there is one."""
 
 
 class SceneNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="scene"):
@@ -172,7 +172,7 @@ class StudioServer:
             directs=directs,
             exports=[*TARGETS],
             scene=scene,
-            team=self._team,
+            team=UNSET if self._team is None else self._team,
         )
         viewer.send_reply(_encode(hello))
         shown = self._show_session(library)

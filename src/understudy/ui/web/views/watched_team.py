@@ -26,7 +26,7 @@ class TeamAgentData(Data, frozen=True, kw_only=True):
     silent_s: float | None
     """For how long it has been silent, s; null if it is heard, or never was."""
     doing: list[str]
-    """The state of every level, outermost first."""
+    """The state of every level, outermost first; of a squad, those of whoever leads it."""
     duty: str
     """What its order tells it to do; empty without one."""
     order: str | None
@@ -60,12 +60,18 @@ class TeamData(Data, frozen=True, kw_only=True):
 def describe_team(watch: TeamWatch) -> TeamData:
     """Return what every agent of a team does, and which are missing."""
     seen = watch.list_agents()
-    counted: dict[str, str] = {}
+    counted, led = dict[str, str](), dict[str, tuple[int, list[str]]]()
     for each in seen:
-        if each.status is not None and not each.is_silent:
-            counted |= each.status.missing
+        if each.status is None or each.is_silent or not each.is_present:
+            continue
+        counted |= each.status.missing
+        for squad, term in each.status.leads.items():
+            led[squad] = max(led.get(squad, (0, [])), (term, each.status.decides.get(squad, [])))
     robots = set(watch.team.plan.robots)
-    agents = [_describe_agent(watch, each, counted, is_robot=each.name in robots) for each in seen]
+    agents = [
+        _describe_agent(watch, each, counted, led.get(each.name), is_robot=each.name in robots)
+        for each in seen
+    ]
     return TeamData(
         name=watch.team.name,
         agents=[
@@ -77,12 +83,20 @@ def describe_team(watch: TeamWatch) -> TeamData:
 
 
 def _describe_agent(
-    watch: TeamWatch, seen: WatchedAgent, counted: dict[str, str], *, is_robot: bool
+    watch: TeamWatch,
+    seen: WatchedAgent,
+    counted: dict[str, str],
+    led: tuple[int, list[str]] | None,
+    *,
+    is_robot: bool,
 ) -> TeamAgentData:
     status, plan = seen.status, watch.team.plan
     sort = plan.find_sort(seen.name)
     presence: Presence = "gone" if not seen.is_present else "silent" if seen.is_silent else "here"
     known = status is not None and presence == "here"
+    doing = [] if led is None else led[1]
+    if is_robot and status is not None and known:
+        doing = list(status.path)
     age_s = None if status is None or not known else status.order_age_s
     return TeamAgentData(
         name=seen.name,
@@ -91,7 +105,7 @@ def _describe_agent(
         is_robot=is_robot,
         presence=presence,
         silent_s=None if status is None or known else float(round(seen.age_s)),
-        doing=list(status.path) if status is not None and known else [],
+        doing=doing,
         duty=status.duty if status is not None and known else "",
         order=None if status is None or not known or status.order is None else "{}.{}".format(*status.order),
         order_age_s=None if age_s is None else float(round(age_s)),
