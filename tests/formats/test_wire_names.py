@@ -59,12 +59,13 @@ ERRORS = {  # name, exit code, what it is made of
 }
 """What `--json` says of an error: its name is its `type`, and what it is made of are further fields."""
 MESSAGES = [
-    "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation", "changes", "choose",
-    "confirm", "delete", "discard", "duplicate", "edit", "evaluate", "go_back", "go_to_mark", "hand_over", "here",
-    "mend", "move_object", "move_obstacle", "new", "next_situation", "open", "open_library", "open_world", "others",
-    "pause", "pick_color", "place", "press", "promise", "prune", "quarantine", "recall", "redo", "release", "remove",
-    "remove_object", "remove_obstacle", "rename", "reset", "restart", "restore", "rewind", "save", "save_world",
-    "set_up", "simplify", "skip", "speed", "stand_by", "stand_for", "step", "stop", "stop_robot", "take", "test", "turn", "undo",
+    "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation",
+    "changes", "choose", "confirm", "delete", "discard", "duplicate", "edit", "evaluate", "go_back",
+    "go_to_mark", "hand_over", "here", "mend", "move_object", "move_obstacle", "new", "next_situation",
+    "open", "open_library", "open_world", "others", "pause", "pick_color", "place", "press", "promise",
+    "prune", "quarantine", "recall", "redo", "release", "remove", "remove_object", "remove_obstacle",
+    "rename", "reset", "restart", "restore", "rewind", "save", "save_world", "set_up", "simplify", "skip",
+    "speed", "stand_by", "stand_for", "step", "stop", "stop_robot", "take", "test", "turn", "undo",
     "use_reaction", "versions", "visit", "watch", "why", "withdraw",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
