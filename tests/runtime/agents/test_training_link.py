@@ -98,7 +98,7 @@ def test_a_trainer_that_dies_leaves_the_member_to_itself() -> None:
     drives = [commands["drive"][0] for commands in body.commanded]
     assert drives == [1.0] * 3 + [-0.25] * 9 + [1.0] * 8  # the last message was heard in tick 7
     assert driven == [False] * 3 + [True] * 8 + [False] * 9  # after the tick, when a tenth more has passed
-    assert agent.beginnings == 1
+    assert agent.beginnings == 2  # nothing while it was driven, and what it does alone afterwards
     assert agent.begun_s == pytest.approx(12 * TICK_S)
 
 

@@ -41,7 +41,8 @@ Readings has all readings at one tick, NaN where absent. States has the states o
 first. Transition has the outermost level that switched, counted from 0, and the new states of all levels in `path`.
 TeamMessage is a message between the agents of a team, with its key, as it was sent. Duty says what an agent begins
 before a tick: what the order (term, number) of a leader tells it, nothing if `behavior` is empty, or, if `alone`, what
-it runs without an order. A coordinator that takes over goes on from `frames`, the run state of the former one as JSON.
+it runs without an order. Without an order and `alone`, `leader` drives it to train it. A coordinator that takes over
+goes on from `frames`, the run state of the former one as JSON.
 """
 
 HEAD = 4

@@ -195,6 +195,8 @@ def _describe_duty(agent: Agent) -> dict[str, Any]:
     """Return the fields of a message on what an agent begins."""
     follower = agent.follower
     found: dict[str, Any] = {"time_s": agent.body.time_s}
+    if agent.driver is not None and agent.is_driven:
+        return {**found, "leader": agent.driver.trainer}
     if follower is None or follower.order is None:
         return {**found, "alone": True}
     term, number = follower.order

@@ -182,11 +182,11 @@ class Agent:
                 continue
             if refused is not None:
                 self.refusals[refused] = self.refusals.get(refused, 0) + 1
-        if follower.update(now):
+        if follower.update(now) and not self.is_driven:
             self.begin()
 
     def _obey_trainer(self, now: float, *, slept: bool) -> None:
-        """Hear a trainer; when it drives the agent no longer, begin what holds without it."""
+        """Hear a trainer; do nothing by itself while it drives the agent, and then begin what holds without it."""
         if self.driver is None:
             return
         arrived = self._drives.take_all()
@@ -194,7 +194,9 @@ class Agent:
             with suppress(UnreadableMessage):
                 self.driver.receive(decode_drive(data), now)
         is_driven = self.is_driven
-        if self._was_driven and not is_driven:
+        if is_driven and not self._was_driven:
+            self._begin_program(IDLE_PROGRAM)
+        elif self._was_driven and not is_driven:
             self.begin()
         self._was_driven = is_driven
 
@@ -203,13 +205,16 @@ class Agent:
         follower = self.follower
         program: Program | None = self.spec.alone
         self._lacking = ""
-        self.beginnings, self.begun_s = self.beginnings + 1, self.body.time_s
         if follower is not None and follower.order is not None:
             duty = follower.duty
             program = IDLE_PROGRAM if duty is None else self._find_program(duty)
             if duty is not None and program is None:
                 self._lacking = f"cannot run {duty[0]}, which it was ordered to"
-        self.run.begin(np.array([0]), IDLE_PROGRAM if program is None else program)
+        self._begin_program(IDLE_PROGRAM if program is None else program)
+
+    def _begin_program(self, program: Program) -> None:
+        self.beginnings, self.begun_s = self.beginnings + 1, self.body.time_s
+        self.run.begin(np.array([0]), program)
 
     def _find_program(self, duty: Duty) -> Program | None:
         """Find what a duty tells to run; None if it is nothing that this agent, by its library, may be ordered."""
