@@ -3,7 +3,7 @@
 import { useEffect, useMemo } from "preact/hooks";
 import { Bars } from "./bars";
 import { Asked } from "./asked";
-import { AroundContext } from "./context";
+import { AroundContext, useStudio } from "./context";
 import { Directing } from "./directing";
 import { Guide } from "./guide";
 import { Header } from "./header";
@@ -13,6 +13,7 @@ import { Pane } from "./pane";
 import { Robots } from "./robots";
 import { Side } from "./side";
 import type { Studio } from "./studio";
+import { TeamView } from "./team";
 import { Timeline } from "./timeline";
 import type { Tour } from "./tour";
 import { WorldView } from "./world/canvas";
@@ -31,17 +32,28 @@ export function App({ studio, panel, tour }: { studio: Studio; panel: Panel; tou
           <Bars />
           <Robots />
         </div>
-        <Side />
-        <main class="center">
-          <WorldView />
-          <Guide />
-          <Asked />
-          <Directing />
-          <Timeline />
-        </main>
-        <Pane />
+        <Shown />
       </div>
     </AroundContext.Provider>
+  );
+}
+
+/** The running team, or the training of one of its agents; without a team, always the training. */
+function Shown() {
+  const studio = useStudio();
+  if (studio.team !== null && studio.shows === "team") return <TeamView />;
+  return (
+    <>
+      <Side />
+      <main class="center">
+        <WorldView />
+        <Guide />
+        <Asked />
+        <Directing />
+        <Timeline />
+      </main>
+      <Pane />
+    </>
   );
 }
 

@@ -10,28 +10,52 @@ export function Header() {
   const studio = useStudio();
   const { desk, scene } = studio;
   const { real } = studio.live;
+  const overview = studio.team !== null && studio.shows === "team";
   return (
     <header class="header">
       <h1 class="logo">Understudy</h1>
       <span class="divider" />
-      <span class="what cut">
-        {desk === null ? (
-          <span class="soft">No automaton open</span>
-        ) : (
-          <b>
-            {plain(desk.name)}
-            {desk.parameters.length > 0 && <span class="soft"> ({desk.parameters.join(", ")})</span>}
-          </b>
-        )}
-      </span>
+      {studio.team !== null && <Views studio={studio} />}
+      {overview ? null : (
+        <>
+          <span class="what cut">
+            {desk === null ? (
+              <span class="soft">No automaton open</span>
+            ) : (
+              <b>
+                {plain(desk.name)}
+                {desk.parameters.length > 0 && <span class="soft"> ({desk.parameters.join(", ")})</span>}
+              </b>
+            )}
+          </span>
+        </>
+      )}
       {scene !== null && !real && <Place studio={studio} scenario={scene.scenario} />}
-      {real && <span class="soft">on {scene?.real.join(", ")}</span>}
+      {real && studio.team === null && <span class="soft">on {scene?.real.join(", ")}</span>}
       <span class="space" />
-      <Running studio={studio} />
+      {!overview && <Running studio={studio} />}
       <span class="space" />
-      {desk !== null && <ModeSwitch studio={studio} />}
+      {!overview && desk !== null && <ModeSwitch studio={studio} />}
       <Saving studio={studio} />
     </header>
+  );
+}
+
+/** Whether the page shows the running team, or the training of one of its agents. */
+function Views({ studio }: { studio: Studio }) {
+  return (
+    <div class="views" role="group" aria-label="View">
+      {(["team", "training"] as const).map((each) => (
+        <button
+          type="button"
+          key={each}
+          aria-pressed={studio.shows === each}
+          onClick={() => studio.show(each)}
+        >
+          {each === "team" ? "Team" : "Training"}
+        </button>
+      ))}
+    </div>
   );
 }
 

@@ -104,6 +104,6 @@ function parsed(text: string): News | Answer | null {
   if (typeof value !== "object" || value === null) return null;
   if ("re" in value) return value as Answer;
   if (!("is" in value)) return null;
-  const known = value.is === "hello" || value.is === "scene" || value.is === "desk";
+  const known = ["hello", "scene", "desk", "team"].includes(String(value.is));
   return known ? (value as News) : null;
 }

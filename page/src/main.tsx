@@ -13,6 +13,7 @@ import "./style/panel.css";
 import "./style/coach.css";
 import "./style/review.css";
 import "./style/tour.css";
+import "./style/team.css";
 import "./style/touch.css";
 import "./style/narrow.css";
 

@@ -170,6 +170,10 @@ export type Request =
   | { do: "take" }
   /** Arm the real robots. */
   | { do: "arm" }
+  /** Arm one real robot. */
+  | { do: "arm_robot"; name: NameField }
+  /** Stop one real robot at once, from any page. */
+  | { do: "stop_robot"; name: NameField }
   /** Stop real robots at once: the emergency stop of every page. */
   | { do: "stop" }
   /** Report that the page is alive, and whether the key that lets real robots move is held down. */
@@ -208,7 +212,7 @@ export interface Answer
 }
 
 /** What the studio sends by itself. */
-export type News = Hello | SceneNews | SessionNews;
+export type News = Hello | SceneNews | SessionNews | TeamNews;
 
 /** At least 1, at most 10,000 letters. */
 export type Sentence = string;
@@ -309,6 +313,8 @@ export interface Hello {
   /** The targets that automata can be exported to. */
   exports: readonly string[];
   scene: Scene;
+  /** The running team that is watched, if there is one. */
+  team?: Team;
 }
 
 /** A change of the scene. */
@@ -341,6 +347,12 @@ export interface SessionNews {
   can_take: boolean;
   /** Whether this page has control. */
   directs: boolean;
+}
+
+/** A change of the running team that is watched. */
+export interface TeamNews {
+  is: "team";
+  team: Team;
 }
 
 /** A former version of a behavior, and when it was saved. */
@@ -462,6 +474,15 @@ export interface Scene {
   behaviors: readonly KitBehavior[];
   /** The topmost sort first. */
   squads: readonly SquadSort[];
+}
+
+/** A running team as this computer sees it. */
+export interface Team {
+  name: string;
+  /** The coordinators, topmost squad first, then the robots. */
+  agents: readonly TeamAgent[];
+  /** The name under which this computer may train robots; null if the team's file gives none. */
+  trainer: string | null;
 }
 
 /** The library's folder. */
@@ -676,6 +697,38 @@ export interface SquadSort {
   squads: readonly (readonly number[])[];
 }
 
+/** One agent of a running team: a robot, or the coordinator of a squad. */
+export interface TeamAgent {
+  name: string;
+  sort: string;
+  /** The squad that it is a member of; null if it is in none. */
+  squad: string | null;
+  is_robot: boolean;
+  presence: Presence;
+  /** For how long it has been silent, s; null if it is heard, or never was. */
+  silent_s: number | null;
+  /** The state of every level, outermost first; of a squad, those of whoever leads it. */
+  doing: readonly string[];
+  /** What its order tells it to do; empty without one. */
+  duty: string;
+  /** Its order: term and number, such as 3.12. */
+  order: string | null;
+  /** For how long it has executed this order, s. */
+  order_age_s: number | null;
+  /** The agent whose orders it obeys. */
+  leader: string | null;
+  /** The squads that it leads, with the term. */
+  leads: Readonly<Record<string, number>>;
+  /** Whether the robot is armed; null for coordinators. */
+  armed: boolean | null;
+  /** Why it is not counted as a member of its squad; empty if it is. */
+  problem: string;
+  /** The computer that drives it to train it; empty if none does. */
+  trainer: string;
+  /** Whether its library is not that of this computer. */
+  other_library: boolean;
+}
+
 /** An automaton of the library. */
 export interface Trained {
   name: string;
@@ -782,6 +835,9 @@ export interface Feature {
   /** The period of a toroidal feature. */
   period?: number;
 }
+
+/** Whether an agent is heard, is silent though it is in the network, or is not in it. */
+export type Presence = "gone" | "here" | "silent";
 
 /** A state of the automaton in training, with its keys. */
 export interface State extends NestedState {

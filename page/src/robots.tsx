@@ -1,5 +1,6 @@
 /** The bar of real robots: what each is up to, arming, holding, and the emergency stop. */
 
+import { useState } from "preact/hooks";
 import { useStudio } from "./context";
 import { HOLD } from "./live";
 import type { RobotStatus } from "./protocol";
@@ -7,19 +8,28 @@ import { className } from "./words";
 
 export function Robots() {
   const studio = useStudio();
+  const [asks, setAsks] = useState(false);
   const robots = studio.told?.robots ?? [];
   if (robots.length === 0) return null;
   const all = robots.every(({ armed }) => armed);
   const { holding } = studio.live;
+  const team = studio.team !== null;
+  const armed = robots.filter((robot) => robot.armed).length;
   return (
     <div class={className("bar", "robots", all && "armed")} role="group" aria-label="Real robots">
       <div class="each" role="status">
-        {robots.map((robot) => (
-          <span key={robot.name} title={robot.stopped}>
-            <span class={className("light", robot.armed && (robot.stopped === "" ? "moves" : "waits"))} />
-            <b>{robot.name}</b> <span class="soft">{state(robot)}</span>
+        {team && (
+          <span>
+            {armed} of {robots.length} robots are armed
           </span>
-        ))}
+        )}
+        {!team &&
+          robots.map((robot) => (
+            <span key={robot.name} title={robot.stopped}>
+              <span class={className("light", robot.armed && (robot.stopped === "" ? "moves" : "waits"))} />
+              <b>{robot.name}</b> <span class="soft">{state(robot)}</span>
+            </span>
+          ))}
       </div>
       <span class="space" />
       {studio.scene?.holds === true && (
@@ -37,14 +47,34 @@ export function Robots() {
           Hold to move <kbd>{HOLD.toUpperCase()}</kbd>
         </button>
       )}
-      <button
-        type="button"
-        disabled={!studio.directs || all}
-        title="Arm the robot"
-        onClick={() => void studio.ask({ do: "arm" })}
-      >
-        {all ? "Armed" : "Arm"}
-      </button>
+      {asks ? (
+        <>
+          <span>All robots will move.</span>
+          <button
+            type="button"
+            class="primary"
+            disabled={!studio.directs}
+            onClick={() => {
+              setAsks(false);
+              void studio.ask({ do: "arm" });
+            }}
+          >
+            Arm all
+          </button>
+          <button type="button" onClick={() => setAsks(false)}>
+            Cancel
+          </button>
+        </>
+      ) : (
+        <button
+          type="button"
+          disabled={!studio.directs || all}
+          title={team ? "Arm all robots" : "Arm the robot"}
+          onClick={() => (team ? setAsks(true) : void studio.ask({ do: "arm" }))}
+        >
+          {all ? "Armed" : team ? "Arm all…" : "Arm"}
+        </button>
+      )}
       <button
         type="button"
         class="stop"
@@ -52,7 +82,7 @@ export function Robots() {
         title="Stop at once"
         onClick={() => void studio.ask({ do: "stop" })}
       >
-        ■ STOP <kbd aria-hidden="true">Esc</kbd>
+        ■ STOP{team && " all"} <kbd aria-hidden="true">Esc</kbd>
       </button>
     </div>
   );

@@ -15,6 +15,7 @@ import type {
   Session,
   SessionNews,
   StatusMessage,
+  Team,
 } from "./protocol";
 import { Motion } from "./world/motion";
 
@@ -53,6 +54,10 @@ export class Studio implements Listener {
   readonly live = new Live(this);
   scene: Scene | null = null;
   told: SessionNews | null = null;
+  /** The running team that the studio watches; null without one. */
+  team: Team | null = null;
+  /** What the page shows where there is a team. */
+  shows: "team" | "training" = "team";
 
   /** The sort of squads whose coordinator is trained; null: a robot is. */
   get sort(): string | null {
@@ -129,6 +134,11 @@ export class Studio implements Listener {
     this.news.tell();
   }
 
+  show(what: "team" | "training"): void {
+    this.shows = what;
+    this.news.tell();
+  }
+
   connected(open: boolean): void {
     if (open || this.linked !== null) this.linked = open;
     if (!open) this.directs = false;
@@ -142,9 +152,11 @@ export class Studio implements Listener {
 
   heard(news: ServerNews): void {
     if (news.is === "desk") this.hear(news);
+    else if (news.is === "team") this.team = news.team;
     else {
       this.scene = news.scene;
       if (news.is === "hello") {
+        this.team = news.team ?? null;
         this.directs = news.directs;
         this.version = news.version;
         this.exports = news.exports;

@@ -61,18 +61,19 @@ ERRORS = {  # name, exit code, what it is made of
 }
 """What `--json` says of an error: its name is its `type`, and what it is made of are further fields."""
 MESSAGES = [
-    "add_object", "add_obstacle", "advise", "agent", "arm", "ask_when", "cancel_evaluation", "changes", "choose",
-    "confirm", "delete", "discard", "duplicate", "edit", "evaluate", "go_back", "go_to_mark", "hand_over", "here",
-    "mend", "move_object", "move_obstacle", "new", "next_situation", "open", "open_library", "open_world", "others",
-    "pause", "pick_color", "place", "press", "promise", "prune", "quarantine", "recall", "redo", "release", "remove",
-    "remove_object", "remove_obstacle", "rename", "reset", "restart", "restore", "rewind", "save", "save_world",
-    "set_up", "simplify", "skip", "speed", "stand_by", "stand_for", "step", "stop", "take", "test", "turn", "undo",
+    "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation",
+    "changes", "choose", "confirm", "delete", "discard", "duplicate", "edit", "evaluate", "go_back",
+    "go_to_mark", "hand_over", "here", "mend", "move_object", "move_obstacle", "new", "next_situation",
+    "open", "open_library", "open_world", "others", "pause", "pick_color", "place", "press", "promise",
+    "prune", "quarantine", "recall", "redo", "release", "remove", "remove_object", "remove_obstacle",
+    "rename", "reset", "restart", "restore", "rewind", "save", "save_world", "set_up", "simplify", "skip",
+    "speed", "stand_by", "stand_for", "step", "stop", "stop_robot", "take", "test", "turn", "undo",
     "use_reaction", "versions", "visit", "watch", "why", "withdraw",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
 TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's
     "do": MESSAGES,
-    "is": ["desk", "hello", "scene"],
+    "is": ["desk", "hello", "scene", "team"],
     "kind": [
         "bumper", "camera", "cargo", "claimed", "holding", "lidar", "locator", "pose", "random", "since",
         "sonar", "stuck",
@@ -85,12 +86,13 @@ TAGS = {  # the field that says which sort of struct it is: the sorts, where the
     ],
 }  # fmt: skip
 COMMANDS = {
-    "agent": "TEAM --name --library --seconds --json",
+    "agent": "TEAM --name --library --seconds --record --json",
     "team": "",
     "team status": "TEAM --json",
     "team stop": "TEAM --name --json",
     "team arm": "TEAM --name --json",
     "team logs": "TEAM --name --json",
+    "team merge": "OUT RECORDING... --reference --json",
     "team push": "TEAM --library --json",
     "": "--version --debug",
     "advise": "NAME --library -l --world -w --kit --bind -b --most --json",

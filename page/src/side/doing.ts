@@ -19,5 +19,7 @@ export function doing(studio: Studio, robot: number): string {
   if (studio.sort !== null && desk !== null) return desk.doing[number] ?? "idle";
   const state = desk?.states[number];
   if (state !== undefined) return state.name;
+  const agent = studio.team?.agents.find(({ name }) => name === studio.scene?.real[robot]);
+  if (agent !== undefined && !studio.desk?.others) return agent.doing[0] ?? "idle";
   return studio.desk?.others ? called(studio.desk.others) : "idle";
 }

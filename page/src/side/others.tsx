@@ -29,7 +29,7 @@ export function Others() {
         aria-label="What the others do meanwhile"
         onChange={(event) => choose(event.currentTarget)}
       >
-        <option value="">idle</option>
+        <option value="">{studio.team === null ? "idle" : "decide for themselves"}</option>
         {now !== "" && !offered.some((each) => called(each) === now) && (
           <option value={now}>{plain(now)}</option>
         )}

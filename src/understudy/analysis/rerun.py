@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import msgspec
+
 from understudy.analysis.tracing import AgentRef, TracedRun, list_chain_of_command, make_tracing_runner
+from understudy.errors import UnderstudyError
 from understudy.model.binding import Binding
-from understudy.robots.recording.reader import RESTART, Recording
+from understudy.robots.recording.reader import RESTART, RecordedDuty, Recording
 from understudy.robots.recording.replay import ReplayBody
-from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
+from understudy.runtime.interpreter import Interpreter, StackFrame
+from understudy.runtime.program import IDLE_PROGRAM, Program
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.team import Team
+from understudy.runtime.team.team_programs import make_finder
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries, make_scenario_team
@@ -20,7 +24,8 @@ from understudy.sim.team.libraries import Libraries, make_scenario_team
 class Rerun:
     """Agents of the given sorts that run a behavior over a recording, restarted at the recorded moments.
 
-    They form the scenario's team if as many agents were recorded as it has robots; otherwise each runs alone.
+    They form the scenario's team if as many agents were recorded as it has robots; otherwise each runs alone. An agent
+    of a team that decided for itself begins what it began then: what an order told it, or what it runs without one.
     """
 
     def __init__(
@@ -28,7 +33,7 @@ class Rerun:
         recording: Recording,
         libraries: Libraries,
         sorts: Sequence[str],
-        behavior: str,
+        behavior: str | None,
         *,
         binding: Mapping[str, str],
         scenario: Scenario | None = None,
@@ -36,17 +41,30 @@ class Rerun:
         self.recording, self.libraries = recording, libraries
         self._body = ReplayBody(recording)
         self._team: Team | None = None
-        root = behavior, Binding(binding)
-        if scenario is not None and len(assign_team_members(scenario).type_of) == self._body.agents:
-            seeds, roots = [recording.head.ran.seed], dict.fromkeys(sorts, root)
+        self._begun: dict[int, list[RecordedDuty]] = {}
+        members = -1 if scenario is None else len(assign_team_members(scenario).type_of)
+        decided_alone = isinstance(recording.head.ran.agent, str)
+        if (
+            scenario is not None
+            and behavior is not None
+            and members == self._body.agents
+            and not decided_alone
+        ):
+            seeds, roots = [recording.head.ran.seed], dict.fromkeys(sorts, (behavior, Binding(binding)))
             self._team = make_scenario_team(
                 self._body, scenario, libraries, roots, seeds=seeds, makes=make_tracing_runner
             )
             self.chains = [list_chain_of_command(self._team, agent) for agent in range(self._body.agents)]
         else:
-            program = link(libraries[sorts[0]], *root)
+            self._find = make_finder(libraries[sorts[0]], sorts[0])
+            self._root = IDLE_PROGRAM if behavior is None else self._find(behavior, Binding(binding))
             now, agents = self._body.time_s, range(self._body.agents)
-            self._alone = TracedRun(self._body, [Interpreter(program, now=now) for _ in agents])
+            for duty in (duty for each in recording.duties for duty in each):
+                self._begun.setdefault(duty.tick, []).append(duty)
+            others = [self._find_begun(duty) for each in self._begun.values() for duty in each]
+            self._alone = TracedRun(
+                self._body, [Interpreter(self._root, now=now) for _ in agents], [IDLE_PROGRAM, *others]
+            )
             layer = AgentLayer(self._body, self._alone)
             self.chains = [(AgentRef(sorts[0], agent, layer, None),) for agent in agents]
         for post in (post for chain in self.chains for post in chain):
@@ -74,6 +92,8 @@ class Rerun:
             if (self.tick_count, agent) in self._restarts:
                 self._body.wait(self._restarts[self.tick_count, agent])
                 self._restart(agent)
+        for duty in self._begun.get(self.tick_count, ()):
+            self._begin(duty)
         if self._team is not None:
             self._team.tick()
         else:
@@ -92,6 +112,22 @@ class Rerun:
             self._team.clear()
         else:
             self._alone.interpreters[agent].start(self._body.time_s)
+
+    def _begin(self, duty: RecordedDuty) -> None:
+        """Let the agent begin what it began at this tick, or go on in the run state that it took over."""
+        self._body.wait(duty.time_s)
+        self._alone.begin([0], self._find_begun(duty))
+        if duty.frames:
+            frames = msgspec.json.decode(duty.frames, type=list[StackFrame])
+            self._alone.interpreters[0].restore(frames, now=duty.time_s)
+
+    def _find_begun(self, duty: RecordedDuty) -> Program:
+        if duty.alone:
+            return self._root
+        try:
+            return self._find(duty.behavior, Binding(duty.binding)) if duty.behavior else IDLE_PROGRAM
+        except UnderstudyError:  # agents do nothing if they are ordered to what they do not have
+            return IDLE_PROGRAM
 
 
 def find_traced_run(post: AgentRef) -> TracedRun:

@@ -157,7 +157,11 @@ def _header(line: bytes, path: Path) -> TraceHeader:
             found: dict[str, Any] = msgspec.json.decode(line)
         if found.get("format") != "understudy trace":
             raise ValueError
-        if found.get("run") and not found["run"].keys() >= set(RunInfo.__struct_fields__) - {"seed"}:
+        if found.get("run") and not found["run"].keys() >= set(RunInfo.__struct_fields__) - {
+            "seed",
+            "agent",
+            "squad",
+        }:
             raise ValueError
         return msgspec.convert(found, TraceHeader)
     except (ValueError, AttributeError):  # msgspec's own errors are ValueErrors, too

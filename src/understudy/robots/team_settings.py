@@ -41,7 +41,8 @@ class TeamSettings(StrictStruct, frozen=True, kw_only=True):
     `library` is the folder of the team's automata, relative to the team's file. `runs` says what agents of each sort
     run without an order. `deputies` lists, for each squad, the agents that may lead it besides the one of its own name;
     by default its members may, in a squad of more than four the first two. With `same_library`, agents whose library
-    differs are not counted and not obeyed.
+    differs are not counted and not obeyed. `trainer` is the name under which a person's computer may train robots
+    (`understudy studio --team`).
     """
 
     library: str = "library"
@@ -50,5 +51,6 @@ class TeamSettings(StrictStruct, frozen=True, kw_only=True):
     deputies: Mapping[str, tuple[str, ...]] | None = None
     lease_s: float = 1.0
     same_library: bool = False
+    trainer: str | None = None
     network: NetworkSpec = field(default_factory=NetworkSpec)
     each: Mapping[str, AgentSettings] = field(default_factory=dict)

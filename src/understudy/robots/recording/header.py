@@ -16,6 +16,10 @@ METADATA = "understudy"
 """The name of the metadata record that has the header."""
 BODY, RUN, FILE = "body", "run", "file:"
 """The keys in the header: the body and what ran, as JSON, and the prefix of the names of files stored with it."""
+AGENT = "agent"
+"""The key of the agent whose message it is, in the metadata of a topic of a merged recording."""
+PART = ":"
+"""The sign between `METADATA` and the name of a part, in the name of its metadata record."""
 SCENARIO = "scenario"
 """The name under which the scenario's file is stored."""
 
@@ -25,7 +29,8 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
 
     `scenario` is a name or the path of a file. `automata` has the fingerprint of each automaton that was used, by
     sort of agent and name. `behavior` is None if a person taught. `world` is the fingerprint of the scenario, in
-    traces only, because a recording stores the scenario itself.
+    traces only, because a recording stores the scenario itself. `agent` is the name of the agent of a team that made
+    the recording, and `squad` the squad that it leads in this part of it.
     """
 
     scenario: str | None = None
@@ -37,6 +42,18 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
     behavior: str | None = None
     binding: dict[str, str] = {}
     automata: dict[str, dict[str, str]] = {}
+    agent: str | msgspec.UnsetType = msgspec.UNSET
+    squad: str | msgspec.UnsetType = msgspec.UNSET
+
+
+def name_metadata(part: str) -> str:
+    """Return the name of the metadata record that has the header of a part; "" is the recording as a whole."""
+    return METADATA + PART + part if part else METADATA
+
+
+def format_part(squad: str, host: str) -> str:
+    """Return the name of the part of a recording with the decisions for a squad that an agent, its host, made."""
+    return f"{squad}/{host}"
 
 
 class _HeadReading(msgspec.Struct, frozen=True, omit_defaults=True):

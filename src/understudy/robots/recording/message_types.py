@@ -19,6 +19,7 @@ from understudy.robots.ros.messages import decode_message, encode_message, load_
 
 READING, READINGS = "understudy_msgs/msg/Reading", "understudy_msgs/msg/Readings"
 STATES, TRANSITION = "understudy_msgs/msg/States", "understudy_msgs/msg/Transition"
+TEAM_MESSAGE, DUTY = "understudy_msgs/msg/TeamMessage", "understudy_msgs/msg/Duty"
 TEXT = "std_msgs/msg/String"
 
 DEFINITIONS: Mapping[str, str] = MappingProxyType(
@@ -27,12 +28,21 @@ DEFINITIONS: Mapping[str, str] = MappingProxyType(
         READINGS: f"float64 time_s\n{READING}[] readings\n",
         STATES: "float64 time_s\nstring[] path\n",
         TRANSITION: "float64 time_s\nstring robot\nint32 level\nstring before\nstring after\nstring[] path\n",
+        TEAM_MESSAGE: "string key\nuint8[] data\n",
+        DUTY: (
+            "float64 time_s\nstring leader\nint64 term\nint64 number\nbool alone\nstring behavior\n"
+            "string[] parameters\nstring[] targets\nstring frames\n"
+        ),
     }
 )
 """The definitions of the message types.
 
 Readings has all readings at one tick, NaN where absent. States has the states of all levels after a tick, outermost
 first. Transition has the outermost level that switched, counted from 0, and the new states of all levels in `path`.
+TeamMessage is a message between the agents of a team, with its key, as it was sent. Duty says what an agent begins
+before a tick: what the order (term, number) of a leader tells it, nothing if `behavior` is empty, or, if `alone`, what
+it runs without an order. Without an order and `alone`, `leader` drives it to train it. A coordinator that takes over
+goes on from `frames`, the run state of the former one as JSON.
 """
 
 HEAD = 4
@@ -138,6 +148,19 @@ def decode_states(data: bytes) -> tuple[float, tuple[str, ...]]:
     register_message_types()
     found = decode_message(STATES, data)
     return float(found.time_s), tuple(found.path)
+
+
+def encode_team_message(key: str, message: bytes) -> bytes:
+    """Encode a message between agents with its key."""
+    data = np.frombuffer(message, np.uint8)
+    return encode_message(TEAM_MESSAGE, make_message(TEAM_MESSAGE, key=key, data=data))
+
+
+def decode_team_message(data: bytes) -> tuple[str, bytes]:
+    """Decode a recorded message between agents to its key and its content; raise MessageRefused if it is none."""
+    register_message_types()
+    found = decode_message(TEAM_MESSAGE, data)
+    return found.key, bytes(found.data)
 
 
 def encode_text(content: str) -> bytes:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,16 @@ from understudy.errors import FileError, SettingError, UnderstudyError
 from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
-from understudy.robots.recording.header import METADATA, RecordingHeader, decode_header
+from understudy.robots.recording.header import (
+    AGENT,
+    METADATA,
+    PART,
+    RecordingHeader,
+    decode_header,
+    name_metadata,
+)
 from understudy.robots.recording.message_types import (
+    DUTY,
     READINGS,
     STATES,
     TEXT,
@@ -25,7 +34,7 @@ from understudy.robots.recording.message_types import (
     format_reading_label,
     register_message_types,
 )
-from understudy.robots.recording.recorder import PRESSES, STEPS, TOPICS
+from understudy.robots.recording.recorder import DUTIES, PRESSES, STEPS, TOPICS
 from understudy.robots.ros.messages import MessageRefused, decode_message
 from understudy.robots.ros.state_topic import resolve_topic_name
 
@@ -51,12 +60,50 @@ class RecordedPress:
 
 
 @dataclass(frozen=True, slots=True)
+class RecordedDuty:
+    """What an agent of a team begins at a tick, counted from 0.
+
+    Attributes
+    ----------
+    tick
+        The tick before whose decision it begins.
+    time_s
+        The agent's time, s.
+    logged_ns
+        When it was recorded, ns since 1970.
+    order
+        The order (term, number) that tells it; None without one.
+    leader
+        The agent that gave the order.
+    alone
+        Whether it begins what it runs without an order.
+    behavior
+        The behavior that the order names; empty if it does nothing.
+    binding
+        The target of each of its parameters.
+    frames
+        The run state in which a coordinator goes on, as JSON; empty if it begins at the start.
+    """
+
+    tick: int
+    time_s: float
+    logged_ns: int
+    order: tuple[int, int] | None
+    leader: str
+    alone: bool
+    behavior: str
+    binding: Mapping[str, str]
+    frames: str
+
+
+@dataclass(frozen=True, slots=True)
 class Recording:
     """A recorded run.
 
     `times` [T] are the body's times of the ticks, in s, and `values` [T, K, N] the readings. `paths` has the states
     of all levels after each tick, and `presses` the presses, both by agent. `whole` is True if the file was closed,
-    not killed. `runs` is the number of runs in the file, of which this is one.
+    not killed. `runs` is the number of runs in the file, of which this is one. `logged_ns` [T] are the times at
+    which the ticks were recorded, in ns since 1970, and `duties` has what each agent of a team began, by agent.
     """
 
     path: Path
@@ -68,6 +115,8 @@ class Recording:
     presses: Sequence[Sequence[RecordedPress]]
     whole: bool
     runs: int = 1
+    logged_ns: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    duties: Sequence[Sequence[RecordedDuty]] = ()
 
     @property
     def ticks(self) -> int:
@@ -75,19 +124,23 @@ class Recording:
         return len(self.times)
 
 
-def read_recording(path: Path | str, *, run: int | None = None) -> Recording:
+def read_recording(path: Path | str, *, run: int | None = None, part: str = "") -> Recording:
     """Read a run up to its last complete tick; raise FileError if the file is no recording or has no decisions.
 
     If the file has several runs, such as an afternoon's lessons, `run` is the number of the one to read, from 1; the
-    last by default. SettingError is raised if there is no such run.
+    last by default. SettingError is raised if there is no such run. `part` names one of several agents or coordinators
+    whose runs the file has (`list_recorded_parts`).
     """
     path = Path(path)
     register_message_types()
-    kept = _FileReader(run)
+    kept = _FileReader(run, part)
     whole = kept.read(path)
     if kept.runs and run is not None and not 1 <= run <= kept.runs:
         remedy = f"count from 1 to {kept.runs}"
         raise SettingError(where=str(path), setting="its run", problem=f"is {run}", remedy=remedy)
+    if isinstance(kept.head, str) and kept.parts:
+        remedy = "name the recording of one of them, or ask `understudy why --agent NAME`"
+        raise FileError(path=path, place="", problem="is of several agents of a team", remedy=remedy)
     if isinstance(kept.head, str):
         raise _no_recording(path, kept.head)
     return kept.recording(path, kept.head, whole=whole)
@@ -96,8 +149,11 @@ def read_recording(path: Path | str, *, run: int | None = None) -> Recording:
 class _FileReader:
     """The contents of a file as far as it has been read."""
 
-    def __init__(self, run: int | None) -> None:
-        self._run, self.runs = run, 0
+    def __init__(self, run: int | None, part: str) -> None:
+        self._run, self.runs, self._metadata = run, 0, name_metadata(part)
+        self._host = part.rpartition("/")[2]
+        self.parts = False
+        """Whether the file has headers of other parts."""
         self.head: RecordingHeader | str = "it does not say which behavior ran"
         self._channels: dict[int, tuple[str, str]] = {}
         self._wanted: dict[tuple[str, str], tuple[str, int]] = {}
@@ -105,12 +161,13 @@ class _FileReader:
         self._readings: list[_ReadingColumn] = []
         self._paths: list[list[tuple[str, ...]]] = []
         self._presses: list[list[RecordedPress]] = []
+        self._duties: list[list[RecordedDuty]] = []
 
     def read(self, path: Path) -> bool:
         """Read a file; return whether it ends properly."""
         begun = False
         try:
-            for record in _records(path):
+            for record in iterate_records(path):
                 begun = True
                 self._take(record, path)
         except UnderstudyError:
@@ -135,20 +192,23 @@ class _FileReader:
             what = self._wanted.get(self._channels.get(record.channel_id, ("", "")))
             if what is not None:
                 try:
-                    self._keep(*what, record.data)
+                    self._keep(*what, record)
                 except MessageRefused as error:
                     raise _no_recording(path, str(error)) from None
         elif isinstance(record, Schema):
             self._schemas[record.id] = record.name
         elif isinstance(record, Channel):
-            self._channels[record.id] = record.topic, self._schemas.get(record.schema_id, "")
-        elif isinstance(record, Metadata) and record.name == METADATA:
+            if record.metadata.get(AGENT, self._host) == self._host:
+                self._channels[record.id] = record.topic, self._schemas.get(record.schema_id, "")
+        elif isinstance(record, Metadata) and record.name == self._metadata:
             self.runs += 1
             if self.runs == (self._run or self.runs):
                 self.head = decode_header(record.metadata)
                 self._begin(self.head.names if isinstance(self.head, RecordingHeader) else ())
             elif self.runs > (self._run or self.runs):
                 self._wanted = {}  # that run is over
+        elif isinstance(record, Metadata) and record.name.startswith(METADATA + PART):
+            self.parts = True
 
     def _begin(self, names: Sequence[str]) -> None:
         """Begin another run, and discard those before."""
@@ -156,15 +216,19 @@ class _FileReader:
         self._wanted = {
             (resolve_topic_name(name, topic), type): (topic, agent)
             for agent, name in enumerate(names)
-            for type, topic in (*topics.items(), (TEXT, PRESSES), (TEXT, STEPS))
+            for type, topic in (*topics.items(), (TEXT, PRESSES), (TEXT, STEPS), (DUTY, DUTIES))
         }
         self._readings = [_ReadingColumn() for _ in names]
         self._paths = [[] for _ in names]
         self._presses = [[] for _ in names]
+        self._duties = [[] for _ in names]
 
-    def _keep(self, topic: str, agent: int, data: bytes) -> None:
+    def _keep(self, topic: str, agent: int, message: Any) -> None:
+        data = message.data
         if topic == TOPICS[READINGS]:
-            self._readings[agent].add(data)
+            self._readings[agent].add(data, message.log_time)
+        elif topic == DUTIES:
+            self._duties[agent].append(_decode_duty(len(self._paths[agent]), data, message.log_time))
         elif topic == TOPICS[STATES]:
             self._paths[agent].append(decode_states(data)[1])
         else:
@@ -195,6 +259,8 @@ class _FileReader:
             self._presses,
             whole,
             self.runs,
+            np.array(self._readings[0].logged_ns[:ticks], np.int64),
+            self._duties,
         )
 
 
@@ -207,16 +273,32 @@ def _step(tick: int, said: str) -> RecordedPress:
         raise MessageRefused(type=TEXT, problem=f"{said!r:.60} is not a step of a session") from None
 
 
+def _decode_duty(tick: int, data: bytes, logged_ns: int) -> RecordedDuty:
+    found = decode_message(DUTY, data)
+    return RecordedDuty(
+        tick,
+        float(found.time_s),
+        logged_ns,
+        (int(found.term), int(found.number)) if found.term else None,
+        found.leader,
+        bool(found.alone),
+        found.behavior,
+        dict(zip(found.parameters, found.targets, strict=True)),
+        found.frames,
+    )
+
+
 class _ReadingColumn:
     """The readings of one agent, tick by tick."""
 
     def __init__(self) -> None:
         self.names: tuple[str, ...] = ()
         self.times: list[float] = []
+        self.logged_ns: list[int] = []
         self.values: list[Column] = []
         self._reader = ReadingsEncoder(())
 
-    def add(self, data: bytes) -> None:
+    def add(self, data: bytes, logged_ns: int) -> None:
         found = self._reader.decode(data)
         if found is None:
             names = decode_reading_names(data)
@@ -227,10 +309,12 @@ class _ReadingColumn:
         if found is None:
             raise MessageRefused(type=READINGS, problem="not as Understudy writes them")
         self.times.append(found[0])
+        self.logged_ns.append(logged_ns)
         self.values.append(found[1])
 
 
-def _records(path: Path) -> Iterator[Any]:
+def iterate_records(path: Path) -> Iterator[Any]:
+    """Yield the records of an MCAP file, whatever is wrong with it raises an exception after the last good one."""
     try:
         from mcap.stream_reader import StreamReader
     except ImportError:
@@ -245,6 +329,18 @@ def _keys(head: RecordingHeader) -> list[ReadingKey]:
         for reading in head.readings
         for target in (head.targets if reading.of_targets else (None,))
     ]
+
+
+def list_recorded_parts(path: Path | str) -> list[str]:
+    """List the agents and coordinators of a file of which runs can be read, as far as it can be read."""
+    from mcap.records import Metadata
+
+    found: dict[str, None] = {}
+    with suppress(Exception):  # whatever a reader does with bytes that end too early or are damaged
+        for record in iterate_records(Path(path)):
+            if isinstance(record, Metadata) and record.name.partition(PART)[0] == METADATA:
+                found[record.name.partition(PART)[2]] = None
+    return list(found)
 
 
 def _no_recording(path: Path, problem: str) -> FileError:

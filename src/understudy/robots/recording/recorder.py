@@ -39,6 +39,10 @@ TOPICS = {READINGS: "understudy/readings", STATES: "understudy/states", TRANSITI
 """The topics of our own messages by type, within the namespace of each robot."""
 PRESSES = "understudy/presses"
 """The topic of a person's presses, as std_msgs/String: the name of a state; empty to confirm the current one."""
+DUTIES = "understudy/duties"
+"""The topic of what an agent of a team begins, within the namespace of the robot, or of the squad and its agent."""
+SENT, HEARD = "understudy/sent", "understudy/heard"
+"""The topics of the messages between agents, within the namespace of the agent that recorded them."""
 STEPS = "understudy/session"
 """The topic of other steps, as std_msgs/String: test, train or restart, with the body's time in s."""
 
@@ -66,7 +70,7 @@ class RunRecorder:
         self._began_ns = time.time_ns() - round(clock() * 1e9)
         self._topics: dict[tuple[str, str], int] = {}
         self._lock = Lock()
-        self._agents: list[_AgentChannels] = []
+        self._agents: list[AgentChannels] = []
         self._names: Sequence[str] = ()
         self._body: Body | None = None
         self._writer = RecordingWriter(self.path)
@@ -89,7 +93,16 @@ class RunRecorder:
         self._writer.write_header(
             encode_header(RecordingHeader.from_body(body, names, ran or RunInfo(), files or {}))
         )
-        self._agents = [_AgentChannels(self, name) for name in names]
+        self._agents = [AgentChannels(self, name) for name in names]
+
+    def open_part(
+        self, part: str, body: Body, *, ran: RunInfo, files: Mapping[str, str] | None = None
+    ) -> AgentChannels:
+        """Begin a part of the recording with a body of one agent, and return where its ticks are recorded."""
+        self._writer.write_header(
+            encode_header(RecordingHeader.from_body(body, [part], ran, files or {})), part=part
+        )
+        return AgentChannels(self, part)
 
     def open_topic(self, topic: str, type: str) -> Callable[[bytes, float | None], None]:
         """Make a function that records messages of a topic with their arrival times (s of the clock; None: now).
@@ -117,13 +130,17 @@ class RunRecorder:
         agent. `at_s` is the time by the recorder's clock (None: now). RecordingFailed is raised if something before
         could not be written, so that a run ends that cannot be recorded.
         """
-        if self._writer.problem:
-            raise RecordingFailed(path=self.path, problem=self._writer.problem)
+        self.check()
         at = self._clock() if at_s is None else at_s
         values = np.array(list(percept.values())) if percept else np.empty((0, len(self._agents)))
         keys = tuple(percept)
         for number, (agent, path) in enumerate(zip(self._agents, paths, strict=True)):
             agent.write_tick(time_s, keys, values[:, number], tuple(path), at)
+
+    def check(self) -> None:
+        """Raise RecordingFailed if something could not be written."""
+        if self._writer.problem:
+            raise RecordingFailed(path=self.path, problem=self._writer.problem)
 
     def write_press(self, state: str | None, *, agent: int = 0) -> None:
         """Record that a person pressed a state for an agent before the next tick, or confirmed it (None)."""
@@ -165,7 +182,7 @@ def list_recorded_names(robots: Sequence[RobotFile]) -> list[str]:
     ]
 
 
-class _AgentChannels:
+class AgentChannels:
     """The channels of one agent in a recording."""
 
     def __init__(self, recorder: RunRecorder, name: str) -> None:
@@ -177,8 +194,14 @@ class _AgentChannels:
         }
 
     def write_tick(
-        self, time_s: float, keys: tuple[ReadingKey, ...], values: Any, path: tuple[str, ...], at_s: float
+        self,
+        time_s: float,
+        keys: tuple[ReadingKey, ...],
+        values: Any,
+        path: tuple[str, ...],
+        at_s: float | None = None,
     ) -> None:
+        """Record a tick: the readings that were decided on [K], and the states of all levels afterwards."""
         if keys != self._keys:
             self._keys, self._readings = keys, ReadingsEncoder([format_reading_label(key) for key in keys])
         self._tapes[READINGS](self._readings.encode(time_s, values), at_s)

@@ -15,7 +15,7 @@ from typing import IO, Any, NamedTuple
 
 from understudy.errors import FileError
 from understudy.extras import ExtraMissing
-from understudy.robots.recording.header import METADATA
+from understudy.robots.recording.header import name_metadata
 from understudy.robots.recording.message_types import format_type_definition
 from understudy.robots.ros.messages import is_known_type
 
@@ -54,9 +54,9 @@ class RecordingWriter:
         self._thread = Thread(target=self._write, name="recorder", daemon=True)
         self._thread.start()
 
-    def write_header(self, entries: dict[str, str]) -> None:
-        """Write the header of a run."""
-        self._queue.put(entries)
+    def write_header(self, entries: dict[str, str], *, part: str = "") -> None:
+        """Write the header of a run, or of a part of the recording."""
+        self._queue.put((name_metadata(part), entries))
 
     def add_topic(self, topic: str, type: str) -> None:
         """Declare a topic; topics are numbered from 0 in this order."""
@@ -109,9 +109,9 @@ class RecordingWriter:
                 break
             if isinstance(item, _ChannelSpec):
                 channels.append(self._registered(item))
-            elif isinstance(item, dict):
+            elif len(item) == 2:
                 self._writer.flush()
-                self._writer.add_metadata(METADATA, item)
+                self._writer.add_metadata(*item)
                 self._flush()
             elif item:
                 number, data, at_ns = item

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
+from math import inf
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Event
@@ -18,15 +19,19 @@ from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment
 from understudy.robots.fleet import connect_robot
+from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.ros.diagnostic_messages import DiagnosticStatus, StatusLevel
 from understudy.robots.team_network.agent_claim import claim_name
+from understudy.robots.team_network.agent_recorder import AgentRecorder, RecordedNetwork
+from understudy.robots.team_network.agent_views import STATUS, STATUS_S, RobotViews, is_watched
 from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.load_plan import LoadedTeam, fingerprint_folder
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
+from understudy.runtime.agents.network import Network
 from understudy.runtime.agents.remote_members import Clock
 
 LOOK_S = 0.005
@@ -48,15 +53,21 @@ class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
     duty: str
     """The behavior that its order names; empty without an order."""
     order: tuple[int, int] | None
+    order_age_s: float | None
+    """For how long it has executed this order, s."""
     leader: str | None
     """The agent whose orders it obeys."""
     term: int
     armed: bool | None
     """Whether the robot is armed; None for coordinators."""
+    trainer: str
+    """The agent that drives it to train it; empty if none does."""
     unfit: str
     """Why it is not counted as a member; empty if it is."""
     leads: dict[str, int]
     """The squads that it leads, and in which term."""
+    decides: dict[str, list[str]]
+    """The state of every level of these squads' coordinators."""
     missing: dict[str, str]
     """The members of these squads that are not counted, and why."""
     library: str
@@ -114,6 +125,8 @@ class AgentProcess:
         The team.
     network
         Its access to the network.
+    record
+        The recorder of a file in which it is recorded; None: it is not.
 
     Raises
     ------
@@ -123,11 +136,15 @@ class AgentProcess:
         If an agent of this name is running elsewhere.
     """
 
-    def __init__(self, name: str, team: LoadedTeam, network: ZenohNetwork) -> None:
+    def __init__(
+        self, name: str, team: LoadedTeam, network: ZenohNetwork, *, record: RunRecorder | None = None
+    ) -> None:
         if name not in team.agents:
             raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
         claim_name(network, name, team=team.name)
         self.name, self.team, self._network = name, team, network
+        self._recorder = None if record is None else AgentRecorder(record, name, team)
+        self._messages: Network = network if record is None else RecordedNetwork(network, record, name)
         self._exit = ExitStack()
         self._log: deque[str] = deque(maxlen=LOGGED)
         self._asked: Queue[tuple[AgentQuestion, list[AgentAnswer], Event]] = Queue()
@@ -150,19 +167,24 @@ class AgentProcess:
                 host=name,
                 candidates=team.plan.list_candidates(squad),
                 clock=self._clock,
-                network=network,
+                network=self._messages,
             )
             for squad in team.plan.list_led_squads(name)
         ]
         self._was_leading: dict[str, bool] = {}
+        robot: Robot | None = self.robot
+        self._views = None if robot is None else RobotViews(robot, network)
+        self._told_s = -inf
         network.answer(f"agent/{name}", self._answer)
         network.announce(name)
         self.note("started")
 
     def _connect_robot(self, path: Path) -> None:
-        fleet = connect_robot(path)
+        recorder = self._recorder
+        file = None if recorder is None else recorder.recorder
+        fleet = connect_robot(path, recorder=file)
         self._exit.callback(fleet.close)
-        twin = DigitalTwin(fleet)
+        twin = DigitalTwin(fleet, recorder=file)
         self.robot = robot = fleet.robots[0]
         self._pace = robot.simulated_clock or time.monotonic
         if robot.simulated_clock is None:
@@ -170,11 +192,14 @@ class AgentProcess:
         self.agent = Agent(
             self.team.plan.make_agent_spec(self.name),
             twin,
-            self._network,
+            self._messages,
             unfit=lambda: robot.unfitness,
             clock=None if robot.simulated_clock is None else time.monotonic,
         )
         twin.follow(self._list_paths)
+        if recorder is not None:
+            twin.record(recorder.describe_run(self.name))
+            recorder.follow_robot(self.agent, robot.file.namespace or robot.file.name)
         if robot.status_publisher is not None:
             robot.status_publisher.parts.append(self._describe_diagnostics)
 
@@ -205,21 +230,39 @@ class AgentProcess:
         if self.agent is not None:
             self.agent.sense()
             self.agent.report()
+            if self._views is not None and is_watched(self._network):
+                self._views.publish()
         for coordinator in self.coordinators:
             coordinator.sense()
             coordinator.report()
         for coordinator in reversed(self.coordinators):
+            if self._recorder is not None:
+                self._recorder.note_squad(coordinator)
             coordinator.obey()
+            if self._recorder is not None:
+                self._recorder.note_squad(coordinator)
             coordinator.act()
+            if self._recorder is not None:
+                self._recorder.write_squad_tick(coordinator)
             self._note_leading(coordinator)
         if self.agent is not None:
             before = self._describe_duty(self.agent)
             self.agent.obey()
+            if self._recorder is not None:
+                self._recorder.note_beginning()
             self.agent.act()
             if (duty := self._describe_duty(self.agent)) != before:
                 self.note(f"runs {duty}" if duty else "is alone: no order holds any more")
         self.ticks += 1
+        self._tell_viewers()
         self._carry_out()
+
+    def _tell_viewers(self) -> None:
+        """Publish this agent's status from time to time, while somebody watches the team."""
+        now = time.monotonic()
+        if now - self._told_s >= STATUS_S and is_watched(self._network):
+            self._told_s = now
+            self._network.publish(f"{STATUS}/{self.name}", msgspec.msgpack.encode(self.describe()))
 
     def run(self, *, until: Callable[[], bool] = lambda: False) -> None:
         """Tick at the team's rate until the agent is told to leave, or `until` says so."""
@@ -269,7 +312,7 @@ class AgentProcess:
             )
         if question.do == "stop" and self.robot is not None:
             self.robot.emergency_stop(f"asked to by {question.by}")  # at once, from whatever thread
-        if question.do == "arm" and self.robot is not None:
+        if question.do in ("arm", "ready") and self.robot is not None:
             try:
                 self.robot.prepare()  # which takes half a second, in which decisions go on
             except UnderstudyError as error:
@@ -291,6 +334,8 @@ class AgentProcess:
     def _carry_out_one(self, question: AgentQuestion) -> AgentAnswer:
         if question.do == "status":
             return AgentAnswer(status=self.describe())
+        if question.do == "ready":
+            return AgentAnswer(problem="has no robot" if self.robot is None else "")
         if question.do == "logs":
             return AgentAnswer(log=list(self._log))
         if question.do == "stop":
@@ -350,11 +395,20 @@ class AgentProcess:
             path=[] if acting is None else list(acting.run.path(0)),
             duty="" if acting is None else self._describe_duty(acting),
             order=None if follower is None else follower.order,
+            order_age_s=(
+                None
+                if acting is None or follower is None or follower.order is None
+                else round(acting.body.time_s - acting.begun_s, 3)
+            ),
             leader=None if follower is None else follower.leader,
             term=0 if follower is None else follower.term,
             armed=None if self.robot is None else self.robot.armed,
+            trainer=""
+            if self.agent is None or not self.agent.is_driven
+            else self.team.settings.trainer or "",
             unfit="" if self.robot is None else self.robot.unfitness,
             leads={each.spec.name: each.leadership.term for each in leading},
+            decides={each.spec.name: list(each.agent.run.path(0)) for each in leading},
             missing=missing,
             library=self.team.fingerprints[self.team.plan.find_sort(self.name)],
             refused={str(reason): count for reason, count in refusals.items()},

@@ -96,6 +96,11 @@ def _find_wrong_agents(
     team: TeamFile, robots: Sequence[str], squads: Sequence[str]
 ) -> Iterator[tuple[str, str, str]]:
     settings = team.agents
+    trainer = settings.trainer
+    if trainer is not None and (not trainer or not set(trainer).isdisjoint(RESERVED)):
+        yield "agents.trainer", f"is {trainer!r:.60}", f"give a name without {' '.join(RESERVED)}"
+    if trainer in (*robots, *squads):
+        yield "agents.trainer", f"is {trainer!r:.60}, which is that of an agent", "give another name"
     for name in robots:
         if name in squads:
             yield "robots", f"has a robot of the name {name!r}, which is that of a squad", "rename the robot"

@@ -55,6 +55,8 @@ class LoadedTeam:
         The robot file of each robot and where it is, by the robot's name.
     library
         The folder of the automata.
+    libraries
+        The library of each sort.
     fingerprints
         The fingerprint of each sort's library.
     plan
@@ -66,6 +68,7 @@ class LoadedTeam:
     scenario: Scenario
     robots: Mapping[str, tuple[RobotFile, Path]]
     library: Path
+    libraries: Libraries
     fingerprints: Mapping[str, str]
     plan: TeamPlan
 
@@ -148,7 +151,7 @@ def load_team_plan(
     fingerprints = {sort: fingerprint_library(each) for sort, each in libraries.items()}
     plan = _make_plan(path, settings, scenario, tuple(robots), libraries, fingerprints)
     check_agents(path, team, plan.robots, plan.squads)
-    return LoadedTeam(team.name, settings, scenario, robots, folder, fingerprints, plan)
+    return LoadedTeam(team.name, settings, scenario, robots, folder, libraries, fingerprints, plan)
 
 
 def _cast(path: Path | str, files: Sequence[RobotFile], paths: Sequence[Path]) -> Scenario:
@@ -215,6 +218,7 @@ def _make_plan(
             fingerprints=fingerprints,
             requires_same_library=settings.same_library,
             lease_s=settings.lease_s,
+            trainer=settings.trainer,
         )
     except UnderstudyError as error:
         error.add_note(f"{path} asks for it")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from secrets import randbits
 
@@ -22,7 +23,8 @@ from understudy.runtime.agents.messages import (
 )
 from understudy.runtime.agents.network import Network
 from understudy.runtime.agents.order_follower import OrderFollower, Refusal
-from understudy.runtime.body import Body
+from understudy.runtime.agents.training_link import DriveFollower, decode_drive, drive_key
+from understudy.runtime.body import SKILL, Body, Commands, SkillPerformer
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program
 from understudy.runtime.run_loop import Run
@@ -69,6 +71,8 @@ class AgentSpec:
         The fingerprint of its library.
     link
         Its place in its squad; None if it is in none.
+    trainer
+        The agent from which a person may train it, and so drive it; None: none.
     """
 
     name: str
@@ -77,6 +81,7 @@ class AgentSpec:
     alone: Program = IDLE_PROGRAM
     library: str = ""
     link: SquadLink | None = None
+    trainer: str | None = None
 
 
 class Agent:
@@ -115,9 +120,19 @@ class Agent:
         self.percept: Percept = {}
         self.refusals: dict[Refusal, int] = {}
         """The number of messages that were refused, by reason."""
+        self.beginnings = 0
+        """How often it began something since it was made."""
+        self.begun_s = body.time_s
+        """When it began what it runs, s."""
         self._ran_s = self._now
         self.renew_start()
         self.follower: OrderFollower | None = None
+        self.driver: DriveFollower | None = None
+        """Whether a trainer drives it now; None if none may."""
+        self._was_driven = False
+        if spec.trainer is not None:
+            self.driver = DriveFollower(spec.trainer)
+            self._drives = network.listen(drive_key(spec.name))
         self.keys = tuple(self.run.keys)
         """The readings that it decides on or reports."""
         if spec.link is not None:
@@ -148,7 +163,7 @@ class Agent:
             term=follower.term,
             order=follower.order,
             library=self.spec.library,
-            unfit=self._unfit() or self._lacking,
+            unfit=self._unfit() or self._lacking or ("is being trained" if self.is_driven else ""),
             flag=self.run.interpreters[0].root.flag,
             path=list(self.run.path(0)),
             layout=self._layout,
@@ -156,13 +171,19 @@ class Agent:
         )
         self._network.publish(report_key(link.squad), pack_message(message))
 
+    @property
+    def is_driven(self) -> bool:
+        """Whether a trainer drives it now."""
+        return self.driver is not None and self.driver.holds(self._now)
+
     def obey(self) -> None:
         """Hear the orders that have arrived, and begin what holds now if that is new."""
+        now = self._now
+        slept, self._ran_s = now - self._ran_s > FROZEN_S, now
+        self._obey_trainer(now, slept=slept)
         follower = self.follower
         if follower is None:
             return
-        now = self._now
-        slept, self._ran_s = now - self._ran_s > FROZEN_S, now
         arrived = self._inbox.take_all()
         for data in [] if slept else arrived:  # those that came before this program was frozen are too old
             try:
@@ -171,12 +192,27 @@ class Agent:
                 continue
             if refused is not None:
                 self.refusals[refused] = self.refusals.get(refused, 0) + 1
-        if follower.update(now):
+        if follower.update(now) and not self.is_driven:
             self.begin()
 
     @property
     def _now(self) -> float:
         return self.body.time_s if self._clock is None else self._clock()
+
+    def _obey_trainer(self, now: float, *, slept: bool) -> None:
+        """Hear a trainer; do nothing by itself while it drives the agent, and then begin what holds without it."""
+        if self.driver is None:
+            return
+        arrived = self._drives.take_all()
+        for data in [] if slept else arrived:
+            with suppress(UnreadableMessage):
+                self.driver.receive(decode_drive(data), now)
+        is_driven = self.is_driven
+        if is_driven and not self._was_driven:
+            self._begin_program(IDLE_PROGRAM)
+        elif self._was_driven and not is_driven:
+            self.begin()
+        self._was_driven = is_driven
 
     def begin(self) -> None:
         """Begin what holds now: the duty of its order, nothing if the order has none for it, or what it does alone."""
@@ -188,7 +224,11 @@ class Agent:
             program = IDLE_PROGRAM if duty is None else self._find_program(duty)
             if duty is not None and program is None:
                 self._lacking = f"cannot run {duty[0]}, which it was ordered to"
-        self.run.begin(np.array([0]), IDLE_PROGRAM if program is None else program)
+        self._begin_program(IDLE_PROGRAM if program is None else program)
+
+    def _begin_program(self, program: Program) -> None:
+        self.beginnings, self.begun_s = self.beginnings + 1, self.body.time_s
+        self.run.begin(np.array([0]), program)
 
     def _find_program(self, duty: Duty) -> Program | None:
         """Find what a duty tells to run; None if it is nothing that this agent, by its library, may be ordered."""
@@ -199,8 +239,21 @@ class Agent:
         return program if id(program) in self._runnable else None
 
     def act(self) -> None:
-        """Decide on this tick's snapshot, and act."""
-        self.body.act(self.run.decide(self.percept))
+        """Decide on this tick's snapshot, and act; while a trainer drives the agent, do what it commands."""
+        if self.driver is not None and self.is_driven:
+            self.body.act(self._make_driven_commands(self.driver))
+        else:
+            self.body.act(self.run.decide(self.percept))
+
+    def _make_driven_commands(self, driver: DriveFollower) -> Commands:
+        """Return a trainer's command, without channels that the body does not have."""
+        channels = {channel.name for channel in self.body.channels}
+        commands = {name: column for name, column in driver.commands.items() if name in channels}
+        if driver.skill is not None and isinstance(self.body, SkillPerformer):
+            name, binding = driver.skill
+            with suppress(UnderstudyError):  # a skill that it does not have
+                commands[SKILL] = np.array([float(self.body.index_skill(name, binding))])
+        return commands
 
 
 def report_key(squad: str) -> str:

@@ -15,9 +15,13 @@ class Inbox:
 
     def __init__(self, most: int = 4096) -> None:
         self._waiting: deque[bytes] = deque(maxlen=most)
+        self.observe: Callable[[bytes], None] | None = None
+        """A function that is called with each message as soon as it arrives, such as to record it; None: none."""
 
     def add(self, message: bytes) -> None:
         """Add a message."""
+        if self.observe is not None:
+            self.observe(message)
         self._waiting.append(message)
 
     def take_all(self) -> list[bytes]:

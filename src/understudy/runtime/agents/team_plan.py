@@ -41,6 +41,8 @@ class TeamPlan:
         Whether agents whose library has another fingerprint are neither counted nor obeyed.
     lease_s
         The time for which an order holds after it was received, s.
+    trainer
+        The agent from which a person may train robots; None: none.
     """
 
     def __init__(
@@ -56,7 +58,9 @@ class TeamPlan:
         fingerprints: Mapping[str, str] | None = None,
         requires_same_library: bool = False,
         lease_s: float = LEASE_S,
+        trainer: str | None = None,
     ) -> None:
+        self._trainer = trainer
         self.tree, self.targets, self._lease_s = tree, tuple(targets), lease_s
         self.libraries, self.roots = libraries, roots
         self.robots = tuple(robots) or tuple(f"robot_{row}" for row in range(len(tree.type_of)))
@@ -124,6 +128,7 @@ class TeamPlan:
             self._programs.roots[sort],
             self._fingerprints.get(sort, ""),
             self._make_link(name),
+            self._trainer if name in self.robots else None,
         )
 
     def _make_link(self, name: str) -> SquadLink | None:

@@ -141,15 +141,23 @@ def _see_record(record: Path | None, *, recorded: bool) -> None:
         )
 
 
+def choose_recording_path(record: Path, name: str) -> Path:
+    """Return the path of a new recording: the file that was named, or an unused one in the folder that was."""
+    return record if record.suffix.lower() == ".mcap" else _choose_unused_path(record, name)
+
+
 def _place(path: Path) -> Path:
     """Return an unused path for a new recording, and make its folder."""
+    return _choose_unused_path(path.parent / FOLDER, path.stem)
+
+
+def _choose_unused_path(folder: Path, stem: str) -> Path:
     from understudy.storage.atomic_write import convert_os_errors
 
-    folder = path.parent / FOLDER
     with convert_os_errors(
         folder, "making the folder of recordings", remedy="give --record PATH, or --no-record"
     ):
         folder.mkdir(exist_ok=True)
-    name = f"{path.stem}-{datetime.now():%Y-%m-%dT%H-%M-%S}"
+    name = f"{stem}-{datetime.now():%Y-%m-%dT%H-%M-%S}"
     again = (folder / f"{name}{'' if number == 1 else f'-{number}'}.mcap" for number in count(1))
     return next(place for place in again if not place.exists())

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-from understudy.errors import SessionError
+from understudy.errors import SessionError, UnknownName
+from understudy.robots.robot import Robot
 from understudy.robots.twin import DigitalTwin, Ground
 from understudy.ui.controller.clock import WallClock
 
@@ -67,6 +68,23 @@ class RobotArming:
             raise SessionError("these robots are simulated and need not be armed")
         self._twin.fleet.arm(self._place)
         self._heard_s = self._wall()  # arming took a while, and reports since are unread
+
+    def arm_one(self, name: str) -> None:
+        """Arm the robot of this name, because a person asks for it; blocks for about 0.5 s the first time."""
+        robot = self._find_robot(name)
+        robot.prepare()
+        robot.arm(self._place)
+        self._heard_s = self._wall()
+
+    def stop_one(self, name: str, cause: str) -> None:
+        """Send the robot of this name a stop at once and disarm it, armed or not."""
+        self._find_robot(name).emergency_stop(cause)
+
+    def _find_robot(self, name: str) -> Robot:
+        robots = {} if self._twin is None else {robot.file.name: robot for robot in self._twin.fleet}
+        if name not in robots:
+            raise UnknownName(what="real robot", name=name, where="this session", known=list(robots))
+        return robots[name]
 
     def stop(self, cause: str) -> None:
         """Send all robots a stop at once and disarm them, armed or not."""

@@ -37,6 +37,7 @@ class Client:
         self._texts: deque[bytes] = deque()
         self._scene: bytes | None = None
         self._news: bytes | None = None
+        self._team: bytes | None = None
         self._frame: bytes | None = None
 
     def allow_message(self) -> bool:
@@ -64,11 +65,16 @@ class Client:
         self.waits.set()
 
     def show(
-        self, *, scene: bytes | None = None, news: bytes | None = None, frame: bytes | None = None
+        self,
+        *,
+        scene: bytes | None = None,
+        news: bytes | None = None,
+        team: bytes | None = None,
+        frame: bytes | None = None,
     ) -> None:
-        """Queue a scene, session news or frame in place of an unsent one of the same sort."""
+        """Queue a scene, news of the session or the team, or a frame in place of an unsent one of the same sort."""
         self._scene, self._news = scene or self._scene, news or self._news
-        self._frame = frame or self._frame
+        self._team, self._frame = team or self._team, frame or self._frame
         self.waits.set()
 
     def close(self) -> None:
@@ -85,6 +91,9 @@ class Client:
             return sent, False
         if self._news is not None:
             sent, self._news = self._news, None
+            return sent, False
+        if self._team is not None:
+            sent, self._team = self._team, None
             return sent, False
         if self._frame is not None:
             sent, self._frame = self._frame, None

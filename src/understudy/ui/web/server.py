@@ -13,6 +13,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from understudy import __version__
 from understudy.errors import SessionError
 from understudy.export.export_automaton import TARGETS
+from understudy.robots.team_network.team_watch import TeamWatch
 from understudy.sim.world import World
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST, WallClock
@@ -27,12 +28,15 @@ from understudy.ui.web.session_host import SessionHost, describe_error
 from understudy.ui.web.views.library import LibraryData
 from understudy.ui.web.views.scene import SceneData
 from understudy.ui.web.views.session import SessionData
+from understudy.ui.web.views.watched_team import TeamData, describe_team, drive_trained_robots
 
 FRAME_S = 1 / 60
 REST_S = 0.002
 """The least pause (s) between two steps of the main loop, in which messages are received."""
 SESSION_S = 1 / 20
 """The least time (s) between two updates of the session, except after a message."""
+TEAM_S = 1 / 10
+"""The least time (s) between two updates of a team that is watched."""
 LEFT = "Paused: no page is in control"
 RETURNED = "Going on: the page is here again"
 RETURN_S = 30.0
@@ -51,12 +55,20 @@ class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
     exports: list[str]
     """The targets that automata can be exported to."""
     scene: SceneData
+    team: TeamData | UnsetType = UNSET
+    """The running team that is watched, if there is one."""
 
 
 class SceneNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="scene"):
     """A change of the scene."""
 
     scene: SceneData
+
+
+class TeamNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="team"):
+    """A change of the running team that is watched."""
+
+    team: TeamData
 
 
 class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk"):
@@ -99,8 +111,13 @@ class AnswerData(Data, frozen=True, kw_only=True):
 class StudioServer:
     """The server of one session host and all connected pages; `wall` is the clock (s) for message rates and updates."""
 
-    def __init__(self, host: SessionHost, *, wall: WallClock = monotonic) -> None:
+    def __init__(
+        self, host: SessionHost, *, wall: WallClock = monotonic, watch: TeamWatch | None = None
+    ) -> None:
         self.host, self.viewers, self._wall = host, Clients(wall), wall
+        self._watch = watch
+        self._team: TeamData | None = None if watch is None else describe_team(watch)
+        self._team_due_s = 0.0
         self._frame = b""
         self._moved = self._rebuilt = -1
         self._seen: tuple[SceneData, LibraryData] | None = None
@@ -150,7 +167,12 @@ class StudioServer:
         if directs:
             self._resume_after(viewer)
         hello = HelloData(
-            version=__version__, key=viewer.key, directs=directs, exports=[*TARGETS], scene=scene
+            version=__version__,
+            key=viewer.key,
+            directs=directs,
+            exports=[*TARGETS],
+            scene=scene,
+            team=UNSET if self._team is None else self._team,
         )
         viewer.send_reply(_encode(hello))
         shown = self._show_session(library)
@@ -234,9 +256,23 @@ class StudioServer:
 
     def run_due_ticks(self) -> None:
         """Run the ticks that are due and send the changes to the pages."""
+        if self._watch is not None:
+            drive_trained_robots(self.host)
+            self._show_team(self._watch)
         self.host.run_due_ticks()
         if len(self.viewers):
             self.show(session=self._wall() >= self._due_s)
+
+    def _show_team(self, watch: TeamWatch) -> None:
+        """Send every page what the agents of the team do, if it changed."""
+        if self._wall() < self._team_due_s:
+            return
+        self._team_due_s = self._wall() + TEAM_S
+        team = describe_team(watch)
+        if team != self._team:
+            self._team = team
+            for viewer in self.viewers:
+                viewer.show(team=_encode(TeamNewsData(team=team)))
 
     def show(self, *, session: bool = True) -> None:
         """Send every page the changes; on a new error, pause and show its message."""

@@ -27,6 +27,13 @@ def run_agent(
     seconds: Annotated[
         float | None, typer.Option(help="Leave after so many seconds.", show_default=False, min=0.0)
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            help="Record all messages and decisions in a new file FILE.mcap, or in one in this folder.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Run one robot or one coordinator of a team, which decides for itself.
@@ -35,19 +42,27 @@ def run_agent(
 
     [dim]understudy agent team.toml --name scout_2[/]
     """
+    from contextlib import ExitStack
+
+    from understudy.robots.recording.recorder import RunRecorder
     from understudy.robots.team_network.agent_process import AgentProcess
     from understudy.robots.team_network.load_plan import load_team_plan
     from understudy.robots.team_network.zenoh_network import ZenohNetwork
     from understudy.ui.cli.output import print_json
-    from understudy.ui.cli.robot_options import interrupt_on_termination
+    from understudy.ui.cli.robot_options import choose_recording_path, interrupt_on_termination
 
     until = None if seconds is None else monotonic() + seconds
-    with interrupt_on_termination():
+    with interrupt_on_termination(), ExitStack() as recording:
+        recorder = None
+        if record is not None:
+            load_team_plan(file, agent=name, library=library)  # what is wrong is told before a file is made
+            recorder = recording.enter_context(RunRecorder(choose_recording_path(record, name)))
+            typer.echo(f"Recording in {recorder.path}", err=True)
         while True:
             team = load_team_plan(file, agent=name, library=library)
             network = ZenohNetwork(team.name, team.make_network_options(name))
             try:
-                process = AgentProcess(name, team, network)
+                process = AgentProcess(name, team, network, record=recorder)
             except BaseException:
                 network.close()
                 raise

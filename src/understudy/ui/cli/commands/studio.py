@@ -39,12 +39,18 @@ def start_studio(
     [dim]understudy studio forage[/]
 
     [dim]understudy studio --robot rover.toml[/]
+
+    If the file of a team has agents, the studio opens the running team: it shows what each agent does, and trains
+    robots and coordinators over the network.
+
+    [dim]understudy studio --team team.toml --library library[/]
     """
     from contextlib import ExitStack
 
     from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import choose_scenario_name, find_kit, open_scenario
     from understudy.ui.cli.output import print_json
+    from understudy.ui.cli.watched_team import has_agents, watch_team
     from understudy.ui.web.access import listen
     from understudy.ui.web.app import serve
     from understudy.ui.web.server import StudioServer
@@ -52,9 +58,14 @@ def start_studio(
     from understudy.ui.web.views.library import check_folder
 
     with ExitStack() as leaving:
+        watch = None
         if real(robot, team, world=scenario or world) is None:
             name, twin = choose_scenario_name(scenario, world), None
             found, parts = open_scenario(name), find_kit(kit, name)
+        elif team is not None and has_agents(team):
+            watch, twin = leaving.enter_context(watch_team(team))
+            found = twin.scenario
+            parts = make_scenario_kit(found) if kit is None else find_kit(kit, found.name)
         else:
             twin = leaving.enter_context(connect_twin(robot, team, record=None, recorded=not no_record))
             found = twin.scenario
@@ -71,7 +82,7 @@ def start_studio(
             if not no_browser:
                 _open(address.link)
 
-        serve(StudioServer(session_host), address, ready=ready)
+        serve(StudioServer(session_host, watch=watch), address, ready=ready)
 
 
 def _open(link: str) -> None:

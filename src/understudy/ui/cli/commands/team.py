@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from understudy.errors import join_names
 from understudy.ui.cli.commands.agent import TeamFileArgument
 from understudy.ui.cli.options import Json
 
 if TYPE_CHECKING:
+    from understudy.robots.recording.merge import MemberClock
     from understudy.robots.team_network.agent_process import AgentAnswer, AgentStatus
     from understudy.robots.team_network.load_plan import LoadedTeam
     from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
@@ -187,6 +189,62 @@ def push_library(
 
 def _say_nobody(team: str) -> str:
     return f"No agent of team {team} is there; start them with understudy agent, or correct [agents.network]."
+
+
+@app.command("merge")
+def merge_team(
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="The new file.", show_default=False)],
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RECORDING...", help="Recordings of agents, from their computers.", show_default=False
+        ),
+    ],
+    reference: Annotated[
+        str | None,
+        typer.Option(
+            help="Agent whose clock the new file has. By default that of the first recording.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Merge the recordings of a team's agents into one file with one clock.
+
+    The computers need no common clock: how far each is ahead is found from the messages that they exchanged. The
+    largest error of each is printed, and stored in the file.
+
+    [dim]understudy team merge team.mcap patrol_0.mcap scout_1.mcap scout_2.mcap[/]
+
+    [dim]understudy why team.mcap --agent scout_2 --time 12.5[/]
+    """
+    from understudy.robots.recording.merge import merge_recordings
+    from understudy.ui.cli.output import make_console, print_json
+
+    clock = merge_recordings(out, recordings, reference=reference)
+    if as_json:
+        print_json({"recording": str(out), "reference": clock.reference, "members": clock.members})
+        return
+    made = make_console()
+    for each in clock.members:
+        made.print(_describe_clock(each, clock.reference), markup=False, soft_wrap=True)
+    made.print(f"Merged in {out}, by the clock of {clock.reference}.", markup=False, soft_wrap=True)
+
+
+def _describe_clock(each: MemberClock, reference: str) -> str:
+    """Describe how the clock of an agent was found to be."""
+    killed = (
+        "" if each.whole else " Its recording was not closed: what was recorded until then is all there is."
+    )
+    if each.agent == reference:
+        return f"{each.agent}: the reference.{killed}"
+    side = "ahead of" if each.ahead_s >= 0 else "behind"
+    by = f" by way of {join_names(each.by_way_of)}" if each.by_way_of else ""
+    uneven = f" The clocks run unevenly, by {each.uneven_s * 1e3:.2g} ms." if each.uneven_s else ""
+    return (
+        f"{each.agent}: clock {abs(each.ahead_s):.4f} s {side} that of {reference}, {each.drift_ppm:+.1f} ppm; "
+        f"error at most {each.error_s * 1e3:.2g} ms ({each.messages} messages{by}).{uneven}{killed}"
+    )
 
 
 def _order_robots(file: TeamFileArgument, do: str, name: str, done: str, *, as_json: bool) -> None:

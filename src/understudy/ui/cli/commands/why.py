@@ -28,7 +28,12 @@ def show_explanation(
         float | None,
         typer.Option("--time", "-t", min=0, help="Time of the moment, in seconds.", show_default=False),
     ] = None,
-    robot: Annotated[int, typer.Option("--agent", "-a", min=0, help="Index of the robot, from 0.")] = 0,
+    agent: Annotated[
+        str,
+        typer.Option(
+            "--agent", "-a", help="Index of the robot, from 0; or name of an agent of a team, or of a squad."
+        ),
+    ] = "0",
     library: Annotated[
         Path | None,
         typer.Option(
@@ -64,6 +69,11 @@ def show_explanation(
     trace.
 
     [dim]understudy why --exported trace.csv --library demo/library[/]
+
+    For recordings of agents (`understudy team merge`), it also explains who ordered that, when and why, from the
+    recordings of their computers. Times count from the beginning of the file.
+
+    [dim]understudy why team.mcap --agent scout_2 --time 12.5[/]
     """
     from understudy.errors import SettingError
     from understudy.ui.cli.output import make_console, print_json
@@ -78,6 +88,15 @@ def show_explanation(
         problem, remedy = "is missing", "give the time of the moment to explain, in seconds"
         raise SettingError(where="why", setting="--time", problem=problem, remedy=remedy)
     if is_recording(run):
+        from understudy.robots.recording.team_reader import read_team_recording
+        from understudy.ui.cli.commands.why_team import explain_agents
+
+        team = read_team_recording(run)
+        if team is not None:
+            explain_agents(team, agent, time_s, library, kit=kit, as_json=as_json)
+            return
+    robot = _parse_index(agent)
+    if is_recording(run):
         said, data = _of_recording(run, time_s, robot, library)
     else:
         said, data = _of_trace(run, time_s, robot, library, world, quiet=as_json)
@@ -85,6 +104,15 @@ def show_explanation(
         print_json(data)
     else:
         _show(said, data, make_console())
+
+
+def _parse_index(agent: str) -> int:
+    from understudy.errors import SettingError
+
+    if not agent.isdecimal():
+        remedy = "give the index of a robot, from 0; agents of teams have names"
+        raise SettingError(where="why", setting="--agent", problem=f"is {agent!r:.60}", remedy=remedy)
+    return int(agent)
 
 
 def _of_trace(
@@ -169,14 +197,21 @@ def _show(said: RunExplanation, data: WhyData, out: Console) -> None:
 def _show_agent(each: AgentExplanation, out: Console, *, several: bool) -> None:
     from rich.markup import escape
 
-    from understudy.analysis.explanation_text import describe_rest
-
     if several:
         ordered = each.ordered
         under = "" if ordered is None else f", ordered to {ordered}" if ordered else ", without orders"
         out.print(f"\n[bold]{escape(each.sort)} {each.agent}[/]{escape(under)}")
     if not each.levels:
         out.print("  runs no automaton: nothing is decided", soft_wrap=True)
+    print_levels(each, out)
+
+
+def print_levels(each: AgentExplanation, out: Console) -> None:
+    """Print the decision of every level of an agent."""
+    from rich.markup import escape
+
+    from understudy.analysis.explanation_text import describe_rest
+
     for level in each.levels:
         since = f"in {level.state} since {round_values(level.since_s)} s"
         out.print(f"\n[cyan]{escape(level.automaton)}[/] {escape(since)}")

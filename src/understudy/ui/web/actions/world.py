@@ -74,6 +74,22 @@ def handle_arm(host: SessionHost, _: m.Arm) -> StatusMessage:
     return StatusMessage("Armed: the robot moves while time runs. Esc stops it")
 
 
+def handle_arm_robot(host: SessionHost, message: m.ArmRobot) -> StatusMessage:
+    """Arm one real robot."""
+    host.robots.arm_one(message.name)
+    if host.trainer is not None:
+        host.trainer.session.refresh_percept()
+    host.frame_version += 1
+    return StatusMessage(f"{message.name} is armed")
+
+
+def handle_stop_robot(host: SessionHost, message: m.StopRobot) -> StatusMessage:
+    """Stop and disarm one real robot; any page may request it, also without control."""
+    host.robots.stop_one(message.name, "stopped in the studio")
+    host.frame_version += 1
+    return StatusMessage(f"{message.name} was told to stop. Arm it again before it can move", "error")
+
+
 def handle_emergency_stop(host: SessionHost, _: m.EmergencyStop) -> StatusMessage:
     """Stop and disarm real robots, then pause; any page may request it, also without control."""
     host.robots.stop("stopped in the studio")

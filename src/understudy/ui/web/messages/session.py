@@ -307,6 +307,19 @@ class Arm(Message, frozen=True, kw_only=True, tag="arm"):
     """Arm the real robots."""
 
 
+class ArmRobot(Message, frozen=True, kw_only=True, tag="arm_robot"):
+    """Arm one real robot."""
+
+    name: NameField
+
+
+class StopRobot(Message, frozen=True, kw_only=True, tag="stop_robot"):
+    """Stop one real robot at once, from any page."""
+
+    name: NameField
+    by_anyone: ClassVar[bool] = True
+
+
 class EmergencyStop(Message, frozen=True, kw_only=True, tag="stop"):
     """Stop real robots at once: the emergency stop of every page."""
 

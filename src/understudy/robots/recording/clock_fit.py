@@ -1,0 +1,174 @@
+"""Fits of one clock to another from messages in both directions, with a bound of the error, as in NTP.
+
+A message arrives after it was sent. Each message thus bounds the time that one clock shows when the other shows a given
+time: from below in one direction, from above in the other. All straight lines within these bounds are possible; what is
+returned is the one in their middle, and the error is the largest distance to any of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.kinds import Column
+
+FASTEST = 1e-3
+"""The largest difference between the rates of two clocks that is considered."""
+BINS = 256
+"""The number of periods in each of which only the tightest bound of each direction is used."""
+LEAST_UNEVEN_S = 1e-5
+"""The first attempt at the unevenness of clocks that no straight line fits, s."""
+RESOLUTION_S = 1e-6
+"""The slack of every bound, s, because times are rounded."""
+
+
+class NoExchange(Exception):
+    """Two recordings without messages in both directions."""
+
+
+@dataclass(frozen=True)
+class ClockFit:
+    """A fit of another clock to that of a recording.
+
+    Attributes
+    ----------
+    first_s
+        The first time of the recording by its own clock, s.
+    last_s
+        The last one, s.
+    middle
+        The other clock at these two times, s.
+    corners
+        The corners of the region of all possible pairs of times of the other clock at these two times [K, 2], s.
+    uneven_s
+        How far messages are from any straight line, s; 0 for clocks that run evenly.
+    """
+
+    first_s: float
+    last_s: float
+    middle: tuple[float, float]
+    corners: NDArray[np.float64]
+    uneven_s: float = 0.0
+
+    def convert(self, time_s: float) -> float:
+        """Return the other clock's time at a time of the recording's clock, s."""
+        return self.middle[0] + (self.middle[1] - self.middle[0]) * self._place(time_s)
+
+    @property
+    def rate(self) -> float:
+        """How fast the other clock runs relative to the recording's."""
+        return (self.middle[1] - self.middle[0]) / (self.last_s - self.first_s)
+
+    def find_error(self, time_s: float) -> float:
+        """Return the largest error of `convert` at a time, s."""
+        place = self._place(time_s)
+        possible = self.corners[:, 0] * (1 - place) + self.corners[:, 1] * place
+        converted = self.convert(time_s)
+        farthest = max(possible.max() - converted, converted - possible.min())
+        return float(farthest) + 2 * self.uneven_s
+
+    def find_largest_error(self, first_s: float, last_s: float) -> float:
+        """Return the largest error of `convert` between two times, s; it is largest at one of them."""
+        return max(self.find_error(first_s), self.find_error(last_s))
+
+    def _place(self, time_s: float) -> float:
+        return (time_s - self.first_s) / (self.last_s - self.first_s)
+
+
+def fit_clock(
+    received: NDArray[np.float64], sent: NDArray[np.float64], first_s: float, last_s: float
+) -> ClockFit:
+    """Fit another clock to that of a recording.
+
+    Parameters
+    ----------
+    received
+        Messages from the other program [N, 2]: when each was received by the recording's clock, and when it was sent by
+        the other clock, s.
+    sent
+        Messages to the other program [M, 2]: when each was sent by the recording's clock, and when it was received by
+        the other clock, s.
+    first_s
+        The first time of the recording by its own clock, s.
+    last_s
+        The last one, s.
+
+    Returns
+    -------
+    ClockFit
+        The fit. If both clocks run evenly, and their rates differ by less than 0.1 %, the other clock's true time is
+        within the error of it, however long messages took.
+
+    Raises
+    ------
+    NoExchange
+        If there are no messages in one direction.
+    """
+    if not len(received) or not len(sent):
+        raise NoExchange
+    last_s = max(last_s, first_s + 1.0)
+    least, most = _keep_tightest(received, -1.0, first_s, last_s), _keep_tightest(sent, 1.0, first_s, last_s)
+    uneven_s = 0.0
+    corners = _find_region(least, most, first_s, last_s, RESOLUTION_S)
+    while not len(corners):
+        uneven_s = max(2 * uneven_s, LEAST_UNEVEN_S)
+        corners = _find_region(least, most, first_s, last_s, RESOLUTION_S + uneven_s)
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    return ClockFit(first_s, last_s, (float(middle[0]), float(middle[1])), corners, uneven_s)
+
+
+def _keep_tightest(
+    bounds: NDArray[np.float64], sign: float, first_s: float, last_s: float
+) -> NDArray[np.float64]:
+    """Return the tightest bound of each period; the others would hardly change the fit."""
+    bins = np.clip((bounds[:, 0] - first_s) / (last_s - first_s) * BINS, 0, BINS - 1).astype(np.intp)
+    height = sign * (bounds[:, 1] - bounds[:, 0])
+    order = np.lexsort((height, bins))
+    starts = np.flatnonzero(np.diff(bins[order], prepend=-1))
+    return np.asarray(bounds[order[starts]])
+
+
+def _find_region(
+    least: NDArray[np.float64], most: NDArray[np.float64], first_s: float, last_s: float, slack: float
+) -> NDArray[np.float64]:
+    """Find the corners of all pairs of times at both ends whose line is within the bounds; none if there is no line."""
+    span = last_s - first_s
+    slow, fast = (1 - FASTEST) * span, (1 + FASTEST) * span
+    low = max(_extrapolate(least, first_s, FASTEST)) - slack
+    high = min(_extrapolate(most, first_s, -FASTEST)) + slack
+    if not -inf < low <= high:
+        return np.empty((0, 2))
+    corners = np.array([[low, low + slow], [high, high + slow], [high, high + fast], [low, low + fast]])
+    for bounds, sign in ((least, -1.0), (most, 1.0)):
+        for at, bound in bounds.tolist():
+            place = (at - first_s) / span
+            excess = sign * (corners[:, 0] * (1 - place) + corners[:, 1] * place - bound) - slack
+            corners = _clip(corners, excess)
+            if not len(corners):
+                return corners
+    return corners
+
+
+def _extrapolate(bounds: NDArray[np.float64], first_s: float, rate: float) -> Column:
+    """Return what bounds at other times mean for the first one, if the rates differ as much as possible."""
+    passed = bounds[:, 0] - first_s
+    return np.asarray(bounds[:, 1] - passed - rate * np.abs(passed))
+
+
+def _clip(corners: NDArray[np.float64], excess: Column) -> NDArray[np.float64]:
+    """Cut off the part of a convex polygon in which `excess`, given at its corners, is positive."""
+    inside = excess <= 0.0
+    if inside.all():
+        return corners
+    kept = []
+    for here in range(len(corners)):
+        after = (here + 1) % len(corners)
+        if inside[here]:
+            kept.append(corners[here])
+        if inside[here] != inside[after]:
+            share = excess[here] / (excess[here] - excess[after])
+            kept.append(corners[here] + share * (corners[after] - corners[here]))
+    return np.array(kept).reshape(-1, 2)

@@ -1,0 +1,119 @@
+"""A running team as another computer sees it: what each agent does, how long ago that was heard, and who is missing."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from math import inf
+from time import monotonic
+
+import msgspec
+
+from understudy.robots.team_network.agent_process import AgentAnswer, AgentQuestion, AgentStatus, ask
+from understudy.robots.team_network.agent_views import STATUS, VIEWER
+from understudy.robots.team_network.load_plan import LoadedTeam
+from understudy.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.runtime.agents.messages import UNREADABLE
+
+SILENT_S = 0.8
+"""An agent that was not heard for so long is said to be silent, s; it reports every 0.2 s."""
+ASKING = 8
+"""The number of agents that are asked at the same time."""
+
+
+@dataclass(frozen=True, slots=True)
+class WatchedAgent:
+    """An agent as it was heard last.
+
+    Attributes
+    ----------
+    name
+        Its name.
+    status
+        What it said of itself last; None if it was never heard.
+    age_s
+        How long ago that was, s; infinite if it was never heard.
+    is_present
+        Whether it is in the network, as far as is known.
+    """
+
+    name: str
+    status: AgentStatus | None
+    age_s: float
+    is_present: bool
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether it has not been heard for a while."""
+        return self.age_s > SILENT_S
+
+
+class TeamWatch:
+    """A visitor of a team's network whom all agents tell what they do.
+
+    Parameters
+    ----------
+    team
+        The team.
+    network
+        The visitor's access to the network.
+    clock
+        A monotonic clock, s.
+    """
+
+    def __init__(
+        self, team: LoadedTeam, network: ZenohNetwork, *, clock: Callable[[], float] = monotonic
+    ) -> None:
+        self.team, self.network, self._clock = team, network, clock
+        self._statuses = network.listen(f"{STATUS}/*")
+        self._heard: dict[str, tuple[AgentStatus, float]] = {}
+        self._asking = ThreadPoolExecutor(ASKING, thread_name_prefix="ask")
+        network.announce(f"{VIEWER}{platform.node()}:{os.getpid()}")
+
+    def list_agents(self) -> list[WatchedAgent]:
+        """List all agents of the team: robots, then squads bottom-up."""
+        self._hear()
+        now, present = self._clock(), self.network.present
+        found = []
+        for name in self.team.agents:
+            status, heard_s = self._heard.get(name, (None, -inf))
+            found.append(WatchedAgent(name, status, now - heard_s, name in present))
+        return found
+
+    def find_agent(self, name: str) -> WatchedAgent:
+        """Return one agent of the team."""
+        self._hear()
+        status, heard_s = self._heard.get(name, (None, -inf))
+        return WatchedAgent(name, status, self._clock() - heard_s, name in self.network.present)
+
+    def _hear(self) -> None:
+        for data in self._statuses.take_all():
+            try:
+                status = msgspec.msgpack.decode(data, type=AgentStatus)
+            except UNREADABLE:
+                continue
+            self._heard[status.name] = status, self._clock()
+
+    def order(self, do: str, by: str, name: str) -> str:
+        """Ask an agent to arm or stop its robot, wait for its answer, and return why it did not; empty if it did."""
+        answer: AgentAnswer | None = ask(self.network, AgentQuestion(do, by), agent=name).get(name)
+        if answer is None:
+            return "did not answer: look whether it stands"
+        return answer.problem
+
+    def order_soon(self, do: str, by: str, name: str) -> None:
+        """Ask an agent without waiting for its answer."""
+        self._asking.submit(self.order, do, by, name)
+
+    def order_all(self, do: str, by: str) -> dict[str, str]:
+        """Ask the agents of all robots at once, and return for each why it did not do it; empty if it did."""
+        names = self.team.plan.robots
+        return dict(zip(names, self._asking.map(lambda name: self.order(do, by, name), names), strict=True))
+
+    def close(self) -> None:
+        """Finish what was asked, and leave the network."""
+        self._asking.shutdown()
+        self.network.close()

@@ -1,0 +1,164 @@
+"""Mode of `understudy why` for recordings of a team's agents: explain a decision across computers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from understudy.analysis.explain_team import AgentMoment, OrderSummary, ReportSummary
+    from understudy.analysis.explanation_text import DecisionLevelData
+    from understudy.robots.recording.reader import Recording
+    from understudy.robots.recording.team_reader import TeamRecording
+    from understudy.sim.team.libraries import Libraries
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgentMomentData:
+    """An agent at a moment, as `--json` prints it: what it did, its order, and what it had heard of its members."""
+
+    agent: str
+    host: str
+    time_s: float
+    error_s: float
+    doing: tuple[str, ...]
+    order: OrderSummary | None
+    levels: Sequence[DecisionLevelData]
+    reports: Sequence[ReportSummary]
+    missing: str
+
+
+@dataclass(frozen=True, slots=True)
+class TeamWhyData:
+    """The explanation of an agent's decisions and of those above it, as `--json` prints it."""
+
+    recording: str
+    reference: str
+    agents: list[AgentMomentData]
+
+
+def explain_agents(
+    team: TeamRecording,
+    agent: str,
+    time_s: float,
+    library: Path | None,
+    *,
+    kit: str | None,
+    as_json: bool,
+) -> None:
+    """Explain what an agent of a team did at a moment of a recording, and why it was ordered to.
+
+    Parameters
+    ----------
+    team
+        The recording.
+    agent
+        The name of the agent.
+    time_s
+        The moment, from the beginning of the recording, s.
+    library
+        The folder of the team's automata. None: where it was when the recording was made.
+    kit
+        The kit of the automata. None: as the recording says.
+    as_json
+        Whether to print JSON.
+    """
+    from understudy.analysis.explain_team import explain_team_moment
+    from understudy.ui.cli.output import make_console, print_json
+
+    former: dict[str, int] = {}
+
+    def load(recording: Recording) -> Libraries:
+        return _load_libraries(recording, library, kit, former)
+
+    moments = explain_team_moment(team, agent, time_s, load)
+    if as_json:
+        said = [_make_data(each) for each in moments]
+        print_json(TeamWhyData(str(team.path), team.clock.reference, said))
+    else:
+        _show(team, moments, former, make_console())
+
+
+def _load_libraries(
+    recording: Recording, library: Path | None, kit: str | None, former: dict[str, int]
+) -> Libraries:
+    from understudy.ui.cli.library_data import load_recorded_libraries
+    from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
+
+    ran, where = recording.head.ran, read_recorded_scenario(recording)
+    parts = choose_recording_kit(recording, kit, where)
+    known, versions = load_recorded_libraries(
+        where, ran.behavior, library or Path(ran.library), parts, ran.automata
+    )
+    former.update(versions)
+    return known
+
+
+def _make_data(each: AgentMoment) -> AgentMomentData:
+    from understudy.analysis.explanation_text import DecisionLevelData
+
+    return AgentMomentData(
+        agent=each.agent,
+        host=each.host,
+        time_s=each.time_s,
+        error_s=each.error_s,
+        doing=each.doing,
+        order=each.order,
+        levels=[DecisionLevelData.from_level(level) for level in each.explanation.levels],
+        reports=each.reports,
+        missing=each.missing,
+    )
+
+
+def _show(team: TeamRecording, moments: Sequence[AgentMoment], former: dict[str, int], out: Console) -> None:
+    from rich.markup import escape
+
+    for name, version in former.items():
+        out.print(f"[dim]{escape(name)} is another by now: this is its version {version}[/]", soft_wrap=True)
+    for number, each in enumerate(moments):
+        if number:
+            out.print()
+        _show_moment(each, out, has_decided=number > 0)
+    out.print(f"\n[dim]Times are by the clock of {escape(team.clock.reference)}.[/]", soft_wrap=True)
+
+
+def _show_moment(each: AgentMoment, out: Console, *, has_decided: bool) -> None:
+    from rich.markup import escape
+
+    from understudy.ui.cli.commands.why import print_levels
+
+    name = each.agent if each.host == each.agent else f"{each.agent} (led by {each.host})"
+    what = "decided at" if has_decided else "at"
+    error = f" ± {each.error_s * 1e3:.2g} ms" if each.error_s else ""
+    doing = " > ".join(each.doing) or "nothing"
+    out.print(f"[bold]{escape(name)} {what} {each.time_s:.3f} s[/]{error}: {escape(doing)}", soft_wrap=True)
+    if each.order is not None:
+        out.print(escape(_describe_order(each.order)), soft_wrap=True)
+    elif not each.reports:  # a robot
+        out.print("without an order: it does what it runs alone")
+    if not each.explanation.levels:
+        out.print("  runs no automaton: nothing is decided", soft_wrap=True)
+    print_levels(each.explanation, out)
+    if each.reports:
+        out.print(f"\n  reports: {escape('; '.join(map(_describe_report, each.reports)))}", soft_wrap=True)
+    if each.missing:
+        out.print(f"\nWhy it was ordered is not known: {escape(each.missing)}.", soft_wrap=True)
+
+
+def _describe_order(order: OrderSummary) -> str:
+    term, number = order.order
+    duty = f"to {order.duty}" if order.duty else "to do nothing"
+    return f"ordered {duty} by {order.leader}: order {term}.{number} of {order.squad}, begun at {order.heard_s:.3f} s"
+
+
+def _describe_report(report: ReportSummary) -> str:
+    if report.unfit:
+        return f"{report.member} not counted ({report.unfit})"
+    flag = f" {report.flag}" if report.flag else ""
+    order = " without an order" if report.order is None else f" on {report.order[0]}.{report.order[1]}"
+    read = "".join(f", {name} {value:g}" for name, value in report.readings.items())
+    return f"{report.member}{flag}{order}{read} ({(report.age_s or 0.0) * 1e3:.0f} ms old)"

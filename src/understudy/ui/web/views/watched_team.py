@@ -1,0 +1,133 @@
+"""Show a team whose agents run on computers of their own, and drive those of its robots that are trained here."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias
+
+from understudy.robots.team_network.remote_robot import drive_robots
+from understudy.robots.team_network.team_watch import TeamWatch, WatchedAgent
+from understudy.robots.twin import DigitalTwin
+from understudy.ui.web.messages.base import Data
+from understudy.ui.web.session_host import SessionHost
+
+Presence: TypeAlias = Literal["here", "silent", "gone"]
+"""Whether an agent is heard, is silent though it is in the network, or is not in it."""
+
+
+class TeamAgentData(Data, frozen=True, kw_only=True):
+    """One agent of a running team: a robot, or the coordinator of a squad."""
+
+    name: str
+    sort: str
+    squad: str | None
+    """The squad that it is a member of; null if it is in none."""
+    is_robot: bool
+    presence: Presence
+    silent_s: float | None
+    """For how long it has been silent, s; null if it is heard, or never was."""
+    doing: list[str]
+    """The state of every level, outermost first; of a squad, those of whoever leads it."""
+    duty: str
+    """What its order tells it to do; empty without one."""
+    order: str | None
+    """Its order: term and number, such as 3.12."""
+    order_age_s: float | None
+    """For how long it has executed this order, s."""
+    leader: str | None
+    """The agent whose orders it obeys."""
+    leads: dict[str, int]
+    """The squads that it leads, with the term."""
+    armed: bool | None
+    """Whether the robot is armed; null for coordinators."""
+    problem: str
+    """Why it is not counted as a member of its squad; empty if it is."""
+    trainer: str
+    """The computer that drives it to train it; empty if none does."""
+    other_library: bool
+    """Whether its library is not that of this computer."""
+
+
+class TeamData(Data, frozen=True, kw_only=True):
+    """A running team as this computer sees it."""
+
+    name: str
+    agents: list[TeamAgentData]
+    """The coordinators, topmost squad first, then the robots."""
+    trainer: str | None
+    """The name under which this computer may train robots; null if the team's file gives none."""
+
+
+def describe_team(watch: TeamWatch) -> TeamData:
+    """Return what every agent of a team does, and which are missing."""
+    seen = watch.list_agents()
+    counted, led = dict[str, str](), dict[str, tuple[int, list[str]]]()
+    for each in seen:
+        if each.status is None or each.is_silent or not each.is_present:
+            continue
+        counted |= each.status.missing
+        for squad, term in each.status.leads.items():
+            led[squad] = max(led.get(squad, (0, [])), (term, each.status.decides.get(squad, [])))
+    robots = set(watch.team.plan.robots)
+    agents = [
+        _describe_agent(watch, each, counted, led.get(each.name), is_robot=each.name in robots)
+        for each in seen
+    ]
+    return TeamData(
+        name=watch.team.name,
+        agents=[
+            *reversed([each for each in agents if not each.is_robot]),
+            *(each for each in agents if each.is_robot),
+        ],
+        trainer=watch.team.settings.trainer,
+    )
+
+
+def _describe_agent(
+    watch: TeamWatch,
+    seen: WatchedAgent,
+    counted: dict[str, str],
+    led: tuple[int, list[str]] | None,
+    *,
+    is_robot: bool,
+) -> TeamAgentData:
+    status, plan = seen.status, watch.team.plan
+    sort = plan.find_sort(seen.name)
+    presence: Presence = "gone" if not seen.is_present else "silent" if seen.is_silent else "here"
+    known = status is not None and presence == "here"
+    doing = [] if led is None else led[1]
+    if is_robot and status is not None and known:
+        doing = list(status.path)
+    age_s = None if status is None or not known else status.order_age_s
+    return TeamAgentData(
+        name=seen.name,
+        sort=sort,
+        squad=plan.find_superior(seen.name),
+        is_robot=is_robot,
+        presence=presence,
+        silent_s=None if status is None or known else float(round(seen.age_s)),
+        doing=doing,
+        duty=status.duty if status is not None and known else "",
+        order=None if status is None or not known or status.order is None else "{}.{}".format(*status.order),
+        order_age_s=None if age_s is None else float(round(age_s)),
+        leader=status.leader if status is not None and known else None,
+        leads=dict(status.leads) if status is not None and known else {},
+        armed=status.armed if status is not None and known else None,
+        problem=(status.unfit if status is not None and known else "") or counted.get(seen.name, ""),
+        trainer=status.trainer if status is not None and known else "",
+        other_library=status is not None and status.library != watch.team.fingerprints[sort],
+    )
+
+
+def drive_trained_robots(host: SessionHost) -> None:
+    """Drive the robots that the open session trains or runs, and leave all others to their agents."""
+    if isinstance(host.world, DigitalTwin):
+        drive_robots(host.world.fleet, _list_driven(host))
+
+
+def _list_driven(host: SessionHost) -> list[int]:
+    trainer = host.trainer
+    if trainer is None:
+        return []
+    if host.sort is None and host.other_behavior is None:
+        return [trainer.robot]
+    return list(range(host.world.robots))
