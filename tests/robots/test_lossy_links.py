@@ -57,6 +57,42 @@ def test_packets_are_lost_and_delayed_as_stated() -> None:
         assert sorted(delays)[len(delays) // 4] < 0.1 < sorted(delays)[3 * len(delays) // 4]
 
 
+SPEAK = """
+import sys, time
+from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
+own, other = sys.argv[1:]
+listen, connect = ([f"udp/{address}:7447"] for address in (own, other))
+network = ZenohNetwork("test", ZenohOptions(connect=connect, listen=listen, multicast=False))
+inbox = network.listen("count")
+until, heard = time.monotonic() + 60.0, []
+for number in range(10**6):
+    if len(heard) > 1 and heard[-1] - heard[0] > 200 or time.monotonic() > until:
+        break
+    network.publish("count", f"{own} {number}".encode())
+    heard += [int(each.split()[1]) for each in inbox.take_all() if each.decode().split()[0] == other]
+    time.sleep(0.02)
+print(len(heard) / (heard[-1] - heard[0] + 1) if heard else 0.0, flush=True)
+time.sleep(3.0)
+network.close()
+"""
+
+
+def test_messages_of_agents_are_not_sent_again_when_they_are_lost() -> None:
+    """Over TCP all of them would come, the later ones held up by those that were lost."""
+    pytest.importorskip("zenoh", reason="needs the extra ros2")
+    with LossyLinks(["one", "two"], Loss(0.2, 0.02, 0.01), seed=2) as links:
+        speaking = [
+            subprocess.Popen(
+                [*links.command(own), sys.executable, "-c", SPEAK, links.address(own), links.address(other)],
+                stdout=subprocess.PIPE,
+                text=True,
+            )
+            for own, other in (("one", "two"), ("two", "one"))
+        ]
+        shares = [float(each.communicate(timeout=120.0)[0]) for each in speaking]
+    assert all(0.6 < share < 0.95 for share in shares), shares
+
+
 def test_no_packet_passes_a_link_that_is_cut() -> None:
     with LossyLinks(["one", "two"]) as links:
         assert len(measure_delays(links, 20)) == 20

@@ -49,6 +49,17 @@ def test_takeovers(present: tuple[str, ...], who: str, after_s: float) -> None:
     assert candidate.term == 1 + ALL.index(who)
 
 
+def test_a_leader_that_only_others_hear_is_not_replaced() -> None:
+    candidate = Leadership("scout_1", ALL, 0.0)
+    candidate.hear_orders(1, "lead", 0.0)
+    for tick in range(1, 20):
+        candidate.hear_report(1, tick, tick * TICK_S)
+        assert not candidate.update(tick * TICK_S, ALL)
+    for tick in range(20, 40):
+        candidate.hear_report(1, 19, tick * TICK_S)  # they have not heard it since
+        assert candidate.update(tick * TICK_S, ALL) == ((tick - 19) * TICK_S > SILENT_S - 1e-9)
+
+
 def test_the_former_leader_follows_when_it_hears_a_higher_term() -> None:
     former = Leadership("lead", ALL, 0.0, leads=True)
     assert former.update(0.1, ALL)
@@ -69,7 +80,7 @@ def test_a_leader_that_was_frozen_listens_first() -> None:
 def test_a_leader_goes_beyond_the_term_that_members_obey_once_its_leader_is_silent() -> None:
     leader = Leadership("lead", ALL, 0.0, leads=True)
     for tick in range(1, 20):
-        leader.hear_report(5, tick * TICK_S)
+        leader.hear_report(5, 1, tick * TICK_S)
         assert leader.update(tick * TICK_S, ALL)
         assert leader.term == (1 if tick * TICK_S < TICK_S + SILENT_S - 1e-9 else 7)
 

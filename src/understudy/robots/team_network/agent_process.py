@@ -122,7 +122,7 @@ class AgentProcess:
     def __init__(self, name: str, team: LoadedTeam, network: ZenohNetwork) -> None:
         if name not in team.agents:
             raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
-        if network.is_present(name):
+        if network.is_present(name) and ask(network, AgentQuestion("status"), agent=name, wait_s=ANSWER_S):
             raise SettingError(
                 where=f"team {team.name}", setting=name, problem="is running already",
                 remedy="stop the other one first",
@@ -346,7 +346,9 @@ def _stamp() -> str:
     return f"{time.strftime('%H:%M:%S', time.localtime(now))}.{int(now * 1000) % 1000:03d}"
 
 
-def ask(network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*") -> dict[str, AgentAnswer]:
+def ask(
+    network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*", wait_s: float = ASK_S
+) -> dict[str, AgentAnswer]:
     """Ask the agents of a team.
 
     Parameters
@@ -357,6 +359,8 @@ def ask(network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*") -> 
         The question.
     agent
         The name of the agent; `*` asks all.
+    wait_s
+        The longest time to wait for answers, s.
 
     Returns
     -------
@@ -364,7 +368,9 @@ def ask(network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*") -> 
         The answer of each agent that gave one, by its name.
     """
     found = {}
-    answers: dict[str, Any] = network.ask(f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=ASK_S)
+    answers: dict[str, Any] = network.ask(
+        f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=wait_s
+    )
     for key, data in answers.items():
         try:
             found[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=AgentAnswer)

@@ -135,7 +135,9 @@ class Agent:
             member=self.spec.name,
             start=self._start,
             sequence=self._sequence,
+            sent_s=self.body.time_s,
             term=follower.term,
+            heard=follower.heard,
             order=follower.order,
             library=self.spec.library,
             unfit=self._unfit() or self._lacking,
@@ -153,15 +155,17 @@ class Agent:
             return
         now = self.body.time_s
         slept, self._ran_s = now - self._ran_s > FROZEN_S, now
-        arrived = self._inbox.take_all()
+        arrived, renewed = self._inbox.take_all(), False
         for data in [] if slept else arrived:  # those that came before this program was frozen are too old
             try:
                 refused = follower.receive(decode_orders(data), now)
             except UnreadableMessage:
                 continue
+            renewed = renewed or refused is None
             if refused is not None:
                 self.refusals[refused] = self.refusals.get(refused, 0) + 1
-        if follower.update(now):
+        # What is executed now lasts until the next tick, so the lease has to last as long.
+        if follower.update(now if renewed else now + self.body.tick_s):
             self.begin()
 
     def begin(self) -> None:

@@ -41,6 +41,8 @@ class Leadership:
         self.leader: str | None = name if leads else None
         """The agent that leads in this term, as far as is known."""
         self._heard_s = self._ran_s = now
+        self._message = 0
+        """The number of the leader's last message that is known of."""
         self._obeyed: tuple[int, float] | None = None
         """A higher term that members obey, and when that was first heard."""
 
@@ -53,13 +55,24 @@ class Leadership:
         """Take note of a leader's message; return False if it is of a leader that was replaced."""
         if term < self.term or not is_term_of(term, leader, self.candidates):
             return False
-        self.term, self.leader, self._heard_s = term, leader, now
+        if term > self.term or self.leader is None:
+            self._message = 0
+        self._heard_s = max(self._heard_s, now)
+        self.term, self.leader = term, leader
         return True
 
-    def hear_report(self, term: int, now: float) -> None:
-        """Take note of the term that a member obeys."""
+    def hear_report(self, term: int, message: int, now: float) -> None:
+        """Take note of the term that a member obeys, and of the number of its leader's last message that it heard.
+
+        Who hears of a leader's newer message knows that it leads, even if the message itself was lost.
+        """
         if self.leader is None:
             self.term = max(self.term, term)
+            leader = find_leader(term, self.candidates)
+            if term == self.term and leader != self.name:
+                self.leader = leader
+        if term == self.term and not self.leads and message > self._message:
+            self._message, self._heard_s = message, max(self._heard_s, now)
         elif term > self.term and (self._obeyed is None or term > self._obeyed[0]):
             self._obeyed = term, now
 
@@ -104,6 +117,11 @@ def find_next_term(after: int, name: str, candidates: Sequence[str]) -> int:
     return first if after < first else after + len(candidates) - (after - first) % len(candidates)
 
 
+def find_leader(term: int, candidates: Sequence[str]) -> str | None:
+    """Return the candidate to whom a term belongs; None for 0, in which nobody leads."""
+    return candidates[(term - 1) % len(candidates)] if term > 0 else None
+
+
 def is_term_of(term: int, leader: str, candidates: Sequence[str]) -> bool:
     """Return whether a term belongs to a candidate."""
-    return term > 0 and leader == candidates[(term - 1) % len(candidates)]
+    return term > 0 and leader == find_leader(term, candidates)
