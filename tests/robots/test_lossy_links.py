@@ -7,7 +7,8 @@ import subprocess
 import sys
 
 import pytest
-from tests.robots.lossy_links import Loss, LossyLinks, find_obstacle
+
+from understudy_lab.lossy_networks.links import Loss, LossyLinks, find_obstacle
 
 if OBSTACLE := find_obstacle():
     pytest.skip(OBSTACLE, allow_module_level=True)
