@@ -1,4 +1,4 @@
-"""Trials of agents in network namespaces of their own: each of them in turn is killed, frozen, or cut off.
+"""Trials of agents in network namespaces of their own: each in turn, and whichever leads, is killed, frozen, or cut off.
 
     python -m tests.robots.agent_trials --times 10
 
@@ -113,7 +113,12 @@ def main() -> None:
         try:
             with run_patrol(folder, asked.seed) as agents:
                 for _ in range(asked.times):
-                    trials += [try_once(agents, kind, member) for member in MEMBERS for kind in KINDS]
+                    for kind in KINDS:
+                        trials += [try_once(agents, kind, member) for member in MEMBERS]
+                        trials += [
+                            try_once(agents, kind, leader)
+                            for leader in Recordings(folder).find_leaders(time.monotonic())
+                        ]
                     sys.stdout.write(format_findings(Recordings(folder), trials) + "\n")
                     sys.stdout.flush()
         except UnderstudyError as error:
