@@ -1,4 +1,4 @@
-"""Trials of agents in network namespaces of their own: each in turn, and whichever leads, is killed, frozen, or cut off.
+"""Trials of agents in network namespaces: each in turn, and whichever leads, is killed, frozen, or cut off.
 
     python -m tests.robots.agent_trials --times 10
 

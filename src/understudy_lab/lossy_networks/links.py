@@ -7,7 +7,6 @@ would. It needs root.
 
 from __future__ import annotations
 
-import fcntl
 import heapq
 import os
 import selectors
@@ -124,6 +123,8 @@ class LossyLinks:
         self.close()
 
     def _make(self, index: int) -> None:
+        import fcntl  # which Windows does not have
+
         namespace, device = self.namespace(self.members[index]), f"us{os.getpid() % 10**6}x{index}"
         _run("ip", "netns", "add", namespace)
         _run("ip", "-n", namespace, "link", "set", "lo", "up")

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from understudy.errors import SettingError
+from understudy.extras import ExtraMissing
 from understudy_lab.figures import dots, panels
 from understudy_lab.lossy_networks.distributed_patrol import (
     MEMBERS,
@@ -39,15 +41,21 @@ GOALS: Mapping[str, float] = {WELL: 0.9, LOSES: 0.8}
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per seed; none, with a sentence, where there are no network namespaces."""
-    if obstacle := find_obstacle():
-        sys.stderr.write(f"The patrol over lossy networks cannot run here: {obstacle}.\n")
-        return []
+    """Return one task per seed."""
     return [{"seed": seed} for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
-    """Teach a patrol, and run it in the same unseen world over each of the networks."""
+    """Teach a patrol, and run it in the same unseen world over each of the networks.
+
+    Raises
+    ------
+    SettingError
+        If this machine cannot have network namespaces.
+    ExtraMissing
+        If MuJoCo or Zenoh is not installed.
+    """
+    _check_machine()
     seed = task["seed"]
     taught = teach(seed)
     row: dict[str, Any] = {}
@@ -63,6 +71,17 @@ def work(task: Task) -> Row:
                         done = run_apart(folder, folder / "library", links, seconds=SECONDS)
             row[network] = measure_cycles(folder, done)
     return row
+
+
+def _check_machine() -> None:
+    if obstacle := find_obstacle():
+        raise SettingError(
+            where="experiment networks", setting="this machine", problem=f"cannot run it: {obstacle}",
+            remedy="run it as root on Linux",
+        )  # fmt: skip
+    for module, extra in (("mujoco", "mujoco"), ("zenoh", "ros2")):
+        if find_spec(module) is None:
+            raise ExtraMissing(what="the experiment networks", extra=extra)
 
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
