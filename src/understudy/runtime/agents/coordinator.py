@@ -145,7 +145,7 @@ class SquadCoordinator:
         for report in _decoded(self._reports.take_all(), decode_report):
             for body in self.members:
                 if (sent_s := body.receive(report)) is not None:
-                    self.leadership.hear_report(report.term, report.heard, sent_s)
+                    self.leadership.hear_report(report.member, report.term, report.heard, sent_s)
         leads = self.leadership.update(now, self._network.present)
         if leads and not self._led:
             self._take_over(now)

@@ -1,13 +1,15 @@
 """Leadership: which of the agents that can lead a squad does, in which term (docs/semantics.md).
 
 A leader sends orders at every tick. Another candidate that hears none for a while leads in a higher term. Each
-candidate has terms of its own, so that no term has two leaders. When the network splits, each part has a leader; when
-it heals, the higher term remains. No agreement is needed, because members obey the highest term they have heard.
+candidate has terms of its own, so that no term has two leaders. When the network splits, each part with two members has
+a leader; when it heals, the higher term remains. No agreement is needed, because members obey the highest term they
+have heard.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from math import inf
 
 SILENT_S = 0.4
 """A leader that was not heard for so long is replaced, s."""
@@ -15,6 +17,8 @@ GONE_S = 0.15
 """A leader that has left the network is replaced after so long without a message, s."""
 APART_S = 0.12
 """The time in s by which each further candidate waits longer, so that two seldom begin together."""
+COMPANY_S = 0.3
+"""Who has heard no other member for so long is cut off, and does not begin to lead, s."""
 FROZEN_S = 0.5
 """A leader that did not run for so long listens before it leads again, s."""
 
@@ -41,6 +45,8 @@ class Leadership:
         self.leader: str | None = name if leads else None
         """The agent that leads in this term, as far as is known."""
         self._heard_s = self._ran_s = now
+        self._company_s = -inf
+        """When another member was heard last."""
         self._message = 0
         """The number of the leader's last message that is known of."""
         self._obeyed: tuple[int, float] | None = None
@@ -61,11 +67,13 @@ class Leadership:
         self.term, self.leader = term, leader
         return True
 
-    def hear_report(self, term: int, message: int, now: float) -> None:
+    def hear_report(self, member: str, term: int, message: int, now: float) -> None:
         """Take note of the term that a member obeys, and of the number of its leader's last message that it heard.
 
         Who hears of a leader's newer message knows that it leads, even if the message itself was lost.
         """
+        if member != self.name:
+            self._company_s = max(self._company_s, now)
         if self.leader is None:
             self.term = max(self.term, term)
             leader = find_leader(term, self.candidates)
@@ -100,7 +108,7 @@ class Leadership:
         if self.leads and self._obeyed is not None and now - self._obeyed[1] >= SILENT_S:
             # Whoever led in that term is silent, and members refuse the orders of a lower one.
             self.term = find_next_term(self._obeyed[0], self.name, self.candidates)
-        if self.leads or slept:
+        if self.leads or slept or now - self._company_s > COMPANY_S:
             return self.leads
         gone = self.leader is not None and self.leader not in present
         waiting = [name for name in self.candidates if name in present and name != self.leader]
