@@ -98,6 +98,16 @@ def test_a_leader_goes_beyond_the_term_that_members_obey_once_its_leader_is_sile
         assert leader.term == (1 if tick * TICK_S < TICK_S + SILENT_S - 1e-9 else 7)
 
 
+def test_a_leader_follows_one_of_a_higher_term_whom_only_members_hear() -> None:
+    """Its link was cut, and is not whole yet."""
+    former = Leadership("lead", ALL, 0.0, leads=True)
+    former.hear_report("scout_2", 5, 7, 0.1)
+    assert former.update(0.1, ALL)
+    former.hear_report("scout_2", 5, 8, 0.2)
+    assert not former.update(0.2, ALL)
+    assert (former.term, former.leader) == (5, "scout_1")
+
+
 TERMS = [  # the last term, the candidate, its next one
     (0, "lead", 1), (0, "scout_2", 3), (1, "lead", 4), (1, "scout_1", 2), (2, "scout_1", 5), (9, "scout_1", 11),
 ]  # fmt: skip

@@ -49,8 +49,8 @@ class Leadership:
         """When another member was heard last."""
         self._message = 0
         """The number of the leader's last message that is known of."""
-        self._obeyed: tuple[int, float] | None = None
-        """A higher term that members obey, and when that was first heard."""
+        self._obeyed: tuple[int, float, int] | None = None
+        """A higher term that members obey, when that was first heard, and the number of its message then."""
 
     @property
     def leads(self) -> bool:
@@ -82,7 +82,16 @@ class Leadership:
         if term == self.term and not self.leads and message > self._message:
             self._message, self._heard_s = message, max(self._heard_s, now)
         elif term > self.term and (self._obeyed is None or term > self._obeyed[0]):
-            self._obeyed = term, now
+            self._obeyed = term, now, message
+        elif self._obeyed is not None and term == self._obeyed[0] and message > self._obeyed[2]:
+            self._follow(term, message, now)
+
+    def _follow(self, term: int, message: int, now: float) -> None:
+        """Follow the leader of a higher term, of whom members hear more and more messages."""
+        leader = find_leader(term, self.candidates)
+        if leader != self.name:
+            self.term, self.leader, self._message, self._obeyed = term, leader, message, None
+            self._heard_s = max(self._heard_s, now)
 
     def update(self, now: float, present: Collection[str]) -> bool:
         """Decide whether this candidate leads now; call it at every tick, after the messages were heard.
