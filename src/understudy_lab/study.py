@@ -106,7 +106,6 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "unlearning": "Can bad examples be found from the corrections that they made necessary?",
         "slips": "How many corrections does unlearning save people who press wrong buttons and press late?",
         "transfer": "Do behaviors taught in the 2-D world work in simulated physics with rendered cameras?",
-        "networks": "How well does a team decide whose computers are linked by a network that loses messages?",
         "small": "How small are the lessons from which robots learn?",
     }
 )
@@ -120,7 +119,6 @@ FOLDERS: Mapping[str, str] = MappingProxyType(
         "roles": "mixed_teams",
         "slips": "noisy_teachers",
         "transfer": "sim_to_sim",
-        "networks": "lossy_networks",
         "small": "lesson_size",
     }
 )

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from understudy.errors import UnderstudyError
 from understudy.robots.fleet import connect_team
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.engine.engine import Engine
@@ -22,6 +23,7 @@ from understudy.runtime.team.team import Team
 from understudy.sim.team.assignment import assign_team_members
 from understudy.storage.library_folder import save_automaton
 from understudy_lab.lossy_networks.links import LossyLinks
+from understudy_lab.lossy_networks.recorded_agent import LOOKS_S, PERSON, PRIORITY
 from understudy_lab.lossy_networks.simulated_robots import TEAM, WORLD
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.metrics import captures, cycles
@@ -37,10 +39,6 @@ PATIENCE_S = 60.0
 FRESH_S = 0.5
 """What an agent did last counts for so long, s."""
 LABORATORY = (sys.executable, "-m")
-
-
-PRIORITY = -10
-"""Robots and agents have computers of their own; where they may, they take precedence here."""
 
 
 @contextmanager
@@ -156,17 +154,45 @@ def _format_settings(library: Path, links: LossyLinks) -> str:
 
 
 def run_apart(folder: Path, library: Path, links: LossyLinks, *, seconds: float) -> dict[str, list[Any]]:
-    """Run the agents for a while; return what each robot was ordered to do: times, s, and activities."""
+    """Run the agents for a while, once all robots are armed.
+
+    Parameters
+    ----------
+    folder
+        The folder of the team's file.
+    library
+        The folder of the library.
+    links
+        The links between the agents.
+    seconds
+        How long, s.
+
+    Returns
+    -------
+    dict
+        For each robot, what it was ordered to do: times, s, and activities.
+    """
     agents = AgentsApart(folder, library, links)
     try:
+        until = time.monotonic() + PATIENCE_S
+        while not all(_is_armed(agents.log(name)) for name in ROBOTS):
+            if time.monotonic() > until:
+                raise TimeoutError("the robots were never armed")
+            time.sleep(0.2)
+        began_s = time.monotonic()
         time.sleep(seconds)
     finally:
         agents.close()
     found = {}
     for name in ROBOTS:
-        lines = read_lines(agents.log(name))
+        lines = [line for line in read_lines(agents.log(name)) if line["ended_s"] >= began_s]
         found[name] = [(line["ended_s"], _find_activity(line.get("duty"))) for line in lines]
     return found
+
+
+def _is_armed(log: Path) -> bool:
+    lines = read_lines(log)
+    return bool(lines) and bool(lines[-1]["armed"])
 
 
 def _find_activity(duty: Any) -> int:
@@ -200,17 +226,19 @@ def run_together(folder: Path, taught: PatrolTeaching, *, seconds: float) -> dic
         team = Team(twin, members, known, {practice.SQUAD: (BEHAVIOR, {})}, makes=Engine, seeds=(0,))
         told = OrderedActivity(team, 1, ["home"])
         time.sleep(1.0)  # for the watchdogs
-        fleet.arm("an experiment")
-        began = due = time.monotonic()
+        fleet.arm(PERSON)
+        began = due = looks_s = time.monotonic()
         while time.monotonic() - began < seconds:
             team.tick()
             now = time.monotonic()
             for name, activity in zip(ROBOTS, told.now()[0], strict=True):
                 found[name].append((now, int(activity)))
-            for robot in fleet:
-                if not robot.armed:
-                    with suppress(Exception):
-                        robot.arm("an experiment")
+            if now >= looks_s:
+                looks_s = now + LOOKS_S
+                for robot in fleet:
+                    if not robot.armed:
+                        with suppress(UnderstudyError):
+                            robot.arm(PERSON)
             due = max(due + twin.tick_s, now)
             time.sleep(max(0.0, due - time.monotonic()))
     return found
@@ -222,6 +250,7 @@ def measure_cycles(folder: Path, activities: dict[str, list[Any]]) -> dict[str, 
     found = list(cycles(tracks))
     return {
         "minutes": round(tracks.ticks * tracks.tick_s / 60.0, 2),
+        "tick_s": round(tracks.tick_s, 4),
         "cycles": len(found),
         "complete": sum(each.complete for each in found),
         "captures": len(captures(tracks)),

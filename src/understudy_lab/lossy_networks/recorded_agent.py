@@ -47,10 +47,10 @@ class RecordedAgent(AgentProcess):
                 line["leads"] = each.leadership.term, each.sent
         if self.agent is not None and self.agent.follower is not None and self.robot is not None:
             follower = self.agent.follower
-            line["armed"] = self.robot.armed
+            line["armed"], line["path"] = self.robot.armed, self.agent.run.path(0)
             if follower.order is not None:
                 line["obeys"] = follower.term, follower.heard
-                line["duty"] = follower.duty
+                line["order"], line["duty"] = follower.order, follower.duty
                 line["leader"] = follower.leader
         self._file.write(json.dumps(line) + "\n")
         self._file.flush()

@@ -1,7 +1,15 @@
-"""The experiment: a patrol that one program decides for, and that agents with links of their own decide for."""
+"""The experiment: a patrol that one program decides for, and that agents with links of their own decide for.
+
+    python -m understudy_lab.lossy_networks.study --teachings 2
+
+prints a line of JSON for each teaching, and the conclusion. It needs root, and a machine that does nothing else.
+"""
 
 from __future__ import annotations
 
+import json
+import sys
+from argparse import ArgumentParser
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -10,9 +18,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.errors import SettingError
+from understudy.errors import SettingError, UnderstudyError
 from understudy.extras import ExtraMissing
-from understudy_lab.figures import dots, panels
+from understudy_lab.figures import dots, panels, save
 from understudy_lab.lossy_networks.distributed_patrol import (
     MEMBERS,
     measure_cycles,
@@ -46,15 +54,7 @@ def tasks(plan: StudyPlan) -> list[Task]:
 
 
 def work(task: Task) -> Row:
-    """Teach a patrol, and run it in the same unseen world over each of the networks.
-
-    Raises
-    ------
-    SettingError
-        If this machine cannot have network namespaces.
-    ExtraMissing
-        If MuJoCo or Zenoh is not installed.
-    """
+    """Teach a patrol, and run it in the same unseen world over each of the networks; refuse where that cannot be."""
     _check_machine()
     seed = task["seed"]
     taught = teach(seed)
@@ -174,3 +174,26 @@ EXPERIMENT = Study(
     worlds=("patrol",),
     varies=tuple(NETWORKS),
 )
+
+
+def main() -> None:
+    """Run some teachings, and print what was found."""
+    given = ArgumentParser(description=__doc__)
+    given.add_argument("--teachings", type=int, default=len(SEEDS))
+    given.add_argument("--figure", type=Path, help="write the figure to this file")
+    asked = given.parse_args()
+    rows: list[Row] = []
+    for task in tasks(StudyPlan(SEEDS[: asked.teachings])):
+        try:
+            rows.append({"task": task, **work(task)})
+        except UnderstudyError as error:
+            sys.exit(str(error))
+        sys.stdout.write(json.dumps(rows[-1]) + "\n")
+        sys.stdout.flush()
+    sys.stdout.write(conclude(rows).headline + "\n")
+    if asked.figure is not None:
+        save(draw(rows), asked.figure)
+
+
+if __name__ == "__main__":
+    main()

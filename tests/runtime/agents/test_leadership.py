@@ -153,9 +153,9 @@ def test_one_leads_a_second_after_the_network_is_whole(
                     if name != leader.name and joined and draws.random() >= loss:
                         other.hear_orders(leader.term, leader.name, now)
             for name, each in candidates.items():
-                for other in ALL:
-                    if (other in apart) == (name in apart):
-                        each.hear_report(other, 0, 0, now)
+                for sender in ALL:
+                    if (sender in apart) == (name in apart):
+                        each.hear_report(sender, 0, 0, now)
                 each.update(now, [other for other in ALL if (other in apart) == (name in apart)])
 
     for apart, ticks in history:
