@@ -14,8 +14,7 @@ from tests.browser.teacher import Teacher
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 pytest.importorskip("zenoh", reason="needs the extra ros2")
 
-from tests.robots import agent_trials
-from tests.robots.agent_trials import SQUAD, AgentProcesses, run_patrol, wait_until
+from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait_until
 
 from understudy.robots.team_network.agent_process import AgentStatus
 
@@ -26,14 +25,8 @@ PATIENCE_MS = 30_000
 @pytest.fixture(scope="module")
 def agents() -> Iterator[AgentProcesses]:
     """Four robots and their coordinator; a computer called laptop may train them."""
-    former = agent_trials._settings
-    settings = former().replace("[agents]\n", '[agents]\ntrainer = "laptop"\n', 1)
-    agent_trials._settings = lambda: settings
-    try:
-        with run_patrol(1000) as made:
-            yield made
-    finally:
-        agent_trials._settings = former
+    with run_patrol(1000, trainer="laptop") as made:
+        yield made
 
 
 @pytest.fixture

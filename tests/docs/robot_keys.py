@@ -207,7 +207,7 @@ PARTS: Parts = {
     NetworkSpec: (
         "Network",
         {
-            "connect": "addresses of agents or routers to connect to, such as `tcp/10.0.0.1:7447`",
+            "connect": "addresses of agents or routers to connect to, such as `udp/10.0.0.1:7447`",
             "listen": "addresses at which agents can be reached; any free port if left out",
             "multicast": "whether agents find each other by multicast",
             "config": "further keys of Zenoh's configuration, such as `transport/link/tls/...`",

@@ -1,203 +1,128 @@
-"""Trials of agents in processes of their own: coordinators and robots that are killed or frozen, with real messages.
+"""Trials of agents in network namespaces: each in turn, and whichever leads, is killed, frozen, or cut off.
 
     python -m tests.robots.agent_trials --times 10
 
-prints for each kind of trial how long the squad was without a leader, in the middle and at worst, and what was wrong.
-Four simulated robots speak ROS 2; the agents speak Zenoh. All are on this machine.
+prints for each kind of trial what the recordings of all agents say: how old the orders were on which robots moved, how
+long the squad was without a leader, whether two coordinators were obeyed at once, and how long after the end of the
+trouble one agent led. It needs root; four simulated robots speak ROS 2, and the agents speak Zenoh.
 """
 
 from __future__ import annotations
 
-import os
 import signal
-import subprocess
 import sys
 import time
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
+from contextlib import contextmanager
 from pathlib import Path
-from statistics import median
 from tempfile import TemporaryDirectory
 
-from tests.robots.routers import free_port
+from tests.robots.trial_findings import Recordings, Trial, format_findings
 
-from understudy.robots.team_network.agent_process import AgentAnswer, AgentQuestion, ask
-from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan
-from understudy.robots.team_network.zenoh_network import ZenohNetwork
-from understudy.storage.library_folder import save_automaton
-from understudy_lab.patrol import practice
+from understudy.errors import UnderstudyError
+from understudy_lab.lossy_networks.distributed_patrol import (
+    MEMBERS,
+    AgentsApart,
+    save_library,
+    simulate,
+    take_precedence,
+)
+from understudy_lab.lossy_networks.links import LossyLinks, find_obstacle
 from understudy_lab.patrol.teach import teach
 
-DOMAIN = 63
-SQUAD = "patrol_0"
-PATIENCE_S = 60.0
-SETTLES_S = 2.0
-COMMAND = (sys.executable, "-m", "understudy.ui.cli")
+BEGINS_S = 8.0
+"""The time until all robots are armed and one agent leads, s."""
+LASTS_S, SETTLES_S = 1.8, 2.2
+"""How long the trouble lasts, and how long the team is watched afterwards, s."""
+PATIENCE_S = 20.0
 
 
-@dataclass
-class Trial:
-    """One trial: how long nobody led, s, and what was wrong; empty if nothing was."""
-
-    without_s: float
-    wrong: str = ""
-
-
-class AgentProcesses:
-    """The agents of a team as processes of this machine."""
-
-    def __init__(self, file: Path, team: LoadedTeam, visitor: ZenohNetwork) -> None:
-        self.file, self.team, self.visitor = file, team, visitor
-        self.running: dict[str, subprocess.Popen[bytes]] = {}
-
-    def start(self, name: str) -> None:
-        """Start an agent."""
-        command = [*COMMAND, "agent", str(self.file), "--name", name]
-        self.running[name] = subprocess.Popen(command, stderr=subprocess.DEVNULL)
-
-    def end(self) -> None:
-        """End all agents."""
-        for process in self.running.values():
-            with suppress(ProcessLookupError):
-                process.send_signal(signal.SIGCONT)
-            process.terminate()
-        for process in self.running.values():
-            process.wait(20.0)
-
-    def ask(self, do: str) -> Mapping[str, AgentAnswer]:
-        """Ask all agents."""
-        return ask(self.visitor, AgentQuestion(do, by="a trial"))
-
-    def find_leaders(self) -> list[str]:
-        """Find the agents that lead the squad."""
-        return [
-            name
-            for name, answer in self.ask("status").items()
-            if answer.status is not None and SQUAD in answer.status.leads
-        ]
-
-    def find_takeover(self, after: float) -> float | None:
-        """Return when an agent began to lead after a time of day, s; None if none did."""
-        day = time.mktime((*time.localtime(after)[:3], 0, 0, 0, 0, 0, -1))
-        found = []
-        for answer in self.ask("logs").values():
-            for line in answer.log:
-                stamp, _, said = line.partition(" ")
-                if " leads " in said and "no longer" not in said:
-                    hours, minutes, seconds = stamp.split(":")
-                    found.append(day + int(hours) * 3600 + int(minutes) * 60 + float(seconds))
-        return min((each for each in found if each >= after), default=None)
-
-
-def wait_until(seen: Callable[[], bool], what: str) -> None:
-    """Wait until something is so; raise TimeoutError if it never is."""
+def kill(agents: AgentsApart, name: str) -> Iterator[None]:
+    """Kill an agent; start it again after the trouble."""
+    agents.signal(name, signal.SIGKILL)
+    agents.running[name].wait()
+    yield
+    length = agents.log(name).stat().st_size
+    agents.start(name)
     until = time.monotonic() + PATIENCE_S
-    while not seen():
+    while agents.log(name).stat().st_size == length:
         if time.monotonic() > until:
-            raise TimeoutError(what)
-        time.sleep(0.1)
+            raise TimeoutError(f"{name} never came back")
+        time.sleep(0.05)
+
+
+def freeze(agents: AgentsApart, name: str) -> Iterator[None]:
+    """Freeze an agent; let it go on after the trouble."""
+    agents.signal(name, signal.SIGSTOP)
+    yield
+    agents.signal(name, signal.SIGCONT)
+
+
+def cut(agents: AgentsApart, name: str) -> Iterator[None]:
+    """Cut an agent's link; heal it after the trouble."""
+    agents.links.cut(name)
+    yield
+    agents.links.heal(name)
+
+
+KINDS: Mapping[str, Callable[[AgentsApart, str], Iterator[None]]] = {
+    "killed": kill,
+    "frozen": freeze,
+    "cut off": cut,
+}
 
 
 @contextmanager
-def run_patrol(seed: int) -> Iterator[AgentProcesses]:
+def run_patrol(folder: Path, seed: int) -> Iterator[AgentsApart]:
     """Teach a patrol, simulate its robots, and run an agent for each robot and the coordinator."""
-    with TemporaryDirectory() as folder, ExitStack() as ends:
-        where = Path(folder)
-        taught = teach(seed)
-        for automaton in taught.robots.library.taught.values():
-            save_automaton(where / "library", automaton)
-        for automaton in taught.coordinators.library.taught.values():
-            save_automaton(where / "library" / practice.SQUAD, automaton)
-        file = where / "files" / "team.toml"
-        command = [*COMMAND, "robots", "simulate", "patrol", "--domain", str(DOMAIN), "--rate", "10"]
-        simulated = subprocess.Popen([*command, "--write-files", str(file.parent)], stdout=subprocess.DEVNULL)
-        ends.callback(simulated.wait, 20.0)
-        ends.callback(simulated.terminate)
-        wait_until(file.is_file, "the simulated robots never came")
-        with file.open("a") as text:
-            text.write(_settings())
-        team = load_team_plan(file)
-        visitor = ZenohNetwork(team.name, team.make_network_options())
-        ends.callback(visitor.close)
-        agents = AgentProcesses(file, team, visitor)
-        ends.callback(agents.end)
-        for name in team.agents:
-            agents.start(name)
-        wait_until(lambda: visitor.present >= set(team.agents), "the agents never came")
-        time.sleep(SETTLES_S)
-        agents.ask("arm")
-        yield agents
+    save_library(teach(seed), folder / "library")
+    with simulate(folder, seed), LossyLinks(MEMBERS) as links, take_precedence():
+        agents = AgentsApart(folder, folder / "library", links)
+        try:
+            time.sleep(BEGINS_S)
+            yield agents
+        finally:
+            agents.close()
 
 
-def _settings() -> str:
-    names = [SQUAD, *(f"pioneer_{number}" for number in range(1, 5))]
-    ports = {name: f"tcp/127.0.0.1:{free_port()}" for name in names}
-    connect = ", ".join(f'"{port}"' for port in ports.values())
-    listen = "".join(f'[agents.each.{name}]\nlisten = ["{port}"]\n' for name, port in ports.items())
-    return (
-        '\n[agents]\nlibrary = "../library"\n[agents.runs]\npatrol = "collective_patrol"\npioneer = "patrol"\n'
-        f"[agents.network]\nmulticast = false\nconnect = [{connect}]\n{listen}"
-    )
-
-
-def kill_leader(agents: AgentProcesses) -> Trial:
-    """Kill the leader's process, and start it again afterwards."""
-    leader = agents.find_leaders()[0]
-    began = time.time()
-    agents.running[leader].kill()
-    agents.running[leader].wait()
+def try_once(agents: AgentsApart, kind: str, name: str) -> Trial:
+    """Make trouble for one agent."""
+    began_s = time.monotonic()
+    trouble = KINDS[kind](agents, name)
+    next(trouble)
+    time.sleep(LASTS_S)
+    for _ in trouble:
+        raise AssertionError(f"{kind} has one step too many")
+    ended_s = time.monotonic()
     time.sleep(SETTLES_S)
-    trial = _judge(agents, began, leader)
-    agents.start(leader)
-    wait_until(lambda: leader in agents.visitor.present, f"{leader} never came back")
-    time.sleep(SETTLES_S)
-    agents.ask("arm")
-    return trial
-
-
-def freeze_leader(agents: AgentProcesses) -> Trial:
-    """Freeze the leader's process for a while."""
-    leader = agents.find_leaders()[0]
-    began = time.time()
-    os.kill(agents.running[leader].pid, signal.SIGSTOP)
-    time.sleep(SETTLES_S)
-    trial = _judge(agents, began, leader)
-    os.kill(agents.running[leader].pid, signal.SIGCONT)
-    time.sleep(SETTLES_S)
-    now = agents.find_leaders()
-    if len(now) != 1 and not trial.wrong:
-        trial.wrong = f"then {len(now)} led"
-    agents.ask("arm")
-    return trial
-
-
-def _judge(agents: AgentProcesses, began: float, before: str) -> Trial:
-    found = agents.find_takeover(began)
-    leaders = [name for name in agents.find_leaders() if name != before]
-    if found is None or len(leaders) != 1:
-        return Trial(float("inf") if found is None else found - began, f"{len(leaders)} led")
-    return Trial(found - began)
-
-
-TRIALS: Mapping[str, Callable[[AgentProcesses], Trial]] = {"killed": kill_leader, "frozen": freeze_leader}
+    return Trial(kind, name, began_s, ended_s, time.monotonic())
 
 
 def main() -> None:
-    """Run trials of each kind and print what was measured."""
-    parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--times", type=int, default=10)
-    parser.add_argument("--seed", type=int, default=1000, help="of the teaching")
-    asked = parser.parse_args()
-    with run_patrol(asked.seed) as agents:
-        for name, run in TRIALS.items():
-            trials = [run(agents) for _ in range(asked.times)]
-            found = [trial.without_s for trial in trials]
-            wrong = [trial.wrong for trial in trials if trial.wrong]
-            said = f"without a leader {median(found):.2f} s in the middle, {max(found):.2f} s at worst"
-            sys.stdout.write(f"{name}, {len(trials)} times: {said}; wrong: {wrong or 'nothing'}\n")
-            sys.stdout.flush()
+    """Run trials of each kind with each agent, and print what was found."""
+    given = ArgumentParser(description=__doc__)
+    given.add_argument("--times", type=int, default=10)
+    given.add_argument("--seed", type=int, default=1000, help="of the teaching and of the world")
+    asked = given.parse_args()
+    if obstacle := find_obstacle():
+        sys.exit(f"These trials cannot run here: {obstacle}.")
+    trials: list[Trial] = []
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        try:
+            with run_patrol(folder, asked.seed) as agents:
+                for _ in range(asked.times):
+                    for kind in KINDS:
+                        trials += [try_once(agents, kind, member) for member in MEMBERS]
+                        trials += [
+                            try_once(agents, kind, leader)
+                            for leader in Recordings(folder).find_leaders(time.monotonic())
+                        ]
+                    sys.stdout.write(format_findings(Recordings(folder), trials) + "\n")
+                    sys.stdout.flush()
+        except UnderstudyError as error:
+            sys.exit(str(error))
 
 
 if __name__ == "__main__":

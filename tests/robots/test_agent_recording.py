@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("zenoh", reason="needs the extra ros2")
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
-from tests.robots.agent_trials import COMMAND, SQUAD, AgentProcesses, run_patrol, wait_until
+from tests.robots.agent_processes import COMMAND, SQUAD, AgentProcesses, run_patrol, wait_until
 from tests.ui.cli.commands import run, said
 
 from understudy.analysis.rerun import Rerun

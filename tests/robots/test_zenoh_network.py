@@ -21,7 +21,7 @@ from tests.runtime.agents.test_lost_agents import NAMES, leaders, make_team
 from understudy.errors import SettingError
 from understudy.robots.team_network.agent_process import AgentAnswer, AgentProcess, AgentQuestion, ask
 from understudy.robots.team_network.load_plan import load_team_plan
-from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
+from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions, complete_address
 from understudy.runtime.agents.local_team import LocalTeam
 from understudy.runtime.agents.network import Inbox, LocalNetwork
 
@@ -38,7 +38,7 @@ def wait_until(seen: Callable[[], bool]) -> None:
 @contextmanager
 def networks(*names: str) -> Iterator[dict[str, ZenohNetwork]]:
     """An access for each, on this machine."""
-    where = {name: f"tcp/127.0.0.1:{free_port()}" for name in names}
+    where = {name: f"udp/127.0.0.1:{free_port()}" for name in names}
     made = {
         name: ZenohNetwork("test", ZenohOptions(connect=list(where.values()), listen=[mine], multicast=False))
         for name, mine in where.items()
@@ -165,6 +165,37 @@ def test_a_killed_coordinator_is_replaced_over_zenoh() -> None:
         assert paths == {("go", "forward")}  # nobody was restarted, and nobody was alone
 
 
+ADDRESSES = [
+    ("tcp/10.0.0.1:7447", "tcp/10.0.0.1:7447"),
+    ("udp/10.0.0.1:7447", "udp/10.0.0.1:7447?rel=1;mixed_rel=1"),
+    ("udp/10.0.0.1:7447#iface=eth0", "udp/10.0.0.1:7447?rel=1;mixed_rel=1#iface=eth0"),
+    ("udp/10.0.0.1:7447?rel=0", "udp/10.0.0.1:7447?rel=0"),
+    ("quic/10.0.0.1:7447", "quic/10.0.0.1:7447?mixed_rel=1"),
+]
+
+
+@pytest.mark.parametrize(("address", "complete"), ADDRESSES)
+def test_datagrams_are_asked_for_where_zenoh_has_them(address: str, complete: str) -> None:
+    assert complete_address(address) == complete
+
+
+def test_an_agent_that_was_killed_does_not_keep_its_name(tmp_path: Path) -> None:
+    """Others believe for some seconds that it is there; it answers nothing."""
+    address = f"udp/127.0.0.1:{free_port()}"
+    team = load_team_plan(write_team(tmp_path))
+    killed = ZenohNetwork(team.name, ZenohOptions(listen=[address], multicast=False))
+    again = ZenohNetwork(team.name, ZenohOptions(connect=[address], multicast=False))
+    try:
+        killed.announce("patrol_0")
+        wait_until(lambda: again.is_present("patrol_0"))
+        process = AgentProcess("patrol_0", team, again)
+        assert process.name == "patrol_0"
+        process.close()
+    finally:
+        again.close()
+        killed.close()
+
+
 def test_a_second_agent_of_one_name_is_refused(tmp_path: Path) -> None:
     address = f"tcp/127.0.0.1:{free_port()}"
     file = write_team(tmp_path)
@@ -173,6 +204,7 @@ def test_a_second_agent_of_one_name_is_refused(tmp_path: Path) -> None:
     second = ZenohNetwork(team.name, ZenohOptions(connect=[address], multicast=False))
     try:
         first.announce("patrol_0")
+        first.answer("agent/patrol_0", lambda question: msgspec.msgpack.encode(AgentAnswer()))
         wait_until(lambda: second.is_present("patrol_0"))
         third = ZenohNetwork(team.name, ZenohOptions(connect=[address], multicast=False))
         try:

@@ -36,7 +36,7 @@ DOMAINS = range(233)
 """The domain ids of ROS 2 that have network ports on every system."""
 TOPIC = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 TYPE = re.compile(r"[a-z]\w*/msg/[A-Z]\w*", re.ASCII)
-ROUTER = re.compile(r"(tcp|udp|tls|quic|ws)/\S+:\d+")
+ROUTER = re.compile(r"(tcp|udp|tls|quic|ws)/\S+:\d+|unixsock-stream/\S+")
 READING = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 POSE = ("x", "y", "heading")
 """The readings that say where the robot is."""

@@ -23,8 +23,9 @@ TICK_S = 0.05
 
 
 def find_takeover(candidate: Leadership, present: tuple[str, ...], *, until_s: float = 2.0) -> float | None:
-    """When this candidate begins to lead, hearing nobody."""
+    """When this candidate begins to lead, hearing no leader, but another member."""
     for tick in range(round(until_s / TICK_S)):
+        candidate.hear_report("scout_9", 0, 0, tick * TICK_S)
         if candidate.update(tick * TICK_S, present):
             return round(tick * TICK_S, 6)
     return None
@@ -49,6 +50,28 @@ def test_takeovers(present: tuple[str, ...], who: str, after_s: float) -> None:
     assert candidate.term == 1 + ALL.index(who)
 
 
+def test_a_leader_that_only_others_hear_is_not_replaced() -> None:
+    candidate = Leadership("scout_1", ALL, 0.0)
+    candidate.hear_orders(1, "lead", 0.0)
+    for tick in range(1, 20):
+        candidate.hear_report("scout_2", 1, tick, tick * TICK_S)
+        assert not candidate.update(tick * TICK_S, ALL)
+    for tick in range(20, 40):
+        candidate.hear_report("scout_2", 1, 19, tick * TICK_S)  # they have not heard it since
+        assert candidate.update(tick * TICK_S, ALL) == ((tick - 19) * TICK_S > SILENT_S - 1e-9)
+
+
+def test_who_is_cut_off_does_not_begin_to_lead() -> None:
+    """Its own robot reports to it, too; a term of its own would outrank that of the others when it is back."""
+    candidate = Leadership("scout_1", ALL, 0.0)
+    candidate.hear_orders(1, "lead", 0.0)
+    candidate.hear_report("scout_2", 1, 1, 0.0)
+    for tick in range(1, 60):
+        candidate.hear_report("scout_1", 1, 1, tick * TICK_S)
+        assert not candidate.update(tick * TICK_S, ALL)
+    assert candidate.term == 1
+
+
 def test_the_former_leader_follows_when_it_hears_a_higher_term() -> None:
     former = Leadership("lead", ALL, 0.0, leads=True)
     assert former.update(0.1, ALL)
@@ -61,6 +84,7 @@ def test_a_leader_that_was_frozen_listens_first() -> None:
     former = Leadership("lead", ALL, 0.0, leads=True)
     assert former.update(0.1, ALL)
     assert not former.update(5.0, ALL)
+    former.hear_report("scout_9", 1, 0, 5.0 + SILENT_S)
     assert not former.update(5.0 + SILENT_S - 0.01, ALL)
     assert former.update(5.0 + SILENT_S + 0.01, ALL)
     assert former.term == 4  # its second one
@@ -69,9 +93,19 @@ def test_a_leader_that_was_frozen_listens_first() -> None:
 def test_a_leader_goes_beyond_the_term_that_members_obey_once_its_leader_is_silent() -> None:
     leader = Leadership("lead", ALL, 0.0, leads=True)
     for tick in range(1, 20):
-        leader.hear_report(5, tick * TICK_S)
+        leader.hear_report("scout_2", 5, 1, tick * TICK_S)
         assert leader.update(tick * TICK_S, ALL)
         assert leader.term == (1 if tick * TICK_S < TICK_S + SILENT_S - 1e-9 else 7)
+
+
+def test_a_leader_follows_one_of_a_higher_term_whom_only_members_hear() -> None:
+    """Its link was cut, and is not whole yet."""
+    former = Leadership("lead", ALL, 0.0, leads=True)
+    former.hear_report("scout_2", 5, 7, 0.1)
+    assert former.update(0.1, ALL)
+    former.hear_report("scout_2", 5, 8, 0.2)
+    assert not former.update(0.2, ALL)
+    assert (former.term, former.leader) == (5, "scout_1")
 
 
 TERMS = [  # the last term, the candidate, its next one
@@ -119,6 +153,9 @@ def test_one_leads_a_second_after_the_network_is_whole(
                     if name != leader.name and joined and draws.random() >= loss:
                         other.hear_orders(leader.term, leader.name, now)
             for name, each in candidates.items():
+                for sender in ALL:
+                    if (sender in apart) == (name in apart):
+                        each.hear_report(sender, 0, 0, now)
                 each.update(now, [other for other in ALL if (other in apart) == (name in apart)])
 
     for apart, ticks in history:

@@ -109,6 +109,42 @@ def test_deputies_count_no_flags_of_an_order_that_is_over() -> None:
     assert ((1, 2), 1.0) not in counted
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_no_robot_executes_an_order_that_is_older_than_its_lease(seed: int) -> None:
+    """Messages are held up for longer and longer, and then arrive all at once; some arrive at once before."""
+    draws = Random(seed)
+    network = LocalNetwork(
+        lambda sender, receiver, step: [0] if step < 5 else [draws.choice((0, 30, 60 - step % 50))]
+    )
+    team = make_team(network, deputies=False, near=-1e9)
+    alone = 0
+    for _ in range(120):
+        team.tick()
+        leader = team.coordinators["pair_0"]["pair_0"]
+        for robot in team.robots.values():
+            follower = robot.follower
+            assert follower is not None
+            if follower.order is not None:
+                assert leader.sent - follower.heard < LEASE_TICKS
+            alone += follower.order is None
+        if 40 <= network.step_number < 70:
+            network.fate = lambda sender, receiver, step: [70 - step]
+    assert alone
+
+
+def test_a_deputy_that_does_not_hear_the_leader_knows_from_others_that_it_leads() -> None:
+    def fate(sender: str, receiver: str, step: int) -> list[int]:
+        return [] if (sender, receiver) == ("pair_0", "scout_1") else [0]
+
+    team = make_team(LocalNetwork(fate), near=-1e9)
+    team.run(60)
+    assert leaders(team) == ["pair_0"]
+    assert team.rows["scout_1"].commands["turn"][0] == -1.0  # it has no order, and is alone
+    team.stop("pair_0")
+    team.run(SILENT_TICKS + 2)
+    assert leaders(team) == ["scout_1"]
+
+
 def test_a_deputy_with_another_library_does_not_keep_the_others_from_leading() -> None:
     network = LocalNetwork()
     team = make_team(network, near=-1e9, library="new")
@@ -127,7 +163,7 @@ def test_without_a_deputy_robots_do_what_they_were_taught_for_being_alone() -> N
     team = make_team(LocalNetwork(), deputies=False)
     team.run(5)
     team.stop("pair_0")
-    team.run(LEASE_TICKS - 1)
+    team.run(LEASE_TICKS - 2)
     assert team.paths == [("go", "forward")] * ROBOTS
     team.run(2)
     assert team.paths == [()] * ROBOTS
@@ -254,7 +290,7 @@ def test_who_is_ordered_what_its_library_does_not_have_stands_still_and_says_so(
     team = make_team(network, near=-1e9)
     team.run(5)
     message = Orders(
-        squad="pair_0", leader="scout_1", term=2, start=1, sequence=1, order=(2, 1), lease_s=1.0,
+        squad="pair_0", leader="scout_1", term=2, start=1, sequence=1, sent_s=0.0, order=(2, 1), lease_s=1.0,
         library="", duties={"scout_4": duty}, frames=[],
     )  # fmt: skip
     network.send("scout_1", "order/pair_0", pack_message(message))
@@ -283,7 +319,7 @@ def test_a_deputy_that_cannot_go_on_begins_afresh(
     team = make_team(network, near=-1e9)
     team.run(5)
     message = Orders(
-        squad="pair_0", leader="pair_0", term=6, start=1, sequence=1, order=(6, 1), lease_s=1.0,
+        squad="pair_0", leader="pair_0", term=6, start=1, sequence=1, sent_s=0.0, order=(6, 1), lease_s=1.0,
         library="", duties=duties, frames=frames,
     )  # fmt: skip
     network.send("scout_4", "order/pair_0", pack_message(message))

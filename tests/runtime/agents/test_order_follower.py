@@ -18,6 +18,8 @@ from understudy.runtime.agents.messages import (
 from understudy.runtime.agents.order_follower import OrderFollower, Refusal
 
 LEASE_S = 1.0
+APART_S = 1000.0
+"""By how much the leader's clock is ahead of the member's, s."""
 
 
 def orders(
@@ -25,8 +27,8 @@ def orders(
 ) -> Orders:
     """A coordinator's message: `scout` runs `go`, everybody else nothing."""
     return Orders(
-        squad="pair", leader=leader, term=term, start=start, sequence=sequence, order=order, lease_s=LEASE_S,
-        library="L", duties={"scout": ("go", {}), "other": None}, frames=[],
+        squad="pair", leader=leader, term=term, start=start, sequence=sequence, sent_s=0.0, order=order,
+        lease_s=LEASE_S, library="L", duties={"scout": ("go", {}), "other": None}, frames=[],
     )  # fmt: skip
 
 
@@ -38,6 +40,8 @@ class Arrival(NamedTuple):
     refused: Refusal | None
     executes: tuple[int, int] | None
     anew: bool
+    held_s: float = 0.0
+    """The time for which the network held it up."""
 
 
 STORIES: dict[str, list[Arrival]] = {
@@ -61,6 +65,23 @@ STORIES: dict[str, list[Arrival]] = {
         Arrival(0.1, orders(1, 5, (1, 2)), Refusal.LATE, (1, 2), False),
         Arrival(0.2, orders(1, 4, (1, 1)), Refusal.LATE, (1, 2), False),
         Arrival(1.05, None, None, None, True),  # what was refused renewed nothing
+    ],
+    "held up: the lease counts from when it would have come": [
+        Arrival(0.0, orders(1, 1, (1, 1)), None, (1, 1), True),
+        Arrival(0.9, orders(1, 2, (1, 1)), None, (1, 1), False, held_s=0.6),
+        Arrival(1.25, None, None, (1, 1), False),
+        Arrival(1.35, None, None, None, True),  # not at 1.9
+    ],
+    "held up for longer than it holds": [
+        Arrival(0.0, orders(1, 1, (1, 1)), None, (1, 1), True),
+        Arrival(1.2, orders(1, 2, (1, 1)), Refusal.STALE, None, True, held_s=1.1),
+        Arrival(1.3, orders(1, 14, (1, 1)), None, (1, 1), True),
+    ],
+    "the first one counts as on time, and later ones tell that it was not": [
+        Arrival(0.0, orders(1, 1, (1, 1)), None, (1, 1), True, held_s=0.5),
+        Arrival(0.1, orders(1, 6, (1, 1)), None, (1, 1), False),
+        Arrival(0.2, orders(1, 7, (1, 2)), None, (1, 2), True, held_s=0.6),
+        Arrival(0.65, None, None, None, True),
     ],
     "a leader that was started again in the same term": [
         Arrival(0.0, orders(1, 900, (1, 1)), None, (1, 1), True),
@@ -92,7 +113,9 @@ def test_stories(story: str) -> None:
     follower = OrderFollower("scout", ["lead", "deputy"])
     for arrival in STORIES[story]:
         if arrival.message is not None:
-            assert follower.receive(arrival.message, arrival.at_s) == arrival.refused, arrival
+            sent_s = APART_S + arrival.at_s - arrival.held_s
+            message = msgspec.structs.replace(arrival.message, sent_s=sent_s)
+            assert follower.receive(message, arrival.at_s) == arrival.refused, arrival
         assert follower.update(arrival.at_s) == arrival.anew, arrival
         assert follower.order == arrival.executes, arrival
         assert follower.duty == (None if arrival.executes is None else ("go", {}))
@@ -115,7 +138,8 @@ def test_who_has_nothing_to_do_has_an_order_all_the_same() -> None:
 DEEP = b"\x91" * 100_000 + b"\xc0"
 UNREADABLE = [
     msgspec.structs.replace(orders(1, 1, None), lease_s=lease_s) for lease_s in (nan, inf, 0.0, -1.0, 1e9)
-] + [orders(-1, 1, None), orders(2**60, 1, None), orders(1, -1, None), orders(1, 1, (1, 2**60))]
+] + [msgspec.structs.replace(orders(1, 1, None), sent_s=sent_s) for sent_s in (nan, inf, -inf)]
+UNREADABLE += [orders(-1, 1, None), orders(2**60, 1, None), orders(1, -1, None), orders(1, 1, (1, 2**60))]
 
 
 @pytest.mark.parametrize("message", UNREADABLE)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from tests.bodies import Scripted
 
 from understudy.runtime.agents.messages import MemberReport, compute_layout
 from understudy.runtime.agents.remote_members import RemoteMembers
+from understudy.runtime.team.comms import SILENT_S
 
 
 def report(start: int, sequence: int, member: str = "scout") -> MemberReport:
     return MemberReport(
-        member=member, start=start, sequence=sequence, term=1, order=None, library="L", unfit="", flag=None,
-        path=[], layout=compute_layout([]), readings=[],
+        member=member, start=start, sequence=sequence, sent_s=7.0, term=1, heard=1, order=None, library="L",
+        unfit="", flag=None, path=[], layout=compute_layout([]), readings=[],
     )  # fmt: skip
 
 
@@ -29,4 +31,17 @@ STORIES: dict[str, list[tuple[MemberReport, bool]]] = {
 @pytest.mark.parametrize("story", STORIES)
 def test_stories(story: str) -> None:
     members = RemoteMembers(["scout"], Scripted.readings, [], Scripted())
-    assert [members.receive(each) for each, _ in STORIES[story]] == [taken for _, taken in STORIES[story]]
+    found = [members.receive(each) is not None for each, _ in STORIES[story]]
+    assert found == [taken for _, taken in STORIES[story]]
+
+
+def test_a_report_that_was_held_up_counts_from_when_it_would_have_come() -> None:
+    clock = Scripted()
+    members = RemoteMembers(["scout"], Scripted.readings, [], clock)
+    members.receive(report(5, 1))  # sent at 7 s by the member's clock
+    assert not members.failed[0]
+    for _ in range(round((SILENT_S + 0.5) / clock.tick_s)):
+        clock.act({})
+    held = msgspec.structs.replace(report(5, 2), sent_s=7.2)
+    assert members.receive(held) == pytest.approx(0.2)
+    assert members.failed[0]

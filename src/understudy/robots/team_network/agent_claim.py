@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from secrets import token_hex
 
 from understudy.errors import SettingError
@@ -12,11 +13,11 @@ HEARD_S = 0.3
 """The time in s in which two agents that have joined the network hear of each other's claims."""
 
 
-def claim_name(network: ZenohNetwork, name: str, *, team: str) -> None:
+def claim_name(network: ZenohNetwork, name: str, *, team: str, answers: Callable[[], bool]) -> None:
     """Claim the name of an agent.
 
     Each claim has a random number: of two at the same moment, the smaller one wins. Whoever comes later finds that the
-    name is held.
+    name is held. An agent whose computer has died holds its name for a while, but does not answer.
 
     Parameters
     ----------
@@ -26,19 +27,22 @@ def claim_name(network: ZenohNetwork, name: str, *, team: str) -> None:
         The name of the agent.
     team
         The name of the team.
+    answers
+        A function that returns whether an agent of this name answers questions.
 
     Raises
     ------
     SettingError
         If another agent of this name is running or starting.
     """
-    if is_held(network, name):
+    held_before = is_held(network, name)
+    if held_before and answers():
         raise _refuse(name, team, "is running already", "stop the other one first")
     mine = token_hex(8)
     network.declare_token(f"claim/{name}/{mine}")
     time.sleep(HEARD_S)
     others = [key.rpartition("/")[2] for key in network.list_tokens(f"claim/{name}/*")]
-    if any(other < mine for other in others) or is_held(network, name):
+    if any(other < mine for other in others) or (not held_before and is_held(network, name)):
         raise _refuse(name, team, "was started twice at the same moment", "let the other one run")
     network.declare_token(f"held/{name}")
 

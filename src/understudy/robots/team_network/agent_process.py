@@ -141,7 +141,12 @@ class AgentProcess:
     ) -> None:
         if name not in team.agents:
             raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
-        claim_name(network, name, team=team.name)
+        claim_name(
+            network,
+            name,
+            team=team.name,
+            answers=lambda: bool(ask(network, AgentQuestion("status"), agent=name, wait_s=ANSWER_S)),
+        )
         self.name, self.team, self._network = name, team, network
         self._recorder = None if record is None else AgentRecorder(record, name, team)
         self._messages: Network = network if record is None else RecordedNetwork(network, record, name)
@@ -431,7 +436,9 @@ def _stamp() -> str:
     return f"{time.strftime('%H:%M:%S', time.localtime(now))}.{int(now * 1000) % 1000:03d}"
 
 
-def ask(network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*") -> dict[str, AgentAnswer]:
+def ask(
+    network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*", wait_s: float = ASK_S
+) -> dict[str, AgentAnswer]:
     """Ask the agents of a team.
 
     Parameters
@@ -442,6 +449,8 @@ def ask(network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*") -> 
         The question.
     agent
         The name of the agent; `*` asks all.
+    wait_s
+        The longest time to wait for answers, s.
 
     Returns
     -------
@@ -449,7 +458,9 @@ def ask(network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*") -> 
         The answer of each agent that gave one, by its name.
     """
     found = {}
-    answers: dict[str, Any] = network.ask(f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=ASK_S)
+    answers: dict[str, Any] = network.ask(
+        f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=wait_s
+    )
     for key, data in answers.items():
         try:
             found[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=AgentAnswer)

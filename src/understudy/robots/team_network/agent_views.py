@@ -6,8 +6,8 @@ from secrets import randbits
 
 import msgspec
 
-from understudy.robots.robot_file import POSE
 from understudy.robots.robot import Robot
+from understudy.robots.robot_file import POSE
 from understudy.runtime.agents.messages import compute_layout
 from understudy.runtime.agents.network import Network
 from understudy.runtime.agents.training_link import MemberView, view_key

@@ -25,6 +25,17 @@ PRESENCE_S = 1.0
 """The longest time in s to wait for the answer whether an agent is there."""
 WAIT_MS = 500
 """The time in ms for which a starting agent waits for the others; it goes on connecting to them afterwards."""
+SILENT_MS = 5000
+"""A link from which nothing was heard for so long is given up, and made anew, ms."""
+OPENING_MS = 5000
+"""The longest time in ms to make a link: each lost packet of the first ones costs a second."""
+RETRY = {"period_init_ms": 100, "period_max_ms": 300, "period_increase_factor": 2}
+"""The times in ms after which a link that could not be made is tried again."""
+DATAGRAMS = {"udp": "rel=1;mixed_rel=1", "quic": "mixed_rel=1"}
+"""The metadata of addresses with which Zenoh sends reliable messages and others over one QUIC connection.
+
+Messages of each tick are then datagrams: a lost one holds up none of the later ones, as it would over TCP.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +45,7 @@ class ZenohOptions:
     Attributes
     ----------
     connect
-        The addresses of routers or of other agents, such as `tcp/192.168.0.5:7447`.
+        The addresses of routers or of other agents, such as `udp/192.168.0.5:7447`.
     listen
         The addresses at which this agent can be reached.
     multicast
@@ -117,6 +128,8 @@ class ZenohNetwork:
                 self._publishers[key] = self._session.declare_publisher(
                     f"{self._team}/{key}",
                     congestion_control=self._zenoh.CongestionControl.DROP,
+                    reliability=self._zenoh.Reliability.BEST_EFFORT,
+                    priority=self._zenoh.Priority.REAL_TIME,
                     express=True,
                 )
             self._publishers[key].put(message)
@@ -210,19 +223,30 @@ class ZenohNetwork:
                 self._present.add(name)
 
 
+def complete_address(address: str) -> str:
+    """Return an address with the metadata that lets Zenoh send datagrams, unless it has some of its own."""
+    found = DATAGRAMS.get(address.partition("/")[0])
+    if found is None or "?" in address:
+        return address
+    where, sign, config = address.partition("#")
+    return f"{where}?{found}{sign}{config}"
+
+
 def _configure(zenoh: Any, options: ZenohOptions) -> Any:
     """Make the configuration of a session: a peer that others reach directly or through routers."""
     config = zenoh.Config()
-    protocol = (
-        options.connect[0].partition("/")[0] if options.connect else "tcp"
-    )  # not open where others use TLS
+    # not open without TLS where others use it
+    protocol = options.connect[0].partition("/")[0] if options.connect else "udp"
     settings = {
         "mode": "peer",
-        "connect/endpoints": list(options.connect),
+        "connect/endpoints": [complete_address(each) for each in options.connect],
         "connect/timeout_ms": WAIT_MS,
         "connect/exit_on_failure": False,
-        "connect/retry": {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2},
-        "listen/endpoints": list(options.listen) or [f"{protocol}/[::]:0"],
+        "connect/retry": RETRY,
+        "listen/endpoints": [complete_address(each) for each in options.listen or [f"{protocol}/[::]:0"]],
+        "transport/link/tx/lease": SILENT_MS,
+        "transport/unicast/open_timeout": OPENING_MS,
+        "transport/unicast/accept_timeout": OPENING_MS,
         "scouting/multicast/enabled": options.multicast,
         "scouting/gossip/enabled": True,
         "transport/shared_memory/enabled": False,

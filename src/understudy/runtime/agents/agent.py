@@ -160,7 +160,9 @@ class Agent:
             member=self.spec.name,
             start=self._start,
             sequence=self._sequence,
+            sent_s=self._now,
             term=follower.term,
+            heard=follower.heard,
             order=follower.order,
             library=self.spec.library,
             unfit=self._unfit() or self._lacking or ("is being trained" if self.is_driven else ""),
@@ -184,15 +186,18 @@ class Agent:
         follower = self.follower
         if follower is None:
             return
-        arrived = self._inbox.take_all()
+        arrived, renewed = self._inbox.take_all(), False
         for data in [] if slept else arrived:  # those that came before this program was frozen are too old
             try:
                 refused = follower.receive(decode_orders(data), now)
             except UnreadableMessage:
                 continue
+            renewed = renewed or refused is None
             if refused is not None:
                 self.refusals[refused] = self.refusals.get(refused, 0) + 1
-        if follower.update(now) and not self.is_driven:
+        # What is executed now lasts until the next tick, so the lease has to last as long.
+        is_new = follower.update(now if renewed else now + self.body.tick_s)
+        if is_new and not self.is_driven:
             self.begin()
 
     @property

@@ -17,6 +17,7 @@ from understudy.errors import UnderstudyError
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment, Order, Squad
 from understudy.runtime.agents.agent import Agent, AgentSpec, order_key, report_key
+from understudy.runtime.agents.lateness import LatenessMeter
 from understudy.runtime.agents.leadership import Leadership
 from understudy.runtime.agents.messages import (
     OrderId,
@@ -115,10 +116,13 @@ class SquadCoordinator:
             network.listen(order_key(spec.name)),
             network.listen(report_key(spec.name)),
         )
+        self._lateness = LatenessMeter()
         self._remembered: OrderedDict[OrderId | None, tuple[Orders, float]] = OrderedDict()
         self._issued = np.nan
         self._counted = np.zeros(len(squad.members), np.bool_)
-        self._start, self._sequence, self._number = randbits(53), 0, 0
+        self.sent = 0
+        """The number of messages that it has sent in its term."""
+        self._start, self._number = randbits(53), 0
         self._led = False
 
     @property
@@ -140,11 +144,13 @@ class SquadCoordinator:
         for message in _decoded(self._orders.take_all(), decode_orders):
             if message.leader == self.leadership.name or self.squad.library not in (None, message.library):
                 continue
-            if self.leadership.hear_orders(message.term, message.leader, now):
-                self._remember(message, now)
+            heard_s = now - self._lateness.measure(message.start, message.sent_s, now)
+            if self.leadership.hear_orders(message.term, message.leader, heard_s):
+                self._remember(message, heard_s)
         for report in _decoded(self._reports.take_all(), decode_report):
-            if any(body.receive(report) for body in self.members):
-                self.leadership.hear_report(report.term, now)
+            for body in self.members:
+                if (sent_s := body.receive(report)) is not None:
+                    self.leadership.hear_report(report.member, report.term, report.heard, sent_s)
         leads = self.leadership.update(now, self._network.present)
         if leads and not self._led:
             self._take_over(now)
@@ -182,7 +188,7 @@ class SquadCoordinator:
         if (counted & ~self._counted).any():  # such as robots that have been armed
             self.squads.ordering.deal_again(counted)
         self._counted = counted.copy()
-        self._sequence += 1
+        self.sent += 1
         message = self._make_message()
         self._remember(message, self._clock.time_s)
         self._network.publish(order_key(self.spec.name), pack_message(message))
@@ -200,7 +206,8 @@ class SquadCoordinator:
             leader=self.leadership.name,
             term=self.leadership.term,
             start=self._start,
-            sequence=self._sequence,
+            sequence=self.sent,
+            sent_s=self._clock.time_s,
             order=self.order,
             lease_s=self.squad.lease_s,
             library=self.spec.library,
@@ -222,7 +229,7 @@ class SquadCoordinator:
     def _take_over(self, now: float) -> None:
         """Begin in the state that most members' reports answer, so that nobody is restarted."""
         self.agent.renew_start()
-        self._sequence = self._number = 0
+        self.sent = self._number = 0
         answered = self._find_answered_order()
         if answered is None or not self._restore(*answered, now):
             self.agent.begin()

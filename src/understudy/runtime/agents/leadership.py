@@ -1,13 +1,15 @@
 """Leadership: which of the agents that can lead a squad does, in which term (docs/semantics.md).
 
 A leader sends orders at every tick. Another candidate that hears none for a while leads in a higher term. Each
-candidate has terms of its own, so that no term has two leaders. When the network splits, each part has a leader; when
-it heals, the higher term remains. No agreement is needed, because members obey the highest term they have heard.
+candidate has terms of its own, so that no term has two leaders. When the network splits, each part with two members has
+a leader; when it heals, the higher term remains. No agreement is needed, because members obey the highest term they
+have heard.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from math import inf
 
 SILENT_S = 0.4
 """A leader that was not heard for so long is replaced, s."""
@@ -15,6 +17,8 @@ GONE_S = 0.15
 """A leader that has left the network is replaced after so long without a message, s."""
 APART_S = 0.12
 """The time in s by which each further candidate waits longer, so that two seldom begin together."""
+COMPANY_S = 0.3
+"""Who has heard no other member for so long is cut off, and does not begin to lead, s."""
 FROZEN_S = 0.5
 """A leader that did not run for so long listens before it leads again, s."""
 
@@ -41,8 +45,12 @@ class Leadership:
         self.leader: str | None = name if leads else None
         """The agent that leads in this term, as far as is known."""
         self._heard_s = self._ran_s = now
-        self._obeyed: tuple[int, float] | None = None
-        """A higher term that members obey, and when that was first heard."""
+        self._company_s = -inf
+        """When another member was heard last."""
+        self._message = 0
+        """The number of the leader's last message that is known of."""
+        self._obeyed: tuple[int, float, int] | None = None
+        """A higher term that members obey, when that was first heard, and the number of its message then."""
 
     @property
     def leads(self) -> bool:
@@ -53,15 +61,37 @@ class Leadership:
         """Take note of a leader's message; return False if it is of a leader that was replaced."""
         if term < self.term or not is_term_of(term, leader, self.candidates):
             return False
-        self.term, self.leader, self._heard_s = term, leader, now
+        if term > self.term or self.leader is None:
+            self._message = 0
+        self._heard_s = max(self._heard_s, now)
+        self.term, self.leader = term, leader
         return True
 
-    def hear_report(self, term: int, now: float) -> None:
-        """Take note of the term that a member obeys."""
+    def hear_report(self, member: str, term: int, message: int, now: float) -> None:
+        """Take note of the term that a member obeys, and of the number of its leader's last message that it heard.
+
+        Who hears of a leader's newer message knows that it leads, even if the message itself was lost.
+        """
+        if member != self.name:
+            self._company_s = max(self._company_s, now)
         if self.leader is None:
             self.term = max(self.term, term)
+            leader = find_leader(term, self.candidates)
+            if term == self.term and leader != self.name:
+                self.leader = leader
+        if term == self.term and not self.leads and message > self._message:
+            self._message, self._heard_s = message, max(self._heard_s, now)
         elif term > self.term and (self._obeyed is None or term > self._obeyed[0]):
-            self._obeyed = term, now
+            self._obeyed = term, now, message
+        elif self._obeyed is not None and term == self._obeyed[0] and message > self._obeyed[2]:
+            self._follow(term, message, now)
+
+    def _follow(self, term: int, message: int, now: float) -> None:
+        """Follow the leader of a higher term, of whom members hear more and more messages."""
+        leader = find_leader(term, self.candidates)
+        if leader != self.name:
+            self.term, self.leader, self._message, self._obeyed = term, leader, message, None
+            self._heard_s = max(self._heard_s, now)
 
     def update(self, now: float, present: Collection[str]) -> bool:
         """Decide whether this candidate leads now; call it at every tick, after the messages were heard.
@@ -87,7 +117,7 @@ class Leadership:
         if self.leads and self._obeyed is not None and now - self._obeyed[1] >= SILENT_S:
             # Whoever led in that term is silent, and members refuse the orders of a lower one.
             self.term = find_next_term(self._obeyed[0], self.name, self.candidates)
-        if self.leads or slept:
+        if self.leads or slept or now - self._company_s > COMPANY_S:
             return self.leads
         gone = self.leader is not None and self.leader not in present
         waiting = [name for name in self.candidates if name in present and name != self.leader]
@@ -104,6 +134,11 @@ def find_next_term(after: int, name: str, candidates: Sequence[str]) -> int:
     return first if after < first else after + len(candidates) - (after - first) % len(candidates)
 
 
+def find_leader(term: int, candidates: Sequence[str]) -> str | None:
+    """Return the candidate to whom a term belongs; None for 0, in which nobody leads."""
+    return candidates[(term - 1) % len(candidates)] if term > 0 else None
+
+
 def is_term_of(term: int, leader: str, candidates: Sequence[str]) -> bool:
     """Return whether a term belongs to a candidate."""
-    return term > 0 and leader == candidates[(term - 1) % len(candidates)]
+    return term > 0 and leader == find_leader(term, candidates)

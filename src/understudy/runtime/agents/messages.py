@@ -1,7 +1,7 @@
 """The messages between a squad's coordinator and its members: reports and orders (docs/semantics.md).
 
-Both are sent at every tick and repeat what still holds, so that the next message makes up for a lost one. No time in
-them is compared with another computer's clock.
+Both are sent at every tick and repeat what still holds, so that the next message makes up for a lost one. Times in them
+are of the sender's clock; receivers compare them only with other times of the same program.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ Count: TypeAlias = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 """A number that is counted up from 0."""
 Lease: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=LONGEST_LEASE_S)]
 """The time for which an order holds, s."""
+Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=-1e12, le=1e12)]
+"""A time by the sender's clock, s; finite."""
 OrderId: TypeAlias = tuple[Count, Count]
 """An order: the term in which it was first given, and its number in that term."""
 Duty: TypeAlias = tuple[str, dict[str, str]]
@@ -37,8 +39,12 @@ class MemberReport(msgspec.Struct, frozen=True, array_like=True):
     """A random number of the member's program: one that was started again counts its reports from 1 again."""
     sequence: Count
     """The number of the report since this start."""
+    sent_s: Seconds
+    """When it was sent."""
     term: Count
     """The term of the coordinator that the member obeys; 0 before the first."""
+    heard: Count
+    """The number of the last message of this coordinator that the member has heard."""
     order: OrderId | None
     """The order that the member executes; None if it executes none, and does what it was taught for being alone."""
     library: str
@@ -67,10 +73,12 @@ class Orders(msgspec.Struct, frozen=True, array_like=True):
     """A random number of the leader's program: one that was started again counts its messages from 1 again."""
     sequence: Count
     """The number of the message in the term, since this start."""
+    sent_s: Seconds
+    """When it was sent."""
     order: OrderId | None
     """The present order; None before the first."""
     lease_s: Lease
-    """The time in s for which the order holds after it was received, by the member's clock."""
+    """The time in s for which the order holds; it counts from the arrival of a message that nothing held up."""
     library: str
     """The fingerprint of the coordinator's library."""
     duties: dict[str, Duty | None]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from enum import StrEnum
 from math import inf
 
+from understudy.runtime.agents.lateness import LatenessMeter
 from understudy.runtime.agents.leadership import is_term_of
 from understudy.runtime.agents.messages import Duty, OrderId, Orders
 
@@ -16,6 +17,7 @@ class Refusal(StrEnum):
     UNNAMED = "its sender is not named in the team file"
     OLDER = "its term is over"
     LATE = "a later one of the same leader came before"
+    STALE = "it was held up for longer than it holds"
     LIBRARY = "its coordinator has another library"
 
 
@@ -42,7 +44,10 @@ class OrderFollower:
         """The order that it executes; None: none."""
         self.duty: Duty | None = None
         """What the order tells it to do."""
-        self._start, self._sequence = -1, -1
+        self.heard = 0
+        """The number of the last message of this coordinator that was obeyed."""
+        self._start = -1
+        self._lateness = LatenessMeter()
         self._ended: set[int] = set()
         """Former starts of the leader's program in this term."""
         self._until_s = -inf
@@ -69,6 +74,9 @@ class OrderFollower:
             return Refusal.LIBRARY
         if message.term < self.term:
             return Refusal.OLDER
+        late_s = self._lateness.measure(message.start, message.sent_s, now)
+        if late_s >= message.lease_s:
+            return Refusal.STALE
         if message.term > self.term:
             self._ended.clear()
         elif message.start in self._ended:
@@ -78,11 +86,11 @@ class OrderFollower:
         ):  # its numbers of orders and messages begin again: an equal one is new
             self._ended.add(self._start)
             self.order = None
-        elif message.sequence <= self._sequence:
+        elif message.sequence <= self.heard:
             return Refusal.LATE
         self.term, self.leader = message.term, message.leader
-        self._start, self._sequence = message.start, message.sequence
-        self._until_s = now + message.lease_s
+        self._start, self.heard = message.start, message.sequence
+        self._until_s = now - late_s + message.lease_s
         self._given = message.order, message.duties.get(self.member)
         return None
 
@@ -92,7 +100,7 @@ class OrderFollower:
         Parameters
         ----------
         now
-            The time by the member's clock, s.
+            The time by the member's clock until which the order has to hold, s.
 
         Returns
         -------

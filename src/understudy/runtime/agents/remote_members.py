@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
+from understudy.runtime.agents.lateness import LatenessMeter
 from understudy.runtime.agents.messages import MemberReport, OrderId, compute_layout
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.runtime.program import Program
@@ -39,7 +40,10 @@ class Clock(Protocol):
 
 @dataclass
 class ReportedMember:
-    """The latest report of one member, when it arrived, and why it does not count."""
+    """The latest report of one member, and why it does not count.
+
+    It counts as heard when its report would have arrived if nothing had held it up.
+    """
 
     name: str
     report: MemberReport | None = None
@@ -88,6 +92,7 @@ class RemoteMembers:
         self._by_name = {member.name: member for member in self.members}
         self.readings, self._keys, self._clock, self._library = tuple(readings), tuple(keys), clock, library
         self._layout = compute_layout(self._keys)
+        self._lateness = LatenessMeter()
         self.order: OrderId | None = None
         """The present order: flags count only in reports that answer it."""
 
@@ -111,7 +116,7 @@ class RemoteMembers:
         """The coordinator's time, s."""
         return self._clock.time_s
 
-    def receive(self, report: MemberReport) -> bool:
+    def receive(self, report: MemberReport) -> float | None:
         """Take a report, unless it is not of one of these members, or older than the last one.
 
         Parameters
@@ -121,17 +126,19 @@ class RemoteMembers:
 
         Returns
         -------
-        bool
-            Whether it was taken, and is of a member with the right library.
+        float or None
+            When it would have arrived if nothing had held it up, s; None if it was not taken, or is of a member with
+            another library.
         """
         member = self._by_name.get(report.member)
         if member is None or not member.is_fresh(report):
-            return False
+            return None
         if member.report is not None and member.report.start != report.start:
             member.ended.add(member.report.start)
-        member.report, member.heard_s = report, self._clock.time_s
-        member.problem = self._find_problem(report)
-        return self._library in (None, report.library)
+        now = self._clock.time_s
+        member.heard_s = now - self._lateness.measure(report.start, report.sent_s, now)
+        member.report, member.problem = report, self._find_problem(report)
+        return member.heard_s if self._library in (None, report.library) else None
 
     def _find_problem(self, report: MemberReport) -> str:
         if self._library is not None and report.library != self._library:

@@ -1,0 +1,287 @@
+"""Run the patrol with each agent in a network namespace of its own, or in one program, and measure its cycles."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from understudy.errors import UnderstudyError
+from understudy.robots.fleet import connect_team
+from understudy.robots.twin import DigitalTwin
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.team.team import Team
+from understudy.sim.team.assignment import assign_team_members
+from understudy.storage.library_folder import save_automaton
+from understudy_lab.lossy_networks.links import LossyLinks
+from understudy_lab.lossy_networks.recorded_agent import LOOKS_S, PERSON, PRIORITY
+from understudy_lab.lossy_networks.simulated_robots import TEAM, WORLD
+from understudy_lab.patrol import practice
+from understudy_lab.patrol.metrics import captures, cycles
+from understudy_lab.patrol.teach import PatrolTeaching
+from understudy_lab.patrol.tracks import DOING, OTHER, OWN_HOME, ObjectTrack, OrderedActivity, PatrolTracks
+
+SQUAD = f"{practice.SQUAD}_0"
+ROBOTS = tuple(f"{practice.ROBOT}_{number}" for number in range(1, practice.ROBOTS + 1))
+MEMBERS = (SQUAD, *ROBOTS)
+BEHAVIOR, ALONE = "collective_patrol", "patrol"
+PORT = 7447
+PATIENCE_S = 60.0
+FRESH_S = 0.5
+"""What an agent did last counts for so long, s."""
+LABORATORY = (sys.executable, "-m")
+
+
+@contextmanager
+def take_precedence(process: int = 0) -> Iterator[None]:
+    """Give a process (0: this one) precedence, where that is permitted."""
+    with suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, process, PRIORITY)
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, process, 0)
+
+
+@contextmanager
+def simulate(folder: Path, world: int) -> Iterator[None]:
+    """Simulate the robots of the patrol; their files are in the folder then."""
+    command = [
+        *LABORATORY,
+        "understudy_lab.lossy_networks.simulated_robots",
+        str(folder),
+        "--seed",
+        str(world),
+    ]
+    with subprocess.Popen(command) as simulated:
+        try:
+            with take_precedence(simulated.pid):
+                wait_for(folder / TEAM)
+                yield
+        finally:
+            simulated.terminate()
+            simulated.wait(20.0)
+
+
+def wait_for(path: Path) -> None:
+    """Wait until a file is there and not empty; raise TimeoutError if it never is."""
+    until = time.monotonic() + PATIENCE_S
+    while not (path.is_file() and path.stat().st_size):
+        if time.monotonic() > until:
+            raise TimeoutError(f"{path.name} never came")
+        time.sleep(0.05)
+
+
+def save_library(taught: PatrolTeaching, folder: Path) -> None:
+    """Save what was taught as the library of a team."""
+    for automaton in taught.robots.library.taught.values():
+        save_automaton(folder, automaton)
+    for automaton in taught.coordinators.library.taught.values():
+        save_automaton(folder / practice.SQUAD, automaton)
+
+
+class AgentsApart:
+    """The agents of the patrol, each a process in a namespace of its own.
+
+    Parameters
+    ----------
+    folder
+        The folder of the team's file, to which agents write what they did.
+    library
+        The folder of the library.
+    links
+        The links between the agents.
+    """
+
+    def __init__(self, folder: Path, library: Path, links: LossyLinks) -> None:
+        self.folder, self.links = folder, links
+        self.running: dict[str, subprocess.Popen[bytes]] = {}
+        self.file = folder / "agents.toml"
+        self.file.write_text((folder / TEAM).read_text() + _format_settings(library, links))
+        with ExitStack() as failed:
+            failed.callback(self.close)
+            for name in MEMBERS:
+                self.start(name)
+            for name in MEMBERS:
+                wait_for(self.log(name))
+            failed.pop_all()
+
+    def log(self, name: str) -> Path:
+        """Return the file in which an agent records its ticks."""
+        return self.folder / f"{name}.jsonl"
+
+    def start(self, name: str) -> None:
+        """Start an agent."""
+        command = [*self.links.command(name), *LABORATORY, "understudy_lab.lossy_networks.recorded_agent"]
+        options = [str(self.file), "--name", name, "--write", str(self.log(name))]
+        self.running[name] = subprocess.Popen([*command, *options])
+
+    def signal(self, name: str, number: int) -> None:
+        """Send a signal to an agent."""
+        self.running[name].send_signal(number)
+
+    def close(self) -> None:
+        """End all agents."""
+        for process in self.running.values():
+            with suppress(ProcessLookupError):
+                process.send_signal(signal.SIGCONT)
+                process.terminate()
+        for process in self.running.values():
+            try:
+                process.wait(10.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+def _format_settings(library: Path, links: LossyLinks) -> str:
+    addresses = {name: f"udp/{links.address(name)}:{PORT}" for name in MEMBERS}
+    connect = ", ".join(f'"{address}"' for address in addresses.values())
+    each = "".join(f'[agents.each.{name}]\nlisten = ["{address}"]\n' for name, address in addresses.items())
+    return (
+        f'\n[agents]\nlibrary = "{library}"\n[agents.runs]\n{practice.SQUAD} = "{BEHAVIOR}"\n'
+        f'{practice.ROBOT} = "{ALONE}"\n[agents.network]\nmulticast = false\nconnect = [{connect}]\n{each}'
+    )
+
+
+def run_apart(folder: Path, library: Path, links: LossyLinks, *, seconds: float) -> dict[str, list[Any]]:
+    """Run the agents for a while, once all robots are armed.
+
+    Parameters
+    ----------
+    folder
+        The folder of the team's file.
+    library
+        The folder of the library.
+    links
+        The links between the agents.
+    seconds
+        How long, s.
+
+    Returns
+    -------
+    dict
+        For each robot, what it was ordered to do: times, s, and activities.
+    """
+    agents = AgentsApart(folder, library, links)
+    try:
+        until = time.monotonic() + PATIENCE_S
+        while not all(_is_armed(agents.log(name)) for name in ROBOTS):
+            if time.monotonic() > until:
+                raise TimeoutError("the robots were never armed")
+            time.sleep(0.2)
+        began_s = time.monotonic()
+        time.sleep(seconds)
+    finally:
+        agents.close()
+    found = {}
+    for name in ROBOTS:
+        lines = [line for line in read_lines(agents.log(name)) if line["ended_s"] >= began_s]
+        found[name] = [(line["ended_s"], _find_activity(line.get("duty"))) for line in lines]
+    return found
+
+
+def _is_armed(log: Path) -> bool:
+    lines = read_lines(log)
+    return bool(lines) and bool(lines[-1]["armed"])
+
+
+def _find_activity(duty: Any) -> int:
+    if duty is None:
+        return OTHER
+    target = next(iter(duty[1].values()), None)
+    return DOING.get((duty[0], OWN_HOME if target == "home" else target), OTHER)
+
+
+def read_lines(path: Path) -> list[Any]:
+    """Read the lines of a recording; one that was cut off at the end is left out."""
+    lines = []
+    for text in path.read_text().splitlines() if path.is_file() else ():
+        with suppress(json.JSONDecodeError):
+            lines.append(json.loads(text))
+    return lines
+
+
+def run_together(folder: Path, taught: PatrolTeaching, *, seconds: float) -> dict[str, list[Any]]:
+    """Run the patrol in this program for a while, as `understudy run --team` does; return as `run_apart`."""
+    known = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
+    found: dict[str, list[Any]] = {name: [] for name in ROBOTS}
+    with connect_team(folder / TEAM) as fleet, take_precedence():
+        until = time.monotonic() + PATIENCE_S
+        while any(robot.senses.find_missing(robot.now_s) is not None for robot in fleet):
+            if time.monotonic() > until:
+                raise TimeoutError("the simulated robots never came")
+            time.sleep(0.1)
+        twin = DigitalTwin(fleet)
+        members = assign_team_members(twin.scenario)
+        team = Team(twin, members, known, {practice.SQUAD: (BEHAVIOR, {})}, makes=Engine, seeds=(0,))
+        told = OrderedActivity(team, 1, ["home"])
+        time.sleep(1.0)  # for the watchdogs
+        fleet.arm(PERSON)
+        began = due = looks_s = time.monotonic()
+        while time.monotonic() - began < seconds:
+            team.tick()
+            now = time.monotonic()
+            for name, activity in zip(ROBOTS, told.now()[0], strict=True):
+                found[name].append((now, int(activity)))
+            if now >= looks_s:
+                looks_s = now + LOOKS_S
+                for robot in fleet:
+                    if not robot.armed:
+                        with suppress(UnderstudyError):
+                            robot.arm(PERSON)
+            due = max(due + twin.tick_s, now)
+            time.sleep(max(0.0, due - time.monotonic()))
+    return found
+
+
+def measure_cycles(folder: Path, activities: dict[str, list[Any]]) -> dict[str, Any]:
+    """Return the cycles and captures in a recorded world."""
+    tracks = _make_tracks(read_lines(folder / WORLD), activities)
+    found = list(cycles(tracks))
+    return {
+        "minutes": round(tracks.ticks * tracks.tick_s / 60.0, 2),
+        "tick_s": round(tracks.tick_s, 4),
+        "cycles": len(found),
+        "complete": sum(each.complete for each in found),
+        "captures": len(captures(tracks)),
+        "cycle_s": [None if np.isnan(each.seconds) else round(each.seconds, 1) for each in found],
+    }
+
+
+def _make_tracks(lines: list[Any], activities: dict[str, list[Any]]) -> PatrolTracks:
+    begins = max(done[0][0] for done in activities.values())
+    ends = min(done[-1][0] for done in activities.values())
+    lines = [line for line in lines if begins <= line["at_s"] <= ends]
+    at_s = np.array([line["at_s"] for line in lines])
+    doing = np.full((len(lines), 1, len(ROBOTS)), OTHER, np.int8)
+    for row, name in enumerate(ROBOTS):
+        done = activities[name]
+        times = np.array([each[0] for each in done])
+        last = np.searchsorted(times, at_s, "right") - 1
+        fresh = at_s - times[last] < FRESH_S
+        doing[:, 0, row] = np.where(fresh, np.array([each[1] for each in done])[last], OTHER)
+    x, y = np.array([line["robots"] for line in lines], np.float32).transpose(2, 0, 1)[:, :, None]
+    seen = np.zeros(x.shape, np.bool_)
+    things = {name: np.array([line["objects"][name] for line in lines]) for name in ("intruder", "boss")}
+    intruder, boss = (
+        ObjectTrack(
+            each[:, None, 2] > 0, each[:, None, 0].astype(np.float32), each[:, None, 1].astype(np.float32)
+        )
+        for each in things.values()
+    )
+    home = np.tile(np.array(lines[-1]["objects"]["home"][:2], np.float64), (len(ROBOTS), 1))
+    tick_s = float(at_s[-1] - at_s[0]) / (len(lines) - 1)
+    return PatrolTracks(
+        tick_s, doing, x, y, np.zeros_like(x), seen, seen, intruder, boss, home,
+        np.array([0], np.intp), np.zeros((1, 0, 3)),
+    )  # fmt: skip
