@@ -172,8 +172,8 @@ PARTS: Parts = {
             "deputies": "agents that may lead a squad besides the one of its own name, the first choice first, by the "
             "squad's name; all robots if left out",
             "lease_s": "time for which an order holds after it was received, s; from three ticks to 60",
-            "trainer": "name of the computer from which a person may train robots",
             "same_library": "whether agents with another library are neither counted nor obeyed",
+            "trainer": "name of the computer from which a person may train robots",
             "network": "how agents reach each other",
             "each": "what differs for single agents, by their names",
         },
