@@ -198,8 +198,8 @@ PARTS: Parts = {
             "deputies": "agents that may lead a squad besides the one of its own name, the first choice first, by the "
             "squad's name; its members if left out, of more than four the first two",
             "lease_s": "time for which an order holds after it was received, s; from three ticks to 60",
-            "trainer": "name of the computer from which a person may train robots (`understudy studio --team`)",
             "same_library": "whether agents with another library are neither counted nor obeyed",
+            "trainer": "name of the computer from which a person may train robots",
             "network": "how agents reach each other",
             "each": "what differs for single agents, by their names",
         },

@@ -41,8 +41,7 @@ class TeamSettings(StrictStruct, frozen=True, kw_only=True):
     `library` is the folder of the team's automata, relative to the team's file. `runs` says what agents of each sort
     run without an order. `deputies` lists, for each squad, the agents that may lead it besides the one of its own name;
     by default its members may, in a squad of more than four the first two. With `same_library`, agents whose library
-    differs are not counted and not obeyed. `trainer` is the name under which a person's computer may train robots
-    (`understudy studio --team`).
+    differs are not counted and not obeyed. `trainer` is the name under which a person's computer may train robots.
     """
 
     library: str = "library"

@@ -50,7 +50,7 @@ def start_studio(
     from understudy.sim.kit import make_scenario_kit
     from understudy.ui.cli.options import choose_scenario_name, find_kit, open_scenario
     from understudy.ui.cli.output import print_json
-    from understudy.ui.cli.watched_team import has_agents, watch_team
+    from understudy.ui.cli.running_team import has_agents, watch_team
     from understudy.ui.web.access import listen
     from understudy.ui.web.app import serve
     from understudy.ui.web.server import StudioServer
