@@ -389,7 +389,9 @@ class AgentProcess:
         refusals = {} if acting is None else acting.refusals
         missing = {
             member.name: problem
-            for coordinator in leading
+            for coordinator in self.coordinators
+            if coordinator.leads
+            or coordinator.spec.name == self.name  # which does not lead if it hears nobody
             for members in coordinator.members
             for member in members.members
             if (problem := members.find_problem(member))
