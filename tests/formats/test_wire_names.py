@@ -121,7 +121,7 @@ COMMANDS = {
     "robots": "",
     "robots check": "FILE --seconds --json",
     "robots color": "FOLDER --name -n --robot --json",
-    "robots layout": "FILE",
+    "robots layout": "FILE --json",
     "robots simulate": "WORLD --seed --domain --rate --router --write-files --apart --only --parent --seconds "
     "--json",
     "robots stop": "FILE --json",

@@ -145,7 +145,7 @@ def _unheard(robot: Robot) -> Iterator[str]:
 
 def _still(robot: Robot) -> Iterator[str]:
     """Yield a sentence if the simulation's clock, by which the robot ticks, has not come."""
-    if robot.simulated_clock is not None and not robot.simulated_clock.heard:
+    if robot.simulation_clock is not None and not robot.simulation_clock.heard:
         yield "use_sim_time: nothing comes on /clock; start the simulation with its clock, or leave it out of the file"
 
 

@@ -18,7 +18,7 @@ from understudy.model.kinds import Column
 from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot, connect_robot_body, describe_exit_reason
 from understudy.robots.robot_file import load_robot, load_team
-from understudy.robots.ros.simulated_clock import SimulatedClock
+from understudy.robots.ros.simulation_clock import SimulationClock
 from understudy.runtime.body import ISSUED, SKILL, Channel, Commands, Reading, check_reading_keys
 from understudy.sim.kit import MOVING
 from understudy.sim.scenario.schema import Scenario
@@ -62,9 +62,9 @@ class Fleet:
         return self.robots[0].time_s
 
     @property
-    def simulated_clock(self) -> SimulatedClock | None:
+    def simulation_clock(self) -> SimulationClock | None:
         """The simulation's clock by which the robots tick, if there is one; that of the first robot."""
-        return self.robots[0].simulated_clock
+        return self.robots[0].simulation_clock
 
     @property
     def failed(self) -> NDArray[np.bool_]:

@@ -31,7 +31,7 @@ from understudy.robots.ros.diagnostic_messages import (
 )
 from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
-from understudy.robots.ros.simulated_clock import SimulatedClock
+from understudy.robots.ros.simulation_clock import SimulationClock
 from understudy.robots.ros.transport import Publish, Transport
 from understudy.robots.safety.guard import Guard
 from understudy.robots.safety.self_monitor import StopReason
@@ -80,7 +80,7 @@ class Robot:
         self._began = clock()
         self._snapshot: dict[ReadingKey, float] | None = None
         self._at = self._began
-        self.simulated_clock = SimulatedClock(transport) if file.use_sim_time else None
+        self.simulation_clock = SimulationClock(transport) if file.use_sim_time else None
         """The clock by which it ticks, if that is a simulation's. Whatever stops it goes by this computer's clock."""
         self._time_s = 0.0
         self.scenario, self.kind = find_robot_scenario(file, path)
@@ -179,7 +179,7 @@ class Robot:
         now = self._clock()
         if self._snapshot is None or now - self._at >= self.tick_s:
             self._at = now
-            self._time_s = now - self._began if self.simulated_clock is None else self.simulated_clock()
+            self._time_s = now - self._began if self.simulation_clock is None else self.simulation_clock()
             values = self.senses.values(now)
             derived = self._derived.compute(self.time_s, values, self.guard.speeds[0])
             self._snapshot = values | derived | self.skills.values(now)
@@ -335,7 +335,7 @@ class Robot:
     @property
     def _stamp_s(self) -> float:
         """The time for stamps of messages: of day, or of the simulation, s."""
-        return time.time() if self.simulated_clock is None else self.simulated_clock.stamp_s
+        return time.time() if self.simulation_clock is None else self.simulation_clock.stamp_s
 
 
 def describe_exit_reason(error: type[BaseException] | None) -> str:

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from understudy.model.features import ReadingKey
 from understudy.robots.camera.blobs import Image
-from understudy.robots.ros.frames import TRANSFORMS, make_transform
+from understudy.robots.ros.frame_tree import TRANSFORMS, make_transform
 from understudy.robots.ros.messages import (
     MessageRefused,
     decode_message,

@@ -313,13 +313,13 @@ class _ReadingColumn:
         self.values.append(found[1])
 
 
-def iterate_records(path: Path) -> Iterator[Any]:
+def iterate_records(path: Path | str) -> Iterator[Any]:
     """Yield the records of an MCAP file, whatever is wrong with it raises an exception after the last good one."""
     try:
         from mcap.stream_reader import StreamReader
     except ImportError:
         raise ExtraMissing(what="a recording", extra="ros2") from None
-    with path.open("rb") as file:
+    with Path(path).open("rb") as file:
         yield from StreamReader(file, record_size_limit=MOST_BYTES, validate_crcs=True).records
 
 

@@ -191,15 +191,15 @@ class AgentProcess:
         self._exit.callback(fleet.close)
         twin = DigitalTwin(fleet, recorder=file)
         self.robot = robot = fleet.robots[0]
-        self._pace = robot.simulated_clock or time.monotonic
-        if robot.simulated_clock is None:
+        self._pace = robot.simulation_clock or time.monotonic
+        if robot.simulation_clock is None:
             self._clock = twin
         self.agent = Agent(
             self.team.plan.make_agent_spec(self.name),
             twin,
             self._messages,
             unfit=lambda: robot.unfitness,
-            clock=None if robot.simulated_clock is None else time.monotonic,
+            clock=None if robot.simulation_clock is None else time.monotonic,
         )
         twin.follow(self._list_paths)
         if recorder is not None:

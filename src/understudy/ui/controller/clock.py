@@ -35,7 +35,7 @@ def check_speed(speed: float, where: str, *, live: bool = False) -> float:
 
 def choose_clock(ground: Ground, wall: WallClock) -> WallClock:
     """Return the clock by which a world runs: that of its robots' simulation if they have one, else real time."""
-    simulated = ground.fleet.simulated_clock if isinstance(ground, DigitalTwin) else None
+    simulated = ground.fleet.simulation_clock if isinstance(ground, DigitalTwin) else None
     return simulated or wall
 
 

@@ -7,15 +7,18 @@ from typing import Annotated
 
 import typer
 
+from understudy.ui.cli.options import Json
+
 
 def write_layout(
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="File of a robot or a team.", show_default=False)
     ],
+    as_json: Json = False,
 ) -> None:
     """Print a layout for Foxglove: the path, states, stops and diagnostics of a robot or of a team.
 
-    Write it to a file and import that in Foxglove: Layouts > Import from file.
+    Write it to a file and import that in Foxglove: Layouts > Import from file. It is JSON, with `--json` in one line.
 
     [dim]understudy robots layout rover.toml > rover.foxglove.json[/]
     """
@@ -25,4 +28,5 @@ def write_layout(
     from understudy.robots.robot_file import list_robot_files, load_robot
 
     layout = make_layout([load_robot(each) for each in list_robot_files(file)])
-    typer.echo(msgspec.json.format(msgspec.json.encode(layout), indent=2).decode())
+    written = msgspec.json.encode(layout)
+    typer.echo((written if as_json else msgspec.json.format(written, indent=2)).decode())

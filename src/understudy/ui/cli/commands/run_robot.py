@@ -239,7 +239,7 @@ class LiveRun:
             loss=radio.loss,
             seeds=(0,),
         )
-        self._clock, self._sleep = clock or twin.fleet.simulated_clock or time.monotonic, sleep
+        self._clock, self._sleep = clock or twin.fleet.simulation_clock or time.monotonic, sleep
         self._due = self._clock()
         self.ticks = self.late = 0
 
@@ -258,7 +258,7 @@ class LiveRun:
 
     def _wait(self, now: float) -> bool:
         """Wait for the next tick; return whether it is due."""
-        if self.twin.fleet.simulated_clock is None:
+        if self.twin.fleet.simulation_clock is None:
             self._sleep(self._due - now)
             return True
         for _ in range(LOOKS):

@@ -16,7 +16,7 @@ from tests.robots.rovers import ROVER, Wire
 from understudy.errors import FileError
 from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.frames import TRANSFORMS, FrameTree
+from understudy.robots.ros.frame_tree import TRANSFORMS, FrameTree
 from understudy.robots.ros.messages import encode_message, make_message
 from understudy.robots.ros.transport import Transport
 

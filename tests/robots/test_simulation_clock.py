@@ -20,7 +20,7 @@ from understudy.robots.fleet import Fleet
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import decode_message, encode_message, make_message
-from understudy.robots.ros.simulated_clock import CLOCK, TIME, SimulatedClock
+from understudy.robots.ros.simulation_clock import CLOCK, TIME, SimulationClock
 from understudy.robots.ros.transport import Transport
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.agent import Agent
@@ -49,7 +49,7 @@ TIMES = [  # what comes on /clock, and the time since the first of it
 @pytest.mark.parametrize(("came", "elapsed"), TIMES)
 def test_time_is_what_has_passed_in_the_simulation(came: list[float], elapsed: float) -> None:
     wire = Wire()
-    clock = SimulatedClock(wire)
+    clock = SimulationClock(wire)
     wire.deliver(CLOCK, b"\x00\x01\x00\x00", 0.0)
     for seconds in came:
         wire.deliver(CLOCK, clock_at(seconds), 0.0)
@@ -160,7 +160,7 @@ def test_a_clock_that_never_comes_is_reported_by_the_check() -> None:
 
 
 def hear(sender: Transport, listener: Transport) -> float:
-    clock, publish = SimulatedClock(listener), sender.publisher(CLOCK, TIME)
+    clock, publish = SimulationClock(listener), sender.publisher(CLOCK, TIME)
     until = time.monotonic() + 10.0
     seconds = 7.0
     while clock() < 1.0 and time.monotonic() < until:

@@ -10,7 +10,7 @@ from understudy.robots.ros.transport import Transport
 CLOCK, TIME = "/clock", "rosgraph_msgs/msg/Clock"
 
 
-class SimulatedClock:
+class SimulationClock:
     """The time of a simulation since its clock was first heard; it stands still while nothing new comes.
 
     A simulation that is reset begins at 0 again; the time here goes on.
