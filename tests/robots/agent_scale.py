@@ -35,7 +35,7 @@ from understudy.robots.team_network.agent_process import WallClock
 from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
-from understudy.runtime.agents.network import Inbox
+from understudy.runtime.agents.network import Inbox, Observe
 from understudy.runtime.agents.team_plan import TeamPlan
 
 COUNTED = Path("/proc/net/dev")
@@ -76,10 +76,10 @@ class MeasuredNetwork(ZenohNetwork):
         self.measured.bytes[sort] += len(message)
         super().publish(key, message)
 
-    def listen(self, key: str) -> Inbox:
+    def listen(self, key: str, observe: Observe | None = None) -> Inbox:
         if key.startswith("order/"):
             self._declared.append(self._session.declare_subscriber(f"{self._team}/{key}", self._note))
-        return super().listen(key)
+        return super().listen(key, observe)
 
     def _note(self, sample: Any) -> None:
         now = time.monotonic_ns()

@@ -19,7 +19,7 @@ from understudy.robots.ros.state_topic import resolve_topic_name
 from understudy.robots.team_network.load_plan import LoadedTeam
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
-from understudy.runtime.agents.network import Inbox, Network
+from understudy.runtime.agents.network import Inbox, Network, Observe
 from understudy.sim.scenario.files import format_scenario
 from understudy.storage.document import fingerprint_automaton
 
@@ -48,13 +48,12 @@ class RecordedNetwork:
         self._sent(encode_team_message(key, message), None)
         self._network.publish(key, message)
 
-    def listen(self, key: str) -> Inbox:
+    def listen(self, key: str, observe: Observe | None = None) -> Inbox:
         """Receive the messages of a key from now on, and record each once, however many inboxes there are."""
-        inbox = self._network.listen(key)
-        if key not in self._observed:
-            self._observed.add(key)
-            inbox.observe = lambda message: self._heard(encode_team_message(key, message), None)
-        return inbox
+        if observe is not None or key in self._observed:
+            return self._network.listen(key, observe)
+        self._observed.add(key)
+        return self._network.listen(key, lambda message: self._heard(encode_team_message(key, message), None))
 
     def announce(self, name: str) -> None:
         """Let others see that this agent is there."""

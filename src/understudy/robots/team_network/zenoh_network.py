@@ -7,13 +7,14 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from threading import Lock
 from typing import Any
 
 from understudy.errors import SettingError
 from understudy.extras import ExtraMissing
 from understudy.robots.ros.transport import Unreachable
-from understudy.runtime.agents.network import Inbox
+from understudy.runtime.agents.network import Inbox, Observe
 
 PREFIX = "understudy"
 """The first part of all keys."""
@@ -134,13 +135,23 @@ class ZenohNetwork:
                 )
             self._publishers[key].put(message)
 
-    def listen(self, key: str) -> Inbox:
+    def listen(self, key: str, observe: Observe | None = None) -> Inbox:
         """Receive the messages of a key from now on, in an inbox of its own."""
+        if observe is not None:
+            inbox = Inbox(observe=observe)
+            self._declared.append(
+                self._session.declare_subscriber(f"{self._team}/{key}", partial(self._receive, inbox))
+            )
+            return inbox
         # Zenoh keeps them until they are taken: a call of Python for each as it arrives costs ten times as much.
         ring = self._zenoh.handlers.RingChannel(WAITING)
         heard = self._session.declare_subscriber(f"{self._team}/{key}", ring)
         self._declared.append(heard)
         return ZenohInbox(heard, lambda: self._closed)
+
+    def _receive(self, inbox: Inbox, sample: Any) -> None:
+        if not self._closed:
+            inbox.add(bytes(sample.payload))
 
     def announce(self, name: str) -> None:
         """Let others see that this agent is there, until `close` or the end of its program."""

@@ -4,24 +4,26 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeAlias
+
+Observe: TypeAlias = Callable[[bytes], None]
+"""A function that is called with each message as soon as it arrives, such as to record it."""
 
 
 class Inbox:
     """Messages that have arrived and were not taken yet; a network's threads may add to it at any time.
 
-    If nobody takes them, the oldest are dropped.
+    If nobody takes them, the oldest are dropped. `observe` is called with each message as soon as it arrives.
     """
 
-    def __init__(self, most: int = 4096) -> None:
+    def __init__(self, most: int = 4096, *, observe: Observe | None = None) -> None:
         self._waiting: deque[bytes] = deque(maxlen=most)
-        self.observe: Callable[[bytes], None] | None = None
-        """A function that is called with each message as soon as it arrives, such as to record it; None: none."""
+        self._observe = observe
 
     def add(self, message: bytes) -> None:
         """Add a message."""
-        if self.observe is not None:
-            self.observe(message)
+        if self._observe is not None:
+            self._observe(message)
         self._waiting.append(message)
 
     def take_all(self) -> list[bytes]:
@@ -39,7 +41,7 @@ class Network(Protocol):
         """Send a message to all who listen to a key, without waiting; it may be lost, late, or doubled."""
         ...
 
-    def listen(self, key: str) -> Inbox:
+    def listen(self, key: str, observe: Observe | None = None) -> Inbox:
         """Receive the messages of a key from now on, in an inbox of its own."""
         ...
 
@@ -141,9 +143,9 @@ class LocalNode:
         """Send a message to all who listen to a key."""
         self._network.send(self._name, key, message)
 
-    def listen(self, key: str) -> Inbox:
+    def listen(self, key: str, observe: Observe | None = None) -> Inbox:
         """Receive the messages of a key from now on."""
-        inbox = Inbox()
+        inbox = Inbox(observe=observe)
         self.inboxes.setdefault(key, []).append(inbox)
         return inbox
 
