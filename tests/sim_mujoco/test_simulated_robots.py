@@ -207,7 +207,8 @@ def test_a_robot_whose_lidar_hits_nothing_goes_on() -> None:
     )
     Simulation(MujocoBody(scenario, [3]), wire).tick(0.0)
     for topic, data in wire.sent:
-        there.deliver(topic, data, 0.0)
+        if topic != TRANSFORMS:
+            there.deliver(topic, data, 0.0)
     assert isnan(senses.values(0.0)["front_bearing", None])
     assert senses.find_missing(0.0) is None
     assert senses.find_missing(9.0) is not None
