@@ -173,7 +173,7 @@ def explain_team_moment(
 
 
 def _find_part(team: TeamRecording, agent: str, at_ns: int) -> str:
-    """Find the part of an agent, or of whoever led a squad of this name at a time."""
+    """Find the part of an agent, or of the leader of a squad of this name at a time."""
     if agent in team.parts:
         return agent
     led = [part for part in team.parts if part.rpartition("/")[0] == agent]
