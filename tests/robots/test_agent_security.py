@@ -155,6 +155,18 @@ def test_who_must_not_give_orders_is_not_heard(certificates: Path) -> None:
             assert hears(robot.listen("order/patrol_0"), other, "order/patrol_0") == obeyed, name
 
 
+def test_only_operators_train(certificates: Path) -> None:
+    """And all who are of the team are watched, and see who holds a name."""
+    mine = read_documented(certificates, "pioneer_1")
+    for name, obeyed in {"pioneer_2": False, "laptop": True}.items():
+        with two(mine, read_documented(certificates, name)) as (robot, other):
+            assert hears(other.listen("status/*"), robot, "status/pioneer_1")
+            assert hears(other.listen("view/pioneer_1"), robot, "view/pioneer_1")
+            robot.declare_token("held/pioneer_1")
+            wait_until(lambda other=other: other.list_tokens("held/*"))
+            assert hears(robot.listen("drive/pioneer_1"), other, "drive/pioneer_1") == obeyed, name
+
+
 def test_only_operators_are_answered(certificates: Path) -> None:
     for name, answered in {"pioneer_2": {}, "laptop": {"agent/pioneer_1": b"yes"}}.items():
         mine, theirs = (read_documented(certificates, each) for each in ("pioneer_1", name))
