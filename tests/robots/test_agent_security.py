@@ -123,6 +123,15 @@ def hears(inbox: Inbox, sender: ZenohNetwork, key: str) -> bool:
     return False
 
 
+def sees(network: ZenohNetwork, key: str) -> bool:
+    until = time.monotonic() + HEARD_S
+    while time.monotonic() < until:
+        if network.list_tokens(key):
+            return True
+        time.sleep(0.05)
+    return False
+
+
 def test_agents_with_certificates_of_the_team_hear_each_other(certificates: Path) -> None:
     with two(make_tls(certificates, "pioneer_1"), make_tls(certificates, "patrol_0")) as (robot, leader):
         leader.announce("patrol_0")
@@ -163,7 +172,7 @@ def test_only_operators_train(certificates: Path) -> None:
             assert hears(other.listen("status/*"), robot, "status/pioneer_1")
             assert hears(other.listen("view/pioneer_1"), robot, "view/pioneer_1")
             robot.declare_token("held/pioneer_1")
-            wait_until(lambda other=other: other.list_tokens("held/*"))
+            assert sees(other, "held/*")
             assert hears(robot.listen("drive/pioneer_1"), other, "drive/pioneer_1") == obeyed, name
 
 
