@@ -11,14 +11,9 @@ from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.analysis import evaluation
-from understudy.analysis.evaluation import (
-    LENIENCE,
-    evaluate,
-    evaluate_team,
-    find_success_flag,
-    measure_outcomes,
-    measure_program_outcomes,
-)
+from understudy.analysis.baseline import LENIENCE
+from understudy.analysis.evaluation import evaluate, evaluate_team, find_success_flag
+from understudy.analysis.measurement import measure_outcomes, measure_program_outcomes
 from understudy.errors import SettingError, UnboundParameter, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, TimeInState, feature
