@@ -7,8 +7,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from understudy.analysis.evaluate import evaluate as evaluate
     from understudy.analysis.evaluation import Evaluation as Evaluation
-    from understudy.analysis.evaluation import evaluate as evaluate
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
@@ -85,7 +85,7 @@ __version__ = "0.3.0.dev0"
 
 _MODULES = {
     "Evaluation": "analysis.evaluation",
-    "evaluate": "analysis.evaluation",
+    "evaluate": "analysis.evaluate",
     "UnderstudyError": "errors",
     "ExportResult": "export.export_automaton",
     "export_automaton": "export.export_automaton",

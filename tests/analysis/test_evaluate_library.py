@@ -10,9 +10,8 @@ from msgspec.structs import replace
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.analysis import evaluation
 from understudy.analysis.baseline import LENIENCE
-from understudy.analysis.evaluation import evaluate, evaluate_team, find_success_flag
+from understudy.analysis.evaluate import evaluate, evaluate_team, find_success_flag
 from understudy.analysis.measurement import measure_outcomes, measure_program_outcomes
 from understudy.errors import SettingError, UnboundParameter, UnknownName
 from understudy.model.automaton import START, Automaton, State
@@ -93,7 +92,7 @@ def test_functions_are_judged_the_same() -> None:
 
 def test_in_batches_as_all_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = evaluate(LIBRARY, "forage", FORAGE, range(5))
-    monkeypatch.setattr(evaluation, "WORLDS_AT_ONCE", 2)
+    monkeypatch.setattr("understudy.analysis.evaluate.WORLDS_AT_ONCE", 2)
     calls: list[tuple[int, int]] = []
     parts = evaluate(
         LIBRARY, "forage", FORAGE, range(5), progress=lambda done, total: calls.append((done, total))

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from understudy.analysis.evaluation import Evaluation, evaluate
+from understudy.analysis.evaluate import evaluate
+from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.measurement import Progress
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library

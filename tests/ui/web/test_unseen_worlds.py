@@ -12,7 +12,8 @@ import pytest
 from tests.ui.cli.commands import said
 from tests.ui.web.pages import GOTO, Page, page, served, studio
 
-from understudy.analysis.evaluation import Evaluation, evaluate
+from understudy.analysis.evaluate import evaluate
+from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import interval_of_share
 from understudy.analysis.measurement import Progress
 from understudy.ui.web.server import StudioServer

@@ -55,8 +55,8 @@ def evaluate_behavior(
 
     [dim]understudy eval arena --library mine --behavior goto --bind A=red_flag[/]
     """
-    from understudy.analysis.evaluation import evaluate as evaluate_robots
-    from understudy.analysis.evaluation import evaluate_team, link_for_evaluation
+    from understudy.analysis.evaluate import evaluate as evaluate_robots
+    from understudy.analysis.evaluate import evaluate_team, link_for_evaluation
     from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
     from understudy.ui.cli.output import print_json, show_progress
 

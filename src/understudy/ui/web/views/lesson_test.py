@@ -7,7 +7,7 @@ from itertools import count, islice
 from msgspec import field
 
 from understudy.analysis import lesson_tests
-from understudy.analysis.evaluation import SUCCESS_FLAG, evaluate, find_success_flag, link_for_evaluation
+from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, find_success_flag, link_for_evaluation
 from understudy.analysis.lesson_tests import (
     LessonTestResult,
     find_regressions_since_saved,
