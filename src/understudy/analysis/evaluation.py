@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -106,3 +106,17 @@ class Evaluation:
         """The median of `relative` over the worlds in which it is not NaN; NaN if it is NaN in all."""
         known = self.relative[~np.isnan(self.relative)]
         return float(np.median(known)) if len(known) else float("nan")
+
+
+def join_evaluations(parts: Sequence[Evaluation]) -> Evaluation:
+    """Join evaluations of one behavior in different worlds, in order."""
+    first = parts[0]
+    experts = [part.expert for part in parts if part.expert is not None]
+    return replace(
+        first,
+        seeds=tuple(seed for part in parts for seed in part.seeds),
+        taught=Outcomes.concatenate([part.taught for part in parts]),
+        expert=Outcomes.concatenate(experts) if experts else None,
+        metrics={name: np.concatenate([part.metrics[name] for part in parts]) for name in first.metrics},
+        problems=tuple(problem for part in parts for problem in part.problems),
+    )

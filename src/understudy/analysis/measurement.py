@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.analysis.behavior_run import find_raised_by_all
 from understudy.analysis.outcomes import Outcomes
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
@@ -51,7 +52,7 @@ def measure_outcomes(
         for _ in range(ticks):
             world.act(decide(world.sense(keys)))
 
-    return _measured(world, advance, lambda: world.finished_s, limit_s, at_once=1, progress=progress)
+    return measure_worlds(world, advance, lambda: world.finished_s, limit_s, at_once=1, progress=progress)
 
 
 def measure_program_outcomes(
@@ -84,7 +85,7 @@ def measure_program_outcomes(
         return world.finished_s if flag is None else _raised_s(world, engine, flag)
 
     at_once = 1 if plan is None else TICKS_AT_ONCE
-    return _measured(world, advance, finished_s, limit_s, at_once=at_once, progress=progress)
+    return measure_worlds(world, advance, finished_s, limit_s, at_once=at_once, progress=progress)
 
 
 def _raised_s(world: World, engine: Engine, flag: str) -> Column:
@@ -121,27 +122,16 @@ def measure_team_outcomes(
         for _ in range(ticks):
             team.tick()
             if flag is not None:
-                raised = np.isnan(raised_s) & _have_raised(team, sorts, flag, world.worlds)
+                raised = np.isnan(raised_s) & find_raised_by_all(team, sorts, flag, world.worlds)
                 raised_s[raised] = world.time_s
 
     def finished_s() -> Column:
         return world.finished_s if flag is None else raised_s
 
-    return _measured(world, advance, finished_s, limit_s, at_once=1, progress=progress)
+    return measure_worlds(world, advance, finished_s, limit_s, at_once=1, progress=progress)
 
 
-def _have_raised(team: Team, sorts: Collection[str], flag: str, worlds: int) -> NDArray[np.bool_]:
-    """Return in which worlds [B] all agents of these sorts have raised a flag."""
-    found = np.ones(worlds, np.bool_)
-    for sort in sorts:
-        raised = team.find_raised(sort, [flag]).reshape(worlds, -1)
-        if sort in team.tree.types:  # robots of all types are in one layer
-            raised = raised[:, np.array(team.tree.type_of) == team.tree.types.index(sort)]
-        found &= raised.all(axis=1)
-    return found
-
-
-def _measured(
+def measure_worlds(
     world: World,
     advance: Callable[[int], None],
     finished_s: Callable[[], Column],
@@ -149,7 +139,13 @@ def _measured(
     *,
     at_once: int,
     progress: Progress,
+    at_end: Callable[[NDArray[np.bool_]], None] = lambda through: None,
 ) -> Outcomes:
+    """Let simulated worlds advance until each has finished or reached its limit (s, one for all or a column [B]).
+
+    `finished_s` returns when each world finished [B], s, NaN if it has not yet. At most `at_once` ticks are run between
+    two calls. `at_end` is called with the worlds [B] that have just ended.
+    """
     limits = np.broadcast_to(np.asarray(limit_s, np.float64), (world.worlds,)).copy()
     if not (np.isfinite(limits) & (limits >= 0)).all():
         raise SettingError(where="measure", setting="limit_s", problem="is not a time", remedy="give seconds")
@@ -162,6 +158,8 @@ def _measured(
         through = running & (~np.isnan(finished) | (tick >= last))
         seconds[through], delivered[through] = finished[through], world.delivered[through]
         gathered[through] = world.gathered[through]
+        if through.any():
+            at_end(through)
         running &= ~through
         progress(world.worlds - int(running.sum()), world.worlds)
         if not running.any():

@@ -41,6 +41,10 @@ class Outcomes:
         rate: Column = np.divide(self.delivered, spent, out=np.full(len(spent), np.nan), where=spent > 0)
         return rate
 
+    def select(self, rows: Sequence[int]) -> Outcomes:
+        """Return the outcomes of some worlds, given their rows."""
+        return Outcomes(*(getattr(self, each.name)[list(rows)] for each in fields(self)))
+
     @classmethod
     def concatenate(cls, parts: Sequence[Outcomes]) -> Outcomes:
         """Join the outcomes of several batches, in order."""

@@ -55,30 +55,24 @@ def evaluate_behavior(
 
     [dim]understudy eval arena --library mine --behavior goto --bind A=red_flag[/]
     """
-    from understudy.analysis.evaluate import evaluate as evaluate_robots
-    from understudy.analysis.evaluate import evaluate_team, link_for_evaluation
+    from understudy.analysis.evaluate import evaluate, make_evaluation_task
     from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
     from understudy.ui.cli.output import print_json, show_progress
 
     chosen, named = parse_seeds(seeds), choose_scenario_name(scenario, world)
     where, parts = open_scenario(named), find_kit(kit, named)
     assigned = assign_run(where, behavior, library, parts, bind)
-    taught, ran, bound = assigned.libraries[assigned.sort], assigned.behavior, assigned.binding
-    link_for_evaluation(taught, ran, where, bound)  # mistakes are told at once, not in the first world
+    ran, bound = f"{assigned.sort}/{assigned.behavior}", assigned.binding
+    make_evaluation_task(assigned.libraries, ran, where, binding=bound)  # mistakes are told at once
     began = perf_counter()
     with show_progress("Worlds run", quiet=as_json) as report:
-        if set(assigned.roots) == set(where.types):
-            judged = evaluate_robots(taught, ran, where, chosen, binding=bound, progress=report)
-        else:
-            judged = evaluate_team(
-                assigned.libraries, assigned.sort, ran, where, chosen, binding=bound, progress=report
-            )
+        judged = evaluate(assigned.libraries, ran, where, chosen, binding=bound, progress=report)
     results = make_world_rows(judged) if each else UNSET
     found = summarize_evaluation(judged, results, seconds=perf_counter() - began)
     if as_json:
         print_json(found)
     else:
-        watch = format_run_command(named, behavior or ran, library, bind=bind or [], kit=kit)
+        watch = format_run_command(named, behavior or assigned.behavior, library, bind=bind or [], kit=kit)
         _show(found, watch, flag=judged.flag)
     raise typer.Exit(0)
 
