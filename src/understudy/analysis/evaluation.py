@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from understudy.analysis.intervals import exact_interval_of_share
 from understudy.analysis.outcomes import Outcomes
+from understudy.model.data_frames import make_frame
 from understudy.model.kinds import Column
 
 
@@ -106,6 +107,31 @@ class Evaluation:
         """The median of `relative` over the worlds in which it is not NaN; NaN if it is NaN in all."""
         known = self.relative[~np.isnan(self.relative)]
         return float(np.median(known)) if len(known) else float("nan")
+
+    def to_frame(self, *, backend: str | None = None) -> Any:
+        """Make a data frame of the results, with a row for each world and the columns of `columns`.
+
+        Parameters
+        ----------
+        backend
+            The package that makes it: "polars", "pandas" or "pyarrow". None: the first of them that is installed.
+
+        Returns
+        -------
+        DataFrame or Table
+            A frame of that package. Times are in s. What is NaN here is absent there.
+
+        Raises
+        ------
+        ExtraMissing
+            If narwhals is not installed.
+        SettingError
+            If the package is not installed, or is another one.
+        """
+        cells = {name: column.tolist() for name, column in self.columns.items()}
+        types = {name: type(column[0]) for name, column in cells.items()}
+        absent = {name: [None if cell != cell else cell for cell in column] for name, column in cells.items()}
+        return make_frame(absent, types, backend=backend)
 
 
 def join_evaluations(parts: Sequence[Evaluation]) -> Evaluation:
