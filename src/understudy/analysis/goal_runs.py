@@ -220,13 +220,14 @@ def _run_to_goal(
 
 
 def _run_body(run: BehaviorRun, is_reached: Callable[[], NDArray[np.bool_]], limit_s: float) -> Outcomes:
-    """Run a body of one's own until it has reached the goal, or its own clock the limit."""
+    """Run a body of one's own until it has reached the goal, or the next tick would end after the limit."""
     body, nothing = run.body, np.zeros(1, np.int64)
     began_s = now_s = body.time_s
     while True:
-        reached = bool(is_reached()[0])
-        if reached or now_s - began_s >= limit_s - 1e-9:
-            taken = np.array([now_s - began_s if reached else np.nan])
+        past_s = now_s - began_s
+        reached = bool(is_reached()[0]) and past_s <= limit_s + 1e-9  # a tick can be longer than it should be
+        if reached or past_s + body.tick_s > limit_s + 1e-9:
+            taken = np.array([past_s if reached else np.nan])
             return Outcomes(taken, np.array([limit_s]), nothing, nothing)
         run.tick()
         if not body.time_s > now_s:
