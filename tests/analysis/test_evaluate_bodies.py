@@ -156,7 +156,7 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("options", "message"), MISTAKES)
 def test_mistakes_are_one_sentence(options: dict[str, Any], message: str) -> None:
-    given = {"library": LIBRARY, "world": Carts, "limit_s": 7.0} | options
+    given: dict[str, Any] = {"library": LIBRARY, "world": Carts, "limit_s": 7.0} | options
     library, world = given.pop("library"), given.pop("world")
     with pytest.raises(UnderstudyError, match=message) as found:
         evaluate(library, "approach", world, SEEDS, **given)

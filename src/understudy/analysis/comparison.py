@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import nan
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.evaluation import Evaluation
+from understudy.analysis.evaluation import Evaluation, name_measure
 from understudy.analysis.intervals import MedianEstimate, find_median
 from understudy.analysis.paired_tests import (
     SignedRankTest,
@@ -17,6 +18,7 @@ from understudy.analysis.paired_tests import (
     compute_mcnemar_p,
     interval_of_paired_difference,
 )
+from understudy.analysis.result_table import MARKDOWN, Cell, Limits, Probability, Share, format_table
 from understudy.errors import SettingError
 from understudy.model.kinds import Column
 
@@ -88,6 +90,73 @@ class Comparison:
             f"<Comparison of {names}: success {self.success.difference:+.0%} "
             f"[{low:+.0%}, {high:+.0%}], p = {self.success.p:.2g}>"
         )
+
+    def describe(self) -> str:
+        """Return what the table of the comparison shows, as a caption.
+
+        Returns
+        -------
+        str
+            A few sentences.
+        """
+        behaviors = [each.behavior for each in (self.first, self.second)]
+        which = behaviors[0] if behaviors[0] == behaviors[1] else " and ".join(behaviors)
+        return (
+            f"{which} in the same {len(self.first.seeds)} worlds of {self.first.world}. Numbers are medians over the "
+            "worlds in which both have one, and medians of differences. Success: McNemar's exact test; numbers: "
+            "Wilcoxon's signed-rank test, with the matched-pairs rank-biserial correlation as effect."
+        )
+
+    def to_table(self, layout: str = MARKDOWN, *, names: tuple[str, str] = ("first", "second")) -> str:
+        """Make a table of both results, their differences with 95 % intervals, p-values and effect sizes.
+
+        Parameters
+        ----------
+        layout
+            "markdown", "latex" (a tabular that needs no package) or "csv".
+        names
+            The titles of the two columns of results.
+
+        Returns
+        -------
+        str
+            The text of the table. The effect size of success is the difference itself; that of numbers is the
+            matched-pairs rank-biserial correlation.
+
+        Raises
+        ------
+        SettingError
+            If there is no such layout.
+        """
+        success = self.success
+        rows: list[list[Cell]] = [
+            [
+                "success",
+                Share(success.first),
+                Share(success.second),
+                Share(success.difference),
+                Limits(*success.interval, percent=True),
+                Probability(success.p),
+                nan,
+                len(self.first.seeds),
+            ]
+        ]
+        for name, each in self.metrics.items():
+            difference, test = each.difference, each.test
+            rows.append(
+                [
+                    name_measure(name, layout),
+                    each.first,
+                    each.second,
+                    difference.median,
+                    Limits(difference.low, difference.high),
+                    Probability(test.p),
+                    test.rank_biserial,
+                    test.pairs,
+                ]
+            )
+        titles = ["measure", *names, "difference", "95 % interval", "p", "effect", "pairs"]
+        return format_table(titles, rows, layout, caption=self.describe())
 
 
 def compare(first: Evaluation, second: Evaluation) -> Comparison:

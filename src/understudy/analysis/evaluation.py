@@ -9,10 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.intervals import exact_interval_of_share
+from understudy.analysis.intervals import MedianEstimate, exact_interval_of_share, find_median
 from understudy.analysis.outcomes import Outcomes
+from understudy.analysis.result_table import CSV, MARKDOWN, Cell, Limits, Share, format_table
 from understudy.model.data_frames import make_frame
 from understudy.model.kinds import Column
+
+MEASURES = {"seconds": "time to finish (s)", "relative": "food per second, relative to the baseline"}
+"""The results whose names are written out in tables for people."""
+
+
+def name_measure(name: str, layout: str) -> str:
+    """Return the name of a result in a table."""
+    return name if layout == CSV else MEASURES.get(name, name)
 
 
 @dataclass(frozen=True, repr=False)
@@ -107,6 +116,61 @@ class Evaluation:
         """The median of `relative` over the worlds in which it is not NaN; NaN if it is NaN in all."""
         known = self.relative[~np.isnan(self.relative)]
         return float(np.median(known)) if len(known) else float("nan")
+
+    @property
+    def medians(self) -> dict[str, MedianEstimate]:
+        """The median of each number in the worlds that have it, with its 95 % interval (order statistics), by name.
+
+        `seconds` counts the worlds that finished. `delivered` and `gathered` are there if they are not 0 everywhere.
+        """
+        found = {"seconds": find_median(self.taught.seconds)}
+        if self.expert is not None:
+            found |= {"relative": find_median(self.relative)}
+        for name, counts in (("delivered", self.taught.delivered), ("gathered", self.taught.gathered)):
+            if counts.any():
+                found[name] = find_median(counts.astype(np.float64))
+        return found | {name: find_median(column) for name, column in self.metrics.items()}
+
+    def describe(self) -> str:
+        """Return a sentence that says what was evaluated and when a world counted as a success.
+
+        Returns
+        -------
+        str
+            The sentence.
+        """
+        judged = self.flag or self.goal
+        wanted = f"{judged} in time" if judged is not None else "goal reached in time"
+        return f"{self.behavior} in {len(self.seeds)} worlds of {self.world}; success is {wanted}."
+
+    def to_table(self, layout: str = MARKDOWN) -> str:
+        """Make a table of the success rate and of all medians, with their exact 95 % intervals.
+
+        Parameters
+        ----------
+        layout
+            "markdown", "latex" (a tabular that needs no package) or "csv".
+
+        Returns
+        -------
+        str
+            The text of the table. In CSV, the success rate is from 0 to 1, and numbers have all their digits.
+
+        Raises
+        ------
+        SettingError
+            If there is no such layout.
+        """
+        rows: list[list[Cell]] = [
+            ["success", Share(self.success), Limits(*self.success_interval, percent=True), len(self.seeds)]
+        ]
+        rows += [
+            [name_measure(name, layout), each.median, Limits(each.low, each.high), each.count]
+            for name, each in self.medians.items()
+        ]
+        titles = ["measure", "value", "95 % interval", "worlds"]
+        caption = f"{self.describe()} Numbers are medians over the worlds that have one."
+        return format_table(titles, rows, layout, caption=caption)
 
     def to_frame(self, *, backend: str | None = None) -> Any:
         """Make a data frame of the results, with a row for each world and the columns of `columns`.
