@@ -37,7 +37,7 @@ CELLS: list[tuple[Cell, str]] = [
     (Probability(0.0312), "0.031"),
     (Probability(0.0004), "< 0.001"),
     (Limits(-0.25, 0.5, percent=True), "[−25 %, 50 %]"),
-    (Limits(-inf, inf), "[−∞, ∞]"),
+    (Limits(-inf, inf), "–"),
     (True, "yes"),
 ]
 

@@ -128,6 +128,26 @@ class Comparison:
         SettingError
             If there is no such layout.
         """
+        titles, rows = self.list_rows(layout, names=names)
+        return format_table(titles, rows, layout, caption=self.describe())
+
+    def list_rows(
+        self, layout: str = MARKDOWN, *, names: tuple[str, str] = ("first", "second")
+    ) -> tuple[list[str], list[list[Cell]]]:
+        """List the titles and the rows of the table, for a layout of one's own.
+
+        Parameters
+        ----------
+        layout
+            The layout whose names of measures are wanted.
+        names
+            The titles of the two columns of results.
+
+        Returns
+        -------
+        tuple
+            The titles, and the cells of each row, which `format_cell` formats.
+        """
         success = self.success
         rows: list[list[Cell]] = [
             [
@@ -156,7 +176,7 @@ class Comparison:
                 ]
             )
         titles = ["measure", *names, "difference", "95 % interval", "p", "effect", "pairs"]
-        return format_table(titles, rows, layout, caption=self.describe())
+        return titles, rows
 
 
 def compare(first: Evaluation, second: Evaluation) -> Comparison:

@@ -15,7 +15,7 @@ from understudy.analysis.result_table import CSV, MARKDOWN, Cell, Limits, Share,
 from understudy.model.data_frames import make_frame
 from understudy.model.kinds import Column
 
-MEASURES = {"seconds": "time to finish (s)", "relative": "food per second, relative to the baseline"}
+MEASURES = {"seconds": "time to finish (s)", "relative": "relative food per second"}
 """The results whose names are written out in tables for people."""
 
 

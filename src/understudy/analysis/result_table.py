@@ -151,6 +151,8 @@ def format_cell(cell: Cell) -> str:
     if isinstance(cell, Share):
         return format_percent(cell.value)
     if isinstance(cell, Limits):
+        if not (isfinite(cell.low) or isfinite(cell.high)):
+            return "–"
         show = format_percent if cell.percent else format_number
         return f"[{show(cell.low)}, {show(cell.high)}]"
     return format_number(cell)
