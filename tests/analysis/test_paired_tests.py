@@ -73,6 +73,10 @@ def test_the_rank_biserial_correlation(differences: list[float], effect: float) 
     assert compare_signed_ranks(np.array(differences)).rank_biserial == effect
 
 
+def test_without_pairs_there_is_no_test() -> None:
+    assert isnan(compare_signed_ranks(np.zeros(0)).p)
+
+
 def test_pairs_that_are_all_equal() -> None:
     found = compare_signed_ranks(np.zeros(4))
     assert (found.p, found.equal) == (1.0, 4)

@@ -48,7 +48,7 @@ class SignedRankTest:
     equal: int
     """The number of pairs without a difference."""
     p: float
-    """The two-sided p-value; 1 if no pair differs."""
+    """The two-sided p-value; 1 if no pair differs, NaN if there is none."""
     is_exact: bool
     """Whether it was computed from all assignments of signs, ties included; a normal approximation otherwise."""
     rank_biserial: float
@@ -63,7 +63,7 @@ def compare_signed_ranks(differences: Column) -> SignedRankTest:
     apart = differences[differences != 0]
     n = len(apart)
     if n == 0:
-        return SignedRankTest(len(differences), len(differences), 1.0, True, nan)
+        return SignedRankTest(len(differences), len(differences), 1.0 if len(differences) else nan, True, nan)
     doubled, ties = rank_doubled(np.abs(apart))
     positive, total = int(doubled[apart > 0].sum()), int(doubled.sum())
     exact = n <= MOST_EXACT_PAIRS

@@ -7,12 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from math import isfinite, isnan
+from textwrap import fill, wrap
 from typing import TypeAlias
 
 from understudy.errors import SettingError
 
 MARKDOWN, LATEX, CSV = "markdown", "latex", "csv"
 LAYOUTS = (MARKDOWN, LATEX, CSV)
+WIDTH = 110
+"""The number of letters in a line of a caption."""
 
 Value: TypeAlias = str | int | float
 
@@ -109,7 +112,7 @@ def _format_markdown(titles: Sequence[str], rows: Sequence[Sequence[Cell]], capt
     lines = [[str(title) for title in titles], ["---", *["---:"] * (len(titles) - 1)]]
     lines += [[format_cell(cell).replace("|", "\\|") for cell in row] for row in rows]
     text = "".join(f"| {' | '.join(line)} |\n" for line in lines)
-    return f"{text}\n{caption}\n" if caption else text
+    return f"{text}\n{fill(caption, WIDTH)}\n" if caption else text
 
 
 LATEX_LETTERS: Mapping[str, str] = {
@@ -132,7 +135,7 @@ def _format_latex(titles: Sequence[str], rows: Sequence[Sequence[Cell]], caption
             texts[0] = f"{{}}{texts[0]}"
         return f"  {' & '.join(texts)} \\\\"
 
-    lines = [f"% {' '.join(caption.split())}"] if caption else []
+    lines = [f"% {line}" for line in wrap(caption, WIDTH)]
     lines += [f"\\begin{{tabular}}{{l{'r' * (len(titles) - 1)}}}", r"  \hline", join(titles), r"  \hline"]
     lines += [join([format_cell(cell) for cell in row]) for row in rows]
     return "".join(f"{line}\n" for line in [*lines, r"  \hline", r"\end{tabular}"])
@@ -172,6 +175,7 @@ def format_number(value: float) -> str:
         return "–"
     if not isfinite(value):
         return _sign("∞" if value > 0 else "-∞")
+    value = float(f"{value:.9g}")  # 0.1 + 0.2 is 0.3
     size = abs(value)
     digits = 0 if size >= 100 or value == int(value) else 1 if size >= 10 else 2 if size >= 1 else 3
     text = f"{value:.{digits}f}"

@@ -176,9 +176,11 @@ def show_comparison(found: Comparison, names: tuple[str, str]) -> None:
         f"[bold]{escape(names[0])}[/] and [bold]{escape(names[1])}[/] in the same worlds", soft_wrap=True
     )
     for row in found.list_rows()[1]:
-        measure, one, other, difference, interval, p, effect, _ = (format_cell(cell) for cell in row)
+        measure, one, other, difference, interval, p, effect, pairs = (format_cell(cell) for cell in row)
         size = f", rank-biserial correlation {effect}" if measure != "success" else ""
-        text = f"{one} and {other}: {difference} {interval}, p = {p}{size}".replace("p = <", "p <")
+        text = f"{one} and {other}, difference {difference} {interval}, p = {p}{size}".replace("p = <", "p <")
+        if pairs == "0":
+            text = "in no world do both have it"
         out.print(f"  {escape(f'{measure:<19} {text}')}", soft_wrap=True)
 
 
