@@ -123,7 +123,10 @@ def evaluate_behavior(
     where, parts = open_scenario(named), find_kit(kit, named)
     assigned = [assign_run(where, behavior, library, parts, bind)]
     if against is not None or against_behavior is not None:
-        assigned.append(assign_run(where, against_behavior or behavior, against or library, parts, bind))
+        second = against_behavior or behavior, against or library
+        assigned.append(
+            assign_run(where, *second, parts, bind, bound_for_others=against_behavior is not None)
+        )
     began = perf_counter()
     judged = list[Evaluation]()
     with show_progress("Worlds run", quiet=as_json) as report:
