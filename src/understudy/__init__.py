@@ -7,8 +7,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from understudy.analysis.comparison import Comparison as Comparison
+    from understudy.analysis.comparison import compare as compare
+    from understudy.analysis.evaluate import evaluate as evaluate
     from understudy.analysis.evaluation import Evaluation as Evaluation
-    from understudy.analysis.evaluation import evaluate as evaluate
+    from understudy.analysis.world_run import WorldRun as WorldRun
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
@@ -84,8 +87,11 @@ __version__ = "0.3.0.dev0"
 """The version of this package, from which the distribution takes its own."""
 
 _MODULES = {
+    "Comparison": "analysis.comparison",
+    "compare": "analysis.comparison",
     "Evaluation": "analysis.evaluation",
-    "evaluate": "analysis.evaluation",
+    "evaluate": "analysis.evaluate",
+    "WorldRun": "analysis.world_run",
     "UnderstudyError": "errors",
     "ExportResult": "export.export_automaton",
     "export_automaton": "export.export_automaton",

@@ -29,6 +29,13 @@ BAD = [  # arguments, what the error says
     (["eval", "-l", "{lib}", "--seeds", "x"], "'x' is not a range of seeds"),
     (["eval", "-l", "{lib}", "--behavior", "goto"], "parameter 'A' of 'goto' is bound to nothing"),
     (["eval", "-l", "{lib}", "--behavior", "fly"], "no behavior 'fly'"),
+    (["eval", "-l", "{lib}", "--goal", "there"], "no flag, feature or reading 'there'; it has distance_to"),
+    (["eval", "-l", "{lib}", "--goal", "food_stored"], "goal 'food_stored' is continuous; name one that is"),
+    (["eval", "-l", "{lib}", "--metric", "foot"], "no feature or reading 'foot'; did you mean 'food_left'"),
+    (["eval", "-l", "{lib}", "--limit", "-1"], "limit_s is -1.0; give a time in s"),
+    (["eval", "-l", "{lib}", "--jobs", "0"], "jobs is 0; give the number of processes, at least 1"),
+    (["eval", "-l", "{lib}", "--against", "/none"], "there is no folder /none with automata"),
+    (["eval", "-l", "{lib}", "--format", "html"], "'html' is unknown; give markdown, latex or csv"),
     (["run", "-l", "{lib}", "--behavior", "goto", "--bind", "A=moon"], "no target 'moon'"),
     (
         ["run", "-l", "{lib}", "--behavior", "goto", "--bind", "A"],

@@ -115,9 +115,13 @@ class Team:
         self._led = self._closure({*roots, *([] if trained is None else [trained])})
         self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
         self.layers = self._built(worlds, makes)
+        self._worlds, self._others = worlds, dict[int, dict[ReadingKey, None]]()
+        self._plan_sensing()
+
+    def _plan_sensing(self) -> None:
         self._keys = self._needed()
-        fused = isinstance(ground, Fused) and SquadCompiler.is_possible(self.layers)
-        self._leading = SquadCompiler(self.layers, self._keys, worlds) if fused else None
+        fused = isinstance(self.ground, Fused) and SquadCompiler.is_possible(self.layers)
+        self._leading = SquadCompiler(self.layers, self._keys, self._worlds) if fused else None
 
     def _closure(self, names: set[str]) -> set[str]:
         """Return these sorts of agents, and those of their members."""
@@ -167,7 +171,10 @@ class Team:
 
     def _needed(self) -> list[tuple[ReadingKey, ...]]:
         """List the readings of each layer: those of its own agents, and those of the statistics above."""
-        needed: list[dict[ReadingKey, None]] = [dict.fromkeys(layer.runner.keys) for layer in self.layers]
+        needed: list[dict[ReadingKey, None]] = [
+            dict.fromkeys((*layer.runner.keys, *self._others.get(number, ())))
+            for number, layer in enumerate(self.layers)
+        ]
         for number in reversed(range(len(self.layers))):
             body = self.layers[number].body
             if isinstance(body, SquadBody):
@@ -178,10 +185,28 @@ class Team:
                             needed[lower][key] = None
         return [tuple(keys) for keys in needed]
 
-    def tick(self) -> None:
-        """Let all agents sense, decide and act once."""
+    def sense_also(self, name: str, keys: Sequence[ReadingKey]) -> None:
+        """Let agents of a sort sense further readings from now on, besides those that their programs use.
+
+        Parameters
+        ----------
+        name
+            The sort of agents.
+        keys
+            The readings, each with its target if it needs one.
+        """
+        layer = self.layers.index(self.layer(name))
+        self._others.setdefault(layer, {}).update(dict.fromkeys(keys))
+        self._plan_sensing()
+
+    def sense(self) -> None:
+        """Let all agents sense, bottom-up; the layers have the readings then, the same for each call in one tick."""
         for layer, keys in zip(self.layers, self._keys, strict=True):
             layer.percept = layer.body.sense(keys)
+
+    def tick(self) -> None:
+        """Let all agents sense, decide and act once."""
+        self.sense()
         for layer in reversed(self.layers):
             layer.body.act(layer.runner.decide(layer.percept))
 

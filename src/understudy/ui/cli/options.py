@@ -236,12 +236,19 @@ class RunAssignment:
 
 
 def assign_run(
-    scenario: Scenario, behavior: str | None, folder: Path, kit: Kit, bind: list[str] | None
+    scenario: Scenario,
+    behavior: str | None,
+    folder: Path,
+    kit: Kit,
+    bind: list[str] | None,
+    *,
+    bound_for_others: bool = False,
 ) -> RunAssignment:
     """Find the behavior that the options name and the agents that run it.
 
-    Mistakes are reported here, before anything is compiled or moves. Raises the errors of `open_team_libraries`,
-    `choose_behavior` and `link`.
+    With `bound_for_others`, bindings of parameters that it does not have are meant for another behavior. Mistakes are
+    reported here, before anything is compiled or moves. Raises the errors of `open_team_libraries`, `choose_behavior`
+    and `link`.
     """
     from understudy.runtime.program import link
     from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
@@ -250,6 +257,9 @@ def assign_run(
     known = open_team_libraries(scenario, behavior, folder, kit)
     sort = find_behavior_sort(known, behavior)
     found = choose_behavior(known[sort], behavior and behavior.removeprefix(f"{sort}/"), folder)
+    if bound_for_others:
+        parameters = known[sort].parameters(found)
+        bound = {name: target for name, target in bound.items() if name in parameters}
     link(known[sort], found, bound)
     return RunAssignment(
         known, sort, found, bound, dict.fromkeys(list_running_sorts(known, sort, found), (found, bound))

@@ -13,7 +13,8 @@ from time import monotonic, sleep
 
 from msgspec import UNSET, structs
 
-from understudy.analysis.evaluation import Evaluation, Progress
+from understudy.analysis.evaluation import Evaluation
+from understudy.analysis.measurement import Progress
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
