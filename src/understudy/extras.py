@@ -37,3 +37,12 @@ def import_opencv() -> ModuleType:
         raise ExtraMissing(what="a camera", extra="camera") from None
     cv.setNumThreads(1)
     return cv
+
+
+@cache
+def import_narwhals() -> ModuleType:
+    """Import narwhals, through which data frames of Polars, pandas and pyarrow are made and read."""
+    try:
+        return import_module("narwhals")
+    except ImportError:
+        raise ExtraMissing(what="a data frame", extra="frames") from None

@@ -67,7 +67,7 @@ class ExampleTable:
                 raise self.make_error(place, "there are two of this name", "rename or remove one of the two")
             if title in NAMED:
                 continue
-            name, spelled = _name_and_kind(title)
+            name, spelled = split_title(title)
             if not spelled or not name:
                 raise self.make_error(
                     place,
@@ -201,7 +201,7 @@ def list_titles(features: Sequence[BoundFeature]) -> Mapping[str, Kind]:
     return {f"{bound}:{bound.kind}": bound.kind for bound in features}
 
 
-def _name_and_kind(title: str) -> tuple[str, str]:
+def split_title(title: str) -> tuple[str, str]:
     """Split a column's title into a feature's name and kind, both of which may contain colons."""
     names = [title[:end].strip() for end, letter in enumerate(title) if letter == ":"]
     kinds = [title[end + 1 :].strip() for end, letter in enumerate(title) if letter == ":"]
