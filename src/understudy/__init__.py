@@ -9,6 +9,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from understudy.analysis.evaluation import Evaluation as Evaluation
     from understudy.analysis.evaluation import evaluate as evaluate
+    from understudy.data.episode import Episode as Episode
+    from understudy.data.episode import EpisodePress as EpisodePress
+    from understudy.data.sources import read_episodes as read_episodes
+    from understudy.data.tables import EpisodeFrames as EpisodeFrames
+    from understudy.data.tables import make_episode_frames as make_episode_frames
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
@@ -86,6 +91,11 @@ __version__ = "0.3.0.dev0"
 _MODULES = {
     "Evaluation": "analysis.evaluation",
     "evaluate": "analysis.evaluation",
+    "Episode": "data.episode",
+    "EpisodePress": "data.episode",
+    "read_episodes": "data.sources",
+    "EpisodeFrames": "data.tables",
+    "make_episode_frames": "data.tables",
     "UnderstudyError": "errors",
     "ExportResult": "export.export_automaton",
     "export_automaton": "export.export_automaton",

@@ -37,7 +37,10 @@ TRACES: list[tuple[str, list[object]]] = [
 def lines(path: Path, place: str) -> list[dict[str, Any]]:
     """What version 1 has of a trace, with its library where it was."""
     header, *rows = map(json.loads, path.read_text(encoding="utf-8").replace(place, PLACE).splitlines())
-    return [former(header), *({name: row[name] for name in COLUMNS} for row in rows if "robot" in row)]
+    return [
+        former(header),
+        *({name: row[name] for name in COLUMNS} for row in rows if row["robot"] is not None),
+    ]
 
 
 def former(header: dict[str, Any]) -> dict[str, Any]:

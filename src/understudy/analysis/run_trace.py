@@ -129,7 +129,7 @@ class TraceWriter:
         )
         for squad, tick in (coordinators or {}).items():
             names = [f"{squad} {number}" for number in range(len(tick.paths))]
-            rows += _make_rows(time_s, {COORDINATOR: names}, tick)
+            rows += _make_rows(time_s, {"robot": [None] * len(names), COORDINATOR: names}, tick)
         data = self._encoder.encode_lines(rows)
         self._file.write(data)
         self._file.flush()
