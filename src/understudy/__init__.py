@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from understudy.analysis.evaluation import evaluate as evaluate
     from understudy.data.episode import Episode as Episode
     from understudy.data.episode import EpisodePress as EpisodePress
+    from understudy.data.episode_tables import EpisodeFrames as EpisodeFrames
+    from understudy.data.episode_tables import make_episode_frames as make_episode_frames
     from understudy.data.sources import read_episodes as read_episodes
-    from understudy.data.tables import EpisodeFrames as EpisodeFrames
-    from understudy.data.tables import make_episode_frames as make_episode_frames
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
@@ -94,8 +94,8 @@ _MODULES = {
     "Episode": "data.episode",
     "EpisodePress": "data.episode",
     "read_episodes": "data.sources",
-    "EpisodeFrames": "data.tables",
-    "make_episode_frames": "data.tables",
+    "EpisodeFrames": "data.episode_tables",
+    "make_episode_frames": "data.episode_tables",
     "UnderstudyError": "errors",
     "ExportResult": "export.export_automaton",
     "export_automaton": "export.export_automaton",

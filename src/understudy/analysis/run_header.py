@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from understudy.analysis.run_trace import COLUMNS, COORDINATOR, PARQUET, VERSION, ReadingInfo, TraceRow
+from understudy.analysis.run_trace import COLUMNS, COORDINATOR, VERSION, ReadingInfo, TraceRow
 from understudy.errors import FileError, SettingError
 from understudy.extras import format_install_command
 from understudy.robots.recording.header import RunInfo
@@ -22,6 +22,7 @@ from understudy.sim.team.libraries import Libraries
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.document import fingerprint_automaton, hash_content
 from understudy.storage.json_text import convert_decode_errors
+from understudy.storage.parquet import PARQUET
 
 REMEDY = "name a file that `understudy run --trace` wrote"
 Row = TypeVar("Row")

@@ -10,7 +10,6 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from typing import IO, Any
 
@@ -18,13 +17,12 @@ import msgspec
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.extras import format_install_command
 from understudy.model.kinds import Column
 from understudy.sim.view import WorldView
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
+from understudy.storage.parquet import LINES, PARQUET, convert_to_parquet, import_duckdb
 
 VERSION = 2
-LINES, PARQUET = ".jsonl", ".parquet"
 COLUMNS = {
     "time_s": "DOUBLE",
     "robot": "INTEGER",
@@ -212,20 +210,8 @@ def _is_parquet(path: Path) -> bool:
         remedy = f"name a file that ends in {LINES} (to read) or {PARQUET} (for tables)"
         raise SettingError(where="trace", setting=repr(str(path)), problem="is not a trace", remedy=remedy)
     if suffix == PARQUET:
-        _duckdb(path)
+        import_duckdb(path, where="trace")  # before a run begins
     return suffix == PARQUET
-
-
-def _duckdb(path: Path) -> Any:
-    """Import DuckDB, which writes Parquet; raise SettingError before a run begins if it is not installed."""
-    try:
-        return import_module("duckdb")
-    except ImportError as missing:
-        remedy = f"{format_install_command('parquet')}, or name a file that ends in {LINES}"
-        problem = "is Parquet, which needs DuckDB"
-        raise SettingError(
-            where="trace", setting=repr(str(path)), problem=problem, remedy=remedy
-        ) from missing
 
 
 def _finish(lines: Path, path: Path, header: dict[str, Any], *, titles: Mapping[str, str] | None) -> None:
@@ -235,28 +221,9 @@ def _finish(lines: Path, path: Path, header: dict[str, Any], *, titles: Mapping[
     else:
         made = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
         try:
-            _convert(lines, made, header, titles)
+            about = msgspec.json.encode(header).decode()
+            convert_to_parquet(lines, made, titles, key="understudy", metadata=about)
             made.replace(path)
         finally:
             made.unlink(missing_ok=True)
     sync_folder(path.parent)
-
-
-def _convert(lines: Path, made: Path, header: dict[str, Any], titles: Mapping[str, str]) -> None:
-    about = msgspec.json.encode(header).decode()
-    columns = ", ".join(f"{_text(title)}: {_text(kind)}" for title, kind in titles.items())
-    with _duckdb(made).connect() as database:
-        database.execute(
-            f"COPY (SELECT * FROM read_json({_text(_no_glob(lines))}, format = 'newline_delimited', "
-            f"columns = {{{columns}}}) WHERE time_s IS NOT NULL) "
-            f"TO {_text(str(made))} (FORMAT parquet, COMPRESSION zstd, KV_METADATA {{understudy: {_text(about)}}})"
-        )
-
-
-def _no_glob(path: Path) -> str:
-    """Escape a path in which DuckDB would find a pattern."""
-    return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in str(path))
-
-
-def _text(value: str) -> str:
-    return "'" + value.replace("'", "''") + "'"

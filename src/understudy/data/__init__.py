@@ -2,6 +2,6 @@
 
 from understudy.data.episode import Episode as Episode
 from understudy.data.episode import EpisodePress as EpisodePress
+from understudy.data.episode_tables import EpisodeFrames as EpisodeFrames
+from understudy.data.episode_tables import make_episode_frames as make_episode_frames
 from understudy.data.sources import read_episodes as read_episodes
-from understudy.data.tables import EpisodeFrames as EpisodeFrames
-from understudy.data.tables import make_episode_frames as make_episode_frames

@@ -7,9 +7,10 @@ from pathlib import Path
 from understudy.data.episode import Episode
 from understudy.errors import FileError
 from understudy.storage.atomic_write import convert_os_errors
+from understudy.storage.parquet import LINES, PARQUET
 
 RECORDING = ".mcap"
-TRACES = (".jsonl", ".parquet")
+TRACES = (LINES, PARQUET)
 REMEDY = "name a session's journal, a recording (.mcap), or a trace (.jsonl or .parquet) that `understudy run` wrote"
 
 
