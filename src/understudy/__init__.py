@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from understudy.data.episode_tables import EpisodeFrames as EpisodeFrames
     from understudy.data.episode_tables import make_episode_frames as make_episode_frames
     from understudy.data.sources import read_episodes as read_episodes
+    from understudy.data.sources import read_lesson as read_lesson
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
@@ -94,6 +95,7 @@ _MODULES = {
     "Episode": "data.episode",
     "EpisodePress": "data.episode",
     "read_episodes": "data.sources",
+    "read_lesson": "data.sources",
     "EpisodeFrames": "data.episode_tables",
     "make_episode_frames": "data.episode_tables",
     "UnderstudyError": "errors",

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from math import isnan
+from math import isnan, nan
 from typing import Any, NamedTuple
 
 from understudy.analysis.run_trace import BETWEEN, COMMAND, READING
 from understudy.data.episode import Episode
 from understudy.model.data_frames import Cell, make_frame
-from understudy.model.kinds import Categorical, Column, Kind
+from understudy.model.kinds import Categorical, Column
 
-PRESS_COLUMNS = ("tick", "time_s", "state", "kind", "correction")
 POSE = ("x", "y", "heading")
 
 
@@ -89,7 +88,6 @@ def make_episode_table(episodes: Sequence[Episode]) -> DataTable:
 
 def make_tick_table(episodes: Sequence[Episode]) -> DataTable:
     """Make the table of ticks, one row per tick of each episode, with readings and commands as columns."""
-    kinds = {label: kind for each in episodes for label, kind in each.kinds.items()}
     levels = max((len(path) for each in episodes for path in each.states), default=0)
     columns: dict[str, tuple[type, Iterable[Cell]]] = {
         **_make_keys(episodes, lambda each: range(each.ticks)),
@@ -104,16 +102,17 @@ def make_tick_table(episodes: Sequence[Episode]) -> DataTable:
         },
     }
     for name in POSE if any(each.pose for each in episodes) else ():
-        columns[name] = float, _join(episodes, [each.pose.get(name) for each in episodes], None)
+        columns[name] = float, _join(episodes, [each.pose.get(name) for each in episodes])
     for label in dict.fromkeys(label for each in episodes for label in each.readings):
-        kind = kinds.get(label)
-        cells = _join(episodes, [each.readings.get(label) for each in episodes], kind)
-        columns[READING + label] = str if isinstance(kind, Categorical) else float, cells
-    for channel in dict.fromkeys(channel for each in episodes for channel in each.commands):
-        columns[COMMAND + channel] = (
-            float,
-            _join(episodes, [each.commands.get(channel) for each in episodes], None),
+        kinds = [each.kinds.get(label) for each in episodes if label in each.readings]
+        readings = [each.readings.get(label) for each in episodes]
+        columns[READING + label] = (
+            (str, _join_labels(episodes, readings, label))
+            if all(isinstance(kind, Categorical) for kind in kinds)
+            else (float, _join(episodes, readings))
         )
+    for channel in dict.fromkeys(channel for each in episodes for channel in each.commands):
+        columns[COMMAND + channel] = float, _join(episodes, [each.commands.get(channel) for each in episodes])
     return _make_table(columns)
 
 
@@ -158,14 +157,19 @@ def _make_keys(
     }
 
 
-def _join(episodes: Sequence[Episode], columns: Sequence[Column | None], kind: Kind | None) -> list[Cell]:
-    """Join the columns of episodes, absent where an episode has none; labels are texts."""
-    labels = kind.labels if isinstance(kind, Categorical) else None
+def _join(episodes: Sequence[Episode], columns: Sequence[Column | None]) -> list[Cell]:
+    """Join the columns of episodes, absent where an episode has none."""
     found: list[Cell] = []
     for episode, column in zip(episodes, columns, strict=True):
-        values = [None] * episode.ticks if column is None else column.tolist()
-        found += [
-            None if value is None or isnan(value) else value if labels is None else labels[int(value)]
-            for value in values
-        ]
+        values = [nan] * episode.ticks if column is None else column.tolist()
+        found += [None if isnan(value) else value for value in values]
     return found
+
+
+def _join_labels(episodes: Sequence[Episode], columns: Sequence[Column | None], label: str) -> list[Cell]:
+    """Join the columns of a categorical reading, as texts."""
+    kinds = [kind for each in episodes for kind in [each.kinds.get(label)] * each.ticks]
+    return [
+        kind.labels[int(value)] if isinstance(kind, Categorical) and isinstance(value, float) else None
+        for kind, value in zip(kinds, _join(episodes, columns), strict=True)
+    ]

@@ -1,4 +1,4 @@
-"""The files that episodes are read from: journals, recordings and traces."""
+"""The files that data are read from: journals, recordings and traces have episodes, lessons and journals examples."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ from pathlib import Path
 
 from understudy.data.episode import Episode
 from understudy.errors import FileError
+from understudy.model.lesson import Lesson
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.parquet import LINES, PARQUET
 
 RECORDING = ".mcap"
 TRACES = (LINES, PARQUET)
+DOCUMENT, TABLE = ".json", ".csv"
+LESSON_REMEDY = "name a library's document (.json), a table of examples (.csv), or a session's journal"
 REMEDY = "name a session's journal, a recording (.mcap), or a trace (.jsonl or .parquet) that `understudy run` wrote"
 
 
@@ -50,6 +53,50 @@ def read_episodes(path: Path | str) -> list[Episode]:
         return read_journal_episodes(path)
     problem = "it is neither a journal nor a recording nor a trace"
     raise FileError(path=path, place="", problem=problem, remedy=REMEDY)
+
+
+def read_lesson(path: Path | str) -> Lesson:
+    """Read the lesson of an automaton's document (.json), of a table of examples (.csv), or of a journal.
+
+    Of a journal, it is the lesson at the end of the session. Its features are as the file has them.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    Lesson
+        The lesson.
+
+    Raises
+    ------
+    FileError
+        If the file is none of them, is damaged, or has no lesson.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix == TABLE:
+        from understudy.learning.csv_table import read_lesson_table
+
+        return read_lesson_table(path)
+    if suffix == DOCUMENT:
+        from understudy.storage.library_folder import open_document
+
+        lesson = open_document(path, None, lambda _: {}).taught.lesson
+        if lesson is None:
+            problem, remedy = (
+                "it has trees and no lesson",
+                "name the document of an automaton with its lesson",
+            )
+            raise FileError(path=path, place="", problem=problem, remedy=remedy)
+        return lesson
+    if suffix not in (RECORDING, *TRACES) and is_journal(path):
+        from understudy.training.journal_replay import ReplayedSession
+
+        return ReplayedSession.from_journal(path, None).history.lesson
+    raise FileError(path=path, place="", problem="it has no lesson", remedy=LESSON_REMEDY)
 
 
 def is_journal(path: Path | str) -> bool:

@@ -1,14 +1,16 @@
-"""Command `understudy export`: write an automaton as code or files that run without Understudy."""
+"""Commands `understudy export`: write an automaton as code that runs without Understudy, or data as a table."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
+from understudy.ui.cli.commands.export_data import export_data
 from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, LibraryOption
 
 if TYPE_CHECKING:
@@ -17,7 +19,38 @@ if TYPE_CHECKING:
     from understudy.export.robot_interface import RobotInterface
     from understudy.export.single_precision import RoundedCut
 
+AUTOMATON, DATA = "automaton", "data"
 
+
+class ExportGroup(TyperGroup):
+    """The group of export commands, in which `export NAME --to TARGET` is short for `export automaton NAME ...`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments, with the command that is left out."""
+        is_help = args[:1] in (["--help"], ["-h"])
+        if args and not is_help and not _names_command(args):
+            args = [AUTOMATON, *args]
+        return super().parse_args(ctx, args)
+
+
+def _names_command(args: list[str]) -> bool:
+    """Return whether the first argument is a command, not an automaton of that name, which `--to` comes with."""
+    if args[0] == DATA:
+        return not any(each == "--to" or each.startswith("--to=") for each in args)
+    return args[0] == AUTOMATON and (
+        len(args) < 2 or not args[1].startswith("-") or args[1] in ("--help", "-h")
+    )
+
+
+app = typer.Typer(
+    cls=ExportGroup,
+    no_args_is_help=True,
+    help="Export an automaton as code, or data as a table. `export NAME` is short for `export automaton NAME`.",
+)
+app.command(DATA)(export_data)
+
+
+@app.command(AUTOMATON)
 def export_behavior(
     name: Annotated[
         str, typer.Argument(help="Name of the automaton; SORT/NAME for one of a squad or robot type.")
