@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from understudy.export.single_precision import RoundedCut
 
 AUTOMATON, DATA = "automaton", "data"
+HELP = ("--help", "-h")
 
 
 class ExportGroup(TyperGroup):
@@ -27,19 +28,21 @@ class ExportGroup(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the arguments, with the command that is left out."""
-        is_help = args[:1] in (["--help"], ["-h"])
-        if args and not is_help and not _names_command(args):
-            args = [AUTOMATON, *args]
-        return super().parse_args(ctx, args)
+        return super().parse_args(ctx, insert_command(args))
 
 
-def _names_command(args: list[str]) -> bool:
-    """Return whether the first argument is a command, not an automaton of that name, which `--to` comes with."""
+def insert_command(args: list[str]) -> list[str]:
+    """Insert the command `automaton` before the arguments of `export` if they do not begin with a command.
+
+    An automaton may have the name of a command: then the option `--to` tells what is meant.
+    """
+    if not args or args[0] in HELP:
+        return args
     if args[0] == DATA:
-        return not any(each == "--to" or each.startswith("--to=") for each in args)
-    return args[0] == AUTOMATON and (
-        len(args) < 2 or not args[1].startswith("-") or args[1] in ("--help", "-h")
-    )
+        is_command = not any(each.partition("=")[0] == "--to" for each in args)
+    else:
+        is_command = args[0] == AUTOMATON and (len(args) < 2 or args[1][:1] != "-" or args[1] in HELP)
+    return args if is_command else [AUTOMATON, *args]
 
 
 app = typer.Typer(
