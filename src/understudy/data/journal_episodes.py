@@ -88,7 +88,7 @@ def read_journal_episodes(path: Path | str) -> list[Episode]:
     if not contents.rows:
         remedy = "name the journal of a session that ran"
         raise FileError(path=path, place="", problem="its session has no tick", remedy=remedy)
-    labels = [format_reading_label(tuple(key)) for key in began.keys]
+    labels = [format_reading_label((name, target)) for name, target in began.keys]
     kinds = {label: parse_kind(kind, where=label) for label, kind in zip(labels, began.kinds, strict=False)}
     values = np.concatenate(contents.rows)
     ends = sorted({cut for cut in contents.cuts if 0 < cut < len(values)} | {0, len(values)})
