@@ -155,6 +155,18 @@ def test_corrections_in_a_journal_are_said_to_be_some(tmp_path: Path) -> None:
     ]
 
 
+def test_the_states_of_a_journal_are_those_after_each_tick(tmp_path: Path) -> None:
+    path = tmp_path / "taught.journal"
+    taught = play(session(journal=path), "forward", 3, "left", 2, "test")
+    states = []
+    for _ in range(4):
+        taught.tick()
+        states.append((taught.trainee.taught.state_name,))
+    taught.close()
+    assert states == [("forward",), ("left",), ("left",), ("left",)]
+    assert read_episodes(path)[-1].states == tuple(states)
+
+
 def test_a_press_that_was_taken_back_before_it_acted_is_none(tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
     play(session(journal=path), "forward", 2, "left", "right", 1, "left", "undo", 1).close()
