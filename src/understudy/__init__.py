@@ -12,6 +12,12 @@ if TYPE_CHECKING:
     from understudy.analysis.evaluate import evaluate as evaluate
     from understudy.analysis.evaluation import Evaluation as Evaluation
     from understudy.analysis.world_run import WorldRun as WorldRun
+    from understudy.data.episode import Episode as Episode
+    from understudy.data.episode import EpisodePress as EpisodePress
+    from understudy.data.episode_tables import EpisodeFrames as EpisodeFrames
+    from understudy.data.episode_tables import make_episode_frames as make_episode_frames
+    from understudy.data.sources import read_episodes as read_episodes
+    from understudy.data.sources import read_lesson as read_lesson
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
@@ -92,6 +98,12 @@ _MODULES = {
     "Evaluation": "analysis.evaluation",
     "evaluate": "analysis.evaluate",
     "WorldRun": "analysis.world_run",
+    "Episode": "data.episode",
+    "EpisodePress": "data.episode",
+    "read_episodes": "data.sources",
+    "read_lesson": "data.sources",
+    "EpisodeFrames": "data.episode_tables",
+    "make_episode_frames": "data.episode_tables",
     "UnderstudyError": "errors",
     "ExportResult": "export.export_automaton",
     "export_automaton": "export.export_automaton",

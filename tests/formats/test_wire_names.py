@@ -110,7 +110,9 @@ COMMANDS = {
     "bench swarm": "--json",
     "demo": "TASK --seed --out -o --method --json",
     "diff": "NAME --from --to --library -l --world -w --kit --all --json",
-    "export": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
+    "export": "",
+    "export automaton": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
+    "export data": "SOURCE --out -o --table --json",
     "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --goal --metric --limit --against "
     "--against-behavior --jobs -j --each --format --json",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "

@@ -342,6 +342,72 @@ class Lesson:
         """The name of the lesson's automaton."""
         return self.automaton.name
 
+    @classmethod
+    def from_frame(
+        cls, frame: object, *, name: str | None = None, automaton: Automaton | None = None
+    ) -> Lesson:
+        """Make a lesson of a data frame with one row per example, the table that `to_frame` makes.
+
+        The columns `state`, `next` and `kind`, and one FEATURE:KIND for each feature, may come in any order. Rows are
+        counted from 0 in errors.
+
+        Parameters
+        ----------
+        frame
+            A data frame of Polars, pandas, pyarrow or another package that narwhals knows. A missing cell, None or
+            NaN, is an absent value (NaN).
+        name
+            Name of the lesson; that of `automaton`, or else "lesson", if None.
+        automaton
+            The automaton whose states and features the examples are of; its transition functions are left out. None:
+            the states are `start` and all that the frame names, in alphabetical order, each running the behavior of
+            its own name, and each feature is the body's reading of its own name.
+
+        Returns
+        -------
+        Lesson
+            The lesson, with default options and without a record of readings.
+
+        Raises
+        ------
+        ExtraMissing
+            If narwhals is not installed.
+        DefinitionError
+            If the frame has no examples, a wrong or missing column, or a cell that its column cannot have.
+        """
+        from understudy.model.example_frame import parse_example_frame
+
+        return parse_example_frame(frame, name=name, automaton=automaton)
+
+    def to_frame(self, backend: str | None = None) -> Any:
+        """Make a data frame of the examples, one row each, the table that `understudy learn` reads from CSV.
+
+        The frame has the states, the kind and the feature values of each example. It does not have corrections,
+        quarantine, the record of readings, the options, or what the states run.
+
+        Parameters
+        ----------
+        backend
+            The package that makes the frame: "polars", "pandas" or "pyarrow". None: the first of them, in this order,
+            that is installed.
+
+        Returns
+        -------
+        DataFrame or Table
+            The columns `state`, `next` and `kind`, and one FEATURE:KIND for each feature, in the feature's unit. Labels
+            are texts. An absent value is null (NaN in pandas).
+
+        Raises
+        ------
+        ExtraMissing
+            If narwhals is not installed.
+        SettingError
+            If the package is not installed, or is another one.
+        """
+        from understudy.model.example_frame import make_example_frame
+
+        return make_example_frame(self, backend=backend)
+
     @property
     def teaches(self) -> bool:
         """True if at least one state gets a transition function from it.

@@ -208,7 +208,8 @@ class Team:
         """Let all agents sense, decide and act once."""
         self.sense()
         for layer in reversed(self.layers):
-            layer.body.act(layer.runner.decide(layer.percept))
+            layer.commands = layer.runner.decide(layer.percept)
+            layer.body.act(layer.commands)
 
     def run(self, ticks: int) -> None:
         """Run ticks: all at once if the robots' body can and the programs are data, otherwise one by one.
@@ -239,13 +240,27 @@ class Team:
     @property
     def paths(self) -> list[tuple[str, ...]]:
         """Return each robot's states, outermost first, beginning with the behavior it was ordered; () if it idles."""
-        robots = self.layers[0].runner
-        paths = [robots.path(row) for row in range(self.ground.agents)]
-        for layer in self.layers[1:]:
-            if isinstance(layer.body, SquadBody):
-                roster = layer.body.roster
-                for duty, band, row in zip(layer.body.ordering.duty, roster.band, roster.row, strict=True):
-                    if duty is not None and layer.body.bands[band].layer is self.layers[0]:
+        return self.list_paths(self.layers[0])
+
+    def list_paths(self, layer: AgentLayer) -> list[tuple[str, ...]]:
+        """List the states of the agents of a layer, robots or coordinators, as `paths` does for robots.
+
+        Parameters
+        ----------
+        layer
+            One of the team's layers.
+
+        Returns
+        -------
+        list
+            The states of each agent, outermost first.
+        """
+        paths = [layer.runner.path(row) for row in range(layer.body.agents)]
+        for above in self.layers[1:]:
+            if isinstance(above.body, SquadBody):
+                roster = above.body.roster
+                for duty, band, row in zip(above.body.ordering.duty, roster.band, roster.row, strict=True):
+                    if duty is not None and above.body.bands[band].layer is layer:
                         paths[row] = (str(duty), *paths[row])
         return paths
 

@@ -31,7 +31,7 @@ COMMANDS = (
     CommandEntry("validate", f"{HERE}.validate:validate", LIBRARY),
     CommandEntry("test", f"{HERE}.test:run_library_tests", LIBRARY),
     CommandEntry("simplify", f"{HERE}.simplify:simplify", LIBRARY),
-    CommandEntry("export", f"{HERE}.export:export_behavior", LIBRARY),
+    CommandEntry("export", f"{HERE}.export:app", LIBRARY),
     CommandEntry("rebuild", f"{HERE}.list:rebuild", LIBRARY),
 )
 

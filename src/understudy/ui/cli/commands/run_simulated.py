@@ -134,13 +134,20 @@ class RunSession:
         """Open the writer of its trace, or a null context if `path` is None."""
         from understudy.analysis.run_header import trace_entry
         from understudy.analysis.run_trace import write_trace
+        from understudy.analysis.team_trace import describe_trace_columns
 
         if path is None:
             return nullcontext()
         body, seed = self.body, self._options.seed
         ran = trace_entry(self.make_run_info(), body.scenario)
         return write_trace(
-            path, scenario=body.scenario.name, seed=seed, tick_s=body.tick_s, robots=body.robots, run=ran
+            path,
+            scenario=body.scenario.name,
+            seed=seed,
+            tick_s=body.tick_s,
+            robots=body.robots,
+            run=ran,
+            columns=describe_trace_columns(self.team),
         )
 
     @property
@@ -171,7 +178,9 @@ class RunSession:
         """Advance by one tick, and add it to the trace if there is one."""
         self.tick_team()
         if trace is not None:
-            trace.add(self.body.view(), self.paths)
+            from understudy.analysis.team_trace import add_team_tick
+
+            add_team_tick(trace, self.team, self.body.view(), self.paths)
 
     def result(self) -> SimulatedRunResult:
         """Return the result of the run so far."""
