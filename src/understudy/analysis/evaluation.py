@@ -12,13 +12,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from importlib.metadata import entry_points
-from math import sqrt
 from pathlib import Path
 from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.analysis.evaluation_display import EvaluationDisplay
+from understudy.analysis.intervals import interval_of_share as interval_of_share
 from understudy.errors import SettingError
 from understudy.model.binding import NOTHING_BOUND
 from understudy.model.features import Percept, ReadingKey
@@ -59,8 +60,6 @@ TICKS_AT_ONCE = 200
 
 WORLDS_AT_ONCE = 5_000
 """The largest number of worlds that are simulated together, to bound memory."""
-
-Z95 = 1.959964
 
 
 @dataclass(frozen=True)
@@ -233,8 +232,8 @@ def _measured(
         tick += ticks
 
 
-@dataclass(frozen=True)
-class Evaluation:
+@dataclass(frozen=True, repr=False)
+class Evaluation(EvaluationDisplay):
     """The results of a behavior in N worlds, and those of the baseline in the same worlds.
 
     Parameters
@@ -259,6 +258,10 @@ class Evaluation:
     taught: Outcomes
     expert: Outcomes | None
     flag: str | None = None
+
+    def __repr__(self) -> str:
+        count = f"{int(self.taught.finished.sum())} of {len(self.seeds)} worlds"
+        return f"<Evaluation of {self.behavior!r} in {self.world}: success in {count}>"
 
     @property
     def success(self) -> float:
@@ -486,13 +489,3 @@ def _batches(seeds: Sequence[int]) -> Iterator[tuple[int, list[int]]]:
     """Yield batches of seeds to simulate together, each with the number of seeds before it."""
     for first in range(0, len(seeds), WORLDS_AT_ONCE):
         yield first, list(seeds[first : first + WORLDS_AT_ONCE])
-
-
-def interval_of_share(count: int, of: int) -> tuple[float, float]:
-    """Compute the 95 % score interval of the share `count` / `of` (Wilson 1927, without continuity correction)."""
-    if of == 0:
-        return 0.0, 1.0
-    share, square = count / of, Z95 * Z95 / of
-    middle = (share + square / 2) / (1 + square)
-    half = Z95 * sqrt(share * (1 - share) / of + square / (4 * of)) / (1 + square)
-    return max(0.0, middle - half), min(1.0, middle + half)

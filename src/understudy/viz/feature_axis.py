@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import degrees, isnan, nan, radians
 from typing import TYPE_CHECKING, Literal
 
@@ -109,7 +110,7 @@ class FeatureAxis:
             return 0.0, self._kind.period
         low, high = min(places, default=0.0), max(places, default=1.0)
         pad = PAD * (high - low) or 0.5
-        return (0.0 if 0.0 <= low < 2 * pad else low - pad), high + pad
+        return low - pad, high + pad
 
     def _list_cells(self, cuts: Iterable[float]) -> list[AxisCell]:
         if isinstance(self._kind, Categorical):
@@ -119,10 +120,7 @@ class FeatureAxis:
         else:
             inner = sorted({self._place(cut) for cut in cuts})
             edges = [self.low, *(cut for cut in inner if self.low < cut < self.high), self.high]
-            cells = [
-                AxisCell(low, high, self._value((low + high) / 2))
-                for low, high in zip(edges, edges[1:], strict=False)
-            ]
+            cells = [AxisCell(low, high, self._value((low + high) / 2)) for low, high in pairwise(edges)]
         return [AxisCell(*self._strip, nan), *cells] if self._has_absent else cells
 
     def divide(self, parts: int) -> list[AxisCell]:
@@ -135,8 +133,5 @@ class FeatureAxis:
             count = max(1, round(parts * (cell.high - cell.low) / (self.high - self.low)))
             step = (cell.high - cell.low) / count
             ends = [cell.low + step * at for at in range(count)] + [cell.high]
-            found += [
-                AxisCell(low, high, self._value((low + high) / 2))
-                for low, high in zip(ends, ends[1:], strict=False)
-            ]
+            found += [AxisCell(low, high, self._value((low + high) / 2)) for low, high in pairwise(ends)]
         return found

@@ -16,6 +16,7 @@ from understudy.model.describe import describe_options, format_value, list_condi
 from understudy.model.lesson import ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.viz.automaton_svg import draw_automaton_svg
+from understudy.viz.evaluation_plot import Interval
 
 if TYPE_CHECKING:
     from understudy.runtime.run_loop import Run
@@ -40,10 +41,8 @@ def write_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     if not rows:
         return ""
     head = "".join(f'<th style="{CELL};font-weight:600">{escape(each)}</th>' for each in heads)
-    body = "".join(
-        f"<tr>{''.join(f'<td style="{CELL}">{escape(each)}</td>' for each in row)}</tr>"
-        for row in rows[:MOST_ROWS]
-    )
+    lines = [[f'<td style="{CELL}">{escape(each)}</td>' for each in row] for row in rows[:MOST_ROWS]]
+    body = "".join(f"<tr>{''.join(cells)}</tr>" for cells in lines)
     more = len(rows) - MOST_ROWS
     rest = f'<div style="opacity:.75;font-size:90%">and {more} more</div>' if more > 0 else ""
     style = "border-collapse:collapse;font-size:90%;margin-top:.4em;background:none"
@@ -110,7 +109,7 @@ def write_run_html(run: Run) -> str:
     """Write a run: its time, and what each agent is doing."""
     agents = run.body.agents
     rows = [
-        (str(agent), " › ".join(run.path(agent)) or "basic behavior")
+        (str(agent), " > ".join(run.path(agent)) or "basic behavior")
         for agent in range(min(agents, MOST_ROWS + 1))
     ]
     rows += [("", "")] * (agents - len(rows))
@@ -137,15 +136,16 @@ def write_session_html(session: Session) -> str:
     return write_card(title, facts, shown, write_table(("feature", "now"), values))
 
 
-def write_evaluation_html(evaluation: Any, interval: tuple[float, float]) -> str:
+def write_evaluation_html(evaluation: Any, interval: Interval) -> str:
     """Write an evaluation: success with its 95 % interval, and times, beside those of the baseline."""
     rows = [_outcome_row(evaluation.behavior, evaluation.taught)]
     if evaluation.expert is not None:
         rows.append(_outcome_row("baseline", evaluation.expert))
-    low, high = interval
+    finished = evaluation.taught.finished
+    low, high = interval(int(finished.sum()), len(finished))
     facts = [
         f"success {100 * evaluation.success:.0f} % (95 % interval {100 * low:.0f} to {100 * high:.0f} %)",
-        f"judged by {'the goal' if evaluation.flag is None else f'flag {evaluation.flag}'}",
+        "judged by the goal" if evaluation.flag is None else f"judged by flag {evaluation.flag}",
     ]
     heads = ("", "finished", "median time", "longest time")
     return write_card(

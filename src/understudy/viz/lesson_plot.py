@@ -49,9 +49,8 @@ def plot_lesson(
     automaton = lesson.automaton
     across, up = find_feature(automaton, x), find_feature(automaton, y)
     if across == up:
-        raise SettingError(
-            where=f"plot of lesson {lesson.name!r}", setting="y", problem=f"is {y!r}, as is x", remedy="name two features"
-        )  # fmt: skip
+        where, problem = f"plot of lesson {lesson.name!r}", f"is {y!r}, as is x"
+        raise SettingError(where=where, setting="y", problem=problem, remedy="name two features")
     state = _choose_state(lesson, state)
     examples = [each for each in lesson.examples if automaton.stateless or each.state == state]
     function = learn(lesson).get(state)
@@ -78,9 +77,7 @@ def _choose_state(lesson: Lesson, state: str | None) -> str:
     where = f"plot of lesson {lesson.name!r}"
     if state is not None:
         lesson.automaton.state(state)
-    elif lesson.automaton.stateless and counts:
-        return next(iter(counts))
-    elif len(counts) == 1:
+    elif counts and (lesson.automaton.stateless or len(counts) == 1):
         return next(iter(counts))
     elif counts:
         remedy = f"name one of the states with examples: {', '.join(counts)}"
