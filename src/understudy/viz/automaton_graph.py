@@ -6,11 +6,13 @@ The picture is plain geometry, which `automaton_svg` and `automaton_plot` draw. 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 from understudy.model.automaton import Automaton, State
 from understudy.model.binding import format_bound_name
+from understudy.model.describe import list_conditions_by_switch
+from understudy.model.library import TrainedAutomaton
 from understudy.viz.graph_layout import BADGE, EdgeArrow, NodeBox, place_arrows, place_boxes
 from understudy.viz.palette import COLORS, FAINT, INK
 
@@ -130,6 +132,13 @@ class AutomatonGraph:
     width: float
     height: float
 
+    def widen(self, width: float) -> AutomatonGraph:
+        """Return the same picture of another width, with the graph in its middle."""
+        across = (width - self.width) / 2
+        boxes = tuple(box.move_by(across, 0.0) for box in self.boxes)
+        arrows = tuple(arrow.move_by(across, 0.0) for arrow in self.arrows)
+        return replace(self, width=width, boxes=boxes, arrows=arrows)
+
     @property
     def description(self) -> str:
         """The picture in words, for people who cannot see it."""
@@ -138,6 +147,12 @@ class AutomatonGraph:
             f"from {e.begin} to {e.end} when {' '.join(line.text for line in e.lines)}" for e in self.edges
         ]
         return f"States: {states}. Transitions: {'; '.join(moves) if moves else 'none'}."
+
+
+def stack_graphs(graphs: Sequence[AutomatonGraph]) -> tuple[list[AutomatonGraph], float, float]:
+    """Return pictures that are to stand one below the other, all of one width, with that width and their height."""
+    width, height = max(graph.width for graph in graphs), sum(graph.height for graph in graphs)
+    return [graph.widen(width) for graph in graphs], width, height
 
 
 def estimate_text_width(text: str, size: float, bold: bool) -> float:
@@ -166,6 +181,12 @@ def lay_out_automaton(
     number = len(nodes)
     note = f"{number} state{'s' if number != 1 else ''}{', stateless' if automaton.stateless else ''}"
     return lay_out_graph(format_automaton_title(automaton), note, nodes, edges, measure)
+
+
+def lay_out_taught(taught: TrainedAutomaton, measure: MeasureText = estimate_text_width) -> AutomatonGraph:
+    """Lay out the picture of an automaton with conditions that fit its lesson."""
+    conditions = list_conditions_by_switch(taught.automaton, taught.lesson)
+    return lay_out_automaton(taught.automaton, conditions, measure)
 
 
 def format_automaton_title(automaton: Automaton) -> str:

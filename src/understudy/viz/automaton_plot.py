@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from understudy.model.automaton import Automaton
-from understudy.model.describe import list_conditions_by_switch
 from understudy.model.library import TrainedAutomaton
 from understudy.viz.automaton_graph import (
     BELOW_SIZE,
@@ -19,7 +18,8 @@ from understudy.viz.automaton_graph import (
     AutomatonGraph,
     GraphEdge,
     GraphNode,
-    lay_out_automaton,
+    lay_out_taught,
+    stack_graphs,
 )
 from understudy.viz.axes import (
     make_picture_axes,
@@ -38,38 +38,32 @@ if TYPE_CHECKING:
 def plot_automaton(shown: Automaton | TrainedAutomaton, ax: Axes | None = None) -> Axes:
     """Plot an automaton; thresholds are rounded such that examples stay on their sides, if it has a lesson."""
     taught = TrainedAutomaton(shown) if isinstance(shown, Automaton) else shown
-    conditions = list_conditions_by_switch(taught.automaton, taught.lesson)
-    return plot_graphs([lay_out_automaton(taught.automaton, conditions, measure_text)], ax)
+    return plot_graphs([lay_out_taught(taught, measure_text)], ax)
 
 
 def plot_graphs(graphs: Sequence[AutomatonGraph], ax: Axes | None = None) -> Axes:
     """Plot the pictures of automata, one below the other, into axes; new axes have the size of the pictures."""
-    width, height = measure_graphs(graphs)
+    graphs, width, height = stack_graphs(graphs)
     axes = make_picture_axes(width, height) if ax is None else ax
     open_picture(axes, width, height)
     top = 0.0
     for graph in graphs:
-        _Pen(axes, top, width).draw(graph)
+        _Pen(axes, top).draw(graph)
         top += graph.height
     return axes
 
 
-def measure_graphs(graphs: Sequence[AutomatonGraph]) -> tuple[float, float]:
-    """Return the width and the height of pictures, one below the other."""
-    return max(graph.width for graph in graphs), sum(graph.height for graph in graphs)
-
-
 class _Pen:
-    """What draws one picture, `top` units below the upper edge of axes that are `width` units wide."""
+    """What draws one picture, `top` units below the upper edge of axes."""
 
-    def __init__(self, axes: Axes, top: float, width: float) -> None:
-        self.axes, self.top, self.width = axes, top, width
+    def __init__(self, axes: Axes, top: float) -> None:
+        self.axes, self.top = axes, top
         self.thick = measure_points_per_unit(axes)
         """The factor from units to points, for the widths of lines."""
 
     def draw(self, graph: AutomatonGraph) -> None:
         self.text(MARGIN, 34.0, graph.title, TITLE_SIZE, bold=True)
-        self.text(self.width - MARGIN, 34.0, graph.note, NOTE_SIZE, align="right", color=FAINT)
+        self.text(graph.width - MARGIN, 34.0, graph.note, NOTE_SIZE, align="right", color=FAINT)
         for edge, arrow in zip(graph.edges, graph.arrows, strict=True):
             self.arrow(edge, arrow)
         self.start(graph.boxes[0])
@@ -78,7 +72,7 @@ class _Pen:
         for edge, arrow in zip(graph.edges, graph.arrows, strict=True):
             self.badge(edge, *arrow.badge)
         if graph.edges:
-            ends = (MARGIN, self.width - MARGIN)
+            ends = (MARGIN, graph.width - MARGIN)
             self.axes.plot(ends, [graph.rule + self.top] * 2, color=LINE, lw=self.thick, zorder=1)
         for edge, y in zip(graph.edges, graph.rows, strict=True):
             self.badge(edge, MARGIN + BADGE, y + BADGE + 1.0)
@@ -112,7 +106,7 @@ class _Pen:
         self.axes.add_patch(shape)
         name_y = box.y - 2.0 if node.below else box.y + 5.0
         if node.flagged:
-            at = box.x + 7 - measure_text(node.label, NAME_SIZE, True) / 2 - 15.0
+            at = box.x + 7 - measure_text(node.label, NAME_SIZE, True) / 2 - 16.0
             y = name_y + self.top
             flag = Path([(at, y + 2), (at, y - 12), (at + 10, y - 8.5), (at, y - 5)])
             self.axes.add_patch(

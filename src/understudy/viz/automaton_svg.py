@@ -18,7 +18,9 @@ from understudy.viz.automaton_graph import (
     Conditions,
     GraphEdge,
     GraphNode,
+    estimate_text_width,
     lay_out_automaton,
+    stack_graphs,
 )
 from understudy.viz.graph_layout import BADGE, EdgeArrow, NodeBox
 from understudy.viz.palette import FAINT, INK, LINE, PAPER
@@ -36,7 +38,7 @@ def draw_automaton_svg(automaton: Automaton, conditions: Conditions) -> str:
 
 def draw_graphs_svg(graphs: Sequence[AutomatonGraph]) -> str:
     """Return an SVG document with the pictures of automata, one below the other."""
-    width, height = max(graph.width for graph in graphs), sum(graph.height for graph in graphs)
+    graphs, width, height = stack_graphs(graphs)
     title = escape(", ".join(graph.title for graph in graphs))
     described = escape(" ".join(graph.description for graph in graphs))
     parts = [
@@ -50,12 +52,13 @@ def draw_graphs_svg(graphs: Sequence[AutomatonGraph]) -> str:
     ]
     top = 0.0
     for graph in graphs:
-        parts += [f'<g transform="translate(0 {top:.1f})">', *_graph(graph, width), "</g>"]
+        parts += [f'<g transform="translate(0 {top:.1f})">', *_graph(graph), "</g>"]
         top += graph.height
     return "\n".join([*parts, "</svg>", ""])
 
 
-def _graph(graph: AutomatonGraph, width: float) -> list[str]:
+def _graph(graph: AutomatonGraph) -> list[str]:
+    width = graph.width
     parts = [
         _text(MARGIN, 34.0, graph.title, TITLE_SIZE, bold=True),
         _text(width - MARGIN, 34.0, graph.note, NOTE_SIZE, anchor="end", color=FAINT),
@@ -108,7 +111,7 @@ def _box(node: GraphNode, box: NodeBox) -> str:
     x, y = box.x - box.width / 2, box.y - box.height / 2
     name_y, flag = (box.y - 2.0 if node.below else box.y + 5.0), ""
     if node.flagged:
-        at = box.x - 4.6 * len(node.label) - 8.0
+        at = box.x + 7 - estimate_text_width(node.label, NAME_SIZE, True) / 2 - 18.0
         flag = (
             f'<path d="M{at:.1f} {name_y + 2:.1f}V{name_y - 12:.1f}l10 3.5-10 3.5" fill="{node.stroke}" '
             f'stroke="{node.stroke}" stroke-width="1.6" stroke-linejoin="round"/>'

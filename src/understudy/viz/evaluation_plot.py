@@ -71,7 +71,9 @@ def plot_evaluation(evaluation: PlottedEvaluation, interval: Interval, ax: Axes 
     if evaluation.expert is not None:
         _draw(axes, evaluation.expert, "baseline", BASELINE, "--", end, interval)
     worlds = len(evaluation.taught.seconds)
-    axes.set(xlim=(0.0, end), ylim=(0.0, 1.03), xlabel="time (s)", ylabel=f"share of {worlds} worlds finished")
+    axes.set(
+        xlim=(0.0, end), ylim=(0.0, 1.03), xlabel="time (s)", ylabel=f"share of {worlds} worlds finished"
+    )
     axes.yaxis.set_major_formatter(PercentFormatter(1.0))
     axes.set_title(
         f"{evaluation.behavior} in {evaluation.world}", loc="left", fontsize=10, fontweight="bold", color=INK

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from understudy.model.automaton import Automaton
 from understudy.model.binding import format_bound_name
-from understudy.model.describe import describe_options, format_value, list_conditions_by_switch
+from understudy.model.describe import describe_options, format_value
 from understudy.model.lesson import ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.viz.automaton_svg import draw_automaton_svg
+from understudy.viz.automaton_graph import lay_out_taught
+from understudy.viz.automaton_svg import draw_graphs_svg
 from understudy.viz.evaluation_plot import Interval
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def write_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def draw_automaton(shown: Automaton | TrainedAutomaton) -> str:
     """Draw an automaton as an SVG document with the conditions of its transitions."""
     taught = TrainedAutomaton(shown) if isinstance(shown, Automaton) else shown
-    return draw_automaton_svg(taught.automaton, list_conditions_by_switch(taught.automaton, taught.lesson))
+    return draw_graphs_svg([lay_out_taught(taught)])
 
 
 def write_lesson_html(lesson: Lesson) -> str:
