@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 WIDE_IN, TALL_IN = 6.2, 4.0
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-HATCHES = ("", "////", "....", r"\\\\", "xx", "--", "||", "++")
+HATCHES = ("x", "//", r"\\", "--", "||", "+", "..", "/")
 """The marker and the hatch of each next state, which tell states apart in print without colors."""
 SMOOTH = 160
 """The number of cells across the axes on which a classifier is asked, which has no thresholds."""
@@ -231,7 +231,7 @@ class _Plane:
         """Return the color and the hatch of a next state; staying is plain gray."""
         if outcome == self._stay:
             return FAINT, ""
-        return COLORS[outcome % len(COLORS)], HATCHES[1:][outcome % (len(HATCHES) - 1)]
+        return COLORS[outcome % len(COLORS)], HATCHES[outcome % len(HATCHES)]
 
     def _describe_fixed(self) -> str:
         """Describe the values of the other features that the function decides on."""

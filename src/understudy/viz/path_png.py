@@ -255,8 +255,8 @@ def _markers(view: WorldView, shown: Sequence[ObjectMark], *, crowd: bool) -> li
     from matplotlib.lines import Line2D
 
     size = 5.0 if crowd else 8.0
-    end = _marker(INK, INK, "end", size=size)
-    made = [end] if crowd else [_marker(PAPER, INK, "start", size=size), end]
+    end = _marker(INK, INK, "end of path", size=size)
+    made = [end] if crowd else [_marker(PAPER, INK, "start of path", size=size), end]
     named: dict[tuple[str, str], ObjectMark] = {}
     for thing in shown:
         if not thing.label:
