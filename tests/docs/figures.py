@@ -12,7 +12,9 @@ from xml.etree import ElementTree
 from tests.docs.pages import ROOT
 
 PAGE, PICTURES = ROOT / "docs" / "figures.md", ROOT / "docs" / "pictures" / "figures"
-_PART = re.compile(r"^```python\n(.*?)^```$|^!\[[^\]]+\]\(pictures/figures/(\w+)\.svg\)$", re.DOTALL | re.MULTILINE)
+_PART = re.compile(
+    r"^```python\n(.*?)^```$|^!\[[^\]]+\]\(pictures/figures/(\w+)\.svg\)$", re.DOTALL | re.MULTILINE
+)
 SVG = "{http://www.w3.org/2000/svg}"
 
 

@@ -403,8 +403,8 @@ class Lesson:
         state
             Name of the state. None: the only one with examples.
         at
-            Values of further features, by name: numbers, or labels. Those left out are at the median, or the most
-            common label, of the examples.
+            Values of further features, by name: numbers, or labels. Those left out are at the median of the examples,
+            their mean direction, or their most common label.
         ax
             Axes of matplotlib to draw into. None: in a new figure.
 

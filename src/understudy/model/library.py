@@ -168,8 +168,9 @@ class Library:
 
     def __repr__(self) -> str:
         automata, behaviors = len(self.taught), len(self.kit.behaviors)
-        facts = [", ".join(self.taught) or "none", format_number_of(behaviors, "basic behavior")]
-        return format_repr(self, f"of {format_number_of(automata, 'automaton', 'automata')}", *facts)
+        called = f" {', '.join(self.taught)}" if automata else ""
+        facts = [f"{format_number_of(automata, 'automaton', 'automata')}{called}"]
+        return format_repr(self, f"with {format_number_of(behaviors, 'basic behavior')}", *facts)
 
     def _repr_html_(self) -> str:
         return call_markup("html_cards:write_library_html", self)

@@ -81,11 +81,9 @@ class World(EditableWorld):
     def __repr__(self) -> str:
         seeds = [str(seed) for seed in self.seeds]
         shown = ", ".join(seeds if len(seeds) <= 4 else [*seeds[:3], "…", seeds[-1]])
-        robots = format_number_of(self.robots, "robot")
-        where = f"of {self.scenario.name!r}"
-        return format_repr(
-            self, where, f"{robots} in {format_number_of(self.worlds, 'world')}, seeds {shown}"
-        )
+        worlds, robots = format_number_of(self.worlds, "world"), format_number_of(self.robots, "robot")
+        facts = [f"{robots} in {worlds}", f"{'seed' if self.worlds == 1 else 'seeds'} {shown}"]
+        return format_repr(self, f"of {self.scenario.name!r}", *facts)
 
     def _repr_svg_(self) -> str:
         return call_markup("run_plot:draw_world_svg", self.view())

@@ -117,6 +117,11 @@ def _scaled_text_class() -> Any:
     return ScaledText
 
 
+def escape_math(text: str) -> str:
+    """Return a text in which matplotlib finds no formula, such as "$" in the name of a state."""
+    return text.replace("$", r"\$")
+
+
 def measure_points_per_unit(axes: Any) -> float:
     """Return the length in points of one picture unit in axes as they are now."""
     axes.apply_aspect()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 import numpy as np
 
 from understudy.model.kinds import Column
-from understudy.viz.axes import make_axes
+from understudy.viz.axes import escape_math, make_axes
 from understudy.viz.palette import COLORS, FAINT, INK, PAPER, blend_color
 
 if TYPE_CHECKING:
@@ -76,7 +76,11 @@ def plot_evaluation(evaluation: PlottedEvaluation, interval: Interval, ax: Axes 
     )
     axes.yaxis.set_major_formatter(PercentFormatter(1.0))
     axes.set_title(
-        f"{evaluation.behavior} in {evaluation.world}", loc="left", fontsize=10, fontweight="bold", color=INK
+        escape_math(f"{evaluation.behavior} in {evaluation.world}"),
+        loc="left",
+        fontsize=10,
+        fontweight="bold",
+        color=INK,
     )
     axes.grid(axis="y", color=blend_color(FAINT, PAPER, 0.3), lw=0.6)
     axes.set_axisbelow(True)
@@ -115,4 +119,4 @@ def _draw(
     axes.fill_between(at, limits[:, 0], limits[:, 1], step="post", color=color, alpha=0.14, lw=0.0, zorder=2)
     for limit in limits.T:
         axes.step(at, limit, where="post", color=color, lw=0.6, ls=style, alpha=0.6, zorder=2)
-    axes.step(at, shares, where="post", color=color, lw=1.8, ls=style, label=said, zorder=3)
+    axes.step(at, shares, where="post", color=color, lw=1.8, ls=style, label=escape_math(said), zorder=3)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 from understudy.model.describe import is_angle
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical, Toroidal
+from understudy.viz.axes import escape_math
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,7 +50,7 @@ class FeatureAxis:
     def __init__(self, bound: BoundFeature, values: Iterable[float], cuts: Iterable[float]) -> None:
         self._kind, self._angle = bound.kind, is_angle(bound)
         unit = "°" if self._angle else bound.feature.unit
-        self.label = f"{bound} ({unit})" if unit else str(bound)
+        self.label = escape_math(f"{bound} ({unit})" if unit else str(bound))
         values = list(values)
         self.low, self.high = self._limits([self._place(value) for value in values if not isnan(value)])
         self._has_absent = any(isnan(value) for value in values)
@@ -78,7 +79,7 @@ class FeatureAxis:
         axis.set_label_text(self.label)
         if isinstance(self._kind, Categorical):
             ticks: list[float] = [float(index) for index in range(len(self._kind.labels))]
-            names: list[str] = list(self._kind.labels)
+            names: list[str] = [escape_math(label) for label in self._kind.labels]
         elif self._angle and self.high - self.low > 180:
             ticks = [-180.0, -90.0, 0.0, 90.0, 180.0]
             names = [f"{tick:.0f}".replace("-", "−") for tick in ticks]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cmath import phase, rect
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,11 +14,12 @@ from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton, Transition
 from understudy.model.describe import format_value
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Categorical
-from understudy.model.lesson import Example, ExampleKind, Lesson
+from understudy.model.kinds import TAU, Categorical, Toroidal
+from understudy.model.lesson import Example, Lesson
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import list_cuts
-from understudy.viz.axes import make_axes
+from understudy.viz.axes import escape_math, make_axes
+from understudy.viz.example_marks import draw_examples
 from understudy.viz.feature_axis import AxisCell, FeatureAxis
 from understudy.viz.palette import COLORS, FAINT, INK, PAPER, blend_color
 
@@ -26,9 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 WIDE_IN, TALL_IN = 6.2, 4.0
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 HATCHES = ("x", "//", r"\\", "--", "||", "+", "..", "/")
-"""The marker and the hatch of each next state, which tell states apart in print without colors."""
+"""The hatch of each next state, which tells regions apart without colors."""
 SMOOTH = 160
 """The number of cells across the axes on which a classifier is asked, which has no thresholds."""
 
@@ -133,23 +134,27 @@ class _Plane:
         for region in regions:
             self._draw_region(axes, region)
         self._draw_borders(axes)
-        spots = Counter[tuple[float, float]]()
-        for example in self._examples:
-            place = (self.x.position(example.values[self._across]), self.y.position(example.values[self._up]))
-            self._draw_example(axes, example, place, spots[place])
-            spots[place] += 1
+        places = [
+            (self.x.position(example.values[self._across]), self.y.position(example.values[self._up]))
+            for example in self._examples
+        ]
+        marks = draw_examples(axes, self._examples, places, self._automaton.state_names)
         self.x.write_ticks(axes, "x")
         self.y.write_ticks(axes, "y")
         what = "all states" if self._automaton.stateless else f"state {self._state}"
         axes.set_title(
-            f"{self._automaton.name}, {what}", loc="left", fontsize=10, fontweight="bold", color=INK
+            escape_math(f"{self._automaton.name}, {what}"),
+            loc="left",
+            fontsize=10,
+            fontweight="bold",
+            color=INK,
         )
         fixed = self._describe_fixed()
         if fixed:
             axes.text(
                 1.0, 1.015, fixed, transform=axes.transAxes, ha="right", va="bottom", fontsize=8, color=FAINT
             )
-        self._draw_legend(axes, {region.outcome for region in regions})
+        self._draw_legend(axes, {region.outcome for region in regions}, marks)
 
     def _decide(self, x: AxisCell, y: AxisCell) -> int:
         if self._function is None:
@@ -213,20 +218,6 @@ class _Plane:
             LineCollection(lines, colors=INK, linewidths=1.2, zorder=1, label="boundaries"), autolim=False
         )
 
-    def _draw_example(self, axes: Axes, example: Example, place: tuple[float, float], before: int) -> None:
-        """Draw an example; one at the place of earlier ones is drawn around them, larger."""
-        outcome = self._automaton.index(example.next)
-        color = COLORS[outcome % len(COLORS)]
-        small = example.kind == ExampleKind.WATCHED
-        filled = example.is_shown and not before
-        axes.plot(
-            *place, marker=MARKERS[outcome % len(MARKERS)], ls="", ms=(3.5 if small else 7.5) + 4.5 * min(before, 3),
-            mfc=color if filled else "none" if before else PAPER, mec=color, mew=1.4, zorder=4 - 0.01 * before,
-            clip_on=False,
-        )  # fmt: skip
-        if example.quarantined:
-            axes.plot(*place, marker="x", ls="", ms=11, color=INK, mew=1.4, zorder=5, clip_on=False)
-
     def _look(self, outcome: int) -> tuple[str, str]:
         """Return the color and the hatch of a next state; staying is plain gray."""
         if outcome == self._stay:
@@ -245,7 +236,7 @@ class _Plane:
             f"{features[i]} = {format_value(features[i], self._fixed[i])}" for i in sorted(others)
         )
 
-    def _draw_legend(self, axes: Axes, outcomes: set[int]) -> None:
+    def _draw_legend(self, axes: Axes, outcomes: set[int], marks: Sequence[Artist]) -> None:
         from matplotlib.patches import Patch
 
         names = self._automaton.state_names
@@ -254,23 +245,17 @@ class _Plane:
             color, hatch = self._look(outcome)
             says = f"stays in {names[outcome]}" if outcome == self._stay else f"goes to {names[outcome]}"
             if self._automaton.stateless:
-                says = names[outcome]
+                says = f"next: {names[outcome]}"
             entries.append(
                 Patch(
                     fc=blend_color(color, PAPER, 0.10),
                     ec=blend_color(color, PAPER, 0.6),
                     hatch=hatch,
-                    label=says,
+                    label=escape_math(says),
                 )
             )
-        shown = {(self._automaton.index(each.next), each.kind) for each in self._examples}
-        order = list(ExampleKind)
-        for outcome, kind in sorted(shown, key=lambda each: (order.index(each[1]), each[0])):
-            entries.append(_example_entry(outcome, kind, names[outcome]))
-        if any(example.quarantined for example in self._examples):
-            entries.append(_line(marker="x", ms=9, color=INK, mew=1.4, label="in quarantine"))
         axes.legend(
-            handles=entries, loc="upper left", bbox_to_anchor=(1.01, 1.0), frameon=False, fontsize=8.5,
+            handles=[*entries, *marks], loc="upper left", bbox_to_anchor=(1.01, 1.0), frameon=False, fontsize=8.5,
             borderaxespad=0.0, labelspacing=0.7, handlelength=1.8, handleheight=1.2,
         )  # fmt: skip
 
@@ -286,41 +271,16 @@ def _join_row(xs: Sequence[AxisCell], row: Sequence[int]) -> list[tuple[float, f
     return found
 
 
-def _example_entry(outcome: int, kind: ExampleKind, name: str) -> Artist:
-    color, small = COLORS[outcome % len(COLORS)], kind == ExampleKind.WATCHED
-    filled = kind in (ExampleKind.DIRECTIVE, ExampleKind.CONFIRMATION)
-    said = {
-        ExampleKind.DIRECTIVE: f"pressed: {name}",
-        ExampleKind.CONFIRMATION: f"confirmed: {name}",
-        ExampleKind.DEFAULT: f"default: {name}",
-        ExampleKind.WATCHED: f"watched: {name}",
-    }[kind]
-    marker = MARKERS[outcome % len(MARKERS)]
-    return _line(
-        marker=marker,
-        ms=3.5 if small else 7.5,
-        mfc=color if filled else PAPER,
-        mec=color,
-        mew=1.4,
-        label=said,
-    )
-
-
-def _line(**look: object) -> Artist:
-    from matplotlib.lines import Line2D
-
-    made = Line2D([], [], ls="")
-    made.set(**look)
-    return made
-
-
 def _middle(bound: BoundFeature, values: Sequence[float]) -> float:
-    """Return the median of values, or the most common label or angle; NaN if most are absent."""
+    """Return the median of values, their mean direction or the most common label; NaN if most are absent."""
     known = [value for value in values if value == value]
     if 2 * len(known) < len(values) or not known:
         return float("nan")
     if isinstance(bound.kind, Categorical):
         return Counter(known).most_common(1)[0][0]
+    if isinstance(bound.kind, Toroidal):
+        turn = TAU / bound.kind.period
+        return (phase(sum(rect(1.0, turn * value) for value in known)) / turn) % bound.kind.period
     return float(median(known))
 
 
