@@ -32,7 +32,11 @@ CELL = f"padding:.15em .7em .15em 0;border-bottom:1px solid {LINE};text-align:le
 
 def write_card(title: str, facts: Sequence[str], *parts: str) -> str:
     """Write a card of a heading, facts in small type, and parts that are HTML already."""
-    small = f'<div style="opacity:.75;font-size:90%">{escape(" · ".join(facts))}</div>' if facts else ""
+    small = (
+        f'<div style="opacity:.75;font-size:90%">{escape(" · ".join(filter(None, facts)))}</div>'
+        if facts
+        else ""
+    )
     return f'<div style="{CARD}"><b>{escape(title)}</b>{small}{"".join(parts)}</div>'
 
 
