@@ -109,6 +109,7 @@ COMMANDS = {
     "bench swarm": "--json",
     "demo": "TASK --seed --out -o --method --json",
     "diff": "NAME --from --to --library -l --world -w --kit --all --json",
+    "draw": "NAME --out -o --children --force --library -l --world -w --kit --json",
     "export": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
     "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --each --json",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "

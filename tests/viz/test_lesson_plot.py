@@ -14,6 +14,7 @@ from matplotlib.patches import Rectangle
 
 from understudy.errors import SettingError, UnknownName
 from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeInState
 from understudy.model.kinds import Categorical, Continuous, Toroidal
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
@@ -69,7 +70,7 @@ def legend(axes: Any) -> list[str]:
 
 
 def test_regions_and_boundaries() -> None:
-    axes = lesson().plot("distance", "angle")
+    axes: Any = lesson().plot("distance", "angle")
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("distance (m)", "angle (°)")
     assert axes.get_ylim() == (-180.0, 180.0)
     assert [text.get_text() for text in axes.get_yticklabels()] == ["−180", "−90", "0", "90", "180"]
@@ -92,7 +93,7 @@ def test_examples_have_marks_of_their_state_and_kind() -> None:
         replace(example(13, (0.1, 90.0, 0.0), "go", ExampleKind.CONFIRMATION), quarantined="misled"),
         example(14, (9.0, 0.0, 0.0), "start", ExampleKind.DIRECTIVE, state="stop"),
     ]
-    axes = lesson(*extra).plot("distance", "angle", state="go")
+    axes: Any = lesson(*extra).plot("distance", "angle", state="go")
     filled = [line for line in axes.lines if line.get_markerfacecolor() != "none"]
     marks = {
         (line.get_marker(), line.get_markersize(), to_rgb(line.get_markerfacecolor()) == (1, 1, 1)): len(
@@ -115,7 +116,7 @@ def test_examples_have_marks_of_their_state_and_kind() -> None:
 
 
 def test_labels_are_places_on_an_axis() -> None:
-    axes = lesson().plot("color", "distance")
+    axes: Any = lesson().plot("color", "distance")
     assert axes.get_xlabel() == "color"
     assert axes.get_xlim() == (-0.5, 2.5)
     assert [text.get_text() for text in axes.get_xticklabels()] == ["red", "green", "blue"]
@@ -123,7 +124,7 @@ def test_labels_are_places_on_an_axis() -> None:
 
 
 def test_absent_values_have_a_strip() -> None:
-    axes = lesson(example(9, (nan, 0.0, 0.0), "stop", ExampleKind.DIRECTIVE)).plot("distance", "angle")
+    axes: Any = lesson(example(9, (nan, 0.0, 0.0), "stop", ExampleKind.DIRECTIVE)).plot("distance", "angle")
     assert axes.get_xticklabels()[0].get_text() == "absent"
     strip = min(regions(axes))
     assert regions(axes)[strip] == "\\\\"
@@ -136,7 +137,7 @@ def test_other_features_have_one_value_which_is_named() -> None:
     by_color = [example(at, (1.0 + at / 9, 0.0, color), after, ExampleKind.DIRECTIVE)
                 for at, (color, after) in enumerate([(0.0, "go"), (1.0, "stop"), (1.0, "stop")])]  # fmt: skip
     made = Lesson(AUTOMATON, tuple(by_color))
-    axes = made.plot("angle", "time_in_state")
+    axes: Any = made.plot("angle", "time_in_state")
     assert [text.get_text() for text in axes.texts] == ["at color = green"]
     assert set(regions(axes).values()) == {"\\\\"}
     axes = made.plot("angle", "time_in_state", at={"color": "red"})
@@ -150,14 +151,14 @@ def test_a_classifier_has_regions_too() -> None:
     smooth = replace(
         lesson(), options=LearnerOptions(learner=SklearnOptions("KNeighborsClassifier", {"n_neighbors": 1}))
     )
-    axes = smooth.plot("distance", "color")
+    axes: Any = smooth.plot("distance", "color")
     assert set(regions(axes).values()) == {"", "\\\\"}
     assert [text.get_text() for text in axes.texts] == ["at angle = −2°, time_in_state = 1.0 s"]
 
 
 def test_a_stateless_lesson_pools_its_states() -> None:
     made = Lesson(replace(AUTOMATON, stateless=True), lesson().examples)
-    axes = made.plot("distance", "angle")
+    axes: Any = made.plot("distance", "angle")
     assert axes.get_title(loc="left") == "drive, all states"
     assert legend(axes)[:2] == ["next: go", "next: stop"]
 
@@ -181,7 +182,7 @@ def test_cells_lie_between_thresholds() -> None:
     assert parts[-1].high == 180.0
 
 
-MISTAKES = [
+MISTAKES: list[tuple[tuple[str, str], dict[str, Any], type[Exception], str]] = [
     (("distance", "angel"), {}, UnknownName, "did you mean 'angle'"),
     (("speed", "angle"), {}, UnknownName, "automaton 'drive' has no feature 'speed'; it has distance, angle"),
     (("angle", "angle"), {}, SettingError, "name two features"),
@@ -210,9 +211,9 @@ def test_a_state_must_be_named_if_there_are_several() -> None:
 def test_one_name_with_two_targets_must_be_spelled_out() -> None:
     flag = BoundFeature(FlagFeature("done"))
     two = [
-        BoundFeature(Feature("far", Continuous(), reading="range", of="A"), {"A": name})
+        BoundFeature(Feature("far", Continuous(), reading="range", of="A"), Binding(A=name))
         for name in ("x", "y")
-    ]  # type: ignore[arg-type]
+    ]
     made = Lesson(
         Automaton("a", (START, State("go")), (*two, flag)),
         (Example(1, "go", (1.0, 2.0, 0.0), "go", ExampleKind.DIRECTIVE),),

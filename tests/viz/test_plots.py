@@ -49,7 +49,7 @@ def patches(axes: Any, kind: type) -> list[Any]:
 
 
 def test_an_automaton() -> None:
-    axes = goto.plot()
+    axes: Any = goto.plot()
     said, edges = texts(axes), len(list_conditions_by_switch(goto, None))
     assert edges == 13
     assert [text for text in said if text == "goto(A)"] == ["goto(A)"]
@@ -80,7 +80,7 @@ def test_text_of_an_automaton_stays_in_the_axes_of_any_size() -> None:
             extent = text.get_window_extent()
             assert frame.x0 <= extent.x0 < extent.x1 <= frame.x1, text.get_text()
             assert frame.y0 <= extent.y0 < extent.y1 <= frame.y1, text.get_text()
-        sizes = {round(text.get_fontsize() / measure_points_per_unit(axes), 6) for text in axes.texts}
+        sizes = {round(float(text.get_fontsize()) / measure_points_per_unit(axes), 6) for text in axes.texts}
         assert sizes == {11.5, 12.0, 13.0, 15.0, 18.0}
 
 
@@ -88,7 +88,7 @@ def test_a_state_may_have_any_name() -> None:
     odd = Automaton(
         "$x_1$ & <b>", (START, State("$a$ <b>", "forward")), transitions={"start": Tree((make_leaf(1),))}
     )
-    axes = odd.plot()
+    axes: Any = odd.plot()
     axes.figure.canvas.draw()
     assert "$a$ <b>" in texts(axes)
 
@@ -96,7 +96,7 @@ def test_a_state_may_have_any_name() -> None:
 def test_several_automata_stand_below_each_other() -> None:
     graphs, width, height = stack_graphs([lay_out_taught(TrainedAutomaton(each)) for each in AUTOMATA])
     assert {graph.width for graph in graphs} == {width}
-    axes = plot_graphs(graphs)
+    axes: Any = plot_graphs(graphs)
     assert (axes.get_xlim(), axes.get_ylim()) == ((0.0, width), (height, 0.0))
     tops = [
         text.get_position()[1] for text in axes.texts if text.get_text() in {graph.title for graph in graphs}
@@ -126,7 +126,7 @@ def test_a_tree_without_names() -> None:
 def test_a_tree_with_names_and_units() -> None:
     forward = goto.transitions["forward"]
     assert isinstance(forward, Tree)
-    axes = forward.plot(features=goto.features, states=goto.state_names)
+    axes: Any = forward.plot(features=goto.features, states=goto.state_names)
     said = texts(axes)
     assert {"distance_to(A) is below 0.3 m", "angle_to(A) is between −17° and 17°"} <= set(said)
     assert Counter(said)["yes"] == Counter(said)["no"] == 3
@@ -162,7 +162,7 @@ def changed() -> tuple[TrainedAutomaton, TrainedAutomaton]:
 
 def test_what_changed() -> None:
     diff = diff_automata(*changed())
-    axes = diff.plot()
+    axes: Any = diff.plot()
     said = texts(axes)
     assert {"− left", "+ wait", "± right", "start", "forward", "rotate_right → rotate_left"} <= set(said)
     assert {"− forward → left", "± forward → right"} <= set(said)
@@ -194,7 +194,7 @@ def test_an_evaluation() -> None:
     result = Evaluation(
         "goto", "forage", (1, 2, 3, 4), outcomes(10.0, 30.0, NAN, 10.0), outcomes(5.0, 6.0, 7.0, 8.0)
     )
-    axes = result.plot()
+    axes: Any = result.plot()
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("time (s)", "share of 4 worlds finished")
     assert axes.get_title(loc="left") == "goto in forage"
     curves = {line.get_label(): line for line in axes.lines if not line.get_label().startswith("_")}
@@ -213,7 +213,7 @@ def test_an_evaluation() -> None:
 
 
 def test_an_evaluation_in_which_nothing_finished() -> None:
-    axes = Evaluation("goto", "forage", (1,), outcomes(NAN), None).plot()
+    axes: Any = Evaluation("goto", "forage", (1,), outcomes(NAN), None).plot()
     assert [line.get_ydata().tolist() for line in axes.lines][-1] == [0.0, 0.0]
 
 
@@ -225,7 +225,7 @@ def test_a_run() -> None:
     run.record_paths()
     for _ in range(60):
         run.tick()
-    axes = run.plot()
+    axes: Any = run.plot()
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (m)", "y (m)")
     assert (axes.get_xlim(), axes.get_ylim()) == ((0.0, 12.0), (0.0, 12.0))
     names = [text.get_text() for text in axes.get_legend().get_texts()]
@@ -257,7 +257,7 @@ def test_paths_of_several_robots_differ_without_colors(robots: int) -> None:
         )
         for frame in frames
     ]
-    axes = plot_run(alike)
+    axes: Any = plot_run(alike)
     entries = [line for line in axes.get_legend().get_lines() if line.get_marker() == "None"][:robots]
     assert len({str(line._dash_pattern) + str(line.get_linestyle()) for line in entries}) == robots
 

@@ -21,41 +21,19 @@ TAUGHT, BASELINE = COLORS[0], COLORS[1]
 
 
 class PlottedOutcomes(Protocol):
-    """The results of N worlds of which a plot needs the times [N], in s; NaN where the limit came first."""
+    """The results of N worlds: the time to finish of each [N], s, NaN where the limit came first, and the limits."""
 
-    @property
-    def seconds(self) -> Column:
-        """The time to finish of each world."""
-        ...
-
-    @property
-    def limit_s(self) -> Column:
-        """The time limit of each world."""
-        ...
+    seconds: Column
+    limit_s: Column
 
 
 class PlottedEvaluation(Protocol):
-    """The part of an evaluation that a plot needs."""
+    """The part of an evaluation that a plot needs: names, the results, and those of the baseline if there is one."""
 
-    @property
-    def behavior(self) -> str:
-        """The name of the behavior."""
-        ...
-
-    @property
-    def world(self) -> str:
-        """The name of the worlds' scenario."""
-        ...
-
-    @property
-    def taught(self) -> PlottedOutcomes:
-        """The results of the behavior."""
-        ...
-
-    @property
-    def expert(self) -> PlottedOutcomes | None:
-        """The results of the baseline, if there is one."""
-        ...
+    behavior: str
+    world: str
+    taught: PlottedOutcomes
+    expert: PlottedOutcomes | None
 
 
 def plot_evaluation(evaluation: PlottedEvaluation, interval: Interval, ax: Axes | None = None) -> Axes:

@@ -78,6 +78,8 @@ def list_levels(library: Library, name: str) -> list[str]:
     """List an automaton and all below it that the library has, level by level, each once."""
     found = [name]
     for each in found:  # it grows meanwhile
-        runs = [state.behavior for state in library.automaton(each).states]
-        found += dict.fromkeys(child for child in runs if child in library.taught and child not in found)
+        runs = dict.fromkeys(state.behavior for state in library.automaton(each).states)
+        found += [
+            child for child in runs if child in library.taught and child is not None and child not in found
+        ]
     return found
