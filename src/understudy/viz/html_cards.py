@@ -50,7 +50,7 @@ def write_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     body = "".join(f"<tr>{''.join(cells)}</tr>" for cells in lines)
     more = len(rows) - MOST_ROWS
     rest = f'<div style="opacity:.75;font-size:90%">and {more} more</div>' if more > 0 else ""
-    style = "border-collapse:collapse;font-size:90%;margin-top:.4em;background:none"
+    style = "border-collapse:collapse;font-size:90%;margin-top:.4em;background:none;color:inherit"
     return f'<table style="{style}"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{rest}'
 
 
@@ -136,7 +136,7 @@ def write_session_html(session: Session) -> str:
         f"{view.examples} examples from presses",
         *(f"{parameter} = {target}" for parameter, target in view.targets.items()),
     ]
-    shown = f'<div style="margin-top:.4em">{escape("   ".join(states))}</div>'
+    shown = f'<div style="margin-top:.4em">{escape(" | ".join(states))}</div>'
     title = f"Session of {_call(session.automaton)}"
     return write_card(title, facts, shown, write_table(("feature", "now"), values))
 
