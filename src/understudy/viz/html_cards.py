@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from html import escape
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from understudy.model.automaton import Automaton
@@ -152,7 +153,7 @@ def write_evaluation_html(evaluation: Any, interval: Interval) -> str:
         f"success {100 * evaluation.success:.0f} % (95 % interval {100 * low:.0f} to {100 * high:.0f} %)",
         "judged by the goal" if evaluation.flag is None else f"judged by flag {evaluation.flag}",
     ]
-    heads = ("", "finished", "median time", "longest time")
+    heads = ("", "finished", "median of those", "longest")
     return write_card(
         f"Evaluation of {evaluation.behavior} in {evaluation.world}", facts, write_table(heads, rows)
     )
@@ -160,7 +161,7 @@ def write_evaluation_html(evaluation: Any, interval: Interval) -> str:
 
 def _outcome_row(name: str, outcomes: Any) -> tuple[str, ...]:
     times = sorted(outcomes.seconds[outcomes.finished].tolist())
-    spread = (f"{times[len(times) // 2]:.1f} s", f"{times[-1]:.1f} s") if times else ("–", "–")
+    spread = (f"{median(times):.1f} s", f"{times[-1]:.1f} s") if times else ("–", "–")
     return (name, f"{len(times)} of {len(outcomes.seconds)} worlds", *spread)
 
 
