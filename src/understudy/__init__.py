@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from understudy.model.behaviors import set_timer as set_timer
     from understudy.model.binding import Binding as Binding
     from understudy.model.binding import Target as Target
+    from understudy.model.diff import AutomatonDiff as AutomatonDiff
+    from understudy.model.diff import diff_automata as diff_automata
     from understudy.model.features import BoundFeature as BoundFeature
     from understudy.model.features import CounterFeature as CounterFeature
     from understudy.model.features import Feature as Feature
@@ -127,6 +129,8 @@ _MODULES = {
     "set_timer": "model.behaviors",
     "Binding": "model.binding",
     "Target": "model.binding",
+    "AutomatonDiff": "model.diff",
+    "diff_automata": "model.diff",
     "BoundFeature": "model.features",
     "CounterFeature": "model.features",
     "Feature": "model.features",

@@ -110,6 +110,7 @@ COMMANDS = {
     "bench swarm": "--json",
     "demo": "TASK --seed --out -o --method --json",
     "diff": "NAME --from --to --library -l --world -w --kit --all --json",
+    "draw": "NAME --out -o --children --force --library -l --world -w --kit --json",
     "export": "",
     "export automaton": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
     "export data": "SOURCE --out -o --table --json",

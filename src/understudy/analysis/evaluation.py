@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.analysis.evaluation_display import EvaluationDisplay
 from understudy.analysis.intervals import MedianEstimate, exact_interval_of_share, find_median
 from understudy.analysis.outcomes import Outcomes
 from understudy.analysis.result_table import CSV, MARKDOWN, Cell, Limits, Share, format_table
@@ -25,7 +26,7 @@ def name_measure(name: str, layout: str) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class Evaluation:
+class Evaluation(EvaluationDisplay):
     """The results of a behavior in N worlds, and those of the baseline in the same worlds.
 
     Parameters

@@ -115,7 +115,7 @@ def make_path_box(tree: Tree, steps: Iterable[PathStep], kinds: Sequence[Kind]) 
         if step.side == "label":
             region = ValueSet(((float(step.label), step.label + 1.0),), False)
         elif step.side != "absent" and not (node.test == TestKind.ABSENT and step.side == "yes"):
-            inside = _inside(node, kind) if node.test != TestKind.ABSENT else ValueSet((), True)
+            inside = list_yes_values(node, kind) if node.test != TestKind.ABSENT else ValueSet((), True)
             region = inside if step.side == "yes" else _rest(inside, kind)
         box[node.feature] &= region
     return tuple(box)
@@ -134,7 +134,7 @@ def _children(node: Node, kind: Kind) -> list[tuple[int, ValueSet]]:
             region = ValueSet(((float(label), label + 1.0),), False)
             sides[following] = sides.get(following, ValueSet((), False)) | region
     else:
-        inside = _inside(node, kind)
+        inside = list_yes_values(node, kind)
         for side, region in (("yes", inside), ("no", _rest(inside, kind))):
             following = get_child(node, PathStep(0, side))
             sides[following] = sides.get(following, ValueSet((), False)) | region
@@ -143,7 +143,8 @@ def _children(node: Node, kind: Kind) -> list[tuple[int, ValueSet]]:
     return list(sides.items())
 
 
-def _inside(node: Node, kind: Kind) -> ValueSet:
+def list_yes_values(node: Node, kind: Kind) -> ValueSet:
+    """List the values of its feature for which the test of a node answers yes."""
     if node.test == TestKind.ABSENT:
         return ABSENT_ONLY
     if node.test == TestKind.BELOW:

@@ -145,6 +145,26 @@ def is_rewindable(body: Body) -> TypeGuard[Rewindable]:
 
 
 @runtime_checkable
+class Viewable(Protocol):
+    """A body whose worlds can be drawn, such as a simulated one."""
+
+    def view(self, world: int = 0) -> Any:
+        """Return a view of one world as it is now.
+
+        Parameters
+        ----------
+        world
+            The index of the world, from 0.
+
+        Returns
+        -------
+        Any
+            A `understudy.sim.view.WorldView`, which does not change later.
+        """
+        ...
+
+
+@runtime_checkable
 class Resettable(Protocol):
     """A body whose worlds can be reset, such as a simulated one."""
 

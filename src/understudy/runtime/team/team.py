@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import UnknownName
+from understudy.model.drawing import format_number_of, format_repr
 from understudy.model.features import ReadingKey
 from understudy.model.library import Library
 from understudy.model.squad import Squad
@@ -122,6 +123,11 @@ class Team:
         self._keys = self._needed()
         fused = isinstance(self.ground, Fused) and SquadCompiler.is_possible(self.layers)
         self._leading = SquadCompiler(self.layers, self._keys, self._worlds) if fused else None
+
+    def __repr__(self) -> str:
+        robots, squads = len(self.tree.type_of), len(self.tree.squads)
+        facts = [format_number_of(squads, "squad"), f"on a {type(self.ground).__name__}"]
+        return format_repr(self, f"of {format_number_of(robots, 'robot')}", *facts)
 
     def _closure(self, names: set[str]) -> set[str]:
         """Return these sorts of agents, and those of their members."""
