@@ -1,0 +1,1 @@
+"""Data of lessons and runs as episodes and data frames, for statistics, figures and other programs."""
