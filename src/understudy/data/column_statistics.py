@@ -28,12 +28,15 @@ def summarize_columns(values: NDArray[np.generic]) -> Mapping[str, list[float] |
     columns = np.asarray(values, dtype=np.float64).reshape(len(values), -1).T
     present = [column[np.isfinite(column)] for column in columns]
     present = [column if len(column) else np.zeros(1) for column in present]
-    quantiles = [np.quantile(column, list(QUANTILES.values())) for column in present]
-    return {
-        "min": [float(column.min()) for column in present],
-        "max": [float(column.max()) for column in present],
-        "mean": [float(column.mean()) for column in present],
-        "std": [float(column.std()) for column in present],
-        "count": [len(values)],
-        **{name: [float(each[number]) for each in quantiles] for number, name in enumerate(QUANTILES)},
+    with np.errstate(over="ignore", invalid="ignore"):  # sums of the largest numbers; JSON has no infinity
+        quantiles = [np.quantile(column, list(QUANTILES.values())) for column in present]
+        computed = {
+            "min": [column.min() for column in present],
+            "max": [column.max() for column in present],
+            "mean": [column.mean() for column in present],
+            "std": [column.std() for column in present],
+            **{name: [each[number] for each in quantiles] for number, name in enumerate(QUANTILES)},
+        }
+    return {"count": [len(values)]} | {
+        name: [float(np.nan_to_num(number)) for number in numbers] for name, numbers in computed.items()
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isclose, isfinite
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -85,6 +85,19 @@ class Demonstrations:
         return pressed
 
 
+def list_presses(episode: Episode) -> list[dict[str, Any]]:
+    """Return the presses of an episode as values that JSON can hold."""
+    return [
+        {
+            "tick": press.tick,
+            "state": press.state,
+            "correction": press.correction,
+            "kind": press.kind and str(press.kind),
+        }
+        for press in episode.presses
+    ]
+
+
 def describe_subtask(path: Sequence[str]) -> str:
     """Describe the states of all levels, outermost first, as one text, such as "fetch > forward"."""
     return BETWEEN.join(path)
@@ -133,25 +146,25 @@ def gather_demonstrations(episodes: Sequence[Episode]) -> Demonstrations:
 def _check_episode(number: int, episode: Episode) -> None:
     """Refuse an episode without ticks, without readings, or whose columns have different lengths."""
     if not episode.ticks:
-        raise _refuse(number, episode, "it has no ticks", "leave it out")
+        raise refuse_episode(number, episode, "it has no ticks", "leave it out")
     if not (isfinite(episode.tick_s) and episode.tick_s > 0):
         remedy = "give the length of a tick in seconds"
-        raise _refuse(number, episode, f"its tick_s is {episode.tick_s}", remedy)
+        raise refuse_episode(number, episode, f"its tick_s is {episode.tick_s}", remedy)
     if not episode.readings:
-        raise _refuse(number, episode, "its readings were not recorded", "give episodes with readings")
+        raise refuse_episode(number, episode, "its readings were not recorded", "give episodes with readings")
     without_kind = [label for label in episode.readings if label not in episode.kinds]
     if without_kind:
         remedy = "give the kind of each reading"
-        raise _refuse(number, episode, f"no kind is given for {join_names(without_kind)}", remedy)
+        raise refuse_episode(number, episode, f"no kind is given for {join_names(without_kind)}", remedy)
     columns = {"states": episode.states, **episode.readings, **episode.commands}
     for name, column in columns.items():
         if len(column) != episode.ticks:
             problem = f"{name} has {len(column)} values for {episode.ticks} ticks"
-            raise _refuse(number, episode, problem, "give one value per tick")
+            raise refuse_episode(number, episode, problem, "give one value per tick")
     outside = [press.tick for press in episode.presses if not 0 <= press.tick < episode.ticks]
     if outside:
         remedy = f"its ticks are 0 to {episode.ticks - 1}"
-        raise _refuse(number, episode, f"a press is at tick {outside[0]}", remedy)
+        raise refuse_episode(number, episode, f"a press is at tick {outside[0]}", remedy)
 
 
 def _check_same_columns(number: int, episode: Episode, first: Episode) -> None:
@@ -165,18 +178,18 @@ def _check_same_columns(number: int, episode: Episode, first: Episode) -> None:
             differences = [f"it lacks {join_names(lacks)}"] * bool(lacks)
             differences += [f"it adds {join_names(adds)}"] * bool(adds)
             problem = f"its {what} are not those of the first episode: {', and '.join(differences)}"
-            raise _refuse(number, episode, problem, "write a data set for each")
+            raise refuse_episode(number, episode, problem, "write a data set for each")
     for label, kind in first.kinds.items():
         if label in first.readings and episode.kinds[label] != kind:
             problem = f"{label} is {episode.kinds[label]}, and {kind} in the first episode"
-            raise _refuse(number, episode, problem, "write a data set for each")
+            raise refuse_episode(number, episode, problem, "write a data set for each")
     if not isclose(episode.tick_s, first.tick_s, rel_tol=1e-9):
         problem = f"its ticks take {episode.tick_s} s, and those of the first episode {first.tick_s} s"
-        raise _refuse(number, episode, problem, "write a data set for each")
+        raise refuse_episode(number, episode, problem, "write a data set for each")
 
 
-def _refuse(number: int, episode: Episode, problem: str, remedy: str) -> DefinitionError:
-    """Return the error about an episode; `number` counts from 0, as in the data sets."""
+def refuse_episode(number: int, episode: Episode, problem: str, remedy: str) -> DefinitionError:
+    """Return the error about an episode that a data set cannot hold; `number` counts from 0, as in the data sets."""
     source = f" of {episode.source}" if episode.source else ""
     what = f"{SUBJECT}: episode {number} ({episode.agent}{source})"
     return DefinitionError(what=what, problem=problem, remedy=remedy)

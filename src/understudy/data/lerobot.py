@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from understudy.data.column_statistics import summarize_columns
-from understudy.data.demonstrations import Demonstrations, gather_demonstrations
+from understudy.data.demonstrations import Demonstrations, gather_demonstrations, list_presses
 from understudy.data.episode import Episode
 from understudy.data.new_folder import create_folder
 from understudy.errors import SettingError
@@ -262,18 +262,9 @@ def _write_episode_table(
 def _describe_episode(part: _Part, tasks: Sequence[str]) -> list[Any]:
     """Return one row of the table of episodes, in the order of EPISODE_COLUMNS."""
     episode = part.episode
-    presses = [
-        {
-            "tick": press.tick,
-            "state": press.state,
-            "correction": press.correction,
-            "kind": press.kind and str(press.kind),
-        }
-        for press in episode.presses
-    ]
     chunk, file = divmod(part.file, FILES_PER_CHUNK)
     place = [chunk, file, part.start, part.start + episode.ticks, 0, 0]
-    about = [episode.agent, episode.behavior, episode.source, episode.seed, presses]
+    about = [episode.agent, episode.behavior, episode.source, episode.seed, list_presses(episode)]
     return [part.number, [tasks[part.task]], episode.ticks, *place, *about]
 
 
@@ -302,7 +293,7 @@ def _write_data(
     source = "frames"
     if subtasks == "language":
         _make_language_table(database, found, parts)
-        source = f'frames JOIN spoken ON "episode_index/0" = number ORDER BY "index/0"'
+        source = 'frames JOIN spoken ON "episode_index/0" = number ORDER BY "index/0"'
         selected.append(f"language AS {_name(LANGUAGE)}")
     chunk, file = divmod(parts[0].file, FILES_PER_CHUNK)
     path = made / DATA_PATH.format(chunk_index=chunk, file_index=file)
