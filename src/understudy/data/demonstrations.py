@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isclose, isfinite
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -11,7 +11,7 @@ import numpy as np
 
 from understudy.data.episode import Episode
 from understudy.errors import DefinitionError, join_names
-from understudy.model.kinds import Kind
+from understudy.model.kinds import Column, Kind
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,9 +36,11 @@ class Demonstrations:
     readings
         Labels of the readings, in the order of their columns.
     kinds
-        Kind of each reading.
+        Kind of each reading; None where the file does not say.
     channels
         Channels of the commands, in the order of their columns; empty if commands were not recorded.
+    pose
+        Names of the columns of the robot's place, such as "x"; empty if it was not recorded.
     levels
         Names of the states at each level, outermost first, in the order in which they first occur.
     subtasks
@@ -48,8 +50,9 @@ class Demonstrations:
 
     episodes: tuple[Episode, ...]
     readings: tuple[str, ...]
-    kinds: tuple[Kind, ...]
+    kinds: tuple[Kind | None, ...]
     channels: tuple[str, ...]
+    pose: tuple[str, ...]
     levels: tuple[tuple[str, ...], ...]
     subtasks: tuple[str, ...]
 
@@ -60,11 +63,15 @@ class Demonstrations:
 
     def stack_readings(self, episode: Episode) -> Matrix:
         """Return the readings of an episode, shape [T, number of readings]; NaN where absent."""
-        return np.column_stack([episode.readings[label] for label in self.readings])
+        return _stack(episode.readings, self.readings)
 
     def stack_commands(self, episode: Episode) -> Matrix:
         """Return the commands of an episode, shape [T, number of channels]."""
-        return np.column_stack([episode.commands[channel] for channel in self.channels])
+        return _stack(episode.commands, self.channels)
+
+    def stack_pose(self, episode: Episode) -> Matrix:
+        """Return the place of the robot in an episode, shape [T, number of columns of the pose]."""
+        return _stack(episode.pose, self.pose)
 
     def index_states(self, episode: Episode, level: int) -> NDArray[np.int64]:
         """Return the index in `levels[level]` of the state in each tick, shape [T]; -1 where there is no such level."""
@@ -83,6 +90,10 @@ class Demonstrations:
         pressed = np.zeros(episode.ticks, dtype=np.bool_)
         pressed[[press.tick for press in episode.presses]] = True
         return pressed
+
+
+def _stack(columns: Mapping[str, Column], names: Sequence[str]) -> Matrix:
+    return np.column_stack([np.asarray(columns[name], dtype=np.float64) for name in names])
 
 
 def list_presses(episode: Episode) -> list[dict[str, Any]]:
@@ -120,8 +131,8 @@ def gather_demonstrations(episodes: Sequence[Episode]) -> Demonstrations:
     Raises
     ------
     DefinitionError
-        If there is no episode, an episode has no ticks or no readings, or its readings, kinds, channels or length of
-        ticks differ from those of the first.
+        If there is no episode, an episode has no ticks or no readings, no episode has commands or states, or the
+        readings, kinds, channels or length of ticks of an episode differ from those of the first.
     """
     if not episodes:
         raise DefinitionError(what=SUBJECT, problem="there is no episode", remedy="give at least one")
@@ -129,13 +140,17 @@ def gather_demonstrations(episodes: Sequence[Episode]) -> Demonstrations:
     for number, episode in enumerate(episodes):
         _check_episode(number, episode)
         _check_same_columns(number, episode, first)
+    if not first.commands and not any(path for episode in episodes for path in episode.states):
+        problem = "no episode has commands or states"
+        raise DefinitionError(what=SUBJECT, problem=problem, remedy="give episodes in which an automaton ran")
     depth = max((len(path) for episode in episodes for path in episode.states), default=0)
     paths = list(dict.fromkeys(path for episode in episodes for path in episode.states))
     return Demonstrations(
         episodes=tuple(episodes),
         readings=tuple(first.readings),
-        kinds=tuple(first.kinds[label] for label in first.readings),
+        kinds=tuple(first.kinds.get(label) for label in first.readings),
         channels=tuple(first.commands),
+        pose=tuple(first.pose),
         levels=tuple(
             tuple(dict.fromkeys(path[level] for path in paths if level < len(path))) for level in range(depth)
         ),
@@ -152,11 +167,7 @@ def _check_episode(number: int, episode: Episode) -> None:
         raise refuse_episode(number, episode, f"its tick_s is {episode.tick_s}", remedy)
     if not episode.readings:
         raise refuse_episode(number, episode, "its readings were not recorded", "give episodes with readings")
-    without_kind = [label for label in episode.readings if label not in episode.kinds]
-    if without_kind:
-        remedy = "give the kind of each reading"
-        raise refuse_episode(number, episode, f"no kind is given for {join_names(without_kind)}", remedy)
-    columns = {"states": episode.states, **episode.readings, **episode.commands}
+    columns = {"states": episode.states, **episode.readings, **episode.commands, **episode.pose}
     for name, column in columns.items():
         if len(column) != episode.ticks:
             problem = f"{name} has {len(column)} values for {episode.ticks} ticks"
@@ -172,6 +183,7 @@ def _check_same_columns(number: int, episode: Episode, first: Episode) -> None:
     for what, its, others in (
         ("readings", set(episode.readings), set(first.readings)),
         ("channels of commands", set(episode.commands), set(first.commands)),
+        ("columns of the pose", set(episode.pose), set(first.pose)),
     ):
         if its != others:
             lacks, adds = sorted(others - its), sorted(its - others)
@@ -179,9 +191,10 @@ def _check_same_columns(number: int, episode: Episode, first: Episode) -> None:
             differences += [f"it adds {join_names(adds)}"] * bool(adds)
             problem = f"its {what} are not those of the first episode: {', and '.join(differences)}"
             raise refuse_episode(number, episode, problem, "write a data set for each")
-    for label, kind in first.kinds.items():
-        if label in first.readings and episode.kinds[label] != kind:
-            problem = f"{label} is {episode.kinds[label]}, and {kind} in the first episode"
+    for label in first.readings:
+        its_kind, kind = (str(each.kinds.get(label, "of no known kind")) for each in (episode, first))
+        if its_kind != kind:
+            problem = f"{label} is {its_kind}, and {kind} in the first episode"
             raise refuse_episode(number, episode, problem, "write a data set for each")
     if not isclose(episode.tick_s, first.tick_s, rel_tol=1e-9):
         problem = f"its ticks take {episode.tick_s} s, and those of the first episode {first.tick_s} s"

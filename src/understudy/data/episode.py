@@ -42,19 +42,23 @@ class Episode:
     tick_s
         Nominal length of a tick, s.
     times
-        Time of each tick on the clock of the body, or of the demonstrator in a lesson, s. Shape [T].
+        Time of each tick as its file has it, s. Shape [T]. In recordings it is the body's time at which the tick
+        sensed, in journals the demonstrator's, and in traces the simulated time after the tick.
     states
         States of all levels after each tick, outermost first; T tuples, of any length.
     readings
         Readings that the decisions of each tick were made on, by label such as "distance(station)". Each has shape
         [T] and the unit of the reading, NaN where it was absent. Empty if they were not recorded.
     kinds
-        Kind of each of the readings.
+        Kind of each of the readings; old journals do not have them.
     commands
         Commands of each tick, by channel. Each has shape [T] and the unit of the channel. Empty if they were not
         recorded.
+    pose
+        Place of the robot after each tick, as "x" and "y", m, and "heading", rad. Each has shape [T]. Only traces have
+        it; it is empty otherwise.
     presses
-        Presses and corrections, in order of time.
+        Presses and corrections that took effect, in order of time.
     source
         The file from which the episode was read, or the name of the world.
     seed
@@ -70,6 +74,7 @@ class Episode:
     readings: Mapping[str, Column] = field(default_factory=dict)
     kinds: Mapping[str, Kind] = field(default_factory=dict)
     commands: Mapping[str, Column] = field(default_factory=dict)
+    pose: Mapping[str, Column] = field(default_factory=dict)
     presses: tuple[EpisodePress, ...] = ()
     source: str = ""
     seed: int | None = None

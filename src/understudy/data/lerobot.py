@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -14,16 +13,18 @@ import numpy as np
 from understudy.data.column_statistics import summarize_columns
 from understudy.data.demonstrations import Demonstrations, gather_demonstrations, list_presses
 from understudy.data.episode import Episode
+from understudy.data.lerobot_tables import connect_database, write_arrays, write_names, write_table
 from understudy.data.new_folder import create_folder
 from understudy.errors import SettingError
-from understudy.extras import ExtraMissing
 
 Subtasks: TypeAlias = Literal["index", "language"]
 """How a data set spells the subtasks: as LeRobot 0.4 and 0.5 read them, or as LeRobot 0.6 does."""
 
 FORMAT_VERSION = "v3.0"
-STATE, ACTION, TIME, PRESS, SUBTASK = "observation.state", "action", "time", "press", "subtask_index"
+STATE, ACTION, TIME = "observation.state", "action", "time"
+PRESS, POSE, SUBTASK = "press", "pose", "subtask_index"
 LANGUAGE = "language_persistent"
+LANGUAGE_ROW = "STRUCT(role VARCHAR, content VARCHAR, style VARCHAR, timestamp FLOAT, camera VARCHAR, tool_calls VARCHAR[])"
 INDEXES = ("frame_index", "episode_index", "index", "task_index")
 DATA_PATH = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 EPISODES_PATH = "meta/episodes/chunk-000/file-000.parquet"
@@ -66,7 +67,8 @@ def write_lerobot(
     Parameters
     ----------
     episodes
-        Episodes with the same readings, channels and length of ticks.
+        Episodes with the same readings, channels and length of ticks. If commands were not recorded, the action has one
+        column per state of the outermost automaton, which is 1 while the automaton is in this state, and otherwise 0.
     folder
         A new folder for the data set.
     task
@@ -95,30 +97,21 @@ def write_lerobot(
             remedy="choose index or language",
         )
     found = gather_demonstrations(episodes)
-    database = _connect()
+    database = connect_database()
     tasks = list(dict.fromkeys(task or _name_task(episode) for episode in found.episodes))
     parts = list(_place_episodes(found, [tasks.index(task or _name_task(each)) for each in found.episodes]))
     tables = [_make_columns(found, part, subtasks) for part in parts]
     with database, create_folder(folder) as made:
         _write_info(made, found, len(tasks), subtasks)
-        _write_names(database, made / "meta/tasks.parquet", "task", tasks)
+        write_names(database, made / "meta/tasks.parquet", "task", tasks)
         if subtasks == "index":
-            _write_names(database, made / "meta/subtasks.parquet", "subtask", found.subtasks)
+            write_names(database, made / "meta/subtasks.parquet", "subtask", found.subtasks)
         _write_statistics(made, tables)
         _write_episode_table(database, made, parts, tables, tasks)
         for file in range(parts[-1].file + 1):
             inside = [number for number, part in enumerate(parts) if part.file == file]
             chosen = [parts[number] for number in inside]
             _write_data(database, made, found, chosen, [tables[number] for number in inside], subtasks)
-
-
-def _connect() -> Any:
-    """Return a new database in memory, which writes Parquet; raise ExtraMissing if DuckDB is not installed."""
-    try:
-        duckdb = import_module("duckdb")
-    except ImportError:
-        raise ExtraMissing(what="a LeRobot data set", extra="parquet") from None
-    return duckdb.connect()
 
 
 def _name_task(episode: Episode) -> str:
@@ -141,20 +134,27 @@ def _make_columns(found: Demonstrations, part: _Part, subtasks: Subtasks) -> dic
     """Return the columns of an episode: arrays of shape [T] or [T, n]."""
     episode, ticks = part.episode, np.arange(part.episode.ticks)
     columns: dict[str, np.ndarray] = {STATE: found.stack_readings(episode)}
-    if found.channels:
-        columns[ACTION] = found.stack_commands(episode)
+    columns[ACTION] = found.stack_commands(episode) if found.channels else _mark_states(found, episode)
     columns[TIME] = np.asarray(episode.times, dtype=np.float64)
     for level in range(len(found.levels)):
         columns[f"state_{level}"] = found.index_states(episode, level)
     if subtasks == "index":
         columns[SUBTASK] = found.index_subtasks(episode)
     columns[PRESS] = found.mark_presses(episode)
+    if found.pose:
+        columns[POSE] = found.stack_pose(episode)
     columns["timestamp"] = _make_timestamps(ticks, found)
     columns["frame_index"] = ticks
     columns["episode_index"] = np.full(len(ticks), part.number)
     columns["index"] = part.start + ticks
     columns["task_index"] = np.full(len(ticks), part.task)
     return columns
+
+
+def _mark_states(found: Demonstrations, episode: Episode) -> np.ndarray:
+    """Return one column per state of the outermost automaton, shape [T, n]: 1 for the current one, otherwise 0."""
+    states = np.arange(len(found.levels[0]))
+    return (found.index_states(episode, 0)[:, np.newaxis] == states).astype(np.float64)
 
 
 def _make_timestamps(ticks: np.ndarray, found: Demonstrations) -> np.ndarray:
@@ -190,16 +190,17 @@ def _write_info(made: Path, found: Demonstrations, tasks: int, subtasks: Subtask
 
 def _describe_features(found: Demonstrations, subtasks: Subtasks) -> dict[str, Any]:
     """Describe the columns; `info` is LeRobot's place for what only the writer of a column knows."""
-    kinds = {"kinds": [str(kind) for kind in found.kinds]}
+    kinds = {"kinds": [kind and str(kind) for kind in found.kinds]}
     features: dict[str, Any] = {STATE: _describe("float64", found.readings, kinds)}
-    if found.channels:
-        features[ACTION] = _describe("float64", found.channels)
+    features[ACTION] = _describe("float64", found.channels or found.levels[0])
     features[TIME] = _describe("float64")
     for level, names in enumerate(found.levels):
         features[f"state_{level}"] = _describe("int64", info={"labels": list(names)})
     if subtasks == "index":
         features[SUBTASK] = _describe("int64", info={"labels": list(found.subtasks)})
     features[PRESS] = _describe("bool")
+    if found.pose:
+        features[POSE] = _describe("float64", found.pose)
     features["timestamp"] = _describe("float32")
     features.update({name: _describe("int64") for name in INDEXES})
     if subtasks == "language":
@@ -213,24 +214,6 @@ def _describe(
     described = {"dtype": dtype, "shape": [1 if names is None else len(names)]}
     described["names"] = None if names is None else list(names)
     return described if info is None else {**described, "info": dict(info)}
-
-
-def _write_names(database: Any, path: Path, what: str, names: Sequence[str]) -> None:
-    """Write a table of names and their numbers, whose index in pandas are the names, as LeRobot expects."""
-    column = {"name": None, "metadata": None}
-    pandas = {
-        "index_columns": [what],
-        "column_indexes": [],
-        "columns": [
-            {**column, "name": f"{what}_index", "field_name": f"{what}_index"}
-            | {"pandas_type": "int64", "numpy_type": "int64"},
-            {**column, "name": what, "field_name": what, "pandas_type": "unicode", "numpy_type": "object"},
-        ],
-        "creator": {"library": "understudy", "version": "1"},
-        "pandas_version": "2.2.0",
-    }
-    columns = {f"{what}_index": "BIGINT", what: "VARCHAR"}
-    _write_table(database, path, columns, list(enumerate(names)), pandas=json.dumps(pandas))
 
 
 def _write_statistics(made: Path, tables: Sequence[Mapping[str, np.ndarray]]) -> None:
@@ -256,7 +239,7 @@ def _write_episode_table(
         }
         columns |= {name: "BIGINT[]" if name.endswith("/count") else "DOUBLE[]" for name in statistics}
         rows.append([*_describe_episode(part, tasks), *statistics.values()])
-    _write_table(database, made / EPISODES_PATH, columns, rows)
+    write_table(database, made / EPISODES_PATH, columns, rows)
 
 
 def _describe_episode(part: _Part, tasks: Sequence[str]) -> list[Any]:
@@ -277,84 +260,33 @@ def _write_data(
     subtasks: Subtasks,
 ) -> None:
     """Write the frames of the episodes of one file."""
-    scalars: dict[str, np.ndarray] = {}
-    selected = []
-    for name in tables[0]:
-        values = np.concatenate([table[name] for table in tables]).reshape(sum(map(_count, tables)), -1)
-        numbered = [f"{name}/{number}" for number in range(values.shape[1])]
-        scalars |= {each: np.ascontiguousarray(values[:, number]) for number, each in enumerate(numbered)}
-        # DuckDB reads NaN in an array as a missing value, which LeRobot cannot load
-        present = [
-            f"coalesce({_name(each)}, 'nan'::DOUBLE)" if values.dtype == np.float64 else _name(each)
-            for each in numbered
-        ]
-        selected.append(f"{present[0] if len(present) == 1 else _list(present)} AS {_name(name)}")
-    database.register("frames", scalars)
-    source = "frames"
-    if subtasks == "language":
-        _make_language_table(database, found, parts)
-        source = 'frames JOIN spoken ON "episode_index/0" = number ORDER BY "index/0"'
-        selected.append(f"language AS {_name(LANGUAGE)}")
     chunk, file = divmod(parts[0].file, FILES_PER_CHUNK)
     path = made / DATA_PATH.format(chunk_index=chunk, file_index=file)
-    _copy(database, f"SELECT {', '.join(selected)} FROM {source}", path)
-    database.unregister("frames")
+    columns = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+    if subtasks == "language":
+        spoken = {part.number: _list_changes(found, part) for part in parts}
+        write_arrays(database, path, columns, LANGUAGE, LANGUAGE_ROW, spoken)
+    else:
+        write_arrays(database, path, columns)
 
 
-def _count(table: Mapping[str, np.ndarray]) -> int:
-    return len(table[TIME])
-
-
-def _make_language_table(database: Any, found: Demonstrations, parts: Sequence[_Part]) -> None:
-    """Make a table of each episode's changes of subtask, as LeRobot 0.6 repeats them in each frame."""
-    row = "STRUCT(role VARCHAR, content VARCHAR, style VARCHAR, timestamp FLOAT, camera VARCHAR, tool_calls VARCHAR[])"
-    database.execute(f"CREATE OR REPLACE TEMP TABLE spoken (number BIGINT, language {row}[])")
-    for part in parts:
-        labels = found.index_subtasks(part.episode)
-        changes = [0, *(np.flatnonzero(np.diff(labels)) + 1)]
-        times = _make_timestamps(np.array(changes), found)
-        said = [
-            {
-                "role": "assistant",
-                "content": found.subtasks[labels[change]],
-                "style": "subtask",
-                "timestamp": float(time),
-                "camera": None,
-                "tool_calls": None,
-            }
-            for change, time in zip(changes, times, strict=True)
-        ]
-        database.execute("INSERT INTO spoken VALUES (?, ?)", [part.number, said])
-
-
-def _write_table(
-    database: Any, path: Path, columns: Mapping[str, str], rows: Sequence[Sequence[Any]], *, pandas: str = ""
-) -> None:
-    """Write rows as a Parquet file; `columns` maps their names to types of DuckDB."""
-    declared = ", ".join(f"{_name(column)} {kind}" for column, kind in columns.items())
-    database.execute(f"CREATE OR REPLACE TEMP TABLE written ({declared})")
-    database.executemany(f"INSERT INTO written VALUES ({', '.join('?' * len(columns))})", rows)
-    _copy(database, "SELECT * FROM written", path, pandas=pandas)
-
-
-def _copy(database: Any, query: str, path: Path, *, pandas: str = "") -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    about = f", KV_METADATA {{pandas: {_text(pandas)}}}" if pandas else ""
-    database.execute(f"COPY ({query}) TO {_text(str(path))} (FORMAT parquet, COMPRESSION zstd{about})")
+def _list_changes(found: Demonstrations, part: _Part) -> list[dict[str, Any]]:
+    """List the changes of subtask in an episode as LeRobot 0.6 has them."""
+    labels = found.index_subtasks(part.episode)
+    changes = np.append(0, np.flatnonzero(np.diff(labels)) + 1)
+    return [
+        {
+            "role": "assistant",
+            "content": found.subtasks[labels[change]],
+            "style": "subtask",
+            "timestamp": float(time),
+            "camera": None,
+            "tool_calls": None,
+        }
+        for change, time in zip(changes, _make_timestamps(changes, found), strict=True)
+    ]
 
 
 def _write_json(path: Path, content: Mapping[str, Any]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def _name(column: str) -> str:
-    return '"' + column.replace('"', '""') + '"'
-
-
-def _text(value: str) -> str:
-    return "'" + value.replace("'", "''") + "'"
-
-
-def _list(values: Sequence[str]) -> str:
-    return f"[{', '.join(values)}]"

@@ -15,7 +15,7 @@ import numpy as np
 from understudy.data.demonstrations import Demonstrations, gather_demonstrations, list_presses, refuse_episode
 from understudy.data.episode import Episode
 from understudy.data.new_folder import create_folder
-from understudy.errors import DefinitionError, SettingError
+from understudy.errors import SettingError
 from understudy.extras import ExtraMissing
 from understudy.model.kinds import Categorical, Kind, Toroidal
 
@@ -44,7 +44,7 @@ def write_minari(episodes: Sequence[Episode], folder: Path | str, *, dataset_id:
     Raises
     ------
     DefinitionError
-        If the episodes do not fit into one data set, or have neither commands nor states.
+        If the episodes do not fit into one data set, or one has a single tick.
     FileError
         If the folder exists or cannot be written.
     SettingError
@@ -59,9 +59,6 @@ def write_minari(episodes: Sequence[Episode], folder: Path | str, *, dataset_id:
         if episode.ticks < 2:
             problem = "it has one tick, and a step of Minari goes from one to the next"
             raise refuse_episode(number, episode, problem, "leave it out")
-    if not (found.channels or found.levels):
-        problem = "neither commands nor states were recorded"
-        raise DefinitionError(what="a Minari data set", problem=problem, remedy="give episodes with actions")
     try:
         h5py = import_module("h5py")
     except ImportError:
@@ -121,6 +118,8 @@ def _write_episode(group: Any, found: Demonstrations, number: int, episode: Epis
         _write_array(infos, f"state_{level}", found.index_states(episode, level))
     _write_array(infos, "subtask", found.index_subtasks(episode))
     _write_array(infos, "press", found.mark_presses(episode))
+    if found.pose:
+        _write_array(infos, "pose", found.stack_pose(episode))
 
 
 def _write_array(group: Any, name: str, values: np.ndarray) -> None:
@@ -145,15 +144,16 @@ def _describe(found: Demonstrations, dataset_id: str, size: int) -> dict[str, An
         "dataset_size": round(size / 1e6, 1),
         "tick_s": found.tick_s,
         "readings": list(found.readings),
-        "kinds": [str(kind) for kind in found.kinds],
+        "kinds": [kind and str(kind) for kind in found.kinds],
         "channels": list(found.channels),
+        "pose": list(found.pose),
         "state_labels": [list(names) for names in found.levels],
         "subtask_labels": list(found.subtasks),
     }
 
 
-def _bound_kind(kind: Kind) -> tuple[float, float]:
-    """Return the lowest and the highest value of a kind."""
+def _bound_kind(kind: Kind | None) -> tuple[float, float]:
+    """Return the lowest and the highest value of a kind; None is a kind that is not known."""
     if isinstance(kind, Toroidal):
         return 0.0, kind.period
     return (0.0, len(kind.labels) - 1.0) if isinstance(kind, Categorical) else (-inf, inf)
