@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from understudy.analysis.evaluation import Evaluation as Evaluation
     from understudy.analysis.evaluation import evaluate as evaluate
+    from understudy.data.lerobot import write_lerobot as write_lerobot
+    from understudy.data.minari import write_minari as write_minari
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
@@ -86,6 +88,8 @@ __version__ = "0.3.0.dev0"
 _MODULES = {
     "Evaluation": "analysis.evaluation",
     "evaluate": "analysis.evaluation",
+    "write_lerobot": "data.lerobot",
+    "write_minari": "data.minari",
     "UnderstudyError": "errors",
     "ExportResult": "export.export_automaton",
     "export_automaton": "export.export_automaton",

@@ -57,7 +57,7 @@ def test_what_one_data_set_cannot_hold_is_refused(episodes: list[Episode], messa
 
 def test_columns_are_those_of_the_first_episode() -> None:
     first = make_episode()
-    second = make_episode(readings=dict(reversed(first.readings.items())))
+    second = make_episode(readings=dict(reversed(list(first.readings.items()))))
     found = gather_demonstrations([first, second])
     assert found.readings == tuple(first.readings)
     np.testing.assert_array_equal(found.stack_readings(first), found.stack_readings(second))

@@ -94,7 +94,7 @@ def check_episodes(rows: Sequence[dict[str, Any]], episodes: Sequence[Episode]) 
 
 
 @given(draw_episodes())
-@settings(deadline=None)
+@settings(deadline=None, max_examples=25)
 def test_nothing_is_lost(episodes: list[Episode]) -> None:
     with TemporaryDirectory() as folder:
         written = Path(folder) / "new"

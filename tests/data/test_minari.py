@@ -69,7 +69,7 @@ def read_states(infos: dict[str, Any], labels: Sequence[Sequence[str]]) -> tuple
 
 
 @given(draw_episodes(ticks=2))
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 def test_nothing_else_is_lost(episodes: list[Episode]) -> None:
     with TemporaryDirectory() as folder:
         write_minari(episodes, Path(folder) / "new-v0")

@@ -24,7 +24,9 @@ FORMAT_VERSION = "v3.0"
 STATE, ACTION, TIME = "observation.state", "action", "time"
 PRESS, POSE, SUBTASK = "press", "pose", "subtask_index"
 LANGUAGE = "language_persistent"
-LANGUAGE_ROW = "STRUCT(role VARCHAR, content VARCHAR, style VARCHAR, timestamp FLOAT, camera VARCHAR, tool_calls VARCHAR[])"
+LANGUAGE_FIELDS = (
+    "role VARCHAR, content VARCHAR, style VARCHAR, timestamp FLOAT, camera VARCHAR, tool_calls VARCHAR[]"
+)
 INDEXES = ("frame_index", "episode_index", "index", "task_index")
 DATA_PATH = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 EPISODES_PATH = "meta/episodes/chunk-000/file-000.parquet"
@@ -154,7 +156,7 @@ def _make_columns(found: Demonstrations, part: _Part, subtasks: Subtasks) -> dic
 def _mark_states(found: Demonstrations, episode: Episode) -> np.ndarray:
     """Return one column per state of the outermost automaton, shape [T, n]: 1 for the current one, otherwise 0."""
     states = np.arange(len(found.levels[0]))
-    return (found.index_states(episode, 0)[:, np.newaxis] == states).astype(np.float64)
+    return np.equal(found.index_states(episode, 0)[:, np.newaxis], states).astype(np.float64)
 
 
 def _make_timestamps(ticks: np.ndarray, found: Demonstrations) -> np.ndarray:
@@ -211,8 +213,8 @@ def _describe_features(found: Demonstrations, subtasks: Subtasks) -> dict[str, A
 def _describe(
     dtype: str, names: Sequence[str] | None = None, info: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
-    described = {"dtype": dtype, "shape": [1 if names is None else len(names)]}
-    described["names"] = None if names is None else list(names)
+    shape = [1 if names is None else len(names)]
+    described = {"dtype": dtype, "shape": shape, "names": None if names is None else list(names)}
     return described if info is None else {**described, "info": dict(info)}
 
 
@@ -265,7 +267,7 @@ def _write_data(
     columns = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     if subtasks == "language":
         spoken = {part.number: _list_changes(found, part) for part in parts}
-        write_arrays(database, path, columns, LANGUAGE, LANGUAGE_ROW, spoken)
+        write_arrays(database, path, columns, LANGUAGE, f"STRUCT({LANGUAGE_FIELDS})", spoken)
     else:
         write_arrays(database, path, columns)
 

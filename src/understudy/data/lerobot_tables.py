@@ -24,7 +24,12 @@ def connect_database() -> Any:
 
 
 def write_table(
-    database: Any, path: Path, columns: Mapping[str, str], rows: Sequence[Sequence[Any]], *, pandas: str = ""
+    database: Any,
+    path: Path | str,
+    columns: Mapping[str, str],
+    rows: Sequence[Sequence[Any]],
+    *,
+    pandas: str = "",
 ) -> None:
     """Write rows of values.
 
@@ -47,7 +52,7 @@ def write_table(
     _copy(database, "SELECT * FROM written", path, pandas=pandas)
 
 
-def write_names(database: Any, path: Path, what: str, names: Sequence[str]) -> None:
+def write_names(database: Any, path: Path | str, what: str, names: Sequence[str]) -> None:
     """Write names and their numbers, with the names as pandas' index: LeRobot looks for them there."""
     described = [
         {"name": f"{what}_index", "pandas_type": "int64", "numpy_type": "int64"},
@@ -66,7 +71,7 @@ def write_names(database: Any, path: Path, what: str, names: Sequence[str]) -> N
 
 def write_arrays(
     database: Any,
-    path: Path,
+    path: Path | str,
     columns: Mapping[str, np.ndarray],
     repeated: str = "",
     row_type: str = "",
@@ -118,8 +123,8 @@ def _keep_absent(name: str) -> str:
     return f"coalesce({_quote_name(name)}, 'nan'::DOUBLE)"
 
 
-def _copy(database: Any, query: str, path: Path, *, pandas: str = "") -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
+def _copy(database: Any, query: str, path: Path | str, *, pandas: str = "") -> None:
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
     stored = f", KV_METADATA {{pandas: {_quote_text(pandas)}}}" if pandas else ""
     database.execute(f"COPY ({query}) TO {_quote_text(str(path))} (FORMAT parquet, COMPRESSION zstd{stored})")
 

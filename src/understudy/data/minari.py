@@ -20,7 +20,7 @@ from understudy.extras import ExtraMissing
 from understudy.model.kinds import Categorical, Kind, Toroidal
 
 FORMAT_VERSION = "0.5.0"
-"""The first version of Minari that reads these files; later ones do, too."""
+"""A version of Minari that reads these files; later ones do, too, and refuse newer versions than their own."""
 DATASET_ID = re.compile(r"(?:[-_\w]+/)*[-_\w]+-v\d+")
 HDF5_VERSION = "v110"
 """The version of HDF5 of 2016, the first in which an attribute, here the presses, may be larger than 64 kB."""
