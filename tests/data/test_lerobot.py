@@ -44,7 +44,8 @@ def read_json(path: Path) -> Any:
 
 
 def same(got: Any, expected: Any) -> None:
-    """The same bits, but for the payload of NaN."""
+    """The same numbers, with NaN for what is absent: LeRobot cannot load NULL."""
+    assert None not in list(got)
     np.testing.assert_array_equal(np.asarray(got, dtype=np.float64), np.asarray(expected, dtype=np.float64))
 
 
@@ -61,7 +62,9 @@ def check_frames(
         same([frame["time"] for frame in own], episode.times)
         for column, values in (("observation.state", episode.readings), ("action", episode.commands)):
             names = features[column]["names"]
-            got = np.array([frame[column] for frame in own]).reshape(episode.ticks, -1)
+            listed = [frame[column] if len(names) > 1 else [frame[column]] for frame in own]
+            assert not any(None in each for each in listed)
+            got = np.array(listed, dtype=np.float64)
             for place, name in enumerate(names):
                 if values:
                     same(got[:, place], values[name])
