@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from understudy.data.episode_tables import make_episode_frames as make_episode_frames
     from understudy.data.sources import read_episodes as read_episodes
     from understudy.data.sources import read_lesson as read_lesson
+    from understudy.data.lerobot import write_lerobot as write_lerobot
+    from understudy.data.minari import write_minari as write_minari
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
@@ -106,6 +108,8 @@ _MODULES = {
     "read_lesson": "data.sources",
     "EpisodeFrames": "data.episode_tables",
     "make_episode_frames": "data.episode_tables",
+    "write_lerobot": "data.lerobot",
+    "write_minari": "data.minari",
     "UnderstudyError": "errors",
     "ExportResult": "export.export_automaton",
     "export_automaton": "export.export_automaton",
