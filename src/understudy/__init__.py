@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from understudy.data.episode import EpisodePress as EpisodePress
     from understudy.data.episode_tables import EpisodeFrames as EpisodeFrames
     from understudy.data.episode_tables import make_episode_frames as make_episode_frames
-    from understudy.data.sources import read_episodes as read_episodes
-    from understudy.data.sources import read_lesson as read_lesson
     from understudy.data.lerobot import write_lerobot as write_lerobot
     from understudy.data.minari import write_minari as write_minari
+    from understudy.data.sources import read_episodes as read_episodes
+    from understudy.data.sources import read_lesson as read_lesson
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
