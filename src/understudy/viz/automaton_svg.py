@@ -174,8 +174,9 @@ def _box(state: State, box: NodeBox) -> str:
             f'fill="{FAINT}">{escape(below)}</text>'
         )
     return (
+        f'<g data-state="{escape(state.name)}">'
         f'<rect x="{x:.1f}" y="{y:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" rx="12" '
-        f'fill="{fill}" stroke="{stroke}" stroke-width="1.6"{dash}/>{flag}{text}'
+        f'fill="{fill}" stroke="{stroke}" stroke-width="1.6"{dash}/>{flag}{text}</g>'
     )
 
 
