@@ -19,7 +19,8 @@ from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting
 from understudy.ui.controller.trainer import Trainer
 from understudy.viz.appearance import choose_obstacle_colors, choose_robot_colors, list_object_marks
-from understudy.viz.automaton_svg import draw_automaton_svg
+from understudy.viz.automaton_svg import Conditions, draw_automaton_svg
+from understudy.viz.palette import COLORS
 
 PlainData: TypeAlias = dict[str, Any]
 """Data that JSON can represent."""
@@ -79,7 +80,28 @@ def describe_lesson_data(trainer: Trainer) -> PlainData:
         }
         for state in automaton.states
     ]
-    return {"states": states, "svg": draw_automaton_svg(automaton, _list_conditions(lesson, transitions))}
+    conditions = _list_conditions(lesson, transitions)
+    return {
+        "states": states,
+        "transitions": _number_transitions(automaton, conditions),
+        "svg": draw_automaton_svg(automaton, conditions),
+    }
+
+
+def _number_transitions(automaton: Automaton, conditions: Conditions) -> list[PlainData]:
+    """Describe the transitions with their conditions, numbered and colored as in the picture."""
+    order = {name: at for at, name in enumerate(automaton.state_names)}
+    pairs = sorted(conditions, key=lambda pair: (order[pair[0]], order[pair[1]]))
+    return [
+        {
+            "number": number,
+            "from": begin,
+            "to": end,
+            "color": COLORS[order[begin] % len(COLORS)],
+            "when": list(conditions[begin, end]),
+        }
+        for number, (begin, end) in enumerate(pairs, start=1)
+    ]
 
 
 def _list_conditions(

@@ -11,6 +11,7 @@ const COMMANDS = {
   " ": "pause", ".": "step", t: "toggle_mode", Enter: "confirm", u: "undo", U: "redo", r: "restart", n: "new_world",
   A: "ask", s: "save",
 };
+const TALLEST_PX = 560; // the picture of a world is not higher, so that all of it is on the screen
 const JUMP_M = 1.0; // a robot that is farther from where it was has been put there
 
 function render({ model, el }) {
@@ -23,7 +24,7 @@ function render({ model, el }) {
   const picture = makePicture(parts.canvas, model, root);
   const show = {
     panel: () => { showPanel(parts, model); picture.draw(); },
-    lesson: () => { showLesson(parts, model, send); showMoment(parts, model); },
+    lesson: () => { showLesson(parts, model, send); showPanel(parts, model); showMoment(parts, model); },
     moment: () => showMoment(parts, model),
     arena: () => picture.draw(),
     objects: () => picture.draw(),
@@ -40,8 +41,8 @@ function render({ model, el }) {
     if (event.detail > 0) root.focus({ preventScroll: true }); // a click with the mouse: keys are commands again
   });
   const stopTheme = followTheme(root, picture.draw);
-  const resized = new ResizeObserver(picture.draw);
-  resized.observe(parts.canvas);
+  const resized = new ResizeObserver(() => { arrange(parts); picture.draw(); });
+  resized.observe(root);
   const stopReports = reportWhileVisible(root, () => send("show", { view }), () => send("hide", { view }));
 
   return () => {
@@ -74,6 +75,8 @@ function makeParts(send) {
   const parts = {
     title: make("h3"),
     mode: make("span", { class: "mode" }),
+    path: make("span", { class: "path" }),
+    count: make("span", { class: "count" }),
     time: make("span", { class: "time" }),
     canvas: make("canvas", { role: "img" }),
     where: make("figcaption"),
@@ -81,7 +84,8 @@ function makeParts(send) {
     question: make("div", { class: "question", role: "group", "aria-label": "Question", hidden: "" }),
     states: make("div", { class: "states", role: "group", "aria-label": "States" }),
     readings: make("dl", { class: "readings", "aria-label": "Readings" }),
-    automaton: make("div", { class: "automaton", role: "region", "aria-label": "Automaton", tabindex: "0" }),
+    graph: make("div", { class: "graph", role: "region", "aria-label": "Automaton", tabindex: "0" }),
+    rules: make("ol", { class: "rules", "aria-label": "Transitions" }),
   };
   const command = (label, key, title, action) => makeButton(label, key, title, () => send(action));
   parts.teach = command("Teach", "t", "Each press teaches (t)", "toggle_mode");
@@ -100,15 +104,15 @@ function makeParts(send) {
     modes, parts.pause, parts.restart, parts.world, parts.undo, parts.redo, parts.ask, parts.save,
   );
   const desk = make(
-    "div", { class: "desk" }, commands, parts.status, parts.question, parts.states, parts.confirm, parts.readings,
+    "div", { class: "desk" }, commands, parts.status, parts.question, parts.states, parts.readings,
   );
+  const automaton = make("div", { class: "automaton" }, parts.graph, parts.rules);
   parts.root = make(
     "div",
     // Without the attribute, JupyterLab would take the keys of states as its own: 1 makes a heading of the cell.
     { class: "understudy", tabindex: "0", role: "application", "data-lm-suppress-shortcuts": "true" },
-    make("header", {}, parts.title, parts.mode, parts.time),
-    make("div", { class: "columns" }, make("figure", {}, parts.canvas, parts.where), desk),
-    parts.automaton,
+    make("header", {}, parts.title, parts.mode, parts.path, parts.count, parts.time),
+    make("div", { class: "columns" }, make("figure", {}, parts.canvas, parts.where), desk, automaton),
   );
   return parts;
 }
@@ -140,17 +144,12 @@ function showPanel(parts, model) {
   for (const button of parts.states.children) {
     button.classList.toggle("waiting", button.dataset.state === panel.waiting);
   }
+  parts.count.textContent = `${panel.examples} example${panel.examples === 1 ? "" : "s"}`;
   showQuestion(parts, panel.question);
-  showExamples(parts, panel);
 }
 
 function setLabel(button, label) {
   button.querySelector(".label").textContent = label;
-}
-
-function showExamples(parts, panel) {
-  const count = `${panel.examples} press${panel.examples === 1 ? "" : "es"}`;
-  parts.examples = count;
 }
 
 function showQuestion(parts, question) {
@@ -162,7 +161,7 @@ function showQuestion(parts, question) {
 }
 
 function showLesson(parts, model, send) {
-  const { states, svg } = model.get("lesson");
+  const { states, transitions, svg } = model.get("lesson");
   parts.states.replaceChildren(
     ...states.map((state) => {
       const keys = `${ARROWS[state.arrow] ?? ""}${state.key}`;
@@ -171,8 +170,32 @@ function showLesson(parts, model, send) {
       button.dataset.state = state.name;
       return button;
     }),
+    parts.confirm,
   );
-  parts.automaton.innerHTML = svg;
+  parts.rules.replaceChildren(
+    ...transitions.map((each) => {
+      const badge = make("span", { class: "badge", style: `color: ${each.color}` }, String(each.number));
+      const way = make("b", {}, `${each.from} → ${each.to}`);
+      return make("li", {}, badge, make("span", {}, way, ` ${each.when.join(", or ") || "always"}`));
+    }),
+  );
+  parts.graph.innerHTML = svg;
+  requestAnimationFrame(() => arrange(parts));
+}
+
+/** Crop the drawing to its graph, since its list of conditions stands below as text, which is never too small. */
+function arrange(parts) {
+  const graph = parts.graph.querySelector("[data-state]")?.parentNode;
+  if (!graph || !parts.graph.clientWidth) return;
+  const svg = graph.ownerSVGElement;
+  const { x, y, width, height } = graph.getBBox();
+  const at = graph.transform.baseVal.consolidate()?.matrix ?? { e: 0, f: 0 };
+  const edge = 12;
+  svg.setAttribute("viewBox", `${x + at.e - edge} ${y + at.f - edge} ${width + 2 * edge} ${height + 2 * edge}`);
+  svg.setAttribute("width", width + 2 * edge);
+  svg.setAttribute("height", height + 2 * edge);
+  const room = parts.root.querySelector(".desk").clientWidth;
+  parts.root.classList.toggle("spread", width > 1.5 * room); // too wide beside the world: below it
 }
 
 function showMoment(parts, model) {
@@ -183,11 +206,12 @@ function showMoment(parts, model) {
     button.classList.toggle("current", current);
     button.setAttribute("aria-current", String(current));
   }
-  for (const box of parts.automaton.querySelectorAll("[data-state]")) {
+  for (const box of parts.graph.querySelectorAll("[data-state]")) {
     box.classList.toggle("current", box.dataset.state === state);
   }
-  const rows = readings.flatMap(([label, value]) => [make("dt", {}, label), make("dd", {}, value)]);
+  const rows = readings.map(([label, value]) => make("div", {}, make("dt", {}, label), make("dd", {}, value)));
   parts.readings.replaceChildren(...rows);
+  parts.path.textContent = path.length > 1 ? path.join(" › ") : "";
   parts.canvas.setAttribute("aria-label", `The world at ${time}; the robot is in ${path.join(", in ")}`);
   const { scenario, seed } = model.get("arena");
   parts.where.textContent = `${scenario}, world ${seed}`;
@@ -255,9 +279,12 @@ function makePicture(canvas, model, root) {
   function paint(now) {
     pending = 0;
     const arena = model.get("arena");
-    if (!canvas.clientWidth || !arena.width) return;
+    const room = canvas.parentElement.clientWidth;
+    if (!room || !arena.width) return;
     const sharp = window.devicePixelRatio || 1;
-    const width = canvas.clientWidth, height = Math.round((width * arena.height) / arena.width);
+    const width = Math.min(room, Math.round((TALLEST_PX * arena.width) / arena.height));
+    const height = Math.round((width * arena.height) / arena.width);
+    canvas.style.width = `${width}px`;
     canvas.style.height = `${height}px`;
     if (canvas.width !== Math.round(width * sharp)) canvas.width = Math.round(width * sharp);
     if (canvas.height !== Math.round(height * sharp)) canvas.height = Math.round(height * sharp);
