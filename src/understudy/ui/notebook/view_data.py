@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -22,6 +21,8 @@ from understudy.viz.appearance import choose_obstacle_colors, choose_robot_color
 from understudy.viz.automaton_svg import Conditions, draw_automaton_svg
 from understudy.viz.palette import COLORS
 
+_DRAWN = ("x", "y", "size", "square", "color", "full", "label")
+"""What the page needs of an object's mark."""
 PlainData: TypeAlias = dict[str, Any]
 """Data that JSON can represent."""
 
@@ -50,8 +51,8 @@ def describe_arena(trainer: Trainer, view: WorldView) -> PlainData:
 
 
 def describe_objects(view: WorldView) -> list[PlainData]:
-    """Describe the objects as all pictures draw them (lengths in m)."""
-    return [asdict(mark) for mark in list_object_marks(view)]
+    """Describe the objects as other pictures draw them, too (lengths in m)."""
+    return [{name: getattr(mark, name) for name in _DRAWN} for mark in list_object_marks(view)]
 
 
 def pack_robots(view: WorldView) -> bytes:
@@ -138,7 +139,7 @@ def describe_moment(trainer: Trainer, view: WorldView) -> PlainData:
         "state": seen.state,
         "path": list(seen.path),
         "readings": readings,
-        "targets": trainer.list_target_places(),
+        "targets": [[round(x, 3), round(y, 3)] for x, y in trainer.list_target_places()],
     }
 
 
@@ -149,7 +150,6 @@ def describe_panel(trainer: Trainer, *, can_save: bool) -> PlainData:
     return {
         "title": f"{trainer.name}{formatting.format_targets(seen)}",
         "mode": seen.mode.value,
-        "live": trainer.session.lesson.options.live,
         "paused": trainer.paused,
         "flag": seen.flag,
         "waiting": seen.waiting,

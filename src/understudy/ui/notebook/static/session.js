@@ -11,7 +11,7 @@ const COMMANDS = {
   " ": "pause", ".": "step", t: "toggle_mode", Enter: "confirm", u: "undo", U: "redo", r: "restart", n: "new_world",
   A: "ask", s: "save",
 };
-const TALLEST_PX = 560; // the picture of a world is not higher, so that all of it is on the screen
+const TALLEST_PX = 560, TALLEST_STACKED_PX = 400; // so that the buttons beside or below the picture are on the screen
 const JUMP_M = 1.0; // a robot that is farther from where it was has been put there
 
 function render({ model, el }) {
@@ -282,7 +282,8 @@ function makePicture(canvas, model, root) {
     const room = canvas.parentElement.clientWidth;
     if (!room || !arena.width) return;
     const sharp = window.devicePixelRatio || 1;
-    const width = Math.min(room, Math.round((TALLEST_PX * arena.width) / arena.height));
+    const tallest = room > 0.8 * root.clientWidth ? TALLEST_STACKED_PX : TALLEST_PX;
+    const width = Math.min(room, Math.round((tallest * arena.width) / arena.height));
     const height = Math.round((width * arena.height) / arena.width);
     canvas.style.width = `${width}px`;
     canvas.style.height = `${height}px`;
