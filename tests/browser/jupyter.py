@@ -11,12 +11,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+from playwright.sync_api import Locator, Page, expect
+
 READY = re.compile(r"(http://127\.0\.0\.1:\d+)/lab")
 QUIET = {
     "notification": {"fetchNews": "false", "checkForUpdates": False},
     "themes": {"theme": "JupyterLab Light"},
 }
 """Settings of JupyterLab, so that it asks nothing of other hosts."""
+STARTED, DROPPED = "[*]:", "[ ]:"
+"""What stands beside a cell that runs, and beside one that never did."""
 
 
 class Jupyter:
@@ -64,6 +68,11 @@ class Jupyter:
                 return
         raise AssertionError("JupyterLab did not start: " + "".join(said))
 
+    def open(self, page: Page, notebook: str) -> Notebook:
+        """Open a notebook, and wait until its kernel is there."""
+        page.goto(self.url(notebook))
+        return Notebook(page)
+
     def url(self, notebook: str) -> str:
         """The address of a notebook alone, without the list of files."""
         return f"{self.address}/doc/tree/{notebook}?token={self.token}"
@@ -79,3 +88,63 @@ class Jupyter:
         self._process.wait(30)
         self._process.stdout.close()
         self._process = None
+
+
+class Notebook:
+    """A notebook that is open in a page, from which its cells are run."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.cells = page.locator(".jp-Notebook .jp-Cell")
+        self.widget = page.locator(".understudy")
+        self.wait_for_kernel()
+
+    def wait_for_kernel(self) -> None:
+        """Wait until the kernel is idle."""
+        expect(self.page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]')).to_be_attached(
+            timeout=60_000
+        )
+
+    def start(self, cell: int) -> None:
+        """Start a cell, counted from 0; right after loading, the notebook takes no keys yet, or drops what it began."""
+        prompt = self.cells.nth(cell).locator(".jp-InputPrompt")
+        before = prompt.inner_text()
+        for _ in range(20):
+            self.cells.nth(cell).locator(".cm-content").click()
+            self.page.keyboard.press("Control+Enter")
+            for _ in range(10):
+                self.page.wait_for_timeout(100)
+                if prompt.inner_text() not in (before, STARTED, DROPPED):
+                    return
+            if prompt.inner_text() == STARTED:
+                return
+        raise AssertionError(f"cell {cell} does not start")
+
+    def run(self, cell: int) -> str:
+        """Run a cell, and return what it prints."""
+        self.start(cell)
+        prompt = self.cells.nth(cell).locator(".jp-InputPrompt")
+        expect(prompt).to_have_text(re.compile(r"\[\d+\]"), timeout=60_000)
+        self.page.wait_for_timeout(100)
+        return "\n".join(self.cells.nth(cell).locator(".jp-OutputArea-output").all_text_contents()).strip()
+
+    def state(self, name: str) -> Locator:
+        """The button of a state."""
+        return self.widget.locator(f'.states [data-state="{name}"]')
+
+    def reading(self, label: str) -> float:
+        """The number that a reading shows."""
+        text = self.widget.locator(".readings div", has_text=label).locator("dd").inner_text()
+        return float(text.replace("−", "-").rstrip("°m "))
+
+
+def write_notebook(path: Path, *cells: str) -> None:
+    """Write a notebook of code cells."""
+    made = [
+        {"cell_type": "code", "id": f"cell-{number}", "source": source, "metadata": {}, "outputs": [],
+         "execution_count": None}
+        for number, source in enumerate(cells)
+    ]  # fmt: skip
+    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    content = {"cells": made, "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 5}
+    path.write_text(json.dumps(content), encoding="utf-8")
