@@ -77,6 +77,12 @@ class Jupyter:
         """The address of a notebook alone, without the list of files."""
         return f"{self.address}/doc/tree/{notebook}?token={self.token}"
 
+    def restart_kernels(self, page: Page) -> None:
+        """End all kernels, and start others in their place."""
+        access = {"Authorization": f"token {self.token}"}
+        for kernel in page.request.get(f"{self.address}/api/kernels", headers=access).json():
+            page.request.post(f"{self.address}/api/kernels/{kernel['id']}/restart", headers=access)
+
     def stop(self) -> None:
         """Ask it to end, as the system does, with its kernels."""
         if self._process is None:

@@ -151,10 +151,8 @@ def test_a_reload_and_the_end_of_the_kernel_lose_nothing(
     expect(notebook.state("forward")).to_have_attribute("aria-current", "true")
     press(notebook, "rotate_left")
 
-    page.get_by_role("menuitem", name="Kernel", exact=True).click()
-    page.get_by_role("menuitem", name="Restart Kernel…", exact=True).click()
-    page.get_by_role("button", name="Confirm Kernel Restart").click()
-    page.wait_for_timeout(1000)
+    jupyter.restart_kernels(page)
+    page.wait_for_timeout(2000)
     notebook.wait_for_kernel()
     assert notebook.run(2) == "4 rotate_left"
     notebook.run(3)

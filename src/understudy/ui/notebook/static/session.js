@@ -40,6 +40,7 @@ function render({ model, el }) {
   root.addEventListener("click", (event) => {
     if (event.detail > 0) root.focus({ preventScroll: true }); // a click with the mouse: keys are commands again
   });
+  const stopKeys = keepPlainKeys(root);
   const stopTheme = followTheme(root, picture.draw);
   const resized = new ResizeObserver(() => { arrange(parts); picture.draw(); });
   resized.observe(root);
@@ -48,6 +49,7 @@ function render({ model, el }) {
   return () => {
     for (const [name, update] of Object.entries(show)) model.off(`change:${name}`, update);
     stopReports();
+    stopKeys();
     stopTheme();
     resized.disconnect();
   };
@@ -109,8 +111,7 @@ function makeParts(send) {
   const automaton = make("div", { class: "automaton" }, parts.graph, parts.rules);
   parts.root = make(
     "div",
-    // Without the attribute, JupyterLab would take the keys of states as its own: 1 makes a heading of the cell.
-    { class: "understudy", tabindex: "0", role: "application", "data-lm-suppress-shortcuts": "true" },
+    { class: "understudy", tabindex: "0", role: "application" },
     make("header", {}, parts.title, parts.mode, parts.path, parts.count, parts.time),
     make("div", { class: "columns" }, make("figure", {}, parts.canvas, parts.where), desk, automaton),
   );
@@ -218,6 +219,20 @@ function showMoment(parts, model) {
 }
 
 // Keys
+
+/**
+ * Keep plain keys from JupyterLab, where 1 would make a heading of the cell and d d delete it; Ctrl+S still saves.
+ *
+ * It looks for this attribute when a key reaches the document, which is after the window.
+ */
+function keepPlainKeys(root) {
+  const mark = (event) => {
+    const plain = !(event.ctrlKey || event.metaKey || event.altKey);
+    root.toggleAttribute("data-lm-suppress-shortcuts", plain);
+  };
+  window.addEventListener("keydown", mark, true);
+  return () => window.removeEventListener("keydown", mark, true);
+}
 
 function pressKey(event, parts, model, send) {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
