@@ -146,7 +146,7 @@ class Notebook:
 
 def write_notebook(path: Path, *cells: str) -> None:
     """Write a notebook of code cells."""
-    made = [
+    made: list[dict[str, object]] = [
         {"cell_type": "code", "id": f"cell-{number}", "source": source, "metadata": {}, "outputs": [],
          "execution_count": None}
         for number, source in enumerate(cells)

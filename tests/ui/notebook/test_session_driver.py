@@ -288,7 +288,7 @@ def test_bodies_that_cannot_be_shown() -> None:
     ):
         driver(goto(body=Timeless([42])))
     session = goto()
-    session.body = Scripted({})
+    session.body = Scripted(1)
     with pytest.raises(
         SessionError, match="there is no picture of a Scripted: give the session a body that is"
     ):

@@ -32,7 +32,7 @@ class SessionWidget(AnyWidget):
     lesson = traitlets.Dict().tag(sync=True)
     panel = traitlets.Dict().tag(sync=True)
     moment = traitlets.Dict().tag(sync=True)
-    objects = traitlets.List().tag(sync=True)
+    objects: traitlets.List[view_data.PlainData] = traitlets.List().tag(sync=True)
     robots = traitlets.Bytes().tag(sync=True)
     trail = traitlets.Bytes().tag(sync=True)
 
