@@ -62,10 +62,12 @@ def _graph(graph: AutomatonGraph) -> list[str]:
     parts = [
         _text(MARGIN, 34.0, graph.title, TITLE_SIZE, bold=True),
         _text(width - MARGIN, 34.0, graph.note, NOTE_SIZE, anchor="end", color=FAINT),
+        "<g>",
         *(_arrow(edge, arrow) for edge, arrow in zip(graph.edges, graph.arrows, strict=True)),
         _start(graph.boxes[0]),
         *(_box(node, box) for node, box in zip(graph.nodes, graph.boxes, strict=True)),
         *(_badge(edge, *arrow.badge) for edge, arrow in zip(graph.edges, graph.arrows, strict=True)),
+        "</g>",
     ]
     if graph.edges:
         parts.append(f'<path d="M{MARGIN} {graph.rule:.1f}H{width - MARGIN:.1f}" stroke="{LINE}"/>')
