@@ -92,7 +92,7 @@ class ScenarioEnv(gymnasium.Env[Floats32, Any]):
         self.observation_space = spaces.Box(self.task.low, self.task.high, dtype=np.float32)
         self.action_space = make_action_space(self.task)
         self._look_up = (
-            self.task.look_up_behaviors if self.task.behaviors else self.task.look_up_channels
+            self.task.look_up_behavior if self.task.behaviors else self.task.look_up_channels
         )
 
     def reset(

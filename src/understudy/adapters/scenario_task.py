@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
+from operator import index
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -87,6 +88,7 @@ class ScenarioTask:
         limits = [_limit_reading(kinds[name], options.absent) for name, _ in self.keys]
         self.low, self.high = np.array(limits, np.float32).reshape(-1, 2).T
         self._list_actions()
+        self._nothing = [0.0] * self.robots
         self._limit_ticks = round((options.limit_s or self.scenario.limit_s) / self.scenario.tick_s)
         self.reset(0)
 
@@ -149,6 +151,7 @@ class ScenarioTask:
         for row, name in enumerate(self.behaviors):
             for channel, value in known[name].command.items():
                 self._commands[row, COLUMNS.index(channel)] = value
+        self._rows = list(self._commands[:, None])
 
     def reset(self, seed: int) -> Floats32:
         """Begin a new episode in the world of a seed; return what is observed [N, F]."""
@@ -160,7 +163,7 @@ class ScenarioTask:
             self._counted = np.asarray(state.robots)["delivered"]
         elif goal is not None and goal.gathered:
             self._counted = np.asarray(state.objects)["gathered"]
-        self._before = None if self._counted is None else self._counted.copy()
+        self._before = [] if self._counted is None else self._counted.tolist()
         self._was_finished = bool(self._finished[0] >= 0)
         return self._encode(self.world.measure(self.keys))
 
@@ -180,7 +183,7 @@ class ScenarioTask:
 
     def _encode(self, measured: NDArray[np.float64]) -> Floats32:
         observed = measured.astype(np.float32)
-        observed[np.isnan(observed)] = self.options.absent
+        observed[observed != observed] = self.options.absent  # NaN
         return observed
 
     def _reward(self) -> list[float]:
@@ -191,8 +194,11 @@ class ScenarioTask:
             value = float(finished and not self._was_finished)
             self._was_finished = finished
             return [value] * self.robots
-        gained = self._counted - self._before
-        self._before = self._counted.copy()
+        counted = self._counted.tolist()
+        if counted == self._before:  # as in most ticks
+            return self._nothing
+        gained = np.subtract(counted, self._before)
+        self._before = counted
         if gained.ndim > 1:
             return [float(gained.sum())] * self.robots
         return [float(each) for each in gained.tolist()]
@@ -206,6 +212,16 @@ class ScenarioTask:
                 remedy=f"return a finite number, or {self.robots} of them",
             )
         return [float(each) for each in np.broadcast_to(values, self.robots).tolist()]
+
+    def look_up_behavior(self, actions: tuple[Any]) -> NDArray[np.float64]:
+        """Return the commands [1, 5] of one action: as `look_up_behaviors`, in a tenth of the time."""
+        try:
+            number = index(actions[0])
+        except TypeError:
+            number = -1
+        if 0 <= number < len(self._rows):
+            return self._rows[number]
+        return self.look_up_behaviors(actions)
 
     def look_up_behaviors(self, actions: Sequence[Any]) -> NDArray[np.float64]:
         """Return the commands [N, 5] of actions that are numbers of basic behaviors; refuse others."""
