@@ -125,14 +125,16 @@ class GymnasiumBody:
         return self._ticks * self.tick_s
 
     @property
-    def ended(self) -> NDArray[np.bool_]:
+    def is_over(self) -> NDArray[np.bool_]:
         """Whether the episode of each agent has ended [N]."""
-        return (self._values[-2] > 0) | (self._values[-1] > 0)
+        over: NDArray[np.bool_] = self._values[-2:].max(axis=0) > 0
+        return over
 
     @property
     def returns(self) -> Column:
         """The sum of the rewards of each agent since the last reset [N]."""
-        return self._values[-3].copy()
+        returns: Column = self._values[-3].copy()
+        return returns
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin new episodes.
@@ -143,7 +145,8 @@ class GymnasiumBody:
             One whole number from 0 up per environment; SettingError otherwise.
         """
         seeds = list(seeds)
-        whole = all(isinstance(seed, int | np.integer) and seed >= 0 for seed in seeds)
+        given: list[Any] = seeds
+        whole = all(isinstance(seed, int | np.integer) and seed >= 0 for seed in given)
         if len(seeds) != self.agents or not whole:
             raise SettingError(
                 where=f"environment {self.name}",
@@ -211,7 +214,7 @@ class GymnasiumBody:
             such channel, or an action is out of the range of the action space.
         """
         table = self._check_commands(commands)
-        running = np.flatnonzero(~self.ended)
+        running = np.flatnonzero(~self.is_over)
         self._values[-4] = 0.0
         for agent in running:
             step = self.environments[agent].step
@@ -309,7 +312,7 @@ def _make_environments(make: str | EnvMaker | AnyEnv, count: int) -> list[AnyEnv
     if not callable(make):
         remedy = "give the name of a registered one, a function that makes one, or one"
         raise _wrong_make("make", f"is a {type(make).__name__}", remedy)
-    made = [make() for _ in range(count)]
+    made: list[Any] = [make() for _ in range(count)]
     wrong = [each for each in made if not isinstance(each, gymnasium.Env)]
     if wrong:
         raise _wrong_make("make", f"returned a {type(wrong[0]).__name__}", "return a gymnasium.Env")
@@ -366,7 +369,11 @@ def _make_readings(
 
 
 def _describe_observed(number: SpaceNumber) -> str:
-    return "" if abs(number.least) == inf or abs(number.most) == inf else f"From {number.least:g} to {number.most:g}."
+    return (
+        ""
+        if abs(number.least) == inf or abs(number.most) == inf
+        else f"From {number.least:g} to {number.most:g}."
+    )
 
 
 def _make_channels(
@@ -378,7 +385,9 @@ def _make_channels(
             raise UnknownName(what="channel", name=name, where=where, known=names)
     channels = []
     for number in numbers:
-        usual = number.least if isinstance(number.kind, Categorical) else min(max(0.0, number.least), number.most)
+        usual = (
+            number.least if isinstance(number.kind, Categorical) else min(max(0.0, number.least), number.most)
+        )
         value = float(rest.get(number.name, usual))
         channel = Channel(
             number.name, value, least=number.least, most=number.most, whole=number.whole,
@@ -394,7 +403,10 @@ def _make_channels(
 
 
 def _make_behaviors(
-    channels: Sequence[Channel], given: Sequence[str] | Mapping[str, Mapping[str, float]] | None, *, where: str
+    channels: Sequence[Channel],
+    given: Sequence[str] | Mapping[str, Mapping[str, float]] | None,
+    *,
+    where: str,
 ) -> tuple[Behavior, ...]:
     """Make the basic behaviors: those given, or one for each value or limit of each channel."""
     if isinstance(given, Mapping):
@@ -435,7 +447,9 @@ def _check_behavior(
     known = {channel.name: channel for channel in channels}
     for channel, value in command.items():
         if channel not in known:
-            raise UnknownName(what=f"channel for behavior {name!r}", name=channel, where=where, known=list(known))
+            raise UnknownName(
+                what=f"channel for behavior {name!r}", name=channel, where=where, known=list(known)
+            )
         if not _find_valid(known[channel], np.array([value], np.float64)).all():
             raise SettingError(
                 where=where,

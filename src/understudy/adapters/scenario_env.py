@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import gymnasium
 import numpy as np
@@ -62,7 +62,7 @@ class ScenarioEnv(gymnasium.Env[Floats32, Any]):
     is the index of its label. A reset without a seed draws the world; with a seed, the world is that of the seed.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 10}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 (as its base has it)
 
     def __init__(
         self,
@@ -91,9 +91,7 @@ class ScenarioEnv(gymnasium.Env[Floats32, Any]):
         self.render_mode = check_render_mode(render_mode, where=self.task.where)
         self.observation_space = spaces.Box(self.task.low, self.task.high, dtype=np.float32)
         self.action_space = make_action_space(self.task)
-        self._look_up = (
-            self.task.look_up_behavior if self.task.behaviors else self.task.look_up_channels
-        )
+        self._look_up = self.task.look_up_behavior if self.task.behaviors else self.task.look_up_channels
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -132,7 +130,7 @@ class ScenarioEnv(gymnasium.Env[Floats32, Any]):
         observed, (reward,), terminated, truncated = self.task.step(self._look_up((action,)))
         return observed[0], reward, terminated, truncated, {}
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """Draw the world [height, width, 3]; None without a render mode."""
         return None if self.render_mode is None else draw_world_picture(self.task.world.view())
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import numpy as np
 from gymnasium import spaces
@@ -60,8 +60,6 @@ class ScenarioParallelEnv(ParallelEnv[str, Floats32, Any]):
         If the scenario has no such reading.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"name": "understudy_scenario", "render_modes": ["rgb_array"], "render_fps": 10}
-
     def __init__(
         self,
         scenario: Scenario | str,
@@ -79,16 +77,16 @@ class ScenarioParallelEnv(ParallelEnv[str, Floats32, Any]):
         )  # fmt: skip
         self.task = ScenarioTask(scenario, options)
         name, fps = f"understudy_{self.task.scenario.name}", round(1.0 / self.task.scenario.tick_s)
-        self.metadata = {**self.metadata, "name": name, "render_fps": fps}
+        self.metadata = {"name": name, "render_modes": ["rgb_array"], "render_fps": fps}
         self.render_mode = check_render_mode(render_mode, where=self.task.where)
         self.possible_agents = [f"robot_{robot}" for robot in range(self.task.robots)]
         self.agents: list[str] = []
         box = (self.task.low, self.task.high)
-        self.observation_spaces = {agent: spaces.Box(*box, dtype=np.float32) for agent in self.possible_agents}
+        self.observation_spaces = {
+            agent: spaces.Box(*box, dtype=np.float32) for agent in self.possible_agents
+        }
         self.action_spaces = {agent: make_action_space(self.task) for agent in self.possible_agents}
-        self._look_up = (
-            self.task.look_up_behaviors if self.task.behaviors else self.task.look_up_channels
-        )
+        self._look_up = self.task.look_up_behaviors if self.task.behaviors else self.task.look_up_channels
         self._generator = np_random(None)[0]
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
@@ -120,7 +118,9 @@ class ScenarioParallelEnv(ParallelEnv[str, Floats32, Any]):
             self._generator = np_random(seed)[0]
         world = int(self._generator.integers(SEEDS)) if seed is None else seed
         self.agents = list(self.possible_agents)
-        return dict(zip(self.agents, self.task.reset(world), strict=True)), {agent: {} for agent in self.agents}
+        return dict(zip(self.agents, self.task.reset(world), strict=True)), {
+            agent: {} for agent in self.agents
+        }
 
     def step(
         self, actions: Mapping[str, Any]

@@ -170,10 +170,7 @@ class ScenarioTask:
     def step(self, commands: NDArray[np.float64]) -> tuple[Floats32, list[float], bool, bool]:
         """Advance one tick under commands [N, 5].
 
-        Returns
-        -------
-        tuple
-            What is observed [N, F], the reward of each robot, and whether the episode is terminated and truncated.
+        Return what is observed [N, F], the reward of each robot, and whether the episode is terminated and truncated.
         """
         observed = self._encode(self.world.advance_under(commands, self.keys))
         reward = self._reward()
@@ -220,11 +217,13 @@ class ScenarioTask:
         except TypeError:
             number = -1
         if 0 <= number < len(self._rows):
-            return self._rows[number]
+            row: NDArray[np.float64] = self._rows[number]
+            return row
         return self.look_up_behaviors(actions)
 
     def look_up_behaviors(self, actions: Sequence[Any]) -> NDArray[np.float64]:
         """Return the commands [N, 5] of actions that are numbers of basic behaviors; refuse others."""
+        numbers = np.zeros(0, np.int64)
         try:
             numbers = np.array(actions, np.int64)
             inside = bool(((numbers >= 0) & (numbers < len(self._commands))).all())
@@ -239,6 +238,7 @@ class ScenarioTask:
     def look_up_channels(self, actions: Sequence[Any]) -> NDArray[np.float64]:
         """Return the commands [N, 5] of actions that are a value for each channel; refuse others."""
         width = len(self.channels)
+        values = np.zeros(0, np.float32)
         try:
             values = np.array(actions, np.float32)
             inside = values.shape == (len(actions), width) and bool(

@@ -85,7 +85,9 @@ class SpaceNumbers:
             known = "Box, Discrete, MultiDiscrete, MultiBinary, Dict and Tuple"
             remedy = f"wrap the environment so that its spaces are of {known} (gymnasium.wrappers)"
             raise self._wrong(
-                space, f"is a {type(space).__name__}, which is no list of numbers{_format_place(place)}", remedy
+                space,
+                f"is a {type(space).__name__}, which is no list of numbers{_format_place(place)}",
+                remedy,
             )
 
     def _add(self, place: Place, space: Any, prefix: str) -> None:
@@ -114,7 +116,9 @@ class SpaceNumbers:
             numbers = np.asarray(value, np.float64).reshape(-1)
             if len(numbers) != part.count:
                 problem = f"has {len(numbers)} numbers instead of {part.count}{_format_place(part.place)}"
-                raise self._wrong(part.space, problem, "correct the environment, so that it keeps to its space")
+                raise self._wrong(
+                    part.space, problem, "correct the environment, so that it keeps to its space"
+                )
             found[part.first : part.first + part.count] = numbers - part.offset
         found[np.isinf(found)] = np.nan
         return found
