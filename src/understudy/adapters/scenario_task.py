@@ -238,7 +238,7 @@ class ScenarioTask:
     def look_up_channels(self, actions: Sequence[Any]) -> NDArray[np.float64]:
         """Return the commands [N, 5] of actions that are a value for each channel; refuse others."""
         width = len(self.channels)
-        values = np.zeros(0, np.float32)
+        values: NDArray[Any] = np.zeros(0, np.float32)
         try:
             values = np.array(actions, np.float32)
             inside = values.shape == (len(actions), width) and bool(
