@@ -246,6 +246,43 @@ class World(EditableWorld):
         for agent in running:
             self._skills.advance(self, agent)
 
+    def measure(self, keys: tuple[ReadingKey, ...]) -> NDArray[np.float64]:
+        """Measure readings as `sense` does, without its checks, as one table.
+
+        Parameters
+        ----------
+        keys
+            Readings of sensors, each once, as `check_keys` returns them.
+
+        Returns
+        -------
+        NDArray[np.float64]
+            The readings [B*N, F]; NaN where absent.
+        """
+        measured = np.empty((self.agents, len(keys)))
+        sense_worlds(self._context(keys), self.worlds, measured)
+        return measured
+
+    def advance_under(
+        self, commands: NDArray[np.float64], keys: tuple[ReadingKey, ...]
+    ) -> NDArray[np.float64]:
+        """Advance all worlds by one tick, then measure: as `act` and `sense`, without their checks and without skills.
+
+        Parameters
+        ----------
+        commands
+            A table [B*N, 5] such as `check_commands` returns.
+        keys
+            The readings, as for `measure`.
+
+        Returns
+        -------
+        NDArray[np.float64]
+            The readings [B*N, F] after the tick; NaN where absent.
+        """
+        apply_commands(self._context(()), self.worlds, commands)
+        return self.measure(keys)
+
     def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
         """Return the number of a skill with targets, for the channel `skill`.
 
