@@ -113,7 +113,7 @@ COMMANDS = {
     "draw": "NAME --out -o --children --force --library -l --world -w --kit --json",
     "export": "",
     "export automaton": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
-    "export data": "SOURCE --out -o --table --json",
+    "export data": "SOURCE... --out -o --table --to --json",
     "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --goal --metric --limit --against "
     "--against-behavior --jobs -j --each --format --json",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "

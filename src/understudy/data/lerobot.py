@@ -13,7 +13,7 @@ import numpy as np
 from understudy.data.column_statistics import summarize_columns
 from understudy.data.demonstrations import Demonstrations, gather_demonstrations, list_presses
 from understudy.data.episode import Episode
-from understudy.data.lerobot_tables import connect_database, write_arrays, write_names, write_table
+from understudy.data.lerobot_tables import connect_database, write_arrays, write_names, write_rows
 from understudy.data.new_folder import create_folder
 from understudy.errors import SettingError
 
@@ -241,7 +241,7 @@ def _write_episode_table(
         }
         columns |= {name: "BIGINT[]" if name.endswith("/count") else "DOUBLE[]" for name in statistics}
         rows.append([*_describe_episode(part, tasks), *statistics.values()])
-    write_table(database, made / EPISODES_PATH, columns, rows)
+    write_rows(database, made / EPISODES_PATH, columns, rows)
 
 
 def _describe_episode(part: _Part, tasks: Sequence[str]) -> list[Any]:

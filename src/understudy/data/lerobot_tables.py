@@ -23,7 +23,7 @@ def connect_database() -> Any:
         raise ExtraMissing(what="a LeRobot data set", extra="parquet") from None
 
 
-def write_table(
+def write_rows(
     database: Any,
     path: Path | str,
     columns: Mapping[str, str],
@@ -66,7 +66,7 @@ def write_names(database: Any, path: Path | str, what: str, names: Sequence[str]
         "pandas_version": "2.2.0",
     }
     columns = {f"{what}_index": "BIGINT", what: "VARCHAR"}
-    write_table(database, path, columns, list(enumerate(names)), pandas=json.dumps(pandas))
+    write_rows(database, path, columns, list(enumerate(names)), pandas=json.dumps(pandas))
 
 
 def write_arrays(

@@ -41,7 +41,7 @@ def write_card(title: str, facts: Sequence[str], *parts: str) -> str:
     return f'<div style="{CARD}"><b>{escape(title)}</b>{small}{"".join(parts)}</div>'
 
 
-def write_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def format_html_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Write a table of texts; of many rows the first ones, and how many there are more."""
     rows = list(rows)
     if not rows:
@@ -84,7 +84,7 @@ def write_lesson_html(lesson: Lesson) -> str:
     ]
     states = f"states {', '.join(automaton.state_names)}"
     facts = [", ".join([*number, *watched]) or "no examples", states, ", ".join(options)]
-    return write_card(f"Lesson {_call(automaton)}", facts, write_table(heads, rows))
+    return write_card(f"Lesson {_call(automaton)}", facts, format_html_table(heads, rows))
 
 
 _PRESSED = (ExampleKind.DIRECTIVE, ExampleKind.CONFIRMATION, ExampleKind.DEFAULT)
@@ -108,7 +108,7 @@ def write_library_html(library: Library) -> str:
         f"{len(kit.targets)} targets",
     ]
     title = f"Library of {len(rows)} {'automaton' if len(rows) == 1 else 'automata'}"
-    return write_card(title, facts, write_table(("automaton", "states", "features", "examples"), rows))
+    return write_card(title, facts, format_html_table(("automaton", "states", "features", "examples"), rows))
 
 
 def write_run_html(run: Run) -> str:
@@ -120,7 +120,7 @@ def write_run_html(run: Run) -> str:
     ]
     rows += [("", "")] * (agents - len(rows))
     facts = [f"{type(run.body).__name__}", f"{agents} agent{'s' * (agents != 1)}", f"{run.body.time_s:.1f} s"]
-    return write_card("Run", facts, write_table(("agent", "states, outermost first"), rows))
+    return write_card("Run", facts, format_html_table(("agent", "states, outermost first"), rows))
 
 
 def write_session_html(session: Session) -> str:
@@ -139,7 +139,7 @@ def write_session_html(session: Session) -> str:
     ]
     shown = f'<div style="margin-top:.4em">{escape(" | ".join(states))}</div>'
     title = f"Session of {_call(session.automaton)}"
-    return write_card(title, facts, shown, write_table(("feature", "now"), values))
+    return write_card(title, facts, shown, format_html_table(("feature", "now"), values))
 
 
 def write_evaluation_html(evaluation: Any, interval: Interval) -> str:
@@ -155,7 +155,7 @@ def write_evaluation_html(evaluation: Any, interval: Interval) -> str:
     ]
     heads = ("", "finished", "median of those", "longest")
     return write_card(
-        f"Evaluation of {evaluation.behavior} in {evaluation.world}", facts, write_table(heads, rows)
+        f"Evaluation of {evaluation.behavior} in {evaluation.world}", facts, format_html_table(heads, rows)
     )
 
 

@@ -1,14 +1,16 @@
-"""`understudy export data`: each source as each of its tables, and one sentence for what cannot be written."""
+"""`understudy export data`: tables, data sets, and one sentence for what cannot be written."""
 
 from __future__ import annotations
 
 import csv
+import json
 from pathlib import Path
 
 import pytest
 from tests.formats.made import FOLDER
 from tests.ui.cli.commands import run, said
 
+from understudy.data import read_episodes
 from understudy.learning.csv_table import read_lesson_table
 from understudy.learning.fit import learn
 from understudy.storage.library_folder import open_document
@@ -65,6 +67,37 @@ def test_it_says_what_it_wrote(tmp_path: Path) -> None:
     assert result.stdout.split() == f"presses of {JOURNAL} in {out}: 9 rows, 7 columns".split()
 
 
+@pytest.mark.parametrize("to", ["lerobot", "minari"])
+def test_runs_become_one_data_set(to: str, tmp_path: Path) -> None:
+    out = tmp_path / "runs-v0"
+    told = said("export", "data", JOURNAL, JOURNAL, "--to", to, "--out", out)
+    episodes = 2 * read_episodes(JOURNAL)
+    whole = [each for each in episodes if to == "lerobot" or each.ticks > 1]
+    assert told == {
+        "sources": [str(JOURNAL), str(JOURNAL)],
+        "to": to,
+        "out": str(out),
+        "episodes": len(whole),
+        "ticks": sum(each.ticks for each in whole),
+        "left_out": len(episodes) - len(whole),
+    }
+    if to == "minari":
+        minari = pytest.importorskip("minari", reason="needs Minari: pip install 'minari[hdf5]'")
+        assert minari.MinariDataset(out / "data").total_steps == sum(each.ticks - 1 for each in whole)
+    else:
+        information = json.loads((out / "meta" / "info.json").read_text())
+        assert (information["total_episodes"], information["total_frames"]) == (len(whole), told["ticks"])
+
+
+def test_a_data_set_is_never_overwritten(tmp_path: Path) -> None:
+    out = tmp_path / "runs-v0"
+    out.mkdir()
+    result = run("export", "data", JOURNAL, "--to", "minari", "--out", out)
+    assert result.exit_code == 2
+    assert "exists" in result.stderr
+    assert list(out.iterdir()) == []
+
+
 BAD = [
     (["export", "data", TRACE, "-o", "out.txt"], "'out.txt' is no table; name a file that ends in .csv, .jsonl or"),
     (["export", "data", TRACE, "-o", LESSON], "is no table"),
@@ -72,6 +105,10 @@ BAD = [
     (["export", "data", TRACE, "-o", "out.csv", "--table", "examples"], "it has no lesson; name a library's document"),
     (["export", "data", LESSON, "-o", "out.csv", "--table", "ticks"], "ticks are not in"),
     (["export", "data", "nothing.journal", "-o", "out.csv"], "reading it failed: No such file or directory"),
+    (["export", "data", TRACE, JOURNAL, "-o", "out.csv"], "is one source too many for a table; name one, or give --to"),
+    (["export", "data", TRACE, "-o", "out", "--to", "hdf5"], "'hdf5' is unknown; give lerobot or minari"),
+    (["export", "data", TRACE, "-o", "out", "--to", "lerobot", "--table", "ticks"], "--table does not go with --to"),
+    (["export", "data", TRACE, "-o", "out", "--to", "lerobot"], "its readings were not recorded; give episodes with"),
     (["export", "data", TRACE, "-o", "nowhere/out.csv"], "nowhere/out.csv: writing the table failed: No such file"),
 ]  # fmt: skip
 
@@ -92,6 +129,8 @@ NAMES = [  # arguments after `export`, the usage that is shown
     (["automaton", "goto"], "export automaton"),
     (["data"], "export data"),
     (["data", "--to", "c99"], "export automaton"),
+    (["data", "--to", "lerobot"], "export data"),
+    (["data", "--to=minari"], "export data"),
     (["automaton", "--to", "c99"], "export automaton"),
 ]
 

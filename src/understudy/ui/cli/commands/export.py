@@ -1,4 +1,4 @@
-"""Commands `understudy export`: write an automaton as code that runs without Understudy, or data as a table."""
+"""Commands `understudy export`: write an automaton as code that runs without Understudy, or data."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from understudy.ui.cli.commands.export_data import export_data
+from understudy.ui.cli.commands.export_data import LEROBOT, MINARI, export_data
 from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, LibraryOption
 
 if TYPE_CHECKING:
@@ -39,16 +39,26 @@ def insert_command(args: list[str]) -> list[str]:
     if not args or args[0] in HELP:
         return args
     if args[0] == DATA:
-        is_command = not any(each.partition("=")[0] == "--to" for each in args)
+        has_source = len(args) > 1 and args[1][:1] != "-"
+        is_command = has_source or _find_target(args) in (None, LEROBOT, MINARI)
     else:
         is_command = args[0] == AUTOMATON and (len(args) < 2 or args[1][:1] != "-" or args[1] in HELP)
     return args if is_command else [AUTOMATON, *args]
 
 
+def _find_target(args: Sequence[str]) -> str | None:
+    """Return the value of `--to`, or None if the option is missing."""
+    for place, each in enumerate(args):
+        name, _, value = each.partition("=")
+        if name == "--to":
+            return value or "".join(args[place + 1 : place + 2])
+    return None
+
+
 app = typer.Typer(
     cls=ExportGroup,
     no_args_is_help=True,
-    help="Export an automaton as code, or data as a table. `export NAME` is short for `export automaton NAME`.",
+    help="Export an automaton as code, or data. `export NAME` is short for `export automaton NAME`.",
 )
 app.command(DATA)(export_data)
 
