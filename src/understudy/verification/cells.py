@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf, isinf, nan, nextafter
 from typing import NamedTuple
 
@@ -96,7 +97,7 @@ def divide_axis(bound: BoundFeature, domain: ValueSet, cuts: Iterable[float], sh
     inner = sorted({cut for cut in cuts if cut == cut and not isinf(cut)})
     for low, high in domain.parts:
         ends = [low, *(cut for cut in inner if low < cut < high), high]
-        parts += [ValueSet(((a, b),), False) for a, b in zip(ends, ends[1:], strict=False)]
+        parts += [ValueSet(((a, b),), False) for a, b in pairwise(ends)]
     return Axis(bound, (*parts, ABSENT_ONLY) if domain.absent else tuple(parts), shift)
 
 

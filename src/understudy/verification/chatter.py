@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from understudy.errors import join_names
 from understudy.verification.cycles import TICK_S, Cycle, CycleFinder, CycleSearch
@@ -10,6 +10,7 @@ from understudy.verification.finding import Finding, FindingKind, Severity
 from understudy.verification.subject import Subject, join_conditions, name_examples
 
 HELD = "readings of this cell occur: whether the world gives them is not decided here"
+FLAGS = "members raise the flags that are waited for"
 RESETS = "no member raises its flag in the very tick in which it is restarted"
 
 
@@ -18,13 +19,37 @@ def find_cycles(subject: Subject, tick_s: float | None, unfinished: list[str]) -
     search = CycleFinder(subject.level, tick_s or TICK_S).search()
     if not search.is_finished:
         unfinished.append(subject.label)
-    for cycle in _without_repeats(search):
+    for cycle in _sort_cycles(search):
         yield _make_finding(subject, cycle, tick_s)
+    if any(_list_orders(subject, range(len(subject.level.leaves)))):
+        known = {cycle.states for cycle in search.cycles}
+        for cycle in _sort_cycles(CycleFinder(subject.level, tick_s or TICK_S, flags_vary=True).search()):
+            orders = _list_orders(subject, cycle.states)
+            if cycle.states not in known and len(set(orders)) == 1 and orders[0]:
+                yield _make_repetition(subject, cycle, str(orders[0]))
 
 
-def _without_repeats(search: CycleSearch) -> Iterator[Cycle]:
-    """Yield the cycles, shortest first."""
-    yield from sorted(search.cycles, key=lambda cycle: (len(cycle.states), cycle.states))
+def _sort_cycles(search: CycleSearch) -> list[Cycle]:
+    """Sort cycles, the shortest first."""
+    return sorted(search.cycles, key=lambda cycle: (len(cycle.states), cycle.states))
+
+
+def _make_repetition(subject: Subject, cycle: Cycle, order: str) -> Finding:
+    """Make the finding of states that all give the same order, and follow each other whenever members raise flags."""
+    names = [subject.level.automaton.states[state].name for state in cycle.states]
+    cells = subject.make_cells(cycle.boxes)
+    there = join_conditions(cells)
+    where = "" if there == "always" else f" where {there}"
+    return Finding(
+        FindingKind.REPEATED_ORDER,
+        Severity.WARNING,
+        subject.label,
+        f"{subject.label} gives the order {order} again and again{where}: {' → '.join((*names, names[0]))}.",
+        tuple(names),
+        (FLAGS, *([] if there == "always" else [HELD])),
+        cells,
+        remedy=f"Show what to order in {names[0]} once the members are done, or remove one of the states.",
+    )
 
 
 def _make_finding(subject: Subject, cycle: Cycle, tick_s: float | None) -> Finding:
@@ -35,7 +60,7 @@ def _make_finding(subject: Subject, cycle: Cycle, tick_s: float | None) -> Findi
     where = "whatever it reads" if there == "always" else f"where {there}"
     shown = tuple(number for box in cycle.boxes for number in subject.find_examples_inside(box))
     shown = tuple(sorted(set(shown)))
-    orders = _orders(subject, cycle)
+    orders = [order for order in _list_orders(subject, cycle.states) if order is not None]
     assumptions = [] if there == "always" or shown else [HELD]
     if cycle.resets:
         assumptions.append(RESETS)
@@ -72,15 +97,14 @@ def _make_finding(subject: Subject, cycle: Cycle, tick_s: float | None) -> Findi
     )
 
 
-def _orders(subject: Subject, cycle: Cycle) -> list[str]:
-    """Return the orders that the states of a cycle give; empty for robots."""
-    found = []
-    for index in cycle.states:
+def _list_orders(subject: Subject, states: Iterable[int]) -> list[str | None]:
+    """Return the order that each state gives; None for states that give none."""
+    found: list[str | None] = []
+    for index in states:
         state = subject.level.automaton.states[index]
         behavior = subject.library.kit.behaviors.get(state.behavior or "")
-        if behavior is None or behavior.order is None:
-            return []
-        found.append(subject.library.format_call(behavior.name, state.binding))
+        is_order = behavior is not None and behavior.order is not None
+        found.append(subject.library.format_call(state.behavior or "", state.binding) if is_order else None)
     return found
 
 

@@ -11,6 +11,11 @@ from dataclasses import dataclass
 
 from understudy.model.library import Library
 from understudy.verification.chatter import find_cycles
+from understudy.verification.coordinators import (
+    SquadMembers,
+    find_orders_without_behavior,
+    mark_statistics,
+)
 from understudy.verification.finding import Finding, sort_findings
 from understudy.verification.hierarchy import build_hierarchy
 from understudy.verification.influence import find_unused_features, find_unused_parameters
@@ -64,6 +69,7 @@ Check = Callable[[Subject], Iterable[Finding]]
 
 TREE_CHECKS: Sequence[Check] = (
     find_missing_behaviors,
+    find_orders_without_behavior,
     find_states_never_entered,
     find_states_never_left,
     find_flags_never_raised,
@@ -84,6 +90,7 @@ def check_library(
     tick_s: float | None = None,
     prefix: str = "",
     kit_known: bool = False,
+    members: SquadMembers | None = None,
 ) -> CheckReport:
     """Check automata of a library.
 
@@ -101,6 +108,8 @@ def check_library(
         What to put before names in findings, such as "squad/".
     kit_known
         Whether the library's kit has all basic behaviors, so that a state that runs an unknown one is an error.
+    members
+        The squad whose coordinators the library is for, with its members' libraries. None for robots.
 
     Returns
     -------
@@ -117,7 +126,10 @@ def check_library(
     used: dict[str, None] = {}
     for name in library.taught if names is None else names:
         library.automaton(name)
-        subject = Subject(f"{prefix}{name}", library, build_hierarchy(library, name, ties), kit_known)
+        root = build_hierarchy(library, name, ties)
+        if members is not None:
+            mark_statistics(root, library, members)
+        subject = Subject(f"{prefix}{name}", library, root, kit_known, members)
         unfinished: list[str] = []
         findings += _check_subject(subject, tick_s, unfinished)
         unchecked += [

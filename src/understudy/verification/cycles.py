@@ -54,7 +54,7 @@ class Cycle:
     """A cycle of switches: the root's states in order, the boxes that it runs in, and its length in ticks.
 
     `nested` is true if levels below the root switch in it, and `clocked` if it depends on the length of a tick.
-    `resets` is true if it needs that flags of a squad's members are down right after an order.
+    `resets` is true if it needs that members, who could, do not raise their flags in the tick of an order.
     """
 
     states: tuple[int, ...]
@@ -107,25 +107,19 @@ class CycleFinder:
         return CycleSearch(tuple(self._make(states, runs) for states, runs in found.items()), finished)
 
     def _make(self, states: tuple[int, ...], runs: Sequence[tuple[int, int, bool]]) -> Cycle:
-        levels = [self.root, *(child for child in self.root.children if child is not None)]
-        features = [axis.bound.feature for level in levels for axis in level.axes]
         tested = {bits for state in states for leaf in self.root.leaves[state] or () for bits in leaf.tested}
+        features = [axis.bound.feature for axis in self.root.axes if axis.whole in tested]
         return Cycle(
             states,
             tuple(dict.fromkeys(box for box, _, _ in runs)),
             max(ticks for _, ticks, _ in runs),
             any(nested for _, _, nested in runs),
-            any(isinstance(feature, TimeInState | TimerFeature) for feature in features)
-            and any(
-                axis.whole in tested
-                for axis in self.root.axes
-                if isinstance(axis.bound.feature, TimeInState | TimerFeature)
-            ),
+            any(isinstance(feature, TimeInState | TimerFeature) for feature in features),
             any(
-                isinstance(axis.bound.feature, Feature)
-                and axis.bound.feature.fresh is not None
-                and axis.whole in tested
-                for axis in self.root.axes
+                self.root.instant is None or feature.reading in self.root.instant.get(state, ())
+                for feature in features
+                for state in states
+                if isinstance(feature, Feature) and feature.fresh is not None
             ),
         )
 
@@ -324,7 +318,7 @@ class CycleFinder:
         return self._caps[id(level)]
 
 
-class _GivenUp(Exception):  # noqa: N818 - it is no error: the search stops
+class _GivenUp(Exception):
     """The search takes too long, or meets what it cannot decide."""
 
 

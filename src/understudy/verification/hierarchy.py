@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -12,7 +12,7 @@ from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.features import BoundFeature, Feature, FlagFeature
 from understudy.model.kinds import NO
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.model.tree import STAY, Tree
+from understudy.model.tree import STAY, TestKind, Tree
 from understudy.model.tree_regions import ValueSet
 from understudy.verification.cells import (
     Axis,
@@ -42,6 +42,15 @@ class Level:
         For each state the automaton that it runs; None for a basic behavior, an idle state or a flag state.
     changes
         For each state the changes of counters and timers that its start makes.
+    axes
+        The axis of each feature.
+    leaves
+        For each state the leaves of its tree; None without a tree.
+    quiet
+        For states of coordinators the statistics of flags that no member can change while the state's order stands.
+    instant
+        For states of coordinators the statistics of flags that members can change in the tick of the order. None: it
+        is not known.
     """
 
     taught: TrainedAutomaton
@@ -51,6 +60,8 @@ class Level:
     changes: tuple[tuple[StateEffect, ...], ...]
     axes: tuple[Axis, ...] = ()
     leaves: tuple[tuple[Leaf, ...] | None, ...] = ()
+    quiet: Mapping[int, frozenset[str]] = field(default_factory=dict)
+    instant: Mapping[int, frozenset[str]] | None = None
     space: Space = field(init=False)
 
     @property
@@ -82,13 +93,21 @@ class Level:
     def get_domain(self, state: int) -> int:
         """Return the box of feature vectors of a state, in which flags that its behavior cannot raise are down."""
         box = self.space.full
+        for axis, bit in self.list_constants(state):
+            box &= bit | ~axis.whole
+        return box
+
+    def list_constants(self, state: int) -> Iterator[tuple[Axis, int]]:
+        """Yield the axes whose feature has one value in a state, with its bit: flags that nothing there can raise."""
         child = self.children[state]
         raised = child.raised_flags if child is not None else frozenset[str]()
         for axis in self.axes:
             feature = axis.bound.feature
             if isinstance(feature, FlagFeature) and feature.name not in raised:
-                box &= axis.find_bit(NO) | ~axis.whole
-        return box
+                yield axis, axis.find_bit(NO)
+            elif isinstance(feature, Feature) and feature.fresh is not None:
+                if feature.reading in self.quiet.get(state, ()):
+                    yield axis, axis.find_bit(feature.fresh)
 
     @cached_property
     def exits(self) -> tuple[dict[int, list[Leaf]], ...]:
@@ -106,6 +125,21 @@ class Level:
                         by_next.setdefault(leaf.outcome, []).append(leaf)
             found.append(by_next)
         return tuple(found)
+
+    def list_outcomes(self, state: int) -> set[int]:
+        """List the states other than itself that leaves of a state's tree lead to, whether or not they are reached."""
+        tree = self.automaton.transitions.get(self.automaton.states[state].name)
+        nodes = tree.nodes if isinstance(tree, Tree) else ()
+        return {node.yes for node in nodes if node.test == TestKind.LEAF} - {STAY, state}
+
+    def is_excluded_by_ties(self, state: int, outcome: int) -> bool:
+        """Return whether ties, and not only flags, keep a state from going to another that its tree leads to."""
+        domain = self.get_domain(state)
+        left = [leaf for leaf in self.leaves[state] or () if leaf.outcome == outcome and leaf.node != STAY]
+        tree = self.automaton.transitions.get(self.automaton.states[state].name)
+        nodes = tree.nodes if isinstance(tree, Tree) else ()
+        whole = sum(node.test == TestKind.LEAF and node.yes == outcome for node in nodes)
+        return len(left) < whole or any(intersect(domain, leaf) for leaf in left)
 
     @cached_property
     def entered(self) -> frozenset[int]:

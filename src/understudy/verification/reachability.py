@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from understudy.errors import join_names
-from understudy.model.features import FlagFeature
-from understudy.model.kinds import YES
 from understudy.model.tree import STAY
-from understudy.verification.cells import intersect
+from understudy.verification.cells import Axis, Leaf, intersect
 from understudy.verification.finding import Finding, FindingKind, Severity
 from understudy.verification.subject import Subject, list_tie_sentences, name_examples
 
@@ -39,16 +37,14 @@ def _explain_never_entered(subject: Subject, index: int) -> tuple[str, tuple[str
     if sources:
         leads, them = ("leads", "it") if len(sources) == 1 else ("lead", "them")
         return f"only {join_names(sources)} {leads} there, and nothing from start leads to {them}", ()
-    waiting = [
-        names[state]
-        for state, leaves in enumerate(level.leaves)
-        if state != index and any(leaf.node != STAY and leaf.outcome == index for leaf in leaves or ())
-    ]
+    waiting = [state for state in range(len(names)) if state != index and index in level.list_outcomes(state)]
     if not waiting:
         return "no leaf of any tree leads there", ()
     them = "it" if len(waiting) == 1 else "them"
-    why = f"the leaves of {join_names(waiting)} that lead there need what never occurs in {them}"
-    return why, list_tie_sentences(subject)
+    places = join_names(names[state] for state in waiting)
+    tied = any(level.is_excluded_by_ties(state, index) for state in waiting)
+    why = f"the leaves of {places} that lead there need what never occurs in {them}"
+    return why, list_tie_sentences(subject) if tied else ()
 
 
 def find_states_never_left(subject: Subject) -> Iterator[Finding]:
@@ -63,9 +59,10 @@ def find_states_never_left(subject: Subject) -> Iterator[Finding]:
         assumptions: tuple[str, ...] = ()
         if state.name not in level.automaton.transitions:
             why = "nothing was shown in it" if level.taught.lesson is not None else "it has no tree"
-        elif _leads_elsewhere(subject, index):
+        elif outcomes := level.list_outcomes(index):
             why = "the leaves that lead elsewhere need what never occurs there"
-            assumptions = list_tie_sentences(subject)
+            if any(level.is_excluded_by_ties(index, outcome) for outcome in outcomes):
+                assumptions = list_tie_sentences(subject)
         else:
             why = "every leaf of its tree stays"
         yield Finding(
@@ -79,80 +76,81 @@ def find_states_never_left(subject: Subject) -> Iterator[Finding]:
         )
 
 
-def _leads_elsewhere(subject: Subject, index: int) -> bool:
-    return any(
-        leaf.outcome not in (STAY, index) for leaf in subject.level.leaves[index] or () if leaf.node != STAY
-    )
-
-
 def find_flags_never_raised(subject: Subject) -> Iterator[Finding]:
-    """Find states whose tree waits for a flag that their behavior cannot raise."""
+    """Find states whose tree waits for a flag that their behavior, or the members they order, cannot raise."""
     level = subject.level
     for index in sorted(level.entered):
         state, leaves = level.automaton.states[index], level.leaves[index]
         if state.flag is not None or leaves is None:
             continue
-        child = level.children[index]
-        raised = child.raised_flags if child is not None else frozenset[str]()
         domain = level.get_domain(index)
-        for axis in level.axes:
-            feature = axis.bound.feature
-            if not isinstance(feature, FlagFeature) or feature.name in raised:
-                continue
-            up = axis.find_bit(YES)
-            raising = (domain & ~axis.whole) | up
+        for axis, constant in level.list_constants(index):
+            other = axis.whole & ~constant
             lost = [
                 leaf
                 for leaf in leaves
                 if leaf.node != STAY
                 and leaf.outcome not in (STAY, index)
                 and axis.whole in leaf.tested
-                and not leaf.box & (axis.whole & ~up)
-                and intersect(raising, leaf)
+                and not leaf.box & constant
+                and intersect((domain & ~axis.whole) | other, leaf)
             ]
-            if not lost or (level.automaton.stateless and _is_raised_elsewhere(subject, feature.name)):
-                continue
-            if child is None:
-                runs = f"{state.behavior} is a basic behavior" if state.behavior else f"{state.name} idles"
-                why = f"{runs}, and raises no flags"
-            elif feature.name in child.automaton.flags:
-                why = f"no series of switches in {child.name} leads to a state that raises it"
-            else:
-                why = f"{child.name} has no state that raises it"
-            waits = join_names(dict.fromkeys(level.automaton.states[leaf.outcome].name for leaf in lost))
-            stuck = not level.exits[index]
-            numbers = sorted(
-                {each.number for leaf in lost for each in subject.list_examples(state.name, leaf.node)}
-            )
-            yield Finding(
-                FindingKind.FLAG_NEVER_RAISED,
-                Severity.ERROR if stuck else Severity.WARNING,
-                subject.label,
-                f"State {state.name} waits for {feature.name} to go to {waits}, which is never raised there: {why}.",
-                (state.name,),
-                cells=subject.make_cells([leaf.box for leaf in lost]),
-                examples=tuple(numbers),
-                remedy=_flag_remedy(subject, index, feature.name, numbers),
-            )
+            if lost and not (level.automaton.stateless and _varies_elsewhere(subject, axis)):
+                yield _make_flag_finding(subject, index, axis, lost)
 
 
-def _is_raised_elsewhere(subject: Subject, flag: str) -> bool:
-    """Return whether another state of a stateless automaton, which shares its tree, runs what raises a flag."""
-    return any(child is not None and flag in child.raised_flags for child in subject.level.children)
+def _make_flag_finding(subject: Subject, index: int, axis: Axis, lost: list[Leaf]) -> Finding:
+    level = subject.level
+    state, name = level.automaton.states[index], str(axis.bound)
+    waits = join_names(dict.fromkeys(level.automaton.states[leaf.outcome].name for leaf in lost))
+    found = [each for leaf in lost for each in subject.list_examples(state.name, leaf.node)]
+    numbers = tuple(sorted({each.number for each in found}))
+    why, remedy = _explain_constant(subject, index, name, numbers)
+    return Finding(
+        FindingKind.FLAG_NEVER_RAISED,
+        Severity.WARNING if level.exits[index] else Severity.ERROR,
+        subject.label,
+        f"State {state.name} waits for {name} to go to {waits}, which never happens there: {why}.",
+        (state.name,),
+        cells=subject.make_cells([leaf.box for leaf in lost]),
+        examples=numbers,
+        remedy=remedy,
+    )
 
 
-def _flag_remedy(subject: Subject, index: int, flag: str, numbers: list[int]) -> str:
+def _varies_elsewhere(subject: Subject, axis: Axis) -> bool:
+    """Return whether a flag varies in another state of a stateless automaton, whose states share their tree."""
+    level = subject.level
+    return any(
+        axis.shift not in {other.shift for other, _ in level.list_constants(state)}
+        for state in level.entered
+        if level.automaton.states[state].flag is None
+    )
+
+
+def _explain_constant(subject: Subject, index: int, flag: str, numbers: tuple[int, ...]) -> tuple[str, str]:
+    """Say why a flag never changes in a state, and what would change that."""
     child, state = subject.level.children[index], subject.level.automaton.states[index]
-    if child is not None:
-        return f"Show {child.name} when to raise {flag}."
     behind = f", or delete {name_examples(numbers)}" if numbers else ""
-    return f"Let {state.name} run an automaton that raises {flag}{behind}."
+    if child is not None:
+        known = flag in child.automaton.flags
+        why = f"no series of switches in {child.name} leads to a state that raises it"
+        return (
+            why if known else f"{child.name} has no state that raises it",
+            f"Show {child.name} when to raise {flag}.",
+        )
+    if subject.members is not None and state.behavior:
+        order = subject.library.format_call(state.behavior, state.binding)
+        why = f"members that are ordered to run {order} cannot raise the flag"
+        return why, f"Let {state.name} order what raises the flag{behind}."
+    runs = f"{state.behavior} is a basic behavior" if state.behavior else f"{state.name} idles"
+    return f"{runs}, and raises no flags", f"Let {state.name} run an automaton that raises {flag}{behind}."
 
 
 def find_missing_behaviors(subject: Subject) -> Iterator[Finding]:
     """Find states that run a behavior that the kit and the library do not have; only with a known kit."""
     library = subject.library
-    if not subject.kit_known:
+    if not subject.kit_known or subject.members is not None:
         return
     for state in subject.level.automaton.states:
         name = state.behavior

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, isinf
+from typing import TYPE_CHECKING
 
 from understudy.errors import join_names
 from understudy.model.features import Feature
@@ -18,6 +19,9 @@ from understudy.model.tree_text import FeatureText
 from understudy.verification.cells import Axis, choose_vector, join_boxes
 from understudy.verification.finding import FindingCell
 from understudy.verification.hierarchy import Level, list_levels
+
+if TYPE_CHECKING:
+    from understudy.verification.coordinators import SquadMembers
 
 MOST_CELLS = 3
 """So many cells of one finding are described; the others are counted."""
@@ -37,12 +41,15 @@ class Subject:
         It and all that it runs.
     kit_known
         True if the library's kit has the basic behaviors; False if the library was opened without one.
+    members
+        The squad that it coordinates, with its members' libraries. None for robots, or if no scenario is known.
     """
 
     label: str
     library: Library
     level: Level
     kit_known: bool
+    members: SquadMembers | None = None
 
     @cached_property
     def examples_by_leaf(self) -> dict[tuple[str, int], list[Example]]:

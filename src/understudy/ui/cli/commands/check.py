@@ -15,8 +15,13 @@ from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from understudy.model.library import Kit, Library
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.storage.library_folder import LoadedLibrary
     from understudy.verification.check_library import CheckReport
+    from understudy.verification.coordinators import SquadMembers
     from understudy.verification.finding import Finding, FindingCell, FindingKind, Severity
+    from understudy.verification.ties import Tie
 
 
 class FailOn(StrEnum):
@@ -85,7 +90,6 @@ def _check(folder: Path, names: Sequence[str], world: str | None, kit: str | Non
     from understudy.ui.cli.library_data import find_listed, open_all_libraries
     from understudy.ui.cli.options import find_optional_kit, import_learner, open_scenario
     from understudy.verification.check_library import check_library, join_reports
-    from understudy.verification.scenario_ties import list_scenario_ties
 
     scenario = None if world is None else open_scenario(world)
     parts = find_optional_kit(kit, world)
@@ -103,17 +107,52 @@ def _check(folder: Path, names: Sequence[str], world: str | None, kit: str | Non
             for error in listing.problems.values():
                 raise error
         wanted = {prefix: list(listing.library.taught) for prefix, listing in listings.items()}
-    return join_reports(
+    squads = {} if scenario is None or parts is None else _find_squads(scenario, folder, parts, listings)
+    reports = [
         check_library(
             listings[prefix].library,
             chosen,
-            ties=[] if scenario is None else list_scenario_ties(scenario, listings[prefix].library),
+            ties=_list_ties(scenario, listings[prefix].library, squads.get(prefix)),
             tick_s=None if scenario is None else scenario.tick_s,
             prefix=prefix,
             kit_known=parts is not None,
+            members=squads.get(prefix),
         )
         for prefix, chosen in wanted.items()
-    )
+    ]
+    return join_reports(reports)
+
+
+def _list_ties(scenario: Scenario | None, library: Library, members: SquadMembers | None) -> list[Tie]:
+    from understudy.verification.scenario_ties import list_scenario_ties
+    from understudy.verification.squad_ties import list_squad_ties
+
+    if scenario is None:
+        return []
+    if members is not None:
+        return list_squad_ties(members.squad, library, scenario)
+    return list_scenario_ties(scenario, library)
+
+
+def _find_squads(
+    scenario: Scenario, folder: Path, kit: Kit, listings: Mapping[str, LoadedLibrary]
+) -> dict[str, SquadMembers]:
+    """Return the squads whose coordinators have automata, with their members' libraries, by prefix."""
+    from understudy.model.library import Library
+    from understudy.sim.team.assignment import assign_team_members
+    from understudy.sim.team.libraries import collect_libraries, load_type_libraries
+    from understudy.verification.coordinators import SquadMembers
+
+    def look(place: Path, kit: Kit) -> Library:
+        prefix = "" if place == folder else f"{place.name}/"
+        return listings[prefix].library if prefix in listings else Library(kit)
+
+    robots = load_type_libraries(scenario, folder, kit, look)
+    known = collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
+    return {
+        f"{squad.name}/": SquadMembers(squad, {role.name: known[role.of] for role in squad.roles})
+        for squad, _ in assign_team_members(scenario).squads
+    }
 
 
 @dataclass(frozen=True, slots=True)
