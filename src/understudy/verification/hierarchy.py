@@ -105,8 +105,9 @@ class Level:
             feature = axis.bound.feature
             if isinstance(feature, FlagFeature) and feature.name not in raised:
                 yield axis, axis.find_bit(NO)
-            elif isinstance(feature, Feature) and feature.fresh is not None:
-                if feature.reading in self.quiet.get(state, ()):
+            if isinstance(feature, Feature) and feature.fresh is not None:
+                quiet = self.quiet.get(state, frozenset())
+                if feature.reading in quiet:
                     yield axis, axis.find_bit(feature.fresh)
 
     @cached_property
