@@ -171,7 +171,7 @@ def test_a_cycle_through_levels_cycles(child: Automaton, parent: Automaton) -> N
     level = build_hierarchy(library, "parent")
     program = link(library, "parent")
     for cycle in CycleFinder(level).search().cycles:
-        for box in cycle.boxes[:3]:
+        for box, ticks in zip(cycle.boxes, cycle.ticks, strict=True):
             known = {axis.bound: axis for axis in level.space.axes}
             row = [choose_vector(box, [known[bound]])[0] for bound in program.features]
             agent = Interpreter(program)
@@ -179,7 +179,7 @@ def test_a_cycle_through_levels_cycles(child: Automaton, parent: Automaton) -> N
             if len(agent.active) > 1:
                 agent.active[1].pulse(row, 0.0)
             found = []
-            for tick in range(1, 3 * cycle.ticks + 1):
+            for tick in range(1, 3 * ticks + 1):
                 agent.pulse(row, 0.1 * tick)
                 found.append(agent.active[0].state)
             entered = [cycle.states[0], *found[:-1]]

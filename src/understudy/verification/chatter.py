@@ -67,7 +67,7 @@ def _make_finding(subject: Subject, cycle: Cycle, tick_s: float | None) -> Findi
     if cycle.clocked and tick_s is None:
         assumptions.append(f"a tick lasts {TICK_S} s")
     route = " → ".join((*names, names[0]))
-    pace = "at every tick" if cycle.ticks == len(names) else f"every {cycle.ticks} ticks"
+    pace = _describe_pace(cycle)
     if orders:
         kind = FindingKind.REPEATED_ORDER
         same = len(set(orders)) == 1
@@ -95,6 +95,14 @@ def _make_finding(subject: Subject, cycle: Cycle, tick_s: float | None) -> Findi
         shown,
         _remedy(names, shown),
     )
+
+
+def _describe_pace(cycle: Cycle) -> str:
+    """Say how often a cycle comes back to its first state, or that it switches at every tick."""
+    least, most = min(cycle.ticks), max(cycle.ticks)
+    if most == len(cycle.states):
+        return "at every tick"
+    return f"every {most} ticks" if least == most else f"every {least} to {most} ticks"
 
 
 def _list_orders(subject: Subject, states: Iterable[int]) -> list[str | None]:

@@ -51,7 +51,7 @@ class Pulse(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """A cycle of switches: the root's states in order, the boxes that it runs in, and its length in ticks.
+    """A cycle of switches: the root's states in order, the boxes that it runs in, and for each its length in ticks.
 
     `nested` is true if levels below the root switch in it, and `clocked` if it depends on the length of a tick.
     `resets` is true if it needs that members, who could, do not raise their flags in the tick of an order.
@@ -59,7 +59,7 @@ class Cycle:
 
     states: tuple[int, ...]
     boxes: tuple[int, ...]
-    ticks: int
+    ticks: tuple[int, ...]
     nested: bool
     clocked: bool
     resets: bool
@@ -109,10 +109,11 @@ class CycleFinder:
     def _make(self, states: tuple[int, ...], runs: Sequence[tuple[int, int, bool]]) -> Cycle:
         tested = {bits for state in states for leaf in self.root.leaves[state] or () for bits in leaf.tested}
         features = [axis.bound.feature for axis in self.root.axes if axis.whole in tested]
+        lengths = {box: ticks for box, ticks, _ in runs}
         return Cycle(
             states,
-            tuple(dict.fromkeys(box for box, _, _ in runs)),
-            max(ticks for _, ticks, _ in runs),
+            tuple(lengths),
+            tuple(lengths.values()),
             any(nested for _, _, nested in runs),
             any(isinstance(feature, TimeInState | TimerFeature) for feature in features),
             any(

@@ -63,6 +63,7 @@ class Level:
     quiet: Mapping[int, frozenset[str]] = field(default_factory=dict)
     instant: Mapping[int, frozenset[str]] | None = None
     space: Space = field(init=False)
+    _domains: dict[int, int] = field(default_factory=dict, init=False)
 
     @property
     def automaton(self) -> Automaton:
@@ -92,10 +93,12 @@ class Level:
 
     def get_domain(self, state: int) -> int:
         """Return the box of feature vectors of a state, in which flags that its behavior cannot raise are down."""
-        box = self.space.full
-        for axis, bit in self.list_constants(state):
-            box &= bit | ~axis.whole
-        return box
+        if state not in self._domains:
+            box = self.space.full
+            for axis, bit in self.list_constants(state):
+                box &= bit | ~axis.whole
+            self._domains[state] = box
+        return self._domains[state]
 
     def list_constants(self, state: int) -> Iterator[tuple[Axis, int]]:
         """Yield the axes whose feature has one value in a state, with its bit: flags that nothing there can raise."""

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from math import hypot, inf, nextafter
 
+from msgspec import UnsetType
+
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import NO, YES
 from understudy.model.library import Library
@@ -34,6 +36,8 @@ from understudy.verification.ties import Tie, make_presence_tie, make_range_tie
 CLOSE = 1e-9
 """Distances this near to a limit (m) may fall on either side of it, because they are rounded."""
 PRESENT = ValueSet(((-inf, inf),), False)
+NONE, SOME = ValueSet(((-inf, 1.0),), False), ValueSet(((1.0, inf),), False)
+BETWEEN = ValueSet(((nextafter(0.0, 1.0), 1.0),), False)
 DOWN, UP = ValueSet(((NO, 1.0),), False), ValueSet(((YES, 2.0),), False)
 
 
@@ -89,20 +93,25 @@ def _key(bound: BoundFeature) -> tuple[str, str]:
     )
 
 
-def _list_sensors(scenario: Scenario, reading: str) -> list[tuple[RobotType, SensorBase]]:
-    """List the sensors that give a reading, each with its type of robots."""
+def _list_sensors(scenario: Scenario, reading: str, target: str) -> list[tuple[RobotType, SensorBase]]:
+    """List the sensors that give a reading of a target, or of any if it is a parameter, each with its robots' type."""
     return [
         (kind, sensor)
         for kind in scenario.types.values()
         for sensor in kind.sensors
         if any(each.name == reading for each in find_sensor_row(sensor).readings(sensor))
+        and not (
+            isinstance(sensor, TargetLocator)
+            and target in scenario.targets
+            and not _is_located(kind, sensor, target)
+        )
     ]
 
 
 def _list_single(scenario: Scenario, bound: BoundFeature) -> Iterator[Tie]:
     """Yield the ties of one feature: its range, and that it is never absent."""
     reading, target = _key(bound)
-    sensors = _list_sensors(scenario, reading)
+    sensors = _list_sensors(scenario, reading, target)
     if not sensors:
         return
     ranges = [_find_range(scenario, kind, sensor, reading) for kind, sensor in sensors]
@@ -112,6 +121,8 @@ def _list_single(scenario: Scenario, bound: BoundFeature) -> Iterator[Tie]:
         unit = f" {bound.feature.unit}" if bound.feature.unit else ""
         said = f"{bound} is at least {low:g}{unit}" + (f" and at most {high:g}{unit}" if high < inf else "")
         yield make_range_tie(bound, low, nextafter(high, inf) if high < inf else inf, said)
+    if all(isinstance(sensor, CargoSensor) for _, sensor in sensors) and bound.feature.unit:
+        yield Tie(f"{bound} is 0 or at least 1", {bound: BETWEEN})
     if all(_is_always_there(scenario, kind, sensor, reading, target) for kind, sensor in sensors):
         yield make_presence_tie(bound, f"{bound} is never absent")
 
@@ -232,21 +243,53 @@ def _list_reach(
         said = f"{here} is yes exactly where {bound} is at most {reach:g} m"
         yield Tie(said, {here: UP, bound: far})
         yield Tie(said, {here: DOWN, bound: near})
+        if least := _find_least_distance(thing, foods):
+            yield from _list_distances(scenario, bound, here, least, reach, by_key)
     if meant.nearest is None or [each.name for each in foods] != [meant.nearest] or meant.unclaimed:
         return
     below, left = by_key.get(("food_here", "")), by_key.get(("food_left", ""))
-    some, none = ValueSet(((1.0, inf),), False), ValueSet(((-inf, 1.0),), False)
     if below is not None:
         said = f"{below} is at least 1 exactly where {bound} is at most {reach:g} m"
-        yield Tie(said, {below: some, bound: far})
-        yield Tie(said, {below: some, bound: ABSENT_ONLY})
-        yield Tie(said, {below: none, bound: near})
+        yield Tie(said, {below: SOME, bound: far})
+        yield Tie(said, {below: SOME, bound: ABSENT_ONLY})
+        yield Tie(said, {below: NONE, bound: near})
     if left is not None:
         said = f"{bound} is absent exactly while {left} is no"
         yield Tie(said, {left: DOWN, bound: PRESENT})
         yield Tie(said, {left: UP, bound: ABSENT_ONLY})
     if below is not None and left is not None:
-        yield Tie(f"{below} is 0 while {left} is no", {left: DOWN, below: some})
+        yield Tie(f"{below} is 0 while {left} is no", {left: DOWN, below: SOME})
+
+
+def _list_distances(
+    scenario: Scenario,
+    home: BoundFeature,
+    here: BoundFeature,
+    least: float,
+    reach: float,
+    by_key: dict[tuple[str, str], BoundFeature],
+) -> Iterator[Tie]:
+    """Yield what follows from the least distance between the home and food: no robot is near both."""
+    below = by_key.get(("food_here", ""))
+    if below is not None and least > 2 * reach + CLOSE:
+        said = f"{below} is at least 1 only while {here} is no, since the home is {least:g} m from food"
+        yield Tie(said, {below: SOME, here: UP})
+    for name, meant in scenario.targets.items():
+        food = by_key.get(("range", name))
+        if food is not None and any(each.name == meant.nearest and each.amount for each in scenario.objects):
+            said = f"{home} and {food} are {least:g} m together at least"
+            yield Tie(said, {}, ((home, -1.0), (food, -1.0)), CLOSE - least)
+
+
+def _find_least_distance(home: ObjectClass, foods: list[ObjectClass]) -> float:
+    """Return the least distance between the centers of a home and of food (m); 0 if nothing keeps them apart."""
+    still = [
+        isinstance(each.at, UnsetType) and each.near is None and not (each.walk or each.pushable or each.pull)
+        for each in (home, *foods)
+    ]
+    if not foods or not all(still):
+        return 0.0
+    return min(home.radius + each.radius + max(home.apart, each.apart) for each in foods)
 
 
 def _is_single(thing: ObjectClass) -> bool:

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from math import inf, isinf
 from typing import TYPE_CHECKING
 
 from understudy.errors import join_names
 from understudy.model.features import Feature
-from understudy.model.kinds import Toroidal
+from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import Example
 from understudy.model.library import Library
 from understudy.model.tree import Tree
 from understudy.model.tree_regions import ValueSet
 from understudy.model.tree_text import FeatureText
-from understudy.verification.cells import Axis, choose_vector, join_boxes
+from understudy.verification.cells import NO_VALUES, Axis, choose_vector, join_boxes
 from understudy.verification.finding import FindingCell
 from understudy.verification.hierarchy import Level, list_levels
 
@@ -92,28 +93,28 @@ class Subject:
         )
 
     @cached_property
-    def _texts(self) -> dict[int, FeatureText]:
-        """The words for each axis, by its shift, such that every example stays on its side of a rounded threshold."""
+    def _shown_values(self) -> dict[int, list[float]]:
+        """The values of each axis in press-made examples, by the axis' shift."""
         values: dict[int, list[float]] = {}
         for level in list_levels(self.level):
             lesson = level.taught.lesson
             for index, axis in enumerate(level.axes):
                 shown = values.setdefault(axis.shift, [])
-                shown += [each.values[index] for each in (() if lesson is None else lesson.examples)]
-        return {
-            axis.shift: FeatureText(
-                axis.bound,
-                [end for part in axis.parts for ends in part.parts for end in ends if not isinf(end)],
-                known_absent=bool(axis.absence),
-                values=values.get(axis.shift, ()),
-            )
-            for axis in self.level.space.axes
-        }
+                for each in () if lesson is None else lesson.examples:
+                    if each.is_from_press:
+                        shown.append(each.values[index])
+        return values
+
+    def _describe_region(self, axis: Axis, region: ValueSet) -> str:
+        """Describe some values of an axis, such that each press stays on its side of a rounded threshold."""
+        values = self._shown_values.get(axis.shift, [])
+        ends = [end for part in region.parts for end in part if not isinf(end)]
+        return FeatureText(axis.bound, ends, known_absent=bool(axis.absence), values=values).statement(region)
 
     def describe_box(self, box: int, domain: int) -> str:
         """Describe a box in words: "distance_to(A) is below 0.5 m"; "always" if it is all of a domain."""
         said = [
-            self._texts[axis.shift].statement(_open_ends(axis, axis.region(box)))
+            self._describe_region(axis, _open_ends(axis, axis.region(box)))
             for axis in self.level.space.axes
             if box & axis.whole not in (0, domain & axis.whole)
         ]
@@ -135,16 +136,16 @@ class Subject:
 
 
 def _open_ends(axis: Axis, region: ValueSet) -> ValueSet:
-    """Extend a region to infinity where it reaches the end of the feature's domain, which need not be said."""
-    if isinstance(axis.bound.kind, Toroidal) or not region.parts:
+    """Extend a region over values outside the feature's domain, which need not be excluded in words."""
+    if isinstance(axis.bound.kind, Toroidal | Categorical) or not region.parts:
         return region
-    first, last = axis.parts[0], [part for part in axis.parts if part.parts][-1]
-    parts = list(region.parts)
-    if first.parts and parts[0][0] == first.parts[0][0]:
-        parts[0] = (-inf, parts[0][1])
-    if parts[-1][1] == last.parts[0][1]:
-        parts[-1] = (parts[-1][0], inf)
-    return ValueSet(tuple(parts), region.absent)
+    known = [part.parts[0] for part in axis.parts if part.parts]
+    following = {high: low for (_, high), (low, _) in pairwise(known)} | {known[-1][1]: inf}
+    found = NO_VALUES
+    for low, high in region.parts:
+        start = -inf if low == known[0][0] else low
+        found |= ValueSet(((start, following.get(high, high)),), False)
+    return ValueSet(found.parts, region.absent)
 
 
 def join_conditions(cells: Sequence[FindingCell]) -> str:

@@ -49,22 +49,48 @@ class Tie:
             for bound, region in self.where.items()
         }
 
-    def excludes(self, parts: Mapping[BoundFeature, ValueSet]) -> bool:
-        """Return whether no values of the given parts of axes, one for each feature of the tie, occur together."""
-        for bound, region in self.where.items():
-            part = parts[bound]
-            inside = region.absent if part.absent else (part & region).parts == part.parts
-            if not inside:
+
+class _PreparedTie:
+    """A tie with the bits of its regions: it excludes a cell that has all of them and too large a sum."""
+
+    __slots__ = ("axes", "bound", "places", "terms", "whole")
+
+    def __init__(
+        self, tie: Tie, axes: Mapping[BoundFeature, Axis], order: Mapping[BoundFeature, int]
+    ) -> None:
+        self.axes = tuple(axes[bound] for bound in tie.features)
+        self.places = frozenset(order[bound] for bound in tie.features)
+        self.whole = tuple(axes[bound].mask(region) for bound, region in tie.where.items())
+        self.bound = tie.bound
+        self.terms = tuple(_list_least(axes[bound], factor) for bound, factor in tie.terms)
+
+    def may_exclude(self, box: int) -> bool:
+        """Return whether the tie says something about part of a box."""
+        return all(box & bits for bits in self.whole)
+
+    def excludes(self, cell: int) -> bool:
+        """Return whether values of one part of each axis never occur together."""
+        for bits in self.whole:
+            if not cell & bits:
                 return False
         if not self.terms:
             return True
         least = 0.0
-        for bound, factor in self.terms:
-            if parts[bound].absent:
+        for by_bit in self.terms:
+            value = next((value for bit, value in by_bit if cell & bit), None)
+            if value is None:
                 return False
-            low, high = parts[bound].parts[0]
-            least += factor * (low if factor > 0 else high)
+            least += value
         return least > self.bound
+
+
+def _list_least(axis: Axis, factor: float) -> tuple[tuple[int, float], ...]:
+    """List the least value of a term for each part of an axis, with its bit; absence has none."""
+    return tuple(
+        (bit, factor * (part.parts[0][0] if factor > 0 else part.parts[0][1]))
+        for bit, part in axis.list_parts(axis.whole)
+        if part.parts
+    )
 
 
 class Possibility:
@@ -75,43 +101,46 @@ class Possibility:
 
     def __init__(self, ties: Sequence[Tie], axes: Sequence[Axis]) -> None:
         known = {axis.bound: axis for axis in axes}
+        order = {axis.bound: at for at, axis in enumerate(axes)}
         self.ties = tuple(tie for tie in ties if all(bound in known for bound in tie.features))
-        involved = dict.fromkeys(bound for tie in self.ties for bound in tie.features)
-        self._axes = [known[bound] for bound in involved]
-        place = {bound: at for at, bound in enumerate(involved)}
-        self._checks: list[list[Tie]] = [[] for _ in self._axes]
-        for tie in self.ties:
-            self._checks[max(place[bound] for bound in tie.features)].append(tie)
+        self._axes = tuple(axes)
+        self._prepared = [_PreparedTie(tie, known, order) for tie in self.ties]
+        self._involved = sum({axis.whole for each in self._prepared for axis in each.axes})
         self._answers: dict[int, int] = {}
 
     def narrow(self, box: int) -> int:
         """Return a box of possible feature vectors inside a box; 0 if there are none.
 
-        It has one part of each axis that a tie involves, and of the other axes all that the box has.
+        It has one part of each axis that matters for a tie there, and of the other axes all that the box has.
         """
-        if not self._axes:
-            return box
-        if box not in self._answers:
-            self._answers[box] = self._search(box)
-        return self._answers[box]
+        key = box & self._involved
+        if key not in self._answers:
+            self._answers[key] = self._search(key)
+        found = self._answers[key]
+        return found | (box & ~self._involved) if found or not self._involved else 0
 
     def _search(self, box: int) -> int:
-        chosen: dict[BoundFeature, ValueSet] = {}
+        """Return part of a box that no tie excludes, by trying the parts of each axis in turn."""
+        ties = [each for each in self._prepared if each.may_exclude(box)]
+        places = sorted({place for each in ties for place in each.places})
+        checks: dict[int, list[_PreparedTie]] = {place: [] for place in places}
+        for each in ties:
+            checks[max(each.places)].append(each)
         steps = 0
 
         def extend(at: int, narrowed: int) -> int:
             nonlocal steps
-            if at == len(self._axes):
+            if at == len(places):
                 return narrowed
-            axis = self._axes[at]
-            for bit, part in axis.list_parts(box):
+            axis = self._axes[places[at]]
+            for bit, _ in axis.list_parts(box):
                 steps += 1
                 if steps > MOST_STEPS:
                     return narrowed
-                chosen[axis.bound] = part
-                if any(tie.excludes(chosen) for tie in self._checks[at]):
-                    continue
-                if found := extend(at + 1, (narrowed & ~axis.whole) | bit):
+                chosen = (narrowed & ~axis.whole) | bit
+                if not any(tie.excludes(chosen) for tie in checks[places[at]]) and (
+                    found := extend(at + 1, chosen)
+                ):
                     return found
             return 0
 

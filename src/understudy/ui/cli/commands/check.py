@@ -56,6 +56,9 @@ def check_automata(
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="Exit with 1 at a finding of this severity or above.")
     ] = FailOn.ERROR,
+    everything: Annotated[
+        bool, typer.Option("--all", help="List every cell of one example, and every assumption.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Find what can go wrong with automata from their trees and examples, without running them.
@@ -75,7 +78,7 @@ def check_automata(
     if as_json:
         print_json(_make_result(folder, world, report, holds=not failing))
     else:
-        _show(folder, world, report, make_console())
+        _show(folder, world, report, make_console(), everything=everything)
     raise typer.Exit(1 if failing else 0)
 
 
@@ -253,7 +256,11 @@ def _make_cell(cell: FindingCell) -> CellRow:
 COLORS = {"error": "red", "warning": "yellow", "note": "dim"}
 
 
-def _show(folder: Path, world: str | None, report: CheckReport, out: Console) -> None:
+MOST_LISTED = 3
+"""So many cells of one example are listed for an automaton without --all."""
+
+
+def _show(folder: Path, world: str | None, report: CheckReport, out: Console, *, everything: bool) -> None:
     from rich.markup import escape
 
     from understudy.errors import join_names
@@ -268,12 +275,22 @@ def _show(folder: Path, world: str | None, report: CheckReport, out: Console) ->
         mark = {"error": "[red]✗[/]", "warning": "[yellow]![/]"}.get(str(worst), "[green]✓[/]")
         size = f"{format_count(each.states, 'state')}, {format_count(each.boxes, 'leaf', 'leaves')}"
         out.print(f"{mark} [bold]{escape(each.name)}[/] [dim]{size}[/]")
+        single = [finding for finding in found if finding.kind == "one example"]
+        hidden = [] if everything else single[MOST_LISTED:]
         for finding in found:
-            _show_finding(finding, out)
-    if report.ties:
-        out.print(f"[dim]Assumed in {escape(str(world))}:[/]")
+            if finding not in hidden:
+                _show_finding(finding, out)
+        if hidden:
+            numbers = join_names(str(finding.examples[0]) for finding in hidden)
+            more = format_count(len(hidden), "more cell rests", "more cells rest")
+            _print_indented(f"[dim]note {more} on one example each: {numbers} (--all)[/]", out)
+    if report.ties and not everything:
+        ties = format_count(len(report.ties), "tie between readings", "ties between readings")
+        out.print(f"[dim]Assumed of {escape(str(world))}: {ties} (--all)[/]")
+    elif report.ties:
+        out.print(f"[dim]Assumed of {escape(str(world))}:[/]")
         for tie in report.ties:
-            out.print(f"[dim]  {escape(tie)}[/]")
+            _print_indented(f"[dim]{escape(tie)}[/]", out)
     for reason in report.unchecked:
         out.print(f"[yellow]Not checked:[/] {escape(reason)}")
     counts = [
@@ -288,15 +305,18 @@ def _show(folder: Path, world: str | None, report: CheckReport, out: Console) ->
 
 def _show_finding(finding: Finding, out: Console) -> None:
     from rich.markup import escape
-    from rich.padding import Padding
 
     color = COLORS[finding.severity]
-    lines = [f"[{color}]{finding.severity}[/] {escape(finding.sentence)}"]
     if finding.severity == "note":
-        lines = [f"[dim]note {escape(finding.sentence)}[/]"]
-    else:
-        lines += [f"  [dim]assumes: {escape(each)}[/]" for each in finding.assumptions]
-        lines.append(f"  → {escape(finding.remedy)}")
-    for line in lines:
-        indent = 4 + len(line) - len(line.lstrip())
-        out.print(Padding(line.lstrip(), (0, 0, 0, indent), expand=False))
+        _print_indented(f"[dim]note {escape(finding.sentence)}[/]", out)
+        return
+    _print_indented(f"[{color}]{finding.severity}[/] {escape(finding.sentence)}", out)
+    for each in finding.assumptions:
+        _print_indented(f"[dim]assumes: {escape(each)}[/]", out, by=6)
+    _print_indented(f"→ {escape(finding.remedy)}", out, by=6)
+
+
+def _print_indented(text: str, out: Console, *, by: int = 4) -> None:
+    from rich.padding import Padding
+
+    out.print(Padding(text, (0, 0, 0, by), expand=False))
