@@ -8,7 +8,7 @@ intersection of two such boxes is a single `&`, and no product of axes is ever l
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from math import inf, isinf, nan, nextafter
 from typing import NamedTuple
@@ -47,24 +47,30 @@ class Axis:
     bound: BoundFeature
     parts: tuple[ValueSet, ...]
     shift: int
+    whole: int = field(init=False)
+    """The bits of all parts."""
+    bits: tuple[int, ...] = field(init=False)
+    """The bit of each part."""
 
-    @property
-    def whole(self) -> int:
-        """The bits of all parts."""
-        return ((1 << len(self.parts)) - 1) << self.shift
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "whole", ((1 << len(self.parts)) - 1) << self.shift)
+        object.__setattr__(self, "bits", tuple(1 << (self.shift + at) for at in range(len(self.parts))))
 
     @property
     def absence(self) -> int:
         """The bit of absence; 0 if the feature is never absent."""
-        return 1 << (self.shift + len(self.parts) - 1) if self.parts and self.parts[-1].absent else 0
+        return self.bits[-1] if self.parts and self.parts[-1].absent else 0
 
     def mask(self, region: ValueSet) -> int:
         """Return the bits of the parts in a region whose ends are among the thresholds."""
         found = 0
-        for index, part in enumerate(self.parts):
-            inside = region.absent if part.absent else any(a <= part.parts[0][0] < b for a, b in region.parts)
-            if inside:
-                found |= 1 << (self.shift + index)
+        for bit, part in zip(self.bits, self.parts, strict=True):
+            if part.absent:
+                inside = region.absent
+            else:
+                start = part.parts[0][0]
+                inside = any(low <= start < high for low, high in region.parts)
+            found |= bit if inside else 0
         return found
 
     def region(self, box: int) -> ValueSet:
@@ -76,16 +82,15 @@ class Axis:
 
     def list_parts(self, box: int) -> Iterator[tuple[int, ValueSet]]:
         """Yield the parts of the axis in a box, each with its bit."""
-        for index, part in enumerate(self.parts):
-            bit = 1 << (self.shift + index)
+        for bit, part in zip(self.bits, self.parts, strict=True):
             if box & bit:
                 yield bit, part
 
     def find_bit(self, value: float) -> int:
         """Return the bit of the part with a value; 0 if it lies outside the domain."""
-        for index, part in enumerate(self.parts):
+        for bit, part in zip(self.bits, self.parts, strict=True):
             if value in part:
-                return 1 << (self.shift + index)
+                return bit
         return 0
 
 

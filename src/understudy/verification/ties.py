@@ -122,6 +122,8 @@ class Possibility:
     def _search(self, box: int) -> int:
         """Return part of a box that no tie excludes, by trying the parts of each axis in turn."""
         ties = [each for each in self._prepared if each.may_exclude(box)]
+        if not ties:
+            return box
         places = sorted({place for each in ties for place in each.places})
         checks: dict[int, list[_PreparedTie]] = {place: [] for place in places}
         for each in ties:
@@ -133,15 +135,20 @@ class Possibility:
             if at == len(places):
                 return narrowed
             axis = self._axes[places[at]]
-            for bit, _ in axis.list_parts(box):
+            rest, mine = narrowed & ~axis.whole, checks[places[at]]
+            for bit in axis.bits:
+                if not box & bit:
+                    continue
                 steps += 1
                 if steps > MOST_STEPS:
                     return narrowed
-                chosen = (narrowed & ~axis.whole) | bit
-                if not any(tie.excludes(chosen) for tie in checks[places[at]]) and (
-                    found := extend(at + 1, chosen)
-                ):
-                    return found
+                chosen = rest | bit
+                for tie in mine:
+                    if tie.excludes(chosen):
+                        break
+                else:
+                    if found := extend(at + 1, chosen):
+                        return found
             return 0
 
         return extend(0, box)
