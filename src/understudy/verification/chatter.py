@@ -25,8 +25,9 @@ def find_cycles(subject: Subject, tick_s: float | None, unfinished: list[str]) -
         known = {cycle.states for cycle in search.cycles}
         for cycle in _sort_cycles(CycleFinder(subject.level, tick_s or TICK_S, flags_vary=True).search()):
             orders = _list_orders(subject, cycle.states)
-            if cycle.states not in known and len(set(orders)) == 1 and orders[0]:
-                yield _make_repetition(subject, cycle, str(orders[0]))
+            is_endless = len(set(orders)) == 1 or subject.level.space.full in cycle.boxes
+            if cycle.states not in known and is_endless and None not in orders:
+                yield _make_repetition(subject, cycle, list(dict.fromkeys(map(str, orders))))
 
 
 def _sort_cycles(search: CycleSearch) -> list[Cycle]:
@@ -34,8 +35,11 @@ def _sort_cycles(search: CycleSearch) -> list[Cycle]:
     return sorted(search.cycles, key=lambda cycle: (len(cycle.states), cycle.states))
 
 
-def _make_repetition(subject: Subject, cycle: Cycle, order: str) -> Finding:
-    """Make the finding of states that all give the same order, and follow each other whenever members raise flags."""
+def _make_repetition(subject: Subject, cycle: Cycle, orders: list[str]) -> Finding:
+    """Make the finding of states that follow each other whenever members raise flags, whatever else is read.
+
+    Either all give the same order, or nothing but flags leads from one to the next.
+    """
     names = [subject.level.automaton.states[state].name for state in cycle.states]
     cells = subject.make_cells(cycle.boxes)
     there = join_conditions(cells)
@@ -44,7 +48,7 @@ def _make_repetition(subject: Subject, cycle: Cycle, order: str) -> Finding:
         FindingKind.REPEATED_ORDER,
         Severity.WARNING,
         subject.label,
-        f"{subject.label} gives the order {order} again and again{where}: {' → '.join((*names, names[0]))}.",
+        f"{subject.label} orders {join_names(orders)} again and again{where}: {' → '.join((*names, names[0]))}.",
         tuple(names),
         (FLAGS, *([] if there == "always" else [HELD])),
         cells,

@@ -26,7 +26,10 @@ def _in_state(subject: Subject, index: int) -> str:
 
 
 def find_cells_of_one_example(subject: Subject) -> Iterator[Finding]:
-    """Find leaves that a single press decides, in states that learned from more than one."""
+    """Find leaves on whose answer a single press-made example agrees, in trees that test something.
+
+    Watched examples do not count, since they decide nothing, and neither do defaults that a directive outvotes.
+    """
     level = subject.level
     if level.taught.lesson is None:
         return
@@ -37,10 +40,15 @@ def find_cells_of_one_example(subject: Subject) -> Iterator[Finding]:
             box = intersect(domain, leaf)
             if leaf.node == STAY or not leaf.tested or not box:
                 continue
-            examples = [each for each in subject.list_examples(state, leaf.node) if each.is_from_press]
-            if len(examples) != 1:
+            answers = level.automaton.states[index if leaf.outcome == STAY else leaf.outcome].name
+            agreeing = [
+                each
+                for each in subject.list_examples(state, leaf.node)
+                if each.is_from_press and each.next == answers
+            ]
+            if len(agreeing) != 1:
                 continue
-            (example,) = examples
+            (example,) = agreeing
             does = (
                 "stays"
                 if leaf.outcome in (STAY, index)
