@@ -128,7 +128,7 @@ class CycleFinder:
         """Yield the root's states, the box, the ticks and whether levels below switched, for each cycle."""
         first = self._enter(self.root, start, Frame(0, 0))
         waiting = [
-            ((first, *pulse.frames), pulse.box, (start,), 1, False, frozenset([first]))
+            ((first, *pulse.frames), pulse.box, (start,), 1, bool(pulse.frames), frozenset([first]))
             for pulse in self._pulse_child(self.root, start, None, self.root.space.full)
         ]
         seen: set[tuple[Run, int, tuple[int, ...]]] = set()
