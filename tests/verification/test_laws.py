@@ -19,7 +19,7 @@ from understudy.verification.cells import choose_vector, locate_vector
 from understudy.verification.check_library import check_library
 from understudy.verification.cycles import CycleFinder
 from understudy.verification.finding import FindingKind
-from understudy.verification.hierarchy import build_hierarchy
+from understudy.verification.levels import build_hierarchy
 
 STATES = (START, AHEAD, BACK, State("wait", "wait"), State("done", flag="done"))
 FEATURES = (DISTANCE, ANGLE, LIGHT)
@@ -137,7 +137,7 @@ def test_every_cycle_is_reported(automaton: Automaton, rows: list[tuple[float, .
     cycles = CycleFinder(level).search().cycles
     for row in rows:
         cell = locate_vector(row, level.axes)
-        for start in level.entered:
+        for start in level.reachable_states:
             states = follow(automaton, start, [row] * 6)
             if start in states and states[0] != start and STATES[start].flag is None:
                 assert any(

@@ -10,7 +10,7 @@ from understudy.model.automaton import State
 from understudy.model.library import Library
 from understudy.model.squad import Assignment, Order, Squad, Statistic
 from understudy.verification.finding import Finding, FindingKind, Severity
-from understudy.verification.hierarchy import Level, build_hierarchy, list_levels
+from understudy.verification.levels import Level, build_hierarchy, list_levels
 from understudy.verification.subject import Subject
 
 
@@ -100,7 +100,7 @@ def _list_raising(statistic: Statistic, library: Library, state: State, members:
             known = members.libraries[role]
             if duty.behavior in known.taught and statistic.role in (None, role):
                 level = build_hierarchy(known, duty.behavior)
-                if statistic.flag in level.raised_flags:
+                if statistic.flag in level.possible_flags:
                     found.append(level)
     return found
 

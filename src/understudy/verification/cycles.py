@@ -17,7 +17,7 @@ from understudy.model.features import CounterFeature, Feature, FlagFeature, Time
 from understudy.model.kinds import NO, YES
 from understudy.model.tree import STAY
 from understudy.verification.cells import Leaf
-from understudy.verification.hierarchy import Level
+from understudy.verification.levels import Level
 
 MOST_PULSES = 20_000
 """So many pulses of one automaton are run before the search is given up, and reported as unfinished."""
@@ -97,7 +97,7 @@ class CycleFinder:
         """Search from every state that can be entered and left."""
         found: dict[tuple[int, ...], list[tuple[int, int, bool]]] = {}
         try:
-            for start in sorted(self.root.entered):
+            for start in sorted(self.root.reachable_states):
                 if self.root.exits[start]:
                     for states, box, ticks, nested in self._from_state(start):
                         found.setdefault(states, []).append((box, ticks, nested))
@@ -211,7 +211,7 @@ class CycleFinder:
         bits = {
             axis.whole
             for axis in level.axes
-            if isinstance(axis.bound.feature, FlagFeature) and axis.bound.feature.name in child.raised_flags
+            if isinstance(axis.bound.feature, FlagFeature) and axis.bound.feature.name in child.possible_flags
         }
         return any(bits.intersection(leaf.tested) for leaf in leaves)
 

@@ -11,7 +11,7 @@ from understudy.model.tree import STAY
 from understudy.model.tree_regions import find_tested_features
 from understudy.verification.cells import Axis, Leaf
 from understudy.verification.finding import Finding, FindingKind, Severity
-from understudy.verification.hierarchy import Level
+from understudy.verification.levels import Level
 from understudy.verification.subject import Subject
 
 MOST_PAIRS = 200_000
@@ -99,7 +99,7 @@ def uses_parameter(library: Library, level: Level, parameter: str) -> bool:
     deciding = find_deciding_features(level) if level.is_decided_by_trees else range(len(level.features))
     if any(parameter in level.automaton.features[index].binding.values() for index in deciding):
         return True
-    for index in sorted(level.entered):
+    for index in sorted(level.reachable_states):
         state, child = level.automaton.states[index], level.children[index]
         for inner, name in state.binding.items():
             if name == parameter and (child is None or uses_parameter(library, child, inner)):

@@ -15,7 +15,7 @@ def find_states_never_entered(subject: Subject) -> Iterator[Finding]:
     """Find states that no series of switches from the start state leads to."""
     states = subject.level.automaton.states
     for index, state in enumerate(states):
-        if index in subject.level.entered:
+        if index in subject.level.reachable_states:
             continue
         what = f"flag {state.flag} is never raised" if state.flag is not None else "it never runs"
         why, assumptions = _explain_never_entered(subject, index)
@@ -52,7 +52,7 @@ def find_states_never_left(subject: Subject) -> Iterator[Finding]:
     level = subject.level
     users = subject.library.find_users(level.name)
     unless = f" unless {join_names(users)} stops {level.name}" if users else ""
-    for index in sorted(level.entered):
+    for index in sorted(level.reachable_states):
         state = level.automaton.states[index]
         if state.flag is not None or level.exits[index]:
             continue
@@ -79,7 +79,7 @@ def find_states_never_left(subject: Subject) -> Iterator[Finding]:
 def find_flags_never_raised(subject: Subject) -> Iterator[Finding]:
     """Find states whose tree waits for a flag that their behavior, or the members they order, cannot raise."""
     level = subject.level
-    for index in sorted(level.entered):
+    for index in sorted(level.reachable_states):
         state, leaves = level.automaton.states[index], level.leaves[index]
         if state.flag is not None or leaves is None:
             continue
@@ -123,7 +123,7 @@ def _varies_elsewhere(subject: Subject, axis: Axis) -> bool:
     level = subject.level
     return any(
         axis.shift not in {other.shift for other, _ in level.list_constants(state)}
-        for state in level.entered
+        for state in level.reachable_states
         if level.automaton.states[state].flag is None
     )
 

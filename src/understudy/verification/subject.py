@@ -19,7 +19,7 @@ from understudy.model.tree_regions import ValueSet
 from understudy.model.tree_text import FeatureText
 from understudy.verification.cells import NO_VALUES, Axis, choose_vector, join_boxes
 from understudy.verification.finding import FindingCell
-from understudy.verification.hierarchy import Level, list_levels
+from understudy.verification.levels import Level, list_levels
 
 if TYPE_CHECKING:
     from understudy.verification.coordinators import SquadMembers

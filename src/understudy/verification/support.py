@@ -17,7 +17,7 @@ ABSENT = "the reading can be absent: whether it ever is, is not decided here"
 def _list_states(subject: Subject) -> list[int]:
     """List the states with a tree that can be entered; of a stateless automaton, whose states share it, the first."""
     level = subject.level
-    found = [index for index in sorted(level.entered) if level.leaves[index] is not None]
+    found = [index for index in sorted(level.reachable_states) if level.leaves[index] is not None]
     return found[:1] if level.automaton.stateless else found
 
 
@@ -137,7 +137,7 @@ def _get_domain(subject: Subject, index: int) -> int:
     if not level.automaton.stateless:
         return level.get_domain(index)
     box = 0
-    for each in sorted(level.entered):
+    for each in sorted(level.reachable_states):
         box |= level.get_domain(each)
     return box
 

@@ -103,7 +103,7 @@ class Level:
     def list_constants(self, state: int) -> Iterator[tuple[Axis, int]]:
         """Yield the axes whose feature has one value in a state, with its bit: flags that nothing there can raise."""
         child = self.children[state]
-        raised = child.raised_flags if child is not None else frozenset[str]()
+        raised = child.possible_flags if child is not None else frozenset[str]()
         for axis in self.axes:
             feature = axis.bound.feature
             if isinstance(feature, FlagFeature) and feature.name not in raised:
@@ -146,7 +146,7 @@ class Level:
         return len(left) < whole or any(intersect(domain, leaf) for leaf in left)
 
     @cached_property
-    def entered(self) -> frozenset[int]:
+    def reachable_states(self) -> frozenset[int]:
         """The states that can be entered from the start state."""
         found, waiting = {0}, [0]
         while waiting:
@@ -157,10 +157,10 @@ class Level:
         return frozenset(found)
 
     @cached_property
-    def raised_flags(self) -> frozenset[str]:
+    def possible_flags(self) -> frozenset[str]:
         """The flags that the automaton can raise."""
         states = self.automaton.states
-        return frozenset(flag for state in self.entered if (flag := states[state].flag) is not None)
+        return frozenset(flag for state in self.reachable_states if (flag := states[state].flag) is not None)
 
 
 @dataclass(eq=False)
