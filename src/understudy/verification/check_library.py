@@ -17,8 +17,8 @@ from understudy.verification.coordinators import (
     mark_statistics,
 )
 from understudy.verification.finding import Finding, sort_findings
-from understudy.verification.levels import build_hierarchy
 from understudy.verification.influence import find_unused_features, find_unused_parameters
+from understudy.verification.levels import build_hierarchy
 from understudy.verification.reachability import (
     find_flags_never_raised,
     find_missing_behaviors,
