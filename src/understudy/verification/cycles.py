@@ -127,7 +127,7 @@ class CycleFinder:
     def _from_state(self, start: int) -> Iterator[tuple[tuple[int, ...], int, int, bool]]:
         """Yield the root's states, the box, the ticks and whether levels below switched, for each cycle."""
         first = self._enter(self.root, start, Frame(0, 0))
-        waiting = [
+        waiting: list[tuple[Run, int, tuple[int, ...], int, bool, frozenset[Frame]]] = [
             ((first, *pulse.frames), pulse.box, (start,), 1, bool(pulse.frames), frozenset([first]))
             for pulse in self._pulse_child(self.root, start, None, self.root.space.full)
         ]
