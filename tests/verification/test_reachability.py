@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tests.verification.automata import AHEAD, BACK, always, below, find, labels, make
 
-from understudy.model.automaton import Automaton, State
+from understudy.model.automaton import START, Automaton, State
 from understudy.verification.finding import Finding, FindingKind, Severity
 
 ARRIVED = State("done", flag="done")
@@ -102,3 +102,11 @@ def test_a_behavior_that_is_nowhere() -> None:
     lost = make("go", (State("fly", "fly"),), start=always(1), fly=below(1.0, 0, 1))
     assert [each.states for each in find(lost, kind=FindingKind.MISSING_BEHAVIOR)] == [("fly",)]
     assert not find(GO, kind=FindingKind.MISSING_BEHAVIOR)
+
+
+def test_states_of_an_automaton_without_features_are_entered_and_left() -> None:
+    ahead = Automaton("go", (START, AHEAD), (), transitions={"start": always(1), "ahead": always(0)})
+    assert not find(ahead, kind=FindingKind.NEVER_ENTERED)
+    assert not find(ahead, kind=FindingKind.NEVER_LEFT)
+    (found,) = find(ahead, kind=FindingKind.CHATTER)
+    assert found.is_certain

@@ -19,6 +19,8 @@ from understudy.model.tree import STAY, TestKind, Tree
 from understudy.model.tree_regions import ABSENT_ONLY, ValueSet, list_children, make_full_value_set
 
 NO_VALUES = ValueSet((), False)
+NONEMPTY = 1
+"""The bit that every box has beside those of its axes, so that a space without axes has one cell and is not empty."""
 
 
 def make_feature_domain(bound: BoundFeature) -> ValueSet:

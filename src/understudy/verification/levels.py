@@ -15,6 +15,7 @@ from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY, TestKind, Tree
 from understudy.model.tree_regions import ValueSet
 from understudy.verification.cells import (
+    NONEMPTY,
     Axis,
     Leaf,
     divide_axis,
@@ -184,7 +185,7 @@ class Space:
     @cached_property
     def full(self) -> int:
         """The box of all feature vectors."""
-        return sum(axis.whole for axis in self.axes)
+        return NONEMPTY | sum(axis.whole for axis in self.axes)
 
 
 def build_hierarchy(library: Library, name: str, ties: Sequence[Tie] = ()) -> Level:
@@ -226,7 +227,7 @@ def build_hierarchy(library: Library, name: str, ties: Sequence[Tie] = ()) -> Le
             ((bound, region),) = tie.where.items()
             domains[bound] = _without(domains[bound], region)
     axes: list[Axis] = []
-    shift = 0
+    shift = NONEMPTY.bit_length()
     shared: dict[BoundFeature, Axis] = {}
     for bound, found in cuts.items():
         shared[bound] = divide_axis(bound, domains[bound], found, shift)
