@@ -1,6 +1,6 @@
 """Seeded defects: taught robots and coordinators with one defect each, and whether the check names it.
 
-    python -m tests.verification.seeded_defects 2001 2061
+    python -m tests.verification.seeded_defects 2001 2061 [--write]
 
 A seed decides which library gets which defect where. A defect counts as named if the check of the changed library has
 a finding of the expected kind about the changed place that the check of the library before it has not.
@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from math import nan
+from pathlib import Path
 from types import MappingProxyType
 
 from understudy.errors import UnderstudyError
@@ -513,17 +514,32 @@ def teach_all() -> tuple[list[Taught], list[Taught]]:
     return robots, [Taught(patrol.coordinators.library, members)]
 
 
-def main(first: int, end: int) -> None:
-    """Print a table of the defects of a range of seeds."""
-    robots, coordinators = teach_all()
-    trials = [run_trial(seed, robots, coordinators) for seed in range(first, end)]
-    rows = ["| seed | where | defect | named |", "|---|---|---|---|"]
+PAGE = Path(__file__).parents[2] / "docs" / "checking.md"
+BEGIN, END = "<!-- seeded defects: generated -->\n", "<!-- end of seeded defects -->\n"
+
+
+def format_table(trials: Sequence[Trial]) -> str:
+    """The trials as a table in Markdown, with their number before it."""
+    found = sum(each.finding is not None for each in trials)
+    rows = [f"{found} of {len(trials)} defects are named.", "", "| seed | where | defect | named |"]
+    rows.append("|---|---|---|---|")
     for each in trials:
         named = "**missed**" if each.finding is None else f"{each.finding.severity}: {each.finding.kind}"
         rows.append(f"| {each.seed} | {each.where} | {each.sort}: {each.what} | {named} |")
-    found = f"{sum(each.finding is not None for each in trials)} of {len(trials)} defects are named."
-    sys.stdout.write("\n".join([*rows, "", found, ""]))
+    return "\n".join([*rows, ""])
+
+
+def main(first: int, end: int, *, write: bool) -> None:
+    """Print a table of the defects of a range of seeds, or write it into the page on checking."""
+    robots, coordinators = teach_all()
+    table = format_table([run_trial(seed, robots, coordinators) for seed in range(first, end)])
+    if not write:
+        sys.stdout.write(table)
+        return
+    text = PAGE.read_text(encoding="utf-8")
+    before, after = text.split(BEGIN)[0], text.split(END)[1]
+    PAGE.write_text(f"{before}{BEGIN}\n{table}\n{END}{after}", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]))
+    main(int(sys.argv[1]), int(sys.argv[2]), write="--write" in sys.argv)
