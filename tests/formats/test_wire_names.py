@@ -97,6 +97,7 @@ COMMANDS = {
     "team push": "TEAM --library --json",
     "": "--version --debug",
     "advise": "NAME --library -l --world -w --kit --bind -b --most --json",
+    "check": "[LIBRARY] [NAME]... --world -w --kit --fail-on --all --json",
     "bench": "--json",
     "bench crowding": "--json",
     "bench interpreter": "--json",

@@ -88,12 +88,17 @@ def list_leaf_boxes(tree: Tree, kinds: Sequence[Kind]) -> list[tuple[int, Box]]:
             continue
         node = tree.nodes[index]
         below = []
-        for following, region in _children(node, kinds[node.feature]):
+        for following, region in list_children(node, kinds[node.feature]):
             narrowed = box[node.feature] & region
             if not narrowed.empty:
                 below.append((following, (*box[: node.feature], narrowed, *box[node.feature + 1 :])))
         waiting.extend(reversed(below))
     return found
+
+
+def find_tested_features(trees: Iterable[Tree]) -> set[int]:
+    """Return the positions of the features that some node of the trees tests."""
+    return {node.feature for tree in trees for node in tree.nodes if node.test != TestKind.LEAF}
 
 
 def find_known_absent(tree: Tree, features: int) -> list[bool]:
@@ -126,7 +131,7 @@ def contains_box(box: Box, other: Box) -> bool:
     return all(region & region2 == region2 for region, region2 in zip(box, other, strict=True))
 
 
-def _children(node: Node, kind: Kind) -> list[tuple[int, ValueSet]]:
+def list_children(node: Node, kind: Kind) -> list[tuple[int, ValueSet]]:
     """List the children of a node, each with the set of its feature's values that lead there."""
     sides: dict[int, ValueSet] = {}
     if node.test == TestKind.LABEL:

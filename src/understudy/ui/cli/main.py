@@ -31,6 +31,7 @@ COMMANDS = (
     CommandEntry("diff", f"{HERE}.diff:show_diff", LIBRARY),
     CommandEntry("validate", f"{HERE}.validate:validate", LIBRARY),
     CommandEntry("test", f"{HERE}.test:run_library_tests", LIBRARY),
+    CommandEntry("check", f"{HERE}.check:check_automata", LIBRARY),
     CommandEntry("simplify", f"{HERE}.simplify:simplify", LIBRARY),
     CommandEntry("export", f"{HERE}.export:app", LIBRARY),
     CommandEntry("rebuild", f"{HERE}.list:rebuild", LIBRARY),
