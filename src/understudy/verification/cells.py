@@ -108,7 +108,7 @@ def divide_axis(bound: BoundFeature, domain: ValueSet, cuts: Iterable[float], sh
     return Axis(bound, (*parts, ABSENT_ONLY) if domain.absent else tuple(parts), shift)
 
 
-def list_cuts(trees: Iterable[Tree], feature: int) -> list[float]:
+def list_feature_cuts(trees: Iterable[Tree], feature: int) -> list[float]:
     """List the thresholds at which trees test a feature."""
     return [
         end

@@ -20,7 +20,7 @@ from understudy.verification.cells import (
     Leaf,
     divide_axis,
     intersect,
-    list_cuts,
+    list_feature_cuts,
     make_feature_domain,
     partition_tree,
 )
@@ -217,7 +217,7 @@ def build_hierarchy(library: Library, name: str, ties: Sequence[Tie] = ()) -> Le
                 if isinstance(bound.feature, Feature)
                 else own.setdefault((id(level), index), [])
             )
-            where += list_cuts(level.trees, index)
+            where += list_feature_cuts(level.trees, index)
     useful = [tie for tie in ties if all(bound in cuts for bound in tie.features)]
     domains = {bound: make_feature_domain(bound) for bound in cuts}
     for tie in useful:

@@ -13,7 +13,7 @@ from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT
-from understudy.ui.cli.commands.draw import list_levels
+from understudy.ui.cli.commands.draw import list_automata_below
 from understudy.viz.automaton_file import ENDINGS
 
 LEVELS = ["forage", "harvest", "deposit", "goto"]
@@ -59,8 +59,8 @@ def test_levels(library: Path, tmp_path: Path, option: list[str], names: list[st
 
 def test_levels_of_an_automaton_that_is_used_twice_are_listed_once() -> None:
     library = Library.from_automata(FORAGE_KIT, *AUTOMATA)
-    assert list_levels(library, "forage") == LEVELS
-    assert list_levels(library, "goto") == ["goto"]
+    assert list_automata_below(library, "forage") == LEVELS
+    assert list_automata_below(library, "goto") == ["goto"]
 
 
 def test_text_for_graphviz(library: Path, tmp_path: Path) -> None:

@@ -55,7 +55,7 @@ def draw_automata(
     listing = listings[prefix]
     if name not in listing.opened:
         raise listing.problems[f"{name}.json"]
-    names = list_levels(listing.library, name) if children else [name]
+    names = list_automata_below(listing.library, name) if children else [name]
     data = render_automata([listing.library.taught[each] for each in names], ending)
     with convert_os_errors(out, "writing the picture"):
         write_atomically(out, data)
@@ -74,7 +74,7 @@ class DrawResult(Struct, frozen=True, kw_only=True):
     bytes: int
 
 
-def list_levels(library: Library, name: str) -> list[str]:
+def list_automata_below(library: Library, name: str) -> list[str]:
     """List an automaton and all below it that the library has, level by level, each once."""
     found = [name]
     for each in found:  # it grows meanwhile
