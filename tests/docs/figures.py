@@ -1,4 +1,4 @@
-"""The pictures of docs/figures.md, drawn by the code of that page: python -m tests.docs.figures."""
+"""The pictures of pages that draw some, drawn by the code of those pages: python -m tests.docs.figures."""
 
 from __future__ import annotations
 
@@ -11,27 +11,29 @@ from xml.etree import ElementTree
 
 from tests.docs.pages import ROOT
 
-PAGE, PICTURES = ROOT / "docs" / "figures.md", ROOT / "docs" / "pictures" / "figures"
+PAGES = (ROOT / "docs" / "figures.md", ROOT / "docs" / "tutorials" / "study.md")
+PICTURES = ROOT / "docs" / "pictures" / "figures"
 _PART = re.compile(
-    r"^```python\n(.*?)^```$|^!\[[^\]]+\]\(pictures/figures/(\w+)\.svg\)$", re.DOTALL | re.MULTILINE
+    r"^```python\n(.*?)^```$|^!\[[^\]]+\]\((?:\.\./)?pictures/figures/(\w+)\.svg\)$", re.DOTALL | re.MULTILINE
 )
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 def draw() -> Iterator[tuple[str, Any]]:
-    """Each picture of the page by its name, and the axes that its code left in `axes`."""
+    """Each picture of the pages by its name, and the axes that the page's code left in `axes`."""
     import matplotlib as mpl
     from matplotlib import pyplot
 
     mpl.use("agg")
-    names: dict[str, Any] = {"__name__": "docs", "print": lambda *_: None}
-    for match in _PART.finditer(PAGE.read_text(encoding="utf-8")):
-        code, picture = match.groups()
-        if picture is None:
-            exec(compile(code, str(PAGE), "exec"), names)
-        else:
-            yield picture, names["axes"]
-            pyplot.close("all")
+    for page in PAGES:
+        names: dict[str, Any] = {"__name__": "docs", "print": lambda *_: None}
+        for match in _PART.finditer(page.read_text(encoding="utf-8")):
+            code, picture = match.groups()
+            if picture is None:
+                exec(compile(code, str(page), "exec"), names)
+            else:
+                yield picture, names["axes"]
+                pyplot.close("all")
 
 
 def write_svg(axes: Any) -> str:
