@@ -20,7 +20,7 @@ BAD = [  # arguments, what the error says
     (["show", "nope", "-l", "{lib}"], "no automaton 'nope'; it has deposit, forage, goto and harvest"),
     (["show", "x", "-l", "/nowhere"], "/nowhere: opening the library failed: No such file"),
     (["list", "-l", "{lib}", "--world", "mars"], "no world 'mars'; it has arena, boxes, forage"),
-    (["list", "-l", "{lib}", "--kit", "nokit"], "--kit: 'nokit' cannot be had"),
+    (["list", "-l", "{lib}", "--kit", "nokit"], "--kit: 'nokit' is not offered by any installed package"),
     (["list", "-l", "{lib}", "--kit", "json:loads"], "is a function; name a Kit as MODULE:NAME"),
     (["diff", "goto", "-l", "{lib}"], "has no former version"),
     (["diff", "goto", "--from", "7", "-l", "{lib}"], "no version '7'; it has none"),

@@ -121,13 +121,17 @@ class RunSession:
 
     def make_run_info(self) -> RunInfo:
         """Describe the run for the header of its trace or recording, so that it can be repeated."""
-        from understudy.sim.scenario.files import list_builtin_scenarios
+        from understudy.sim.catalog import locate_scenario
         from understudy.ui.cli.recordings import make_run_info
 
         named, options = self._named, self._options
-        scenario = named if named in list_builtin_scenarios() else str(Path(named).resolve())
         return make_run_info(
-            self.team, self._assigned, options.library, scenario=scenario, seed=options.seed, kit=options.kit
+            self.team,
+            self._assigned,
+            options.library,
+            scenario=locate_scenario(named),
+            seed=options.seed,
+            kit=options.kit,
         )
 
     def open_trace(self, path: Path | None) -> AbstractContextManager[TraceWriter | None]:
