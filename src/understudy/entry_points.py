@@ -32,6 +32,11 @@ def load_object(name: str, group: str, *, where: str, remedy: str) -> Any:
     remedy
         What would be right, for the error.
 
+    Returns
+    -------
+    Any
+        The object; it can be anything.
+
     Raises
     ------
     SettingError

@@ -34,6 +34,11 @@ def find_scenario(name: str | Path) -> Scenario:
         A built-in scenario; a scenario that an installed package offers in the entry point group `understudy.worlds`;
         the path of a scenario file; or MODULE:NAME, a function that returns a scenario, or a scenario.
 
+    Returns
+    -------
+    Scenario
+        The scenario.
+
     Raises
     ------
     UnknownName
