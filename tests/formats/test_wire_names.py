@@ -100,6 +100,7 @@ COMMANDS = {
     "check": "[LIBRARY] [NAME]... --world -w --kit --fail-on --all --json",
     "bench": "--json",
     "bench crowding": "--json",
+    "bench environments": "--json",
     "bench interpreter": "--json",
     "bench learning": "--json",
     "bench looks": "--json",
