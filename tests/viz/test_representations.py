@@ -198,3 +198,10 @@ def test_a_run_shows_what_its_agents_do() -> None:
     html = many._repr_html_()
     assert rows(html)[1] == ["0", "harvest > goto > " + many.path(0)[2]]
     assert "and 4 more" in html
+
+
+def test_an_evaluation_shows_its_goal_and_its_metrics() -> None:
+    shown = replace(RESULT, goal="at_station", metrics={"way": np.array([2.0, 4.0])})._repr_html_()
+    assert "judged by at_station" in shown
+    assert "way 3 in the median" in shown
+    assert "judged by the goal of the scenario" in RESULT._repr_html_()

@@ -143,15 +143,17 @@ def write_session_html(session: Session) -> str:
 
 
 def write_evaluation_html(evaluation: Any, interval: Interval) -> str:
-    """Write an evaluation: success with its 95 % interval, and times, beside those of the baseline."""
+    """Write an evaluation: success with its 95 % interval, medians of metrics, and times, beside the baseline's."""
     rows = [_outcome_row(evaluation.behavior, evaluation.taught)]
     if evaluation.expert is not None:
         rows.append(_outcome_row("baseline", evaluation.expert))
     finished = evaluation.taught.finished
     low, high = interval(int(finished.sum()), len(finished))
+    flag = None if evaluation.flag is None else f"flag {evaluation.flag}"
     facts = [
         f"success {100 * evaluation.success:.0f} % (95 % interval {100 * low:.0f} to {100 * high:.0f} %)",
-        "judged by the goal" if evaluation.flag is None else f"judged by flag {evaluation.flag}",
+        f"judged by {flag or evaluation.goal or 'the goal of the scenario'}",
+        *(f"{name} {evaluation.medians[name].median:.3g} in the median" for name in evaluation.metrics),
     ]
     heads = ("", "finished", "median of those", "longest")
     return write_card(
