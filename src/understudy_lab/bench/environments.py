@@ -19,7 +19,7 @@ from understudy_lab.bench.vmas_case import VmasBase
 
 ROBOTS, ACTIONS, ROUNDS = 100, 64, 7
 SINGLE, PARALLEL = "Gymnasium: one robot", "PettingZoo: 100 robots"
-PURSUIT, VMAS = "PettingZoo's pursuit, 100 agents", "VMAS: 100 robots"
+PURSUIT, VMAS = "PettingZoo: its pursuit", "VMAS: one world"
 
 
 class SingleEnvironment:
