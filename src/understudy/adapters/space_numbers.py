@@ -42,7 +42,7 @@ class _Part:
     first: int
     count: int
     offset: NDArray[np.float64]
-    """What is subtracted of observed numbers: the first label of a Discrete space."""
+    """The number subtracted from observed numbers: the first value of a Discrete space."""
 
 
 class SpaceNumbers:
