@@ -3,7 +3,7 @@
 export type Request =
   /** List what the lesson lacks, and estimate how late presses come. */
   | { do: "advise" }
-  /** Put the robot into the situation that this piece of advice is about. */
+  /** Put the robot into the situation that this piece of advice or finding is about. */
   | { do: "set_up"; sentence: Sentence }
   /** Go to the situation of further worlds in which an answer would change most, and pause there with the question. */
   | { do: "next_situation" }
@@ -273,6 +273,8 @@ export interface ChangesReply {
 export interface AdviceReply {
   later?: boolean;
   advice?: readonly Advice[];
+  /** What the static check found, the most severe first. */
+  findings?: readonly Finding[];
   late?: Late | null;
 }
 
@@ -387,6 +389,21 @@ export interface Advice {
   examples: readonly number[];
   /** The press that is probably a slip; null for other advice. */
   says: PressSays | null;
+  /** Whether the situation can be set up. */
+  place: boolean;
+}
+
+/** One error or warning of the static check of the automaton in training. */
+export interface Finding {
+  /** Whether it is an error; else it is a warning. */
+  error: boolean;
+  sentence: string;
+  /** What to show or change. */
+  remedy: string;
+  /** What is assumed, in one sentence each; the finding is certain if empty. */
+  assumptions: readonly string[];
+  /** The numbers of the examples behind it. */
+  examples: readonly number[];
   /** Whether the situation can be set up. */
   place: boolean;
 }

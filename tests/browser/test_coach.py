@@ -93,6 +93,27 @@ def test_what_to_show_next_is_set_up_shown_and_said_no_more(teacher: Teacher, sn
     expect(page.get_by_role("button", name="Delete")).to_be_visible()
 
 
+def test_what_a_check_finds_is_listed_and_set_up(teacher: Teacher, snap: Snap) -> None:
+    page = teacher.page
+    found = page.get_by_role("list", name="Findings").get_by_role("listitem")
+    expect(found).to_have_count(1)
+    expect(found).to_contain_text(
+        "Warning: forward and turn left undo each other where distance to A is at least"
+    )
+    expect(found).to_contain_text("Assumes: readings of this cell occur")
+    found.get_by_role("button", name="Set up").click()
+    expect(found).to_contain_text("The situation is set up in state forward")
+    expect(teacher.directing("forward")).to_have_attribute("aria-pressed", "true")
+    expect(page.get_by_role("complementary")).to_contain_text(re.compile(r"angle to A\s*−\d+°"))
+    found.scroll_into_view_if_needed()
+    snap(page, "checked")
+    before = teacher.examples
+    teacher.press("Enter")
+    teacher.press(".")
+    expect(found).to_have_count(0)
+    assert teacher.examples > before
+
+
 def test_a_robot_that_is_unsure_asks_and_the_press_is_the_answer(teacher: Teacher, snap: Snap) -> None:
     page = teacher.page
     teacher.click("pause")

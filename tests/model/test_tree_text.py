@@ -54,6 +54,10 @@ def test_thresholds() -> None:
         0: ("distance_to(A) is above 3 m",),
         1: ("distance_to(A) is at most 3 m",),
     }
+    assert said(below(0, nextafter(0.0, inf), 1, 2), make_leaf(1), make_leaf(0)) == {
+        0: ("distance_to(A) is above 0 m",),
+        1: ("distance_to(A) is at most 0 m",),
+    }
 
 
 def test_tests_of_one_feature_become_one_statement() -> None:

@@ -2,7 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
-import type { Advice, Late, Session } from "../protocol";
+import type { Advice, Finding, Late, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { className, plain } from "../words";
 import { AskingPart } from "./asking";
@@ -31,6 +31,7 @@ export function CoachTab() {
 
 interface Coached {
   advice: readonly Advice[];
+  findings: readonly Finding[];
   late: Late | null;
 }
 
@@ -44,10 +45,10 @@ function useCoach(studio: Studio, edition: number): readonly [Coached | null, ()
     let due = setTimeout(() => void ask(), last.current + REST_MS - performance.now());
     const ask = async (): Promise<void> => {
       last.current = performance.now();
-      const { advice, late, later } = await studio.ask({ do: "advise" });
+      const { advice, findings, late, later } = await studio.ask({ do: "advise" });
       if (over) return;
       if (later === true) due = setTimeout(() => void ask(), AGAIN_MS);
-      if (advice !== undefined) setCoached({ advice, late: late ?? null });
+      if (advice !== undefined) setCoached({ advice, findings: findings ?? [], late: late ?? null });
     };
     return () => {
       over = true;
@@ -71,7 +72,7 @@ function Advised({ desk, studio }: Part) {
   const [all, setAll] = useState(false);
   const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
   if (coached === null) return null;
-  const { advice, late } = coached;
+  const { advice, findings, late } = coached;
   const there = setUp !== null && (studio.told?.run.number ?? 0) <= setUp.run ? setUp : null; // else it is elsewhere by now
   const listed = all ? advice : advice.slice(0, FIRST);
   const place = async (of: string): Promise<void> => {
@@ -103,7 +104,71 @@ function Advised({ desk, studio }: Part) {
           </button>
         </p>
       )}
+      {findings.length > 0 && <h3>What a check finds</h3>}
+      <ol class="advices" aria-label="Findings">
+        {findings.map((each) => (
+          <FindingItem
+            key={each.sentence}
+            finding={each}
+            studio={studio}
+            outcome={there?.of === each.sentence ? there.outcome : null}
+            setUp={() => void place(each.sentence)}
+          />
+        ))}
+      </ol>
     </>
+  );
+}
+
+interface FindingProps {
+  finding: Finding;
+  studio: Studio;
+  /** What came of setting it up, where that was the last. */
+  outcome: string | null;
+  setUp: () => void;
+}
+
+/** What the automaton cannot do, or does without end, by its trees alone. */
+function FindingItem({ finding, studio, outcome, setUp }: FindingProps) {
+  const panel = usePanel();
+  const { error, sentence, remedy, assumptions, examples, place } = finding;
+  return (
+    <li class={className("advice", "finding", "plainly", error && "error", outcome !== null && "on")}>
+      <div class="advice-head">
+        <p>
+          <b>{error ? "Error" : "Warning"}:</b> {plain(sentence)}
+        </p>
+        {place && <SetUpButton studio={studio} setUp={setUp} />}
+      </div>
+      <p class="remedy">{plain(remedy)}</p>
+      {assumptions.map((each) => (
+        <p key={each} class="assumed">
+          Assumes: {plain(each)}
+        </p>
+      ))}
+      {examples.length > 0 && (
+        <p class="advice-more">
+          <button type="button" class="link" onClick={() => panel.showExamples(examples)}>
+            show {examples.length === 1 ? `example ${examples[0]}` : `${examples.length} examples`}
+          </button>
+        </p>
+      )}
+      {outcome !== null && <p class="outcome">{plain(outcome)}</p>}
+    </li>
+  );
+}
+
+function SetUpButton({ studio, setUp }: { studio: Studio; setUp: () => void }) {
+  return (
+    <button
+      type="button"
+      class="small"
+      disabled={!studio.directs}
+      title="Put the robot into this situation; nothing is recorded"
+      onClick={setUp}
+    >
+      Set up
+    </button>
   );
 }
 
@@ -132,17 +197,7 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
     >
       <div class="advice-head">
         <p>{plain(sentence)}</p>
-        {place && (
-          <button
-            type="button"
-            class="small"
-            disabled={!studio.directs}
-            title="Put the robot into this situation; nothing is recorded"
-            onClick={setUp}
-          >
-            Set up
-          </button>
-        )}
+        {place && <SetUpButton studio={studio} setUp={setUp} />}
       </div>
       {says !== null && (
         <MeantPart number={examples[0] ?? 0} says={says} desk={desk} studio={studio} again={again} />

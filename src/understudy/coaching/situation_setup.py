@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf, isinf
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.advice import Advice
 from understudy.coaching.pose_sampling import PoseSampler, RobotPose
 from understudy.errors import SessionError, join_names
 from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, TimeInState, TimerFeature
@@ -27,6 +27,26 @@ NEARBY = 0.5
 """From this share of the tries on, poses are drawn around the best so far."""
 
 
+class SituationSpec(Protocol):
+    """A situation to set up, such as that of an `Advice`, which says what the parts mean."""
+
+    @property
+    def sentence(self) -> str:
+        """What it is for."""
+
+    @property
+    def state(self) -> str:
+        """The state of the automaton; "" if any."""
+
+    @property
+    def region(self) -> Box | None:
+        """The set of values of each of the lesson's features; None: no situation in particular."""
+
+    @property
+    def at(self) -> tuple[float, ...] | None:
+        """A feature vector that represents the region."""
+
+
 @dataclass(frozen=True, slots=True)
 class SetupResult:
     """The result of setting up a situation: whether it is `there`, and the features `missed`.
@@ -41,7 +61,7 @@ class SetupResult:
 
 
 def set_up_situation(
-    session: Session, advice: Advice, *, seeds: Sequence[int] = (), tries: int = TRIES, draw: int = 0
+    session: Session, advice: SituationSpec, *, seeds: Sequence[int] = (), tries: int = TRIES, draw: int = 0
 ) -> SetupResult:
     """Place the session's robot in the situation of advice, with its automaton in the state of the advice.
 
@@ -84,7 +104,7 @@ def set_up_situation(
     return SetupResult(not missed, _said(advice, missed), missed, seed)
 
 
-def _said(advice: Advice, missed: Sequence[str]) -> str:
+def _said(advice: SituationSpec, missed: Sequence[str]) -> str:
     if not missed:
         where = f" in state {advice.state}" if advice.state else ""
         return f"The situation is set up{where}: show me what to do."
@@ -93,7 +113,7 @@ def _said(advice: Advice, missed: Sequence[str]) -> str:
 
 def _tried(
     poser: PoseSampler,
-    advice: Advice,
+    advice: SituationSpec,
     features: Sequence[BoundFeature],
     draws: np.random.Generator,
     tries: int,

@@ -188,7 +188,8 @@ def _just_above(cut: float) -> bool:
     """
     if isinf(cut):
         return False
-    return len(repr(nextafter(cut, -inf))) + 4 < len(repr(cut))
+    before = nextafter(cut, -inf)
+    return before == 0.0 or len(repr(before)) + 4 < len(repr(cut))
 
 
 Vectors: TypeAlias = Sequence[Sequence[float]]

@@ -8,6 +8,7 @@ from tests.ui.tui.desks import plan, trainer
 from tests.ui.tui.test_main_screen import run
 
 from understudy.training.trainee import Mode
+from understudy.ui.tui.advice_screen import AdviceScreen, render_advice
 
 
 @run
@@ -82,3 +83,19 @@ async def test_it_goes_to_where_an_answer_matters_most(tmp_path: Path) -> None:
         assert hand.trainer.paused
         assert hand.trainer.seed is not None
         assert hand.trainer.seed > 6
+
+
+@run
+async def test_a_switch_that_is_undone_at_once_is_listed_beside_the_advice(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, seed=6)) as hand:
+        await hand.press("space")
+        for key in ("left", "up", "left"):
+            await hand.press(key, ".")
+        await hand.press("K")
+        assert isinstance(hand.app.screen, AdviceScreen)
+        report = hand.trainer.coach.last_report
+        assert report is not None
+        text = render_advice(report).plain
+        assert "warning: forward and turn left" in text
+        await hand.press("C")
+        assert hand.said.startswith(("Show me", "Only example"))

@@ -78,6 +78,11 @@ async def advised(hand: Hand) -> None:
     await hand.press("C")
 
 
+async def checked(hand: Hand) -> None:
+    await taught(hand)
+    await hand.press("K")
+
+
 async def nothing(hand: Hand) -> None:
     """Look at the first screen."""
 
@@ -97,6 +102,7 @@ SCREENS: list[tuple[Callable[[Hand], Awaitable[None]], LessonChoices, str]] = [
     (helped, GOTO, "The lesson"),
     (left, GOTO, "fetch it has unsaved changes"),
     (advised, GOTO, "A"),
+    (checked, GOTO, "What a check finds"),
 ]
 
 

@@ -9,19 +9,25 @@ from threading import Event
 from typing import Any
 
 import pytest
+from tests.coaching.lessons import goto as goto_lesson
 from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
 from tests.ui.web.test_lesson import step
 
 from understudy.coaching.give_advice import give_advice
+from understudy.learning.fit import learn
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library
+from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT
+from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.reaction_time import ReactionEstimate
 from understudy.ui.controller import coach as coaching
 from understudy.ui.controller.coach import AdviceReport
+from understudy.ui.controller.lesson_check import check_lesson
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.server import StudioServer
+from understudy.verification.finding import FindingKind
 
 PRESSES = ("rotate_left", "forward", "rotate_left", "forward")
 
@@ -68,6 +74,41 @@ def test_a_lesson_without_presses_says_so(made: StudioServer) -> None:
         person.done(**GOTO)
         assert sentences(person)[0].startswith("You showed me nothing yet")
         assert ready(person)["late"] is None
+
+
+def test_a_switch_that_is_undone_at_once_is_found_beside_the_advice(made: StudioServer) -> None:
+    with served(made) as client, page(client) as person:
+        person.done(**GOTO)
+        person.done("pause", paused=True)
+        assert ready(person)["findings"] == []
+        for state in ("rotate_left", "forward", "rotate_left"):
+            person.done("press", state=state)
+            step(person)
+        (found,) = ready(person)["findings"]
+        assert not found["error"]
+        assert found["sentence"].startswith("forward and rotate_left undo each other where ")
+        assert found["sentence"].endswith(": forward → rotate_left → forward, at every tick.")
+        assert found["remedy"].startswith("Put the robot into forward there")
+        assert found["assumptions"] == [
+            "readings of this cell occur: whether the world gives them is not decided here"
+        ]
+
+
+def test_findings_that_the_coach_states_are_left_out() -> None:
+    """Nothing leads to the state left, and nothing leaves forward: the coach says both."""
+    lesson = goto_lesson(
+        (("start", "forward", "directive", 6.0, 10), ("forward", "forward", "default", 6.0, 10))
+    )
+    transitions, library, body = learn(lesson), Library(FORAGE_KIT), World(find_scenario("forage"))
+    advice = give_advice(lesson, transitions, kit=FORAGE_KIT)
+    all_found = check_lesson(lesson, transitions, library, body)
+    assert [(each.kind, each.states) for each in all_found] == [
+        (FindingKind.NEVER_ENTERED, ("left",)),
+        (FindingKind.NEVER_ENTERED, ("done",)),
+        (FindingKind.NEVER_LEFT, ("forward",)),
+    ]
+    assert check_lesson(lesson, transitions, library, body, advice=advice) == ()
+    assert check_lesson(goto_lesson(()), {}, library, body) == ()
 
 
 def test_advice_with_a_place_is_set_up(person: Page, made: StudioServer) -> None:

@@ -12,19 +12,21 @@ from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.next_situation import find_next_situation, go_to_situation
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
-from understudy.coaching.situation_setup import SetupResult, set_up_situation
+from understudy.coaching.situation_setup import SetupResult, SituationSpec, set_up_situation
 from understudy.coaching.uncertainty import DoubtReason
 from understudy.errors import SessionError
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
-from understudy.model.library import Kit
-from understudy.runtime.body import is_rewindable
+from understudy.model.library import Library
+from understudy.runtime.body import Body, is_rewindable
 from understudy.training.feature_values import list_steady_readings
 from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.ui.controller.explainer import DecisionExplainer
+from understudy.ui.controller.lesson_check import check_lesson
 from understudy.ui.controller.status import StatusMessage, keep_status
+from understudy.verification.finding import Finding
 
 if TYPE_CHECKING:
     from understudy.ui.controller.trainer import Trainer
@@ -47,6 +49,8 @@ class AdviceReport(NamedTuple):
     late: ReactionEstimate | None
     tick_s: float = 0.0
     """How long the robot takes from a press to the tick at which it acts, at most, s."""
+    findings: tuple[Finding, ...] = ()
+    """Errors and warnings of the static check that no advice states, the most severe first."""
 
     @property
     def new_reaction_s(self) -> float | None:
@@ -64,13 +68,18 @@ class AdviceReport(NamedTuple):
 def _advised(
     lesson: Lesson,
     transitions: Mapping[str, Transition],
-    kit: Kit,
-    steady: frozenset[str],
+    library: Library,
+    body: Body,
     meant: Mapping[int, float],
-    tick_s: float,
 ) -> AdviceReport:
-    said = give_advice(lesson, transitions, kit=kit, meant=meant)
-    return AdviceReport(lesson, said, estimate_reaction_time(lesson, steady=steady), tick_s)
+    advice = give_advice(lesson, transitions, kit=library.kit, meant=meant)
+    return AdviceReport(
+        lesson,
+        advice,
+        estimate_reaction_time(lesson, steady=list_steady_readings(body)),
+        body.tick_s,
+        check_lesson(lesson, transitions, library, body, advice=advice),
+    )
 
 
 class CoachController:
@@ -108,10 +117,9 @@ class CoachController:
         given = (
             lesson,
             transitions,
-            session.library.kit,
-            list_steady_readings(session.body),
+            session.library,
+            session.body,
             dict(self._meant),
-            session.body.tick_s,
         )
         if beside is None:
             self.last_report = _advised(*given)
@@ -183,8 +191,8 @@ OTHER_WORLDS = 4
 """So many further worlds are looked through for a situation that this one does not have."""
 
 
-def set_up_advised_situation(trainer: Trainer, wanted: Advice | None = None) -> SetupResult:
-    """Set up the situation of advice (None: of the next one that has a situation); nothing is recorded."""
+def set_up_advised_situation(trainer: Trainer, wanted: SituationSpec | None = None) -> SetupResult:
+    """Set up the situation of advice or a finding (None: of the next advice that has one); nothing is recorded."""
     chosen = trainer.coach.next_place() if wanted is None else wanted
     if trainer.driving:
         trainer.drive()

@@ -76,6 +76,7 @@ KEYS = {
     ),
     "The lesson": (
         ("C", "set up the next situation that the coach wants to see"),
+        ("K", "all that the coach suggests, and what a check of the automaton finds"),
         ("?", "show why it does what it does, instead of the examples"),
         ("l", "all examples and what was learned; delete some"),
         ("c", "change states, features, flags and options"),

@@ -22,6 +22,7 @@ from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices
 from understudy.ui.tui import panels
+from understudy.ui.tui.advice_screen import AdviceScreen
 from understudy.ui.tui.dialogs import HelpScreen, QuestionDialog
 from understudy.ui.tui.lesson_form import LessonForm
 from understudy.ui.tui.lesson_screen import LessonScreen
@@ -68,6 +69,7 @@ class TeachingScreen(Screen[str]):
         Binding("y", "arm", show=False),
         Binding("backspace", "stop", show=False),
         Binding("C", "coach", show=False),
+        Binding("K", "advice", show=False),
         Binding("F", "skip", show=False),
         Binding("G", "next_situation", show=False),
         Binding("c", "choose", show=False),
@@ -190,6 +192,20 @@ class TeachingScreen(Screen[str]):
         """Set up the next situation that the coach suggests."""
         self._guarded(lambda: set_up_advised_situation(self.trainer))
         self.draw()
+
+    def action_advice(self) -> None:
+        """Show what the coach suggests, and what a check of the automaton finds."""
+        self._guarded(self._show_advice)
+        self.draw()
+
+    def _show_advice(self) -> None:
+        report = self.trainer.coach.compute_report()
+        if report is not None:
+            self.app.push_screen(AdviceScreen(report), self._advised)
+
+    def _advised(self, sets_up: bool | None) -> None:
+        if sets_up:
+            self.action_coach()
 
     def action_skip(self) -> None:
         """Skip to the next moment at which the person is needed."""

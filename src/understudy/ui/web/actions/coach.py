@@ -7,15 +7,18 @@ from msgspec import UNSET, UnsetType
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.pose_sampling import Placeable
 from understudy.coaching.queries import QueryPolicy
+from understudy.coaching.situation_setup import SituationSpec
 from understudy.errors import SessionError
 from understudy.ui.controller import coach
 from understudy.ui.controller.coach import AdviceReport
+from understudy.ui.controller.lesson_check import locate_finding
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages import coach as m
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import RewindPoint
 from understudy.ui.web.session_host import SessionHost
+from understudy.verification.finding import Finding, Severity
 
 PATIENCE_S = 0.05
 """How long to wait for the advice (s) before the page is told to ask again."""
@@ -42,6 +45,22 @@ class AdviceData(Data, frozen=True, kw_only=True):
     """Whether the situation can be set up."""
 
 
+class FindingData(Data, frozen=True, kw_only=True):
+    """One error or warning of the static check of the automaton in training."""
+
+    error: bool
+    """Whether it is an error; else it is a warning."""
+    sentence: str
+    remedy: str
+    """What to show or change."""
+    assumptions: list[str]
+    """What is assumed, in one sentence each; the finding is certain if empty."""
+    examples: list[int]
+    """The numbers of the examples behind it."""
+    place: bool
+    """Whether the situation can be set up."""
+
+
 class LateData(Data, frozen=True, kw_only=True):
     """The estimated reaction time of the demonstrator (s), with the evidence for it."""
 
@@ -54,6 +73,8 @@ class AdviceReply(Data, frozen=True, kw_only=True):
 
     later: bool | UnsetType = UNSET
     advice: list[AdviceData] | UnsetType = UNSET
+    findings: list[FindingData] | UnsetType = UNSET
+    """What the static check found, the most severe first."""
     late: LateData | UnsetType | None = UNSET
 
 
@@ -65,12 +86,16 @@ class SituationReply(Data, frozen=True, kw_only=True):
 
 
 def handle_advise(host: SessionHost, _: m.RequestAdvice) -> AdviceReply:
-    """Return advice, most useful first, and the estimated reaction time; or `later` if this takes longer."""
+    """Return advice, what the check found, and the estimated reaction time; or `later` if this takes longer."""
     trainer = host.active_trainer
     said = trainer.coach.compute_report(host.executor, patience_s=PATIENCE_S)
     if said is None:
         return AdviceReply(later=True)
-    return AdviceReply(advice=[_advice(trainer, each) for each in said.advice], late=_late(said))
+    return AdviceReply(
+        advice=[_advice(trainer, each) for each in said.advice],
+        findings=[_finding(trainer, each) for each in said.findings],
+        late=_late(said),
+    )
 
 
 def _advice(trainer: Trainer, advice: Advice) -> AdviceData:
@@ -81,6 +106,18 @@ def _advice(trainer: Trainer, advice: Advice) -> AdviceData:
         examples=list(advice.examples),
         says=_says(trainer, advice) if advice.kind is AdviceKind.SLIP else None,
         place=advice.region is not None and isinstance(trainer.session.body, Placeable),
+    )
+
+
+def _finding(trainer: Trainer, finding: Finding) -> FindingData:
+    situation = locate_finding(finding, trainer.session.lesson)
+    return FindingData(
+        error=finding.severity is Severity.ERROR,
+        sentence=finding.sentence,
+        remedy=finding.remedy,
+        assumptions=list(finding.assumptions),
+        examples=list(finding.examples),
+        place=situation is not None and isinstance(trainer.session.body, Placeable),
     )
 
 
@@ -103,10 +140,13 @@ def _late(said: AdviceReport) -> LateData | None:
 
 
 def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> SituationReply:
-    """Put the robot into the situation that a piece of advice is about, and pause there."""
+    """Put the robot into the situation that a piece of advice or a finding is about, and pause there."""
     trainer = host.active_trainer
     said = trainer.coach.last_report
-    given = () if said is None or said.lesson.automaton is not trainer.session.automaton else said.advice
+    given = list[SituationSpec]()
+    if said is not None and said.lesson.automaton is trainer.session.automaton:
+        found = (locate_finding(each, said.lesson) for each in said.findings)
+        given = [*said.advice, *(each for each in found if each is not None)]
     wanted = next((each for each in given if each.sentence == message.sentence), None)
     if wanted is None:
         raise SessionError("this suggestion is out of date: the lesson has changed since")

@@ -22,7 +22,7 @@ class RequestAdvice(Message, frozen=True, kw_only=True, tag="advise"):
 
 
 class SetUpSituation(Message, frozen=True, kw_only=True, tag="set_up"):
-    """Put the robot into the situation that this piece of advice is about."""
+    """Put the robot into the situation that this piece of advice or finding is about."""
 
     sentence: Sentence
 
