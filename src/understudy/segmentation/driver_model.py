@@ -85,6 +85,11 @@ def guess_driver(commands: Floats, predictions: Floats) -> DriverModel:
         Commands, shape [T, C].
     predictions
         Commands that candidates would give, shape [X, T, C].
+
+    Returns
+    -------
+    DriverModel
+        The driver.
     """
     channels = commands.shape[1]
     every = np.concatenate([commands[None], predictions]).reshape(-1, channels)
