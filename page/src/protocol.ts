@@ -707,7 +707,7 @@ export interface TeamAgent {
   presence: Presence;
   /** For how long it has been silent, s; null if it is heard, or never was. */
   silent_s: number | null;
-  /** The state of every level, outermost first; of a squad, those of whoever leads it. */
+  /** The state of every level, outermost first; of a squad, those of its leader. */
   doing: readonly string[];
   /** What its order tells it to do; empty without one. */
   duty: string;

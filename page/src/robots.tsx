@@ -1,6 +1,7 @@
 /** The bar of real robots: what each is up to, arming, holding, and the emergency stop. */
 
 import { useState } from "preact/hooks";
+import { Confirm } from "./confirm";
 import { useStudio } from "./context";
 import { HOLD } from "./live";
 import type { RobotStatus } from "./protocol";
@@ -48,23 +49,14 @@ export function Robots() {
         </button>
       )}
       {asks ? (
-        <>
+        <Confirm
+          label="Arm all"
+          disabled={!studio.directs}
+          onConfirm={() => void studio.ask({ do: "arm" })}
+          onClose={() => setAsks(false)}
+        >
           <span>All robots will move.</span>
-          <button
-            type="button"
-            class="primary"
-            disabled={!studio.directs}
-            onClick={() => {
-              setAsks(false);
-              void studio.ask({ do: "arm" });
-            }}
-          >
-            Arm all
-          </button>
-          <button type="button" onClick={() => setAsks(false)}>
-            Cancel
-          </button>
-        </>
+        </Confirm>
       ) : (
         <button
           type="button"

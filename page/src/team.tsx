@@ -1,6 +1,7 @@
 /** A running team whose agents have computers of their own: who leads, who does what on which order, who is missing. */
 
 import { useState } from "preact/hooks";
+import { Confirm } from "./confirm";
 import { useStudio } from "./context";
 import type { Studio } from "./studio";
 import type { Team, TeamAgent } from "./protocol";
@@ -63,7 +64,7 @@ function SquadSection({ team, squad }: { team: Team; squad: TeamAgent }) {
         <h2>{squad.name}</h2>
         <span class={className(leader === null && "problem")}>
           {leader === null ? (
-            "Nobody leads it"
+            "without a leader"
           ) : (
             <>
               led by <b>{leader}</b>
@@ -110,22 +111,13 @@ function AgentRow({ agent }: { agent: TeamAgent }) {
       </span>
       <span class="does">
         {asks ? (
-          <>
+          <Confirm
+            label={`Arm ${agent.name}`}
+            onConfirm={() => void studio.ask({ do: "arm_robot", name: agent.name })}
+            onClose={() => setAsks(false)}
+          >
             <span class="soft">It will move.</span>
-            <button
-              type="button"
-              class="primary"
-              onClick={() => {
-                setAsks(false);
-                void studio.ask({ do: "arm_robot", name: agent.name });
-              }}
-            >
-              Arm {agent.name}
-            </button>
-            <button type="button" onClick={() => setAsks(false)}>
-              Cancel
-            </button>
-          </>
+          </Confirm>
         ) : (
           <>
             <button

@@ -123,6 +123,15 @@ def hears(inbox: Inbox, sender: ZenohNetwork, key: str) -> bool:
     return False
 
 
+def sees(network: ZenohNetwork, key: str) -> bool:
+    until = time.monotonic() + HEARD_S
+    while time.monotonic() < until:
+        if network.list_tokens(key):
+            return True
+        time.sleep(0.05)
+    return False
+
+
 def test_agents_with_certificates_of_the_team_hear_each_other(certificates: Path) -> None:
     with two(make_tls(certificates, "pioneer_1"), make_tls(certificates, "patrol_0")) as (robot, leader):
         leader.announce("patrol_0")
@@ -153,6 +162,18 @@ def test_who_must_not_give_orders_is_not_heard(certificates: Path) -> None:
         with two(mine, read_documented(certificates, name)) as (robot, other):
             assert hears(robot.listen("report/patrol_0"), other, "report/patrol_0")
             assert hears(robot.listen("order/patrol_0"), other, "order/patrol_0") == obeyed, name
+
+
+def test_only_operators_train(certificates: Path) -> None:
+    """And all who are of the team are watched, and see who holds a name."""
+    mine = read_documented(certificates, "pioneer_1")
+    for name, obeyed in {"pioneer_2": False, "laptop": True}.items():
+        with two(mine, read_documented(certificates, name)) as (robot, other):
+            assert hears(other.listen("status/*"), robot, "status/pioneer_1")
+            assert hears(other.listen("view/pioneer_1"), robot, "view/pioneer_1")
+            robot.declare_token("held/pioneer_1")
+            assert sees(other, "held/*")
+            assert hears(robot.listen("drive/pioneer_1"), other, "drive/pioneer_1") == obeyed, name
 
 
 def test_only_operators_are_answered(certificates: Path) -> None:

@@ -1,6 +1,6 @@
 """The coordinator of one squad, on each agent that may lead it: one leads, the others follow what it does.
 
-All of them hear the reports and keep the statistics, so that whoever takes over knows the past. Only the leader
+All of them hear the reports and keep the statistics, so that a deputy that takes over knows the past. Only the leader
 decides, gives orders, and reports to the squad above.
 """
 
@@ -59,7 +59,7 @@ class SquadPlan(NamedTuple):
     lease_s
         The time for which an order holds after it was received, s.
     library
-        The fingerprint that the library of whoever leads must have; None: any.
+        The fingerprint that the library of the leader must have; None: any.
     """
 
     kind: Squad
@@ -162,7 +162,7 @@ class SquadCoordinator:
             group.layer.percept = body.sense(needed)
         if leads:
             self.agent.sense()
-        elif self._timed:  # of the past, whoever takes over has to know
+        elif self._timed:  # of the past, a deputy that takes over has to know
             self.squads.sense(self._timed)
 
     def report(self) -> None:
@@ -227,7 +227,7 @@ class SquadCoordinator:
             self._remembered.popitem(last=False)
 
     def _take_over(self, now: float) -> None:
-        """Begin in the state that most members' reports answer, so that nobody is restarted."""
+        """Begin in the state that most members' reports answer, so that no member is restarted."""
         self.agent.renew_start()
         self.sent = self._number = 0
         answered = self._find_answered_order()

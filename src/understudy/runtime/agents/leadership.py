@@ -115,7 +115,7 @@ class Leadership:
         if self._obeyed is not None and self._obeyed[0] <= self.term:
             self._obeyed = None
         if self.leads and self._obeyed is not None and now - self._obeyed[1] >= SILENT_S:
-            # Whoever led in that term is silent, and members refuse the orders of a lower one.
+            # The leader of that term is silent, and members refuse the orders of a lower one.
             self.term = find_next_term(self._obeyed[0], self.name, self.candidates)
         if self.leads or slept or now - self._company_s > COMPANY_S:
             return self.leads
@@ -135,7 +135,7 @@ def find_next_term(after: int, name: str, candidates: Sequence[str]) -> int:
 
 
 def find_leader(term: int, candidates: Sequence[str]) -> str | None:
-    """Return the candidate to whom a term belongs; None for 0, in which nobody leads."""
+    """Return the candidate to whom a term belongs; None for 0, in which there is no leader."""
     return candidates[(term - 1) % len(candidates)] if term > 0 else None
 
 

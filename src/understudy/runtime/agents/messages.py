@@ -68,7 +68,7 @@ class Orders(msgspec.Struct, frozen=True, array_like=True):
     leader: str
     """The agent that leads the squad."""
     term: Count
-    """The term of the leader: whoever takes over leads in a higher one."""
+    """The term of the leader: a candidate that takes over leads in a higher one."""
     start: Count
     """A random number of the leader's program: one that was started again counts its messages from 1 again."""
     sequence: Count

@@ -13,7 +13,7 @@ Observe: TypeAlias = Callable[[bytes], None]
 class Inbox:
     """Messages that have arrived and were not taken yet; a network's threads may add to it at any time.
 
-    If nobody takes them, the oldest are dropped. `observe` is called with each message as soon as it arrives.
+    If they are not taken, the oldest are dropped. `observe` is called with each message as soon as it arrives.
     """
 
     def __init__(self, most: int = 4096, *, observe: Observe | None = None) -> None:

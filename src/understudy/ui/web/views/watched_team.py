@@ -26,7 +26,7 @@ class TeamAgentData(Data, frozen=True, kw_only=True):
     silent_s: float | None
     """For how long it has been silent, s; null if it is heard, or never was."""
     doing: list[str]
-    """The state of every level, outermost first; of a squad, those of whoever leads it."""
+    """The state of every level, outermost first; of a squad, those of its leader."""
     duty: str
     """What its order tells it to do; empty without one."""
     order: str | None

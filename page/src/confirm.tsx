@@ -1,0 +1,36 @@
+/** A question in place of a button: what would happen, and the two answers. */
+
+import type { ComponentChildren } from "preact";
+
+interface ConfirmProps {
+  /** What would happen. */
+  children: ComponentChildren;
+  /** The label of the button that lets it happen. */
+  label: string;
+  disabled?: boolean;
+  onConfirm: () => void;
+  /** Take the question away; called after either answer. */
+  onClose: () => void;
+}
+
+export function Confirm({ children, label, disabled = false, onConfirm, onClose }: ConfirmProps) {
+  return (
+    <>
+      {children}
+      <button
+        type="button"
+        class="primary"
+        disabled={disabled}
+        onClick={() => {
+          onClose();
+          onConfirm();
+        }}
+      >
+        {label}
+      </button>
+      <button type="button" onClick={onClose}>
+        Cancel
+      </button>
+    </>
+  );
+}
