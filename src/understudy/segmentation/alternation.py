@@ -165,7 +165,7 @@ def fit_driver(
     found = tuple(candidates)
     stack = stack_predictions(drive, found)
     driver = guess_driver(drive.commands, stack.commands)
-    former = np.zeros(0)
+    fit, states, former = np.zeros((0, 0)), np.zeros(0, np.int64), np.zeros(0, np.int64)
     for turn in range(MOST_ROUNDS):
         residuals = measure_residuals(drive, stack, driver)
         fit = measure_fit(driver, residuals)
@@ -224,29 +224,24 @@ def find_constants(
         The candidates with their constants changed.
     """
     found = list(candidates)
-    ranges = {
-        name: span for each in found if isinstance(each, CommandModel) for name, span in each.unknown.items()
-    }
+    models = {index: each for index, each in enumerate(found) if isinstance(each, CommandModel)}
+    ranges = {name: span for each in models.values() for name, span in each.unknown.items()}
     for name, (low, high) in ranges.items():
-        users = [
-            index
-            for index, each in enumerate(found)
-            if isinstance(each, CommandModel) and name in each.constants
-        ]
+        users = [index for index, each in models.items() if name in each.constants]
         used = {index: np.flatnonzero(labels == index) for index in users}
         if not any(map(len, used.values())):
             continue
-        middle = next(found[index].constants[name] for index in users)
+        middle = models[users[0]].constants[name]
         values = np.unique(np.clip(middle + width * (high - low) * np.array(STEPS), low, high)).tolist()
-        best, fits = middle, []
+        fits = []
         for value in values:
             total = 0.0
             for index in users:
-                model = found[index].with_constants({name: value})
+                model = models[index].with_constants({name: value})
                 residuals = drive.commands - model.predict(drive).commands[0]
                 total += float(driver.measure_fit(residuals[used[index]]).sum())
             fits.append(total)
         best = values[int(np.argmax(fits))] if max(fits) > min(fits) else middle
         for index in users:
-            found[index] = found[index].with_constants({name: best})
+            found[index] = models[index] = models[index].with_constants({name: best})
     return tuple(found)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, UnknownName
-from understudy.model.features import ReadingsView, call_user_function
+from understudy.model.features import ReadingKey, ReadingsView, call_user_function
 from understudy.model.kinds import Column
 from understudy.runtime.program import GroundBehavior
 from understudy.segmentation.recorded_drive import RecordedDrive
@@ -133,7 +133,9 @@ class CommandModel:
         arguments = [ReadingsView(drive.percept)]
         if self.follows_last:
             last = drive.list_last_commands()
-            columns = {(each.name, None): last[:, index] for index, each in enumerate(drive.channels)}
+            columns: dict[ReadingKey, Column] = {
+                (each.name, None): last[:, index] for index, each in enumerate(drive.channels)
+            }
             arguments.append(ReadingsView(columns))
         constants = self.constants
 

@@ -249,7 +249,7 @@ def _read_column(table: _Table, column: ReadingColumn | CommandColumn, of: str) 
             f"it reaches {np.nanmax(np.abs(values)):g}, which is no angle in rad",
             'write unit = "deg" in the mapping file',
         )
-    values = values * factor
+    values = np.asarray(values * factor, np.float64)
     kind = column.value_kind if isinstance(column, ReadingColumn) else None
     if isinstance(kind, Toroidal):
         return kind.wrap(values)
@@ -292,7 +292,8 @@ def _find_pieces(
         table.omissions.append(
             f"{table.path} at line {table.lines[lost[0]]}{more}: no time or no command; left out"
         )
-    kept, starts = [], [0]
+    kept: list[int] = []
+    starts = [0]
     for row in np.flatnonzero(usable).tolist():
         if kept:
             passed = times[row] - times[kept[-1]]

@@ -164,14 +164,11 @@ def _find_problems(found: RecordingMap) -> Iterator[DecodeProblem]:
     for key, value in (("tick_s", found.tick_s), ("gap_s", found.gap_s)):
         if value is not None and not (isfinite(value) and value > 0):
             yield DecodeProblem(key, f"is {value:g}", "give seconds above 0")
-    for sort, columns in (("readings", found.readings), ("commands", found.commands)):
-        for index, each in enumerate(columns):
-            if each.unit not in UNITS:
-                yield DecodeProblem(
-                    f"{sort}[{index}].unit",
-                    f"is {each.unit!r:.60}",
-                    f"give one of {', '.join(filter(None, UNITS))}",
-                )
+    units = [(f"readings[{index}].unit", each.unit) for index, each in enumerate(found.readings)]
+    units += [(f"commands[{index}].unit", each.unit) for index, each in enumerate(found.commands)]
+    for key, unit in units:
+        if unit not in UNITS:
+            yield DecodeProblem(key, f"is {unit!r:.60}", f"give one of {', '.join(filter(None, UNITS))}")
     for index, each in enumerate(found.readings):
         try:
             each.value_kind  # noqa: B018

@@ -27,9 +27,6 @@ class DriveOptions(NamedTuple):
     kit: str | None
 
 
-MCAP = ".mcap"
-
-
 def learn_from_drive(path: Path, asked: DriveOptions) -> tuple[Lesson, DriveReport]:
     """Segment a drive, and return the lesson made of it with a report."""
     from understudy.segmentation.drive_kit import make_candidates
@@ -103,11 +100,11 @@ def print_drive_report(report: DriveReport) -> None:
             f"{row.from_s:.2f}", f"{row.to_s:.2f}", escape(row.label) + doubt, f"{100 * row.certainty:.0f} %"
         )
     out.print(spans)
-    for row in report.hand:
-        limit = "" if row.rate is None else f", at most {row.rate:.3g} a tick"
+    for hand in report.hand:
+        limit = "" if hand.rate is None else f", at most {hand.rate:.3g} a tick"
         out.print(
-            f"Driver on {escape(row.channel)}: noise {row.noise:.3g}, "
-            f"{100 * row.gain:.0f} % of the way in a tick{limit}"
+            f"Driver on {escape(hand.channel)}: noise {hand.noise:.3g}, "
+            f"{100 * hand.gain:.0f} % of the way in a tick{limit}"
         )
     counted = ", ".join(format_count(number, f"{kind} example") for kind, number in report.examples.items())
     doubtful = f"; {report.quarantined} left out as doubtful" if report.quarantined else ""
