@@ -68,4 +68,4 @@ GLITCH = [0] * 6 + [1] * 2 + [0] * 6
 @pytest.mark.parametrize(("shortest", "expected"), [(1, GLITCH), (2, GLITCH), (3, [0] * 14)])
 def test_a_stay_is_never_too_short(shortest: int, expected: list[int]) -> None:
     fit = np.where(np.arange(2) == np.array(GLITCH)[:, None], 0.0, -3.0)
-    assert find_states(make_plain_lattice(fit, price=1.0, shortest=shortest)).tolist() == expected
+    assert find_states(make_plain_lattice(fit, price=1.8, shortest=shortest)).tolist() == expected

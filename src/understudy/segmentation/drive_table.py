@@ -45,8 +45,8 @@ class _Table(NamedTuple):
     def refuse(self, place: str, problem: str, remedy: str) -> FileError:
         return FileError(path=self.path, place=place, problem=problem, remedy=remedy)
 
-    def read_numbers(self, column: str, *, of: str) -> Column:
-        """Read a column; what is no number is NaN, and said once."""
+    def read_numbers(self, column: str, *, of: str, quiet: bool = False) -> Column:
+        """Read a column; what is no number is NaN, and said once unless `quiet`."""
         if column not in self.header:
             meant = suggest_known_name(column, self.header)
             raise self.refuse(
@@ -64,7 +64,8 @@ class _Table(NamedTuple):
             more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
             first = self.lines[wrong[0]]
             what = f"{self.cells[wrong[0]][at]!r:.40}{more} is no number; taken as absent"
-            self.omissions.append(f"{self.path} at line {first}, column {column!r}: {what}")
+            if not quiet:
+                self.omissions.append(f"{self.path} at line {first}, column {column!r}: {what}")
             if len(wrong) == len(found):
                 raise self.refuse(
                     f"line {first}, column {column!r}", "no cell is a number", "map another column"
@@ -241,7 +242,7 @@ def _guess_mapping(table: _Table) -> RecordingMap:
 
 def _read_column(table: _Table, column: ReadingColumn | CommandColumn, of: str) -> Column:
     """Read a column in the unit of its reading or command."""
-    values = table.read_numbers(column.column, of=of)
+    values = table.read_numbers(column.column, of=of, quiet=isinstance(column, CommandColumn))
     _unit, factor = UNITS[column.unit]
     if column.unit == "rad" and np.nanmax(np.abs(values), initial=0.0) > WIDEST_RAD:
         raise table.refuse(
@@ -268,7 +269,7 @@ def _read_times(table: _Table, mapping: RecordingMap) -> Column:
     """Read the time of each row, s."""
     if mapping.time is None:
         return np.arange(len(table.cells)) * (mapping.tick_s or 1.0)
-    raw = table.read_numbers(mapping.time, of="the time")
+    raw = table.read_numbers(mapping.time, of="the time", quiet=True)
     times: Column = raw * UNITS[mapping.time_unit][1]
     if len(times) > 1:
         usual = float(np.nanmedian(np.diff(times)))

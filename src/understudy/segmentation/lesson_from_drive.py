@@ -16,7 +16,7 @@ import numpy as np
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.automaton import START, State
 from understudy.model.behaviors import Behavior
-from understudy.model.features import BoundFeature, ReadingKey
+from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, ReadingKey, TimerFeature
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.robots.recording.header import RecordingHeader, RunInfo
@@ -27,7 +27,12 @@ from understudy.segmentation.candidates import BehaviorCandidate, Candidate
 from understudy.segmentation.drive_kit import list_drive_features, make_drive_kit, without_functions
 from understudy.segmentation.recorded_drive import Episode, RecordedDrive
 from understudy.segmentation.segment import UNEXPLAINED, Segmentation, Span
-from understudy.training.feature_values import list_steady_readings, recompute_example_values
+from understudy.training.feature_values import (
+    compute_example_values,
+    find_shifted_row,
+    list_steady_readings,
+    recompute_example_values,
+)
 from understudy.training.lesson_design import new_lesson
 from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
 from understudy.training.session import Session
@@ -136,6 +141,8 @@ def to_lesson(
         if estimate is not None and estimate.reaction_s:
             late = replace(lesson, options=replace(options, live=False, reaction_s=estimate.reaction_s))
             lesson = recompute_example_values(lesson, late, lesson.record, steady=steady)
+    if watched:
+        lesson = _add_last_stays(segmentation, lesson, sources, steady)
     return DriveLesson(lesson, library, MappingProxyType(sources), estimate)
 
 
@@ -233,6 +240,48 @@ def _measure_certainty(
     at = max(index for index, span in enumerate(spans) if span.first <= tick)
     sides = spans[max(0, at - 1) : at + 1] if example.kind is ExampleKind.DIRECTIVE else spans[at : at + 1]
     return min(float(segmentation.certainties[span.first : span.end].max()) for span in sides)
+
+
+def _add_last_stays(
+    segmentation: Segmentation, lesson: Lesson, sources: dict[int, ExampleSource], steady: frozenset[str]
+) -> Lesson:
+    """Add the last tick before each switch that is sure, as a watched example.
+
+    A session discards the ticks before a press, in which a demonstrator may have been deciding. The labels of a drive
+    say that the former behavior went on in them.
+    """
+    own = (FlagFeature, CounterFeature, TimerFeature)
+    if any(isinstance(each.feature, own) for each in lesson.automaton.features):
+        return lesson
+    record, added = lesson.record, []
+    number = max((each.number for each in lesson.examples), default=0)
+    for example in lesson.examples:
+        if example.kind is not ExampleKind.DIRECTIVE or example.state == START.name or example.quarantined:
+            continue
+        shifted, source = (
+            find_shifted_row(example, record, lesson.options.reaction_s),
+            sources[example.number],
+        )
+        moment = example.moment or 0
+        for row in range(shifted - 1, moment - example.window - 1, -1):
+            tick = source.tick - (moment - row)
+            stayed_s = example.own.get("time_in_state", 0.0) - float(
+                record.seconds[moment] - record.seconds[row]
+            )
+            if stayed_s <= 0:
+                break
+            if segmentation.certainties[tick] < SURE:
+                continue
+            number += 1
+            stay = replace(
+                example, number=number, next=example.state, kind=ExampleKind.WATCHED, moment=row, window=0,
+                own={**example.own, "time_in_state": stayed_s},
+            )  # fmt: skip
+            added.append(replace(stay, values=compute_example_values(stay, lesson, record, steady=steady)))
+            certainty = float(segmentation.certainties[tick])
+            sources[number] = ExampleSource(source.file, float(record.seconds[row]), tick, certainty)
+            break
+    return replace(lesson, examples=(*lesson.examples, *added))
 
 
 def make_recording(drive: RecordedDrive, episode: Episode) -> Recording:

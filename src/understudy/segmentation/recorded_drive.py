@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,6 +100,46 @@ class RecordedDrive:
     def find_episode(self, tick: int) -> Episode:
         """Return the episode of a tick."""
         return next(each for each in self.episodes if each.first <= tick < each.end)
+
+
+def sample_drive(drive: RecordedDrive, *, most: int, piece: int = 400) -> RecordedDrive:
+    """Take pieces of a drive, spread evenly over it; a drive of at most `most` ticks stays whole.
+
+    Parameters
+    ----------
+    drive
+        The drive.
+    most
+        About how many ticks to take.
+    piece
+        Ticks of a piece; the last one of an episode may be shorter.
+
+    Returns
+    -------
+    RecordedDrive
+        A drive whose episodes are the pieces.
+    """
+    if drive.ticks <= most:
+        return drive
+    pieces = [
+        Episode(each.source, first, min(first + piece, each.end))
+        for each in drive.episodes
+        for first in range(each.first, each.end, piece)
+    ]
+    count = max(1, most * len(pieces) // drive.ticks)
+    taken = [pieces[index] for index in np.linspace(0, len(pieces) - 1, count).round().astype(int).tolist()]
+    ticks = np.concatenate([np.arange(each.first, each.end) for each in taken])
+    starts = np.cumsum([0, *(each.end - each.first for each in taken)]).tolist()
+    return replace(
+        drive,
+        times=drive.times[ticks],
+        values={key: column[ticks] for key, column in drive.values.items()},
+        commands=drive.commands[ticks],
+        episodes=tuple(
+            Episode(each.source, first, end)
+            for each, (first, end) in zip(taken, pairwise(starts), strict=True)
+        ),
+    )
 
 
 def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:

@@ -23,7 +23,7 @@ from understudy.segmentation.candidates import Candidate, CommandModel
 from understudy.segmentation.driver_model import DriverModel
 from understudy.segmentation.lattice import find_states
 from understudy.segmentation.posterior import compute_posteriors
-from understudy.segmentation.recorded_drive import Episode, RecordedDrive, join_drives
+from understudy.segmentation.recorded_drive import Episode, RecordedDrive, join_drives, sample_drive
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -150,7 +150,7 @@ def segment(
         )
     chosen = options or SegmentOptions()
     rules = SwitchRules(chosen.price, max(1, round(chosen.shortest_s / drive.tick_s)))
-    fitted = _fit(drive, candidates, rules)
+    fitted = _fit(sample_drive(drive, most=MOST_TICKS), candidates, rules)
     return label_drive(drive, fitted.candidates, fitted.driver, options=chosen)
 
 

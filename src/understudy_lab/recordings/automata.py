@@ -65,9 +65,9 @@ def lane_offset(robot: ReadingsView) -> Column:
 
 
 @feature(Continuous())
-def cube_distance(robot: ReadingsView) -> Column:
-    """Distance to the cube."""
-    return np.sqrt((robot.bx - robot.x) ** 2 + (robot.by - robot.y) ** 2 + (robot.bz - robot.z) ** 2)
+def cube_beside(robot: ReadingsView) -> Column:
+    """Horizontal distance to the cube."""
+    return np.hypot(robot.bx - robot.x, robot.by - robot.y)
 
 
 @feature(Continuous())
@@ -79,7 +79,7 @@ def target_distance(robot: ReadingsView) -> Column:
 FEATURES: Mapping[str, Sequence[Feature]] = {
     "stop-sign": (speed_left, braking_left, Feature("vel", Continuous(), "vel")),
     "merge": (gap_ahead, gap_left, gap_right, lead_ahead, lane_offset),
-    "pick-place": (cube_distance, target_distance, Feature("end_width", Continuous(), "end_width")),
+    "pick-place": (cube_beside, target_distance, Feature("end_width", Continuous(), "end_width")),
 }
 """The features of each folder, such as a person would choose them."""
 
