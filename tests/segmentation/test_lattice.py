@@ -11,8 +11,8 @@ from understudy.segmentation.lattice import Lattice, find_states, make_plain_lat
 from understudy.segmentation.posterior import compute_posteriors
 
 
-def make_lattice(seed: int, *, states: bool) -> Lattice:
-    """A random episode, whose labels have one state each or several."""
+def make_lattice(seed: int, *, states: bool, moves: bool) -> Lattice:
+    """A random episode, whose labels have one state each or several, and whose switches cost alike or not."""
     random = np.random.default_rng(seed)
     ticks, count, shortest = (int(random.integers(1, most)) for most in (8, 4, 4))
     labels = np.arange(count)
@@ -22,7 +22,9 @@ def make_lattice(seed: int, *, states: bool) -> Lattice:
     entry = np.array([[random.choice(each) for each in members] for _ in range(ticks)])
     following = np.array([[random.choice(members[label]) for label in labels] for _ in range(ticks)])
     fit = 2 * random.normal(size=(ticks, len(labels)))
-    return Lattice(fit, labels, entry, following if states else None, float(random.uniform(0, 3)), shortest)
+    gains = random.normal(size=(ticks, count, count)) if moves else None
+    price = float(random.uniform(0, 3))
+    return Lattice(fit, labels, entry, following if states else None, price, shortest, gains)
 
 
 def list_labelings(lattice: Lattice) -> dict[tuple[int, ...], tuple[float, list[int]]]:
@@ -34,6 +36,8 @@ def list_labelings(lattice: Lattice) -> dict[tuple[int, ...], tuple[float, list[
         if any(end - first < lattice.shortest for first, end in list(pairwise(edges))[1:-1]):
             continue
         score, states = -lattice.price * (len(edges) - 2), []
+        if lattice.moves is not None:
+            score += sum(float(lattice.moves[tick, labels[tick - 1], labels[tick]]) for tick in edges[1:-1])
         for first, end in pairwise(edges):
             state = int(lattice.entry[first, labels[first]])
             for tick in range(first, end):
@@ -45,15 +49,15 @@ def list_labelings(lattice: Lattice) -> dict[tuple[int, ...], tuple[float, list[
     return found
 
 
-@given(st.integers(0, 2**32), st.booleans())
-def test_labels_are_the_likeliest_of_all(seed: int, states: bool) -> None:
-    lattice = make_lattice(seed, states=states)
+@given(st.integers(0, 2**32), st.booleans(), st.booleans())
+def test_labels_are_the_likeliest_of_all(seed: int, states: bool, moves: bool) -> None:
+    lattice = make_lattice(seed, states=states, moves=moves)
     assert find_states(lattice).tolist() == max(list_labelings(lattice).values())[1]
 
 
-@given(st.integers(0, 2**32), st.booleans())
-def test_certainties_are_those_of_all_labelings(seed: int, states: bool) -> None:
-    lattice = make_lattice(seed, states=states)
+@given(st.integers(0, 2**32), st.booleans(), st.booleans())
+def test_certainties_are_those_of_all_labelings(seed: int, states: bool, moves: bool) -> None:
+    lattice = make_lattice(seed, states=states, moves=moves)
     every = list_labelings(lattice)
     total = np.logaddexp.reduce([score for score, _ in every.values()])
     expected = np.zeros(lattice.entry.shape)

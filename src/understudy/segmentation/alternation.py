@@ -115,9 +115,43 @@ def measure_fit(driver: DriverModel, residuals: Floats) -> Floats:
 
 
 def make_lattices(
-    drive: RecordedDrive, stack: PredictionStack, fit: Floats, rules: SwitchRules
+    drive: RecordedDrive,
+    stack: PredictionStack,
+    fit: Floats,
+    rules: SwitchRules,
+    chances: Floats | None = None,
 ) -> list[Lattice]:
-    """Make the lattice of each episode."""
+    """Make the lattice of each episode.
+
+    Parameters
+    ----------
+    drive
+        The drive.
+    stack
+        The predictions of the candidates.
+    fit
+        Fit of each tick in each state, shape [T, X + 1].
+    rules
+        The price of a switch, also to and from the label for none of the candidates, and the shortest stay.
+    chances
+        Logarithm of the chance of each next candidate after each, shape [T, K, K], instead of the price. None: unknown.
+
+    Returns
+    -------
+    list
+        A lattice for each episode.
+    """
+    moves = None
+    if chances is not None:
+        count = chances.shape[1]
+        stays = np.zeros((drive.ticks, count + 1))
+        stays[:, :count] = np.diagonal(chances, axis1=1, axis2=2)
+        moves = np.full((drive.ticks, count + 1, count + 1), -rules.price)
+        moves[:, :count, :count] = chances
+        moves -= stays[:, None, :]
+        stays[[each.first for each in drive.episodes]] = 0.0
+        fit = fit + stays[:, stack.labels]
+        rules = replace(rules, price=0.0)
     return [
         Lattice(
             fit[each.ticks],
@@ -126,6 +160,7 @@ def make_lattices(
             None if stack.following is None else stack.following[each.ticks],
             rules.price,
             rules.shortest,
+            None if moves is None else moves[each.ticks],
         )
         for each in drive.episodes
     ]

@@ -37,6 +37,8 @@ class Lattice:
         What a switch of the label costs, as the logarithm of a likelihood ratio.
     shortest
         Fewest ticks of a stay, at least 1.
+    moves
+        What a switch from each label to each other adds at each tick beside the price, shape [T, K, K]. None: nothing.
     """
 
     fit: Floats
@@ -45,6 +47,17 @@ class Lattice:
     following: Ints | None
     price: float
     shortest: int
+    moves: Floats | None = None
+
+    def get_moves(self, tick: int) -> Floats:
+        """Return what a switch at a tick from each state to each label adds [K, X]; -inf to the label of the state."""
+        labels = np.arange(self.entry.shape[1])[:, None]
+        every = (
+            np.zeros((len(labels), len(self.labels)))
+            if self.moves is None
+            else self.moves[tick].T[:, self.labels]
+        )
+        return np.where(self.labels == labels, -np.inf, every)
 
 
 def make_plain_lattice(fit: Floats, *, price: float, shortest: int = 1) -> Lattice:
@@ -131,24 +144,28 @@ class _Exits:
 
     def __init__(self, lattice: Lattice) -> None:
         ticks, labels = lattice.entry.shape
-        self._of = None if lattice.following is None else lattice.labels == np.arange(labels)[:, None]
-        # Where labels have one state, beginning one anew is never better than staying in it.
-        self.score = np.empty((ticks, 1 if self._of is None else labels))
+        self._lattice = lattice
+        # Where labels have one state and switches cost the same, beginning one anew is never better than staying.
+        self._alike = lattice.following is None and lattice.moves is None
+        self._constant = lattice.get_moves(0) if lattice.moves is None else None
+        self.score = np.empty((ticks, 1 if self._alike else labels))
         self.state = np.empty(self.score.shape, np.int64)
 
     def note(self, tick: int, row: Floats) -> None:
         """Note the scores of a tick."""
-        if self._of is None:
+        if self._alike:
             best = int(row.argmax())
             self.state[tick, 0], self.score[tick, 0] = best, row[best]
             return
-        others = np.where(self._of, -np.inf, row)
+        if self._constant is None and tick + 1 == len(self.score):
+            return
+        others = row + (self._lattice.get_moves(tick + 1) if self._constant is None else self._constant)
         self.state[tick] = others.argmax(axis=1)
         self.score[tick] = others.max(axis=1)
 
     def find_state(self, tick: int, label: int) -> int:
         """Return the last state of the path that begins a label after this tick."""
-        return int(self.state[tick, label if self._of is not None else 0])
+        return int(self.state[tick, 0 if self._alike else label])
 
 
 def _follow_best(score: Floats, following: Ints, row: Floats, origin: Ints) -> None:

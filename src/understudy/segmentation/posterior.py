@@ -46,13 +46,18 @@ def compute_posteriors(lattice: Lattice) -> Floats:
 class _Terms(NamedTuple):
     """The factors of the sums: of each state at each tick [T, X], and of each shortest stay from each tick [T, K].
 
-    `last` has the last state of each shortest stay, and `others` which states have another label than each [K, X].
+    `last` has the last state of each shortest stay, and `others` what a switch weighs from each state to each label
+    [K, X], if that is the same at every tick.
     """
 
     fit: Floats
     stay: Floats
     last: Ints
-    others: Floats
+    others: Floats | None
+
+    def weigh_moves(self, lattice: Lattice, tick: int) -> Floats:
+        """Return what a switch at a tick weighs from each state to each label [K, X]."""
+        return np.exp(lattice.get_moves(tick)) if self.others is None else self.others
 
 
 def _compute_terms(lattice: Lattice) -> _Terms:
@@ -61,8 +66,8 @@ def _compute_terms(lattice: Lattice) -> _Terms:
     windows, ticks = measure_windows(lattice), len(best)
     ends = np.minimum(np.arange(ticks) + lattice.shortest, ticks)
     stay = np.exp(windows.fit - (before[ends] - before[:ticks])[:, None] - lattice.price)
-    others = lattice.labels != np.arange(lattice.entry.shape[1])[:, None]
-    return _Terms(np.exp(lattice.fit - best[:, None]), stay, windows.last, others.astype(np.float64))
+    others = np.exp(lattice.get_moves(0)) if lattice.moves is None else None
+    return _Terms(np.exp(lattice.fit - best[:, None]), stay, windows.last, others)
 
 
 def _sum_forward(lattice: Lattice, terms: _Terms) -> tuple[Floats, Floats, Floats]:
@@ -71,7 +76,7 @@ def _sum_forward(lattice: Lattice, terms: _Terms) -> tuple[Floats, Floats, Float
     Return the sums [T, X], those over the states of all other labels [T, K], and their scales [T].
     """
     ticks, count = terms.fit.shape
-    forward, leaving, scale = np.zeros(terms.fit.shape), np.empty(terms.stay.shape), np.zeros(ticks)
+    forward, leaving, scale = np.zeros(terms.fit.shape), np.zeros(terms.stay.shape), np.zeros(ticks)
     forward[0, lattice.entry[0]] = terms.fit[0, lattice.entry[0]]
     following, shortest, scaled = lattice.following, lattice.shortest, 0.0
     for tick in range(ticks):
@@ -89,13 +94,14 @@ def _sum_forward(lattice: Lattice, terms: _Terms) -> tuple[Floats, Floats, Float
         row /= top
         scaled += log(top)
         scale[tick] = scaled
-        np.dot(terms.others, row, out=leaving[tick])
+        if tick + 1 < ticks:
+            np.dot(terms.weigh_moves(lattice, tick + 1), row, out=leaving[tick])
     return forward, leaving, scale
 
 
 def _sum_backward(lattice: Lattice, terms: _Terms) -> tuple[Floats, Floats]:
     """Sum over the ways in which the episode can go on after each state that may end; return them and their scales."""
-    ticks, among = len(terms.fit), np.ascontiguousarray(terms.others.T)
+    ticks = len(terms.fit)
     backward, scale = np.ones(terms.fit.shape), np.zeros(ticks)
     following, shortest, scaled = lattice.following, lattice.shortest, 0.0
     for tick in range(ticks - 2, -1, -1):
@@ -109,7 +115,7 @@ def _sum_backward(lattice: Lattice, terms: _Terms) -> tuple[Floats, Floats]:
             begun *= exp(scale[end] - scaled)
         else:
             begun = begun * exp(-scaled)
-        row += among @ begun
+        row += begun @ terms.weigh_moves(lattice, tick + 1)
         top = float(row.max())
         row /= top
         scaled += log(top)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
+from understudy.model.features import BoundFeature
 from understudy.segmentation.alternation import (
     Fitted,
     SwitchRules,
@@ -24,6 +25,7 @@ from understudy.segmentation.driver_model import DriverModel
 from understudy.segmentation.lattice import find_states
 from understudy.segmentation.posterior import compute_posteriors
 from understudy.segmentation.recorded_drive import Episode, RecordedDrive, join_drives, sample_drive
+from understudy.segmentation.switch_model import SwitchModel, learn_switches
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -82,6 +84,8 @@ class Segmentation:
         The driver as estimated from the drive.
     likelihood
         Logarithm of the likelihood of the labels, less the price of the switches.
+    switches
+        The chances of switches, if features were given that they may depend on.
     """
 
     drive: RecordedDrive
@@ -90,6 +94,7 @@ class Segmentation:
     posteriors: Floats
     driver: DriverModel
     likelihood: float
+    switches: SwitchModel | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -116,6 +121,7 @@ def segment(
     recording: RecordedDrive | Sequence[RecordedDrive],
     candidates: Sequence[Candidate],
     *,
+    features: Sequence[BoundFeature] = (),
     options: SegmentOptions | None = None,
 ) -> Segmentation:
     """Find the behavior that explains each tick of a drive best.
@@ -128,6 +134,9 @@ def segment(
         The drive, or several of one driver with one robot.
     candidates
         The behaviors that may explain it.
+    features
+        What the driver's decisions may depend on. Then when to switch is learned from all of the drive, and tells
+        behaviors apart that command the same for a while. None: each switch costs the same.
     options
         The price of a switch, and the shortest stay. None: the defaults.
 
@@ -150,8 +159,15 @@ def segment(
         )
     chosen = options or SegmentOptions()
     rules = SwitchRules(chosen.price, max(1, round(chosen.shortest_s / drive.tick_s)))
-    fitted = _fit(sample_drive(drive, most=MOST_TICKS), candidates, rules)
-    return label_drive(drive, fitted.candidates, fitted.driver, options=chosen)
+    sample = sample_drive(drive, most=MOST_TICKS)
+    fitted = _fit(sample, candidates, rules)
+    switches = None
+    if features:
+        stack = stack_predictions(sample, fitted.candidates)
+        fit = measure_fit(fitted.driver, measure_residuals(sample, stack, fitted.driver))
+        best = [fit[:, stack.labels == label].max(axis=1) for label in range(len(names))]
+        switches = learn_switches(sample, np.column_stack(best), features)
+    return label_drive(drive, fitted.candidates, fitted.driver, switches=switches, options=chosen)
 
 
 def _fit(drive: RecordedDrive, candidates: Sequence[Candidate], rules: SwitchRules) -> Fitted:
@@ -179,6 +195,7 @@ def label_drive(
     candidates: Sequence[Candidate],
     driver: DriverModel,
     *,
+    switches: SwitchModel | None = None,
     options: SegmentOptions | None = None,
 ) -> Segmentation:
     """Label a drive by a driver that is known, such as from another drive.
@@ -191,6 +208,8 @@ def label_drive(
         The candidates; their constants stay as they are.
     driver
         The driver.
+    switches
+        The chances of switches. None: each costs the same.
     options
         The price of a switch, and the shortest stay. None: the defaults.
 
@@ -203,10 +222,11 @@ def label_drive(
     rules = SwitchRules(chosen.price, max(1, round(chosen.shortest_s / drive.tick_s)))
     stack = stack_predictions(drive, candidates)
     fit = measure_fit(driver, measure_residuals(drive, stack, driver))
-    lattices = make_lattices(drive, stack, fit, rules)
+    chances = None if switches is None else switches.predict(drive)
+    lattices = make_lattices(drive, stack, fit, rules, chances)
     states = np.concatenate([find_states(each) for each in lattices])
     labels = stack.labels[states]
     switches = sum(np.count_nonzero(np.diff(labels[each.ticks])) for each in drive.episodes)
     likelihood = float(fit[np.arange(drive.ticks), states].sum()) - chosen.price * switches
     posteriors = np.concatenate([compute_posteriors(each) for each in lattices])
-    return Segmentation(drive, tuple(candidates), labels, posteriors, driver, likelihood)
+    return Segmentation(drive, tuple(candidates), labels, posteriors, driver, likelihood, switches)
