@@ -22,6 +22,9 @@ STEPS = (-1.0, -0.5, -0.25, -0.1, -0.03, 0.0, 0.03, 0.1, 0.25, 0.5, 1.0)
 NARROWER = 0.75
 """By how much the range narrows in which a constant is looked for, from one round to the next."""
 
+LEARNED_PRICE = 2.0
+"""The price of a switch beside its chance, where this was learned from few switches."""
+
 
 @dataclass(frozen=True, slots=True)
 class SwitchRules:
@@ -151,7 +154,7 @@ def make_lattices(
         moves -= stays[:, None, :]
         stays[[each.first for each in drive.episodes]] = 0.0
         fit = fit + stays[:, stack.labels]
-        rules = replace(rules, price=0.0)
+        rules = replace(rules, price=LEARNED_PRICE)
     return [
         Lattice(
             fit[each.ticks],

@@ -37,7 +37,7 @@ from understudy.training.lesson_design import new_lesson
 from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
 from understudy.training.session import Session
 
-DOUBT = 0.7
+DOUBT = 0.8
 """The certainty of a span below which the switch to it and the switch from it are left out of learning."""
 SURE = 0.9
 """The certainty of a tick below which it does not become a watched example."""

@@ -53,18 +53,6 @@ def gap_right(robot: ReadingsView) -> Column:
 
 
 @feature(Continuous())
-def lead_ahead(robot: ReadingsView) -> Column:
-    """How much faster the car ahead is."""
-    return robot.f_vx - robot.vx
-
-
-@feature(Continuous())
-def lane_offset(robot: ReadingsView) -> Column:
-    """Distance from the middle of the lane."""
-    return robot.y - 4 * np.round(robot.y / 4)
-
-
-@feature(Continuous())
 def cube_beside(robot: ReadingsView) -> Column:
     """Horizontal distance to the cube."""
     return np.hypot(robot.bx - robot.x, robot.by - robot.y)
@@ -77,8 +65,8 @@ def target_distance(robot: ReadingsView) -> Column:
 
 
 FEATURES: Mapping[str, Sequence[Feature]] = {
-    "stop-sign": (speed_left, braking_left, Feature("vel", Continuous(), "vel")),
-    "merge": (gap_ahead, gap_left, gap_right, lead_ahead, lane_offset),
+    "stop-sign": (speed_left, braking_left),
+    "merge": (gap_ahead, gap_left, gap_right),
     "pick-place": (cube_beside, target_distance, Feature("end_width", Continuous(), "end_width")),
 }
 """The features of each folder, such as a person would choose them."""
