@@ -53,6 +53,18 @@ def gap_right(robot: ReadingsView) -> Column:
 
 
 @feature(Continuous())
+def lead_ahead(robot: ReadingsView) -> Column:
+    """How much faster the car ahead is."""
+    return robot.f_vx - robot.vx
+
+
+@feature(Continuous())
+def lane_offset(robot: ReadingsView) -> Column:
+    """Distance from the middle of the lane."""
+    return robot.y - 4 * np.round(robot.y / 4)
+
+
+@feature(Continuous())
 def cube_beside(robot: ReadingsView) -> Column:
     """Horizontal distance to the cube."""
     return np.hypot(robot.bx - robot.x, robot.by - robot.y)
@@ -69,7 +81,14 @@ FEATURES: Mapping[str, Sequence[Feature]] = {
     "merge": (gap_ahead, gap_left, gap_right),
     "pick-place": (cube_beside, target_distance, Feature("end_width", Continuous(), "end_width")),
 }
-"""The features of each folder, such as a person would choose them."""
+"""The features of each folder that automata decide on, such as a person would choose them."""
+
+MORE_FEATURES: Mapping[str, Sequence[Feature]] = {
+    "stop-sign": (*FEATURES["stop-sign"], Feature("vel", Continuous(), "vel")),
+    "merge": (*FEATURES["merge"], lead_ahead, lane_offset),
+    "pick-place": FEATURES["pick-place"],
+}
+"""The features of each folder that labels are found with."""
 
 
 def learn_from_labels(segmentation: Segmentation, features: Sequence[Feature]) -> Library:
