@@ -117,6 +117,21 @@ def measure_fit(driver: DriverModel, residuals: Floats) -> Floats:
     return fit
 
 
+def measure_drive_fit(drive: RecordedDrive, stack: PredictionStack, driver: DriverModel) -> Floats:
+    """Measure the fit [T, X + 1] of a drive; ticks whose answer the end of an episode cuts off fit all states alike."""
+    fit = measure_fit(driver, measure_residuals(drive, stack, driver))
+    if driver.dead_ticks and not stack.follows_last.all():
+        for each in drive.episodes:
+            fit[max(each.first, each.end - driver.dead_ticks) : each.end] = 0.0
+    return fit
+
+
+def choose_labels(fit: Floats, stack: PredictionStack) -> Floats:
+    """Return the fit [T, K] of each candidate: that of the state that fits best."""
+    count = int(stack.labels[-1])
+    return np.column_stack([fit[:, stack.labels == label].max(axis=1) for label in range(count)])
+
+
 def make_lattices(
     drive: RecordedDrive,
     stack: PredictionStack,

@@ -17,7 +17,7 @@ from understudy.errors import DefinitionError, UnknownName
 from understudy.model.automaton import START, State
 from understudy.model.behaviors import Behavior
 from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, ReadingKey, TimerFeature
-from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson
+from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, LearnerOptions, Lesson
 from understudy.model.library import Library
 from understudy.robots.recording.header import RecordingHeader, RunInfo
 from understudy.robots.recording.reader import Recording
@@ -31,7 +31,6 @@ from understudy.training.feature_values import (
     compute_example_values,
     find_shifted_row,
     list_steady_readings,
-    recompute_example_values,
 )
 from understudy.training.lesson_design import new_lesson
 from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
@@ -127,23 +126,40 @@ def to_lesson(
     library = _with_behaviors(library, used)
     chosen = list_drive_features(library, drive) if features is None else features
     states = [_make_state(each) for each in used]
-    options = LearnerOptions(watched=watched, reaction_s=reaction_s or 0.0)
-    lesson = new_lesson(library, name, states=states, features=chosen, options=options, live=False)
-    sources: dict[int, ExampleSource] = {}
-    bare = without_functions(library)
-    for episode in drive.episodes:
-        for spans in _list_pieces(segmentation, episode):
-            lesson = _teach_piece(segmentation, bare, lesson, spans, sources)
+    empty = new_lesson(
+        library,
+        name,
+        states=states,
+        features=chosen,
+        options=LearnerOptions(watched=watched, reaction_s=reaction_s or 0.0),
+        live=False,
+    )
+    lesson, sources = _teach(segmentation, library, empty)
     estimate = None
     steady = list_steady_readings(ReplayBody(make_recording(drive, drive.episodes[0])))
     if reaction_s is None:
         estimate = estimate_reaction_time(lesson, steady=steady)
         if estimate is not None and estimate.reaction_s:
-            late = replace(lesson, options=replace(options, live=False, reaction_s=estimate.reaction_s))
-            lesson = recompute_example_values(lesson, late, lesson.record, steady=steady)
+            # Once more, because a session discards as many watched ticks before a press as this time says.
+            late = replace(empty.options, reaction_s=estimate.reaction_s)
+            lesson, sources = _teach(segmentation, library, replace(empty, options=late))
     if watched:
         lesson = _add_last_stays(segmentation, lesson, sources, steady)
     return DriveLesson(lesson, library, MappingProxyType(sources), estimate)
+
+
+def _teach(
+    segmentation: Segmentation, library: Library, lesson: Lesson
+) -> tuple[Lesson, dict[int, ExampleSource]]:
+    """Add the examples of all episodes to a lesson; return it, and where each example comes from."""
+    sources: dict[int, ExampleSource] = {}
+    bare = without_functions(library)
+    for episode in segmentation.drive.episodes:
+        for spans in _list_pieces(segmentation, episode):
+            begins = spans[0].first == episode.first
+            shown = spans[1:] if begins and _is_before_motion(segmentation, spans) else spans
+            lesson = _teach_piece(segmentation, bare, lesson, shown, sources, begins=begins)
+    return lesson, sources
 
 
 def _with_behaviors(library: Library, used: Sequence[Candidate]) -> Library:
@@ -189,14 +205,25 @@ def _list_pieces(segmentation: Segmentation, episode: Episode) -> Iterator[list[
         yield piece
 
 
+def _is_before_motion(segmentation: Segmentation, spans: Sequence[Span]) -> bool:
+    """Return whether the first of several spans is a short rest, in which the driver had not begun."""
+    drive, ticks = segmentation.drive, slice(spans[0].first, spans[0].end)
+    if len(spans) < 2 or (spans[0].end - spans[0].first) * drive.tick_s > LONGEST_REACTION_S:
+        return False
+    away = drive.commands[ticks] - [each.rest for each in drive.channels]
+    return bool((np.abs(away) <= 4 * segmentation.driver.noise).all())
+
+
 def _teach_piece(
     segmentation: Segmentation,
     library: Library,
     lesson: Lesson,
     spans: Sequence[Span],
     sources: dict[int, ExampleSource],
+    *,
+    begins: bool,
 ) -> Lesson:
-    """Add the examples of spans in a row to a lesson, and note where they come from."""
+    """Add the examples of spans in a row, which may begin an episode, to a lesson, and note where they come from."""
     drive = segmentation.drive
     episode = drive.find_episode(spans[0].first)
     first, end = spans[0].first, spans[-1].end
@@ -216,7 +243,7 @@ def _teach_piece(
             examples.append(example)
             continue
         # Pressing start is no decision of a driver who was driving already.
-        if example.state == START.name and first > episode.first:
+        if example.state == START.name and not begins:
             continue
         moment = float(taught.record.seconds[example.moment or 0])
         tick = first + int(np.searchsorted(drive.times[first:end], moment - 1e-9))

@@ -14,10 +14,10 @@ from understudy.model.features import BoundFeature
 from understudy.segmentation.alternation import (
     Fitted,
     SwitchRules,
+    choose_labels,
     fit_driver,
     make_lattices,
-    measure_fit,
-    measure_residuals,
+    measure_drive_fit,
     stack_predictions,
 )
 from understudy.segmentation.candidates import Candidate, CommandModel
@@ -161,13 +161,12 @@ def segment(
     rules = SwitchRules(chosen.price, max(1, round(chosen.shortest_s / drive.tick_s)))
     sample = sample_drive(drive, most=MOST_TICKS)
     fitted = _fit(sample, candidates, rules)
-    switches = None
+    driver, switches = fitted.driver, None
     if features:
         stack = stack_predictions(sample, fitted.candidates)
-        fit = measure_fit(fitted.driver, measure_residuals(sample, stack, fitted.driver))
-        best = [fit[:, stack.labels == label].max(axis=1) for label in range(len(names))]
-        switches = learn_switches(sample, np.column_stack(best), features)
-    return label_drive(drive, fitted.candidates, fitted.driver, switches=switches, options=chosen)
+        fit = measure_drive_fit(sample, stack, driver)
+        switches = learn_switches(sample, choose_labels(fit, stack), features)
+    return label_drive(drive, fitted.candidates, driver, switches=switches, options=chosen)
 
 
 def _fit(drive: RecordedDrive, candidates: Sequence[Candidate], rules: SwitchRules) -> Fitted:
@@ -221,7 +220,7 @@ def label_drive(
     chosen = options or SegmentOptions()
     rules = SwitchRules(chosen.price, max(1, round(chosen.shortest_s / drive.tick_s)))
     stack = stack_predictions(drive, candidates)
-    fit = measure_fit(driver, measure_residuals(drive, stack, driver))
+    fit = measure_drive_fit(drive, stack, driver)
     chances = None if switches is None else switches.predict(drive)
     lattices = make_lattices(drive, stack, fit, rules, chances)
     states = np.concatenate([find_states(each) for each in lattices])

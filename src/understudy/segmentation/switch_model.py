@@ -102,7 +102,11 @@ def _predict(weights: Floats, inputs: Floats) -> Floats:
     return np.maximum(normal, LEAST)
 
 
-def learn_switches(drive: RecordedDrive, fit: Floats, features: Sequence[BoundFeature]) -> SwitchModel:
+def learn_switches(
+    drive: RecordedDrive,
+    fit: Floats,
+    features: Sequence[BoundFeature],
+) -> SwitchModel:
     """Learn when the driver switches, from how well each label fits each tick.
 
     Parameters

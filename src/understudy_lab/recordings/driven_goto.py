@@ -35,7 +35,7 @@ KIT: Kit = make_scenario_kit(SCENARIO)
 AIMS = np.array(
     [[KIT.behaviors[name].command.get(each, 0.0) for each in ("drive", "turn")] for name in MOVES]
 )
-DRIVES, DRIVE_S, LIMIT_S = 12, 30.0, 60.0
+DRIVES, DRIVE_S, LIMIT_S = 24, 30.0, 60.0
 REST_S = 2.0
 THERE_M, ASTRAY, FACING, REACHED_M = 0.4, 0.5, 0.12, 0.5
 WORLDS = 100
