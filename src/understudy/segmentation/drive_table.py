@@ -250,10 +250,11 @@ def _read_column(table: _Table, column: ReadingColumn | CommandColumn, of: str) 
             f"it reaches {np.nanmax(np.abs(values)):g}, which is no angle in rad",
             'write unit = "deg" in the mapping file',
         )
-    values = np.asarray(values * factor, np.float64)
+    values *= factor
     kind = column.value_kind if isinstance(column, ReadingColumn) else None
     if isinstance(kind, Toroidal):
-        return kind.wrap(values)
+        wrapped: Column = kind.wrap(values)
+        return wrapped
     if isinstance(kind, Categorical):
         outside = np.flatnonzero(~np.isnan(values) & ~np.isin(values, np.arange(len(kind.labels))))
         if len(outside):

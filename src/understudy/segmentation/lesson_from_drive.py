@@ -17,7 +17,14 @@ from understudy.errors import DefinitionError, UnknownName
 from understudy.model.automaton import START, State
 from understudy.model.behaviors import Behavior
 from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, ReadingKey, TimerFeature
-from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, LearnerOptions, Lesson
+from understudy.model.lesson import (
+    LONGEST_REACTION_S,
+    Example,
+    ExampleKind,
+    LearnerOptions,
+    Lesson,
+    TreeOptions,
+)
 from understudy.model.library import Library
 from understudy.robots.recording.header import RecordingHeader, RunInfo
 from understudy.robots.recording.reader import Recording
@@ -82,6 +89,7 @@ def to_lesson(
     features: Sequence[str | BoundFeature] | None = None,
     watched: bool = True,
     reaction_s: float | None = None,
+    learner: TreeOptions | None = None,
 ) -> DriveLesson:
     """Make a lesson of a segmented drive, which shows when the driver switched from one behavior to another.
 
@@ -99,6 +107,8 @@ def to_lesson(
         Whether ticks without a switch become watched examples.
     reaction_s
         The driver's reaction time, s. None: estimated from the drive.
+    learner
+        How trees are learned; long drives give so many examples that pruning helps. None: as in any lesson.
 
     Returns
     -------
@@ -131,7 +141,9 @@ def to_lesson(
         name,
         states=states,
         features=chosen,
-        options=LearnerOptions(watched=watched, reaction_s=reaction_s or 0.0),
+        options=LearnerOptions(
+            watched=watched, reaction_s=reaction_s or 0.0, learner=learner or TreeOptions()
+        ),
         live=False,
     )
     lesson, sources = _teach(segmentation, library, empty)

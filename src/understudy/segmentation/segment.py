@@ -225,7 +225,7 @@ def label_drive(
     lattices = make_lattices(drive, stack, fit, rules, chances)
     states = np.concatenate([find_states(each) for each in lattices])
     labels = stack.labels[states]
-    switches = sum(np.count_nonzero(np.diff(labels[each.ticks])) for each in drive.episodes)
-    likelihood = float(fit[np.arange(drive.ticks), states].sum()) - chosen.price * switches
+    switched = sum(np.count_nonzero(np.diff(labels[each.ticks])) for each in drive.episodes)
+    likelihood = float(fit[np.arange(drive.ticks), states].sum()) - chosen.price * switched
     posteriors = np.concatenate([compute_posteriors(each) for each in lattices])
     return Segmentation(drive, tuple(candidates), labels, posteriors, driver, likelihood, switches)
