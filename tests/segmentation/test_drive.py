@@ -94,3 +94,26 @@ REFUSED = [
 def test_what_is_no_drive_is_refused(tmp_path: Path, rows: list[str], problem: str) -> None:
     with pytest.raises(FileError, match=problem):
         read_drive_table(write(tmp_path / "drive.csv", rows))
+
+
+def test_all_kinds_of_tables_give_the_same_drive(tmp_path: Path) -> None:
+    duckdb = pytest.importorskip("duckdb")
+    rows = make_drive()
+    plain = read_drive_table(write(tmp_path / "drive.csv", rows))
+    names = HEADER.split(",")
+    objects = [json.dumps(dict(zip(names, map(float, row.split(",")), strict=True))) for row in rows[1:]]
+    lines = read_drive_table(write(tmp_path / "drive.jsonl", objects))
+    with duckdb.connect() as database:
+        made = f"COPY (SELECT * FROM read_csv('{tmp_path / 'drive.csv'}')) TO '{tmp_path / 'drive.parquet'}'"
+        database.execute(made + " (FORMAT parquet)")
+    packed = read_drive_table(tmp_path / "drive.parquet")
+    for other in (lines, packed):
+        np.testing.assert_array_equal(other.times, plain.times)
+        np.testing.assert_array_equal(other.commands, plain.commands)
+        np.testing.assert_array_equal(other.values["range", "ball"], plain.values["range", "ball"])
+
+
+def test_what_is_no_parquet_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("duckdb")
+    with pytest.raises(FileError, match="it cannot be read"):
+        read_drive_table(write(tmp_path / "drive.parquet", ["no", "table"]))

@@ -1,4 +1,4 @@
-"""Drives in tables: CSV files, and JSON lines whose objects are rows.
+"""Drives in tables: CSV files, JSON lines whose objects are rows, and Parquet.
 
 What can be used is used: a cell that is no number is absent, a row without a command is left out, and where time goes
 back or pauses, an episode ends. Each of these is said in a sentence with its place.
@@ -10,6 +10,7 @@ import csv
 import itertools
 import json
 from collections.abc import Iterator, Sequence
+from importlib import import_module
 from math import isfinite, nan
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import FileError, join_names, suggest_known_name
+from understudy.extras import format_install_command
 from understudy.model.kinds import Categorical, Column, Toroidal
 from understudy.runtime.body import Channel, Reading
 from understudy.segmentation.mapping_file import UNITS, CommandColumn, ReadingColumn, RecordingMap
@@ -27,6 +29,7 @@ Floats = NDArray[np.float64]
 TIME, COMMAND = "time_s", "command."
 """The column of times, and the beginning of the names of those of commands, in a table that needs no mapping file."""
 JSON_SUFFIXES = (".jsonl", ".ndjson")
+PARQUET_SUFFIX = ".parquet"
 MOST_UNEVEN = 0.1
 """Rows that are apart by up to this share more or less than a tick are taken as ticks as they are."""
 WIDEST_RAD = 13.0
@@ -84,12 +87,13 @@ def _parse(cell: Any) -> float:
 
 
 def read_drive_table(path: Path | str, mapping: RecordingMap | None = None) -> RecordedDrive:
-    """Read a drive from a CSV file or from JSON lines.
+    """Read a drive from a CSV file, JSON lines or Parquet.
 
     Parameters
     ----------
     path
-        The file; one whose name ends in .jsonl or .ndjson has an object in each line.
+        The file; one whose name ends in .jsonl or .ndjson has an object in each line, and one that ends in .parquet is
+        Parquet, which needs the extra `parquet`.
     mapping
         Which columns are what. None: the column time_s has times, columns such as command.drive have commands, and all
         others are readings, of targets if they are called as range(ball).
@@ -105,7 +109,11 @@ def read_drive_table(path: Path | str, mapping: RecordingMap | None = None) -> R
         If the file cannot be read, has no column that the mapping names, or has no motion.
     """
     path = Path(path)
-    table = _read_lines(path) if path.suffix.lower() in JSON_SUFFIXES else _read_rows(path)
+    suffix = path.suffix.lower()
+    if suffix == PARQUET_SUFFIX:
+        table = _read_parquet(path)
+    else:
+        table = _read_lines(path) if suffix in JSON_SUFFIXES else _read_rows(path)
     mapping = _guess_mapping(table) if mapping is None else mapping
     commands = np.column_stack([_read_column(table, each, "the commands") for each in mapping.commands])
     columns = {
@@ -200,6 +208,27 @@ def _read_lines(path: Path) -> _Table:
     return _Table(path, header, [number for number, _ in rows], cells, omissions)
 
 
+def _read_parquet(path: Path) -> _Table:
+    """Read a Parquet file; its rows count as lines, from 1."""
+    try:
+        duckdb = import_module("duckdb")
+    except ImportError:
+        raise FileError(
+            path=path,
+            place="",
+            problem="it is Parquet, which needs DuckDB",
+            remedy=format_install_command("parquet"),
+        ) from None
+    try:
+        with duckdb.connect() as database, path.open("rb"):
+            result = database.execute("SELECT * FROM read_parquet(?)", [str(path)])
+            header = tuple(each[0] for each in result.description)
+            cells = result.fetchall()
+    except (OSError, duckdb.Error) as error:
+        raise _unreadable(path, error) from None
+    return _Table(path, header, range(1, len(cells) + 1), cells, [])
+
+
 def _flatten(found: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the values of an object by path, with dots between the keys."""
     for key, value in found.items():
@@ -212,7 +241,7 @@ def _flatten(found: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 def _unreadable(path: Path, error: Exception) -> FileError:
     gone = isinstance(error, FileNotFoundError)
     problem = "there is no such file" if gone else f"it cannot be read ({error})"
-    return FileError(path=path, place="", problem=problem, remedy="give a CSV file or JSON lines")
+    return FileError(path=path, place="", problem=problem, remedy="give a CSV file, JSON lines or Parquet")
 
 
 def _guess_mapping(table: _Table) -> RecordingMap:
@@ -242,7 +271,7 @@ def _guess_mapping(table: _Table) -> RecordingMap:
 
 def _read_column(table: _Table, column: ReadingColumn | CommandColumn, of: str) -> Column:
     """Read a column in the unit of its reading or command."""
-    values = table.read_numbers(column.column, of=of, quiet=isinstance(column, CommandColumn))
+    values: Column = table.read_numbers(column.column, of=of, quiet=isinstance(column, CommandColumn))
     _unit, factor = UNITS[column.unit]
     if column.unit == "rad" and np.nanmax(np.abs(values), initial=0.0) > WIDEST_RAD:
         raise table.refuse(
