@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from understudy.errors import FileError
-from understudy.segmentation.drive_table import read_drive_table
+from understudy.segmentation.drive_table import read_recorded_drive
 from understudy.ui.cli.main import make_command_line
 
 HEADER = "time_s,range(ball),command.drive"
@@ -72,14 +72,14 @@ def test_what_cannot_be_used_is_said(
 ) -> None:
     rows = make_drive()
     rows[row] = becomes
-    drive = read_drive_table(write(tmp_path / "drive.csv", rows))
+    drive = read_recorded_drive(write(tmp_path / "drive.csv", rows))
     assert said in drive.omissions[0]
     assert len(drive.episodes) == episodes
 
 
 def test_a_gap_ends_an_episode(tmp_path: Path) -> None:
     rows = make_drive()
-    drive = read_drive_table(write(tmp_path / "drive.csv", rows[:100] + rows[150:]))
+    drive = read_recorded_drive(write(tmp_path / "drive.csv", rows[:100] + rows[150:]))
     assert [each.end - each.first for each in drive.episodes] == [99, 151]
 
 
@@ -93,20 +93,20 @@ REFUSED = [
 @pytest.mark.parametrize(("rows", "problem"), REFUSED)
 def test_what_is_no_drive_is_refused(tmp_path: Path, rows: list[str], problem: str) -> None:
     with pytest.raises(FileError, match=problem):
-        read_drive_table(write(tmp_path / "drive.csv", rows))
+        read_recorded_drive(write(tmp_path / "drive.csv", rows))
 
 
 def test_all_kinds_of_tables_give_the_same_drive(tmp_path: Path) -> None:
     duckdb = pytest.importorskip("duckdb")
     rows = make_drive()
-    plain = read_drive_table(write(tmp_path / "drive.csv", rows))
+    plain = read_recorded_drive(write(tmp_path / "drive.csv", rows))
     names = HEADER.split(",")
     objects = [json.dumps(dict(zip(names, map(float, row.split(",")), strict=True))) for row in rows[1:]]
-    lines = read_drive_table(write(tmp_path / "drive.jsonl", objects))
+    lines = read_recorded_drive(write(tmp_path / "drive.jsonl", objects))
     with duckdb.connect() as database:
         made = f"COPY (SELECT * FROM read_csv('{tmp_path / 'drive.csv'}')) TO '{tmp_path / 'drive.parquet'}'"
         database.execute(made + " (FORMAT parquet)")
-    packed = read_drive_table(tmp_path / "drive.parquet")
+    packed = read_recorded_drive(tmp_path / "drive.parquet")
     for other in (lines, packed):
         np.testing.assert_array_equal(other.times, plain.times)
         np.testing.assert_array_equal(other.commands, plain.commands)
@@ -116,4 +116,4 @@ def test_all_kinds_of_tables_give_the_same_drive(tmp_path: Path) -> None:
 def test_what_is_no_parquet_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("duckdb")
     with pytest.raises(FileError, match="it cannot be read"):
-        read_drive_table(write(tmp_path / "drive.parquet", ["no", "table"]))
+        read_recorded_drive(write(tmp_path / "drive.parquet", ["no", "table"]))

@@ -112,7 +112,7 @@ def _shift(columns: Floats, ticks: int, episodes: Sequence[Episode]) -> Floats:
 def measure_fit(driver: DriverModel, residuals: Floats) -> Floats:
     """Return the fit [T, X + 1] of each tick in each state, the last of which stands for no candidate."""
     states, ticks, _ = residuals.shape
-    fit = np.full((ticks, states + 1), driver.unexplained_fit)
+    fit = np.full((ticks, states + 1), driver.baseline_fit)
     fit[:, :states] = driver.measure_fit(residuals).T
     return fit
 

@@ -86,7 +86,7 @@ def _parse(cell: Any) -> float:
     return value if isfinite(value) else nan
 
 
-def read_drive_table(path: Path | str, mapping: RecordingMap | None = None) -> RecordedDrive:
+def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -> RecordedDrive:
     """Read a drive from a CSV file, JSON lines or Parquet.
 
     Parameters
@@ -117,7 +117,7 @@ def read_drive_table(path: Path | str, mapping: RecordingMap | None = None) -> R
     mapping = _guess_mapping(table) if mapping is None else mapping
     commands = np.column_stack([_read_column(table, each, "the commands") for each in mapping.commands])
     columns = {
-        (each.reading, each.target): _read_column(table, each, f"reading {each.reading!r}")
+        (each.reading_name, each.target): _read_column(table, each, f"reading {each.reading_name!r}")
         for each in mapping.readings
     }
     times = _read_times(table, mapping)
@@ -140,8 +140,8 @@ def read_drive_table(path: Path | str, mapping: RecordingMap | None = None) -> R
         tuple(Channel(each.name, each.rest, UNITS[each.unit][0]) for each in mapping.commands),
         tuple(
             {
-                each.reading: Reading(
-                    each.reading, each.value_kind, UNITS[each.unit][0], each.target is not None, each.doc
+                each.reading_name: Reading(
+                    each.reading_name, each.value_kind, UNITS[each.unit][0], each.target is not None, each.doc
                 )
                 for each in mapping.readings
             }.values()

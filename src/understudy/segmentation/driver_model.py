@@ -65,7 +65,7 @@ class DriverModel:
         return fit
 
     @property
-    def unexplained_fit(self) -> float:
+    def baseline_fit(self) -> float:
         """The logarithm of the likelihood of a command that may lie anywhere."""
         return float(-np.log(self.extent).sum())
 

@@ -56,10 +56,10 @@ def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> tupl
     """Read a drive, and find the library whose behaviors may explain it."""
     from understudy.model.library import Library
     from understudy.segmentation.drive_kit import make_drive_kit
-    from understudy.segmentation.drive_table import read_drive_table
+    from understudy.segmentation.drive_table import read_recorded_drive
     from understudy.ui.cli.options import WORLD, find_kit, open_behavior_library
 
-    drive = read_drive_table(path, mapping)
+    drive = read_recorded_drive(path, mapping)
     behaviors = {} if mapping is None else mapping.behaviors
     kit = make_drive_kit(drive, behaviors) if asked.kit is None else find_kit(asked.kit, WORLD)
     if asked.library is not None and asked.library.is_dir():
