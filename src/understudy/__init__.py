@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from understudy.runtime.team.team import Team as Team
     from understudy.segmentation.candidates import CommandModel as CommandModel
     from understudy.segmentation.drive_kit import make_candidates as make_candidates
+    from understudy.segmentation.drive_kit import make_drive_kit as make_drive_kit
     from understudy.segmentation.drive_table import read_recorded_drive as read_recorded_drive
     from understudy.segmentation.lesson_from_drive import DriveLesson as DriveLesson
     from understudy.segmentation.lesson_from_drive import to_lesson as to_lesson
@@ -154,6 +155,7 @@ _MODULES = {
     "Team": "runtime.team.team",
     "CommandModel": "segmentation.candidates",
     "make_candidates": "segmentation.drive_kit",
+    "make_drive_kit": "segmentation.drive_kit",
     "read_recorded_drive": "segmentation.drive_table",
     "DriveLesson": "segmentation.lesson_from_drive",
     "to_lesson": "segmentation.lesson_from_drive",

@@ -124,12 +124,34 @@ class CommandModel:
         return "last" in inspect.signature(self.function).parameters
 
     def with_constants(self, values: Constants) -> CommandModel:
-        """Return the model with other values of those constants that it has."""
+        """Return the model with other values of those constants that it has.
+
+        Parameters
+        ----------
+        values
+            Value of each constant by name; names that it does not have are ignored.
+
+        Returns
+        -------
+        CommandModel
+            The model.
+        """
         own = {name: value for name, value in values.items() if name in self.constants}
         return replace(self, values={**self.values, **own})
 
     def predict(self, drive: RecordedDrive) -> Prediction:
-        """Return the commands of the function at each tick; DefinitionError if it fails."""
+        """Return the commands of the function at each tick; DefinitionError if it fails.
+
+        Parameters
+        ----------
+        drive
+            The drive.
+
+        Returns
+        -------
+        Prediction
+            Its commands, in one state.
+        """
         arguments = [ReadingsView(drive.percept)]
         if self.follows_last:
             last = drive.list_last_commands()

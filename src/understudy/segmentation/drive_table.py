@@ -117,7 +117,7 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
     mapping = _guess_mapping(table) if mapping is None else mapping
     commands = np.column_stack([_read_column(table, each, "the commands") for each in mapping.commands])
     columns = {
-        (each.reading_name, each.target): _read_column(table, each, f"reading {each.reading_name!r}")
+        (each.quantity, each.target): _read_column(table, each, f"reading {each.quantity!r}")
         for each in mapping.readings
     }
     times = _read_times(table, mapping)
@@ -140,8 +140,8 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
         tuple(Channel(each.name, each.rest, UNITS[each.unit][0]) for each in mapping.commands),
         tuple(
             {
-                each.reading_name: Reading(
-                    each.reading_name, each.value_kind, UNITS[each.unit][0], each.target is not None, each.doc
+                each.quantity: Reading(
+                    each.quantity, each.value_kind, UNITS[each.unit][0], each.target is not None, each.doc
                 )
                 for each in mapping.readings
             }.values()

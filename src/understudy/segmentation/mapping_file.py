@@ -72,7 +72,7 @@ class ReadingColumn(StrictStruct, frozen=True, kw_only=True):
     doc: str = ""
 
     @property
-    def reading_name(self) -> str:
+    def quantity(self) -> str:
         """The name of the reading."""
         return self.name or self.column
 
@@ -174,11 +174,11 @@ def _find_problems(found: RecordingMap) -> Iterator[DecodeProblem]:
             each.value_kind  # noqa: B018
         except KindError as error:
             yield DecodeProblem(f"readings[{index}].kind", error.problem, error.remedy)
-        others = [(other.reading_name, other.target) for other in found.readings[:index]]
-        if (each.reading_name, each.target) in others:
+        others = [(other.quantity, other.target) for other in found.readings[:index]]
+        if (each.quantity, each.target) in others:
             yield DecodeProblem(f"readings[{index}]", "is a reading given before", "rename one of the two")
         if any(
-            name == each.reading_name and (target is None) != (each.target is None) for name, target in others
+            name == each.quantity and (target is None) != (each.target is None) for name, target in others
         ):
             problem = "is about a target here, and about none elsewhere"
             yield DecodeProblem(f"readings[{index}]", problem, "rename one of the two")

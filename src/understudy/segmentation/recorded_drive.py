@@ -92,13 +92,30 @@ class RecordedDrive:
         return self.values
 
     def list_last_commands(self) -> Floats:
-        """Return the command of the tick before each tick, shape [T, C]; at rest before an episode."""
+        """Return the command of the tick before each tick.
+
+        Returns
+        -------
+        array, shape [T, C]
+            The commands; at rest before an episode.
+        """
         last = np.roll(self.commands, 1, axis=0)
         last[[each.first for each in self.episodes]] = [channel.rest for channel in self.channels]
         return last
 
     def find_episode(self, tick: int) -> Episode:
-        """Return the episode of a tick."""
+        """Return the episode of a tick.
+
+        Parameters
+        ----------
+        tick
+            Number of the tick in the drive, from 0.
+
+        Returns
+        -------
+        Episode
+            The episode.
+        """
         return next(each for each in self.episodes if each.first <= tick < each.end)
 
 

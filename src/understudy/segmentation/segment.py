@@ -107,7 +107,18 @@ class Segmentation:
         return self.posteriors[np.arange(len(self.labels)), self.labels]
 
     def list_spans(self, episode: Episode) -> list[Span]:
-        """List the spans of an episode in order."""
+        """List the spans of an episode in order.
+
+        Parameters
+        ----------
+        episode
+            An episode of the drive.
+
+        Returns
+        -------
+        list
+            The spans.
+        """
         labels, certainties = self.labels, self.certainties
         cuts = episode.first + 1 + np.flatnonzero(np.diff(labels[episode.ticks]))
         edges = [episode.first, *cuts.tolist(), episode.end]
