@@ -282,8 +282,7 @@ def _read_column(table: _Table, column: ReadingColumn | CommandColumn, of: str) 
     values *= factor
     kind = column.value_kind if isinstance(column, ReadingColumn) else None
     if isinstance(kind, Toroidal):
-        wrapped: Column = kind.wrap(values)
-        return wrapped
+        return kind.wrap(values)
     if isinstance(kind, Categorical):
         outside = np.flatnonzero(~np.isnan(values) & ~np.isin(values, np.arange(len(kind.labels))))
         if len(outside):
@@ -298,7 +297,9 @@ def _read_column(table: _Table, column: ReadingColumn | CommandColumn, of: str) 
 def _read_times(table: _Table, mapping: RecordingMap) -> Column:
     """Read the time of each row, s."""
     if mapping.time is None:
-        return np.arange(len(table.cells)) * (mapping.tick_s or 1.0)
+        steps: Column = np.arange(len(table.cells), dtype=np.float64)
+        steps *= mapping.tick_s or 1.0
+        return steps
     raw = table.read_numbers(mapping.time, of="the time", quiet=True)
     times: Column = raw * UNITS[mapping.time_unit][1]
     if len(times) > 1:
