@@ -9,7 +9,7 @@ interface ConfirmProps {
   label: string;
   disabled?: boolean;
   onConfirm: () => void;
-  /** Take the question away; called after either answer. */
+  /** Take the question away; called with either answer. */
   onClose: () => void;
 }
 

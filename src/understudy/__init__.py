@@ -7,8 +7,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from understudy.analysis.comparison import Comparison as Comparison
+    from understudy.analysis.comparison import compare as compare
+    from understudy.analysis.evaluate import evaluate as evaluate
     from understudy.analysis.evaluation import Evaluation as Evaluation
-    from understudy.analysis.evaluation import evaluate as evaluate
+    from understudy.analysis.world_run import WorldRun as WorldRun
+    from understudy.data.episode import Episode as Episode
+    from understudy.data.episode import EpisodePress as EpisodePress
+    from understudy.data.episode_tables import EpisodeFrames as EpisodeFrames
+    from understudy.data.episode_tables import make_episode_frames as make_episode_frames
+    from understudy.data.lerobot import write_lerobot as write_lerobot
+    from understudy.data.minari import write_minari as write_minari
+    from understudy.data.sources import read_episodes as read_episodes
+    from understudy.data.sources import read_lesson as read_lesson
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
@@ -32,6 +43,8 @@ if TYPE_CHECKING:
     from understudy.model.behaviors import set_timer as set_timer
     from understudy.model.binding import Binding as Binding
     from understudy.model.binding import Target as Target
+    from understudy.model.diff import AutomatonDiff as AutomatonDiff
+    from understudy.model.diff import diff_automata as diff_automata
     from understudy.model.features import BoundFeature as BoundFeature
     from understudy.model.features import CounterFeature as CounterFeature
     from understudy.model.features import Feature as Feature
@@ -96,8 +109,19 @@ __version__ = "0.3.0.dev0"
 """The version of this package, from which the distribution takes its own."""
 
 _MODULES = {
+    "Comparison": "analysis.comparison",
+    "compare": "analysis.comparison",
     "Evaluation": "analysis.evaluation",
-    "evaluate": "analysis.evaluation",
+    "evaluate": "analysis.evaluate",
+    "WorldRun": "analysis.world_run",
+    "Episode": "data.episode",
+    "EpisodePress": "data.episode",
+    "read_episodes": "data.sources",
+    "read_lesson": "data.sources",
+    "EpisodeFrames": "data.episode_tables",
+    "make_episode_frames": "data.episode_tables",
+    "write_lerobot": "data.lerobot",
+    "write_minari": "data.minari",
     "UnderstudyError": "errors",
     "ExportResult": "export.export_automaton",
     "export_automaton": "export.export_automaton",
@@ -121,6 +145,8 @@ _MODULES = {
     "set_timer": "model.behaviors",
     "Binding": "model.binding",
     "Target": "model.binding",
+    "AutomatonDiff": "model.diff",
+    "diff_automata": "model.diff",
     "BoundFeature": "model.features",
     "CounterFeature": "model.features",
     "Feature": "model.features",

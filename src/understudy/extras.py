@@ -25,6 +25,14 @@ class ExtraMissing(UnderstudyError, json_type="ExtraMissing"):
         super().__init__(f"{what} needs an extra that is not installed: {format_install_command(extra)}")
 
 
+def require_extra(module: str, *, what: str, extra: str) -> None:
+    """Raise ExtraMissing if the module of an optional dependency cannot be imported."""
+    try:
+        import_module(module)
+    except ImportError:
+        raise ExtraMissing(what=what, extra=extra) from None
+
+
 @cache
 def import_opencv() -> ModuleType:
     """Import OpenCV and limit it to one thread; raise ExtraMissing if it is not installed.
@@ -37,3 +45,12 @@ def import_opencv() -> ModuleType:
         raise ExtraMissing(what="a camera", extra="camera") from None
     cv.setNumThreads(1)
     return cv
+
+
+@cache
+def import_narwhals() -> ModuleType:
+    """Import narwhals, through which data frames of Polars, pandas and pyarrow are made and read."""
+    try:
+        return import_module("narwhals")
+    except ImportError:
+        raise ExtraMissing(what="a data frame", extra="frames") from None

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from itertools import product
+from math import isfinite
 from typing import Any, cast
 
 import numpy as np
@@ -23,7 +24,7 @@ from understudy.errors import KindError, UnderstudyError, join_names
 from understudy.model.behaviors import Behavior
 from understudy.model.features import AnyFeature, Feature, Percept, ReadingsView
 from understudy.model.kinds import Column, Kind
-from understudy.runtime.body import Body, Commands, Rewindable, list_reading_keys
+from understudy.runtime.body import Body, Channel, Commands, Rewindable, list_reading_keys
 
 TICKS = 60
 __all__ = ["LawBroken", "check_behavior", "check_body", "check_feature", "check_world"]
@@ -242,16 +243,26 @@ def _spelled(key: tuple[str, str | None]) -> str:
 
 
 def _drawn(body: Body, generators: Sequence[np.random.Generator], rows: int) -> Commands:
-    """Draw random commands in [-1, 1] for one tick, at rest in about half of the rows.
+    """Draw random commands in [-1, 1], or in the limits of a channel, for one tick, at rest in about half of the rows.
 
     Each world's commands come from its own generator, so that they do not depend on the other worlds.
     """
     drawn = [generator.uniform(-1, 1, (len(body.channels) + 1, rows)) for generator in generators]
     commands = {
-        channel.name: np.concatenate([np.where(world[-1] < 0.5, world[at], channel.rest) for world in drawn])
+        channel.name: np.concatenate(
+            [np.where(world[-1] < 0.5, _fit_limits(channel, world[at]), channel.rest) for world in drawn]
+        )
         for at, channel in enumerate(body.channels)
     }
     return commands
+
+
+def _fit_limits(channel: Channel, drawn: Column) -> Column:
+    """Stretch numbers in [-1, 1] over the limits of a channel, if both are finite, and round them if it asks so."""
+    if isfinite(channel.least) and isfinite(channel.most):
+        drawn = channel.least + (channel.most - channel.least) * (drawn + 1.0) / 2.0
+    drawn = np.clip(drawn, channel.least, channel.most)
+    return np.rint(drawn) if channel.whole else drawn
 
 
 def _percepts(body: Body, ticks: int, seed: int) -> Iterator[Percept]:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import signal
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import as_completed
 from importlib.util import find_spec
-from multiprocessing import get_context
 from typing import TypeAlias
 
 import msgspec
 
+from understudy.analysis.process_pool import open_process_pool
 from understudy_lab.row_cache import RowCache
 from understudy_lab.study import Row, Study, StudyPlan, Task, find_experiment
 
@@ -66,7 +63,7 @@ def _worked(experiment: Study, tasks: Sequence[Task], jobs: int) -> Iterator[Row
     if jobs <= 1:
         yield from (row_of(experiment, task) for task in tasks)
         return
-    with _pool(jobs) as pool:
+    with open_process_pool(jobs) as pool:
         for future in as_completed([pool.submit(_work, experiment.name, task) for task in tasks]):
             yield future.result()
 
@@ -74,42 +71,3 @@ def _worked(experiment: Study, tasks: Sequence[Task], jobs: int) -> Iterator[Row
 def _work(name: str, task: Task) -> Row:
     """Run one task in a worker process, which receives only names and plain data."""
     return row_of(find_experiment(name), task)
-
-
-@contextmanager
-def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool of single-threaded processes; tasks not yet started are cancelled on an error."""
-    alone = {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    with _environment(alone):
-        pool = ProcessPoolExecutor(
-            jobs, mp_context=get_context("spawn"), initializer=_leave_signals_to_parent
-        )
-        try:
-            yield pool
-        except BaseException:
-            processes = list(
-                (getattr(pool, "_processes", None) or {}).values()
-            )  # a pool shut down forgets them
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in processes:
-                process.terminate()
-            raise
-        pool.shutdown()
-
-
-def _leave_signals_to_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-@contextmanager
-def _environment(added: Mapping[str, str]) -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in added}
-    os.environ.update(added)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value

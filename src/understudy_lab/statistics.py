@@ -9,6 +9,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.analysis.paired_tests import compute_mcnemar_p
+
 Numbers: TypeAlias = Sequence[float] | NDArray[np.float64]
 
 
@@ -86,8 +88,7 @@ def pairs_differ(first: Sequence[bool], second: Sequence[bool]) -> float:
     """Return the two-sided p-value that pairs differ equally often in both directions (McNemar's test, exact)."""
     won = sum(now and not before for before, now in zip(first, second, strict=True))
     lost = sum(before and not now for before, now in zip(first, second, strict=True))
-    as_rare = sum(comb(won + lost, k) for k in range(min(won, lost) + 1))
-    return min(1.0, 2.0 * as_rare / (1 << (won + lost)))
+    return compute_mcnemar_p(lost, won)
 
 
 def apply_holm_correction(chances: Sequence[float], level: float = 0.05) -> list[bool]:

@@ -13,7 +13,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from understudy.errors import UnknownName
+from understudy.entry_points import STUDIES, list_entry_points, load_object
+from understudy.errors import SettingError, UnknownName
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,6 +89,8 @@ class Study:
     worlds: Sequence[str] = ()
     needs: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     varies: Sequence[str] = ()
+    question: str = ""
+    """The question that an experiment of another package answers; those of this package have theirs in `QUESTIONS`."""
 
 
 QUESTIONS: Mapping[str, str] = MappingProxyType(
@@ -126,10 +129,36 @@ FOLDERS: Mapping[str, str] = MappingProxyType(
 """The folders of experiments whose name differs from their folder's; published rows contain the names."""
 
 
+REMEDY = "let the entry point name a Study of understudy_lab.study"
+
+
+def list_questions() -> dict[str, str]:
+    """Return the question of each experiment by its name; those of other packages come last.
+
+    If an experiment of another package cannot be loaded, the reason replaces its question.
+    """
+    questions = dict(QUESTIONS)
+    for name in list_entry_points(STUDIES):
+        try:
+            questions.setdefault(name, find_experiment(name).question)
+        except SettingError as error:
+            questions[name] = str(error)
+    return questions
+
+
 def find_experiment(name: str) -> Study:
-    """Return an experiment by its name."""
+    """Return an experiment of this package, or of another one that offers it as an entry point, by its name."""
+    others = list_entry_points(STUDIES)
+    if name not in QUESTIONS and name in others:
+        offered = load_object(name, STUDIES, where="understudy experiment", remedy=REMEDY)
+        if not isinstance(offered, Study):
+            problem = f"is a {type(offered).__name__}"
+            raise SettingError(
+                where="understudy experiment", setting=repr(name), problem=problem, remedy=REMEDY
+            )
+        return offered
     if name not in QUESTIONS:
-        raise UnknownName(what="experiment", name=name, where="the catalog", known=list(QUESTIONS))
+        raise UnknownName(what="experiment", name=name, where="the catalog", known=[*QUESTIONS, *others])
     found: Study = import_module(f"understudy_lab.{FOLDERS.get(name, name)}.study").EXPERIMENT
     return found
 

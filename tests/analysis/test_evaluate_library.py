@@ -10,15 +10,9 @@ from msgspec.structs import replace
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.analysis import evaluation
-from understudy.analysis.evaluation import (
-    LENIENCE,
-    evaluate,
-    evaluate_team,
-    find_success_flag,
-    measure_outcomes,
-    measure_program_outcomes,
-)
+from understudy.analysis.baseline import LENIENCE
+from understudy.analysis.evaluate import evaluate, find_success_flag
+from understudy.analysis.measurement import measure_outcomes, measure_program_outcomes
 from understudy.errors import SettingError, UnboundParameter, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, TimeInState, feature
@@ -98,7 +92,7 @@ def test_functions_are_judged_the_same() -> None:
 
 def test_in_batches_as_all_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = evaluate(LIBRARY, "forage", FORAGE, range(5))
-    monkeypatch.setattr(evaluation, "WORLDS_AT_ONCE", 2)
+    monkeypatch.setattr("understudy.analysis.evaluation_task.WORLDS_AT_ONCE", 2)
     calls: list[tuple[int, int]] = []
     parts = evaluate(
         LIBRARY, "forage", FORAGE, range(5), progress=lambda done, total: calls.append((done, total))
@@ -251,8 +245,8 @@ def test_a_coordinator_is_done_when_it_says_so() -> None:
         runs={"out": "wander"},
     )
     known = collect_libraries(SCENARIO, ROBOTS, lambda name, kit: Library.from_automata(kit, brief))
-    judged = evaluate_team(known, "patrol", "brief", SCENARIO, range(3))
+    judged = evaluate(known, "patrol/brief", SCENARIO, range(3))
     assert (judged.flag, judged.success) == ("done", 1.0)
     assert judged.taught.seconds == pytest.approx([2.2] * 3, abs=0.11)
     with pytest.raises(SettingError, match="seeds are none"):
-        evaluate_team(known, "patrol", "brief", SCENARIO, [])
+        evaluate(known, "patrol/brief", SCENARIO, [])

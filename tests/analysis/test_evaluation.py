@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from understudy.analysis.evaluation import Outcomes, measure_outcomes
+from understudy.analysis.measurement import measure_outcomes
+from understudy.analysis.outcomes import Outcomes
 from understudy.errors import SettingError
 from understudy.sim.forage import Forage, ForageSettings, make_corner_cases
 from understudy_lab.tasks.forage_expert import ExpertForager, lower_bound

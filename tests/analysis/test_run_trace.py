@@ -16,7 +16,7 @@ from understudy.errors import SettingError
 from understudy.sim.view import RunFrame
 
 ABOUT: dict[str, Any] = {"scenario": "crossing", "seed": 7, "tick_s": 0.1, "robots": 3}
-HEADER = {"format": "understudy trace", "version": 1, **ABOUT}
+HEADER = {"format": "understudy trace", "version": 2, **ABOUT}
 
 
 def paths(frame: RunFrame) -> list[tuple[str, ...]]:

@@ -13,7 +13,7 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 from tests.browser.test_review import goes, opened, tab
 
-from understudy.analysis.evaluation import evaluate
+from understudy.analysis.evaluate import evaluate
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT
 

@@ -19,6 +19,7 @@ from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
+from understudy.ui.cli.commands.export import insert_command
 from understudy.ui.cli.main import make_command_line
 
 HEADER = "state,next,kind"
@@ -80,9 +81,11 @@ def test_commands_parse(command: str) -> None:
     while words and hasattr(found, "commands"):
         if words[0].startswith("-"):
             break
+        if found.name == "export":
+            words = insert_command(words)
         assert words[0] in found.commands, f"understudy has no command {words[0]}"
         found = found.commands[words.pop(0)]
-    takes_more = any(parameter.required for parameter in found.params)
+    takes_more = hasattr(found, "commands") or any(parameter.required for parameter in found.params)
     if words or not takes_more:  # `understudy show` alone just names the command
         found.make_context(found.name, [word.replace("…", "x") for word in words])
 

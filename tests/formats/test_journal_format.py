@@ -64,6 +64,7 @@ def test_the_same_session_writes_the_same_journal(seed: int, tmp_path: Path) -> 
     play(tmp_path / "again.journal", seed)
     pairs = zip(plain(tmp_path / "again.journal"), plain(JOURNALS / f"random-{seed}.journal"), strict=True)
     for now, then in pairs:
+        now.pop("kinds", None)  # which 0.1.0 did not write
         assert repr(now) == repr(then)  # absent is NaN, which equals nothing
 
 

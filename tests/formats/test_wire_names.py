@@ -36,6 +36,7 @@ ERRORS = {  # name, exit code, what it is made of
     "ArmingRefused": (2, "robot problem remedy"),
     "CannotRepeat": (1, "problem remedy"),
     "DefinitionError": (2, "what problem remedy"),
+    "EvaluationFailed": (1, "problem part"),
     "ExtraMissing": (2, "what extra"),
     "FileError": (2, "path place problem remedy"),
     "ImageError": (2, "problem remedy"),
@@ -96,8 +97,10 @@ COMMANDS = {
     "team push": "TEAM --library --json",
     "": "--version --debug",
     "advise": "NAME --library -l --world -w --kit --bind -b --most --json",
+    "check": "[LIBRARY] [NAME]... --world -w --kit --fail-on --all --json",
     "bench": "--json",
     "bench crowding": "--json",
+    "bench environments": "--json",
     "bench interpreter": "--json",
     "bench learning": "--json",
     "bench looks": "--json",
@@ -109,8 +112,12 @@ COMMANDS = {
     "bench swarm": "--json",
     "demo": "TASK --seed --out -o --method --json",
     "diff": "NAME --from --to --library -l --world -w --kit --all --json",
-    "export": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
-    "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --each --json",
+    "draw": "NAME --out -o --children --force --library -l --world -w --kit --json",
+    "export": "",
+    "export automaton": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
+    "export data": "SOURCE... --out -o --table --to --json",
+    "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --goal --metric --limit --against "
+    "--against-behavior --jobs -j --each --format --json",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "
     "--cluster-option --json",
     "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "

@@ -7,7 +7,7 @@ from math import nan
 
 import pytest
 
-from understudy.analysis.evaluation import evaluate
+from understudy.analysis.evaluate import evaluate
 from understudy.coaching.queries import Question
 from understudy.coaching.uncertainty import DoubtReason, Uncertainty
 from understudy.model.library import Library

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 
-from understudy.analysis.run_trace import PARQUET, TraceRow
+from understudy.analysis.run_trace import COLUMNS, COORDINATOR, VERSION, ReadingInfo, TraceRow
 from understudy.errors import FileError, SettingError
 from understudy.extras import format_install_command
 from understudy.robots.recording.header import RunInfo
@@ -22,19 +22,28 @@ from understudy.sim.team.libraries import Libraries
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.document import fingerprint_automaton, hash_content
 from understudy.storage.json_text import convert_decode_errors
+from understudy.storage.parquet import PARQUET
 
+REMEDY = "name a file that `understudy run --trace` wrote"
+Row = TypeVar("Row")
 SOON_S = 1e-6
 """The largest difference of two times, in s, that count as equal; times in traces are rounded."""
 
 
 class TraceHeader(msgspec.Struct, frozen=True):
-    """The first line of a trace; `run` has what is needed to repeat the run, None in traces without it."""
+    """The first line of a trace; `run` has what is needed to repeat the run, None in traces without it.
+
+    The others are those of `TraceColumns`, which traces of version 1 lack.
+    """
 
     scenario: str
     seed: int
     tick_s: float
     robots: int
     run: RunInfo | None = None
+    readings: dict[str, ReadingInfo] = {}
+    commands: dict[str, str] = {}
+    coordinators: dict[str, dict[str, ReadingInfo]] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +102,7 @@ def read_recorded_tick(path: Path | str, *, robot: int, time_s: float) -> Record
     no such robot or ends before that time.
     """
     path = Path(path)
-    with convert_os_errors(
-        path, "reading the trace", remedy="name a file that `understudy run --trace` wrote"
-    ):
+    with convert_os_errors(path, "reading the trace", remedy=REMEDY):
         header, rows = _parquet(path, robot) if path.suffix.lower() == PARQUET else _lines(path, robot)
     ran = header.run
     if ran is None:
@@ -117,8 +124,28 @@ def read_recorded_tick(path: Path | str, *, robot: int, time_s: float) -> Record
     return RecordedTick(header, ran, ran.scenario, ran.behavior, rows[ticks - 1], ticks)
 
 
+def read_trace(path: Path | str) -> tuple[TraceHeader, list[dict[str, Any]]]:
+    """Read the header of a trace, and all its rows by the titles of their columns; FileError if it is no trace.
+
+    Rows in JSON lines lack the columns that their agents do not have; in Parquet these are None.
+    """
+    path = Path(path)
+    with convert_os_errors(path, "reading the trace", remedy=REMEDY):
+        if path.suffix.lower() != PARQUET:
+            header, lines = _decode_lines(path, dict[str, Any])
+            return header, lines
+        about, found, titles = _query(path, "SELECT *", "ORDER BY time_s")
+        return _header(about, path), [dict(zip(titles, row, strict=True)) for row in found]
+
+
 def _lines(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
-    decode = msgspec.json.Decoder(TraceRow).decode
+    header, rows = _decode_lines(path, TraceRow, leave_out=f'"{COORDINATOR}":'.encode())
+    return header, [row for row in rows if row.robot == robot]
+
+
+def _decode_lines(path: Path, kind: type[Row], *, leave_out: bytes = b"") -> tuple[TraceHeader, list[Row]]:
+    """Decode the rows of a trace in JSON lines, but those that contain `leave_out`."""
+    decode = msgspec.json.Decoder(kind).decode
     with path.open("rb") as lines:
         header = _header(next(lines, b""), path)
         try:
@@ -126,13 +153,24 @@ def _lines(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
                 line for line in lines if line.endswith(b"\n")
             )  # a run that was killed ends within a line
             with convert_decode_errors():
-                rows = [decode(line) for line in whole if line.strip()]
+                rows = [
+                    decode(line) for line in whole if line.strip() and not (leave_out and leave_out in line)
+                ]
         except msgspec.MsgspecError as error:
             raise _no_trace(path, f"a line of it cannot be read ({error})", "restore it") from None
-    return header, [row for row in rows if row.robot == robot]
+    return header, rows
 
 
 def _parquet(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
+    select = f"SELECT {', '.join(COLUMNS)}"
+    about, found, _ = _query(path, select, "WHERE robot = ? ORDER BY time_s", robot)
+    return _header(about, path), [TraceRow(*row) for row in found]
+
+
+def _query(
+    path: Path, select: str, where: str, *values: object
+) -> tuple[bytes, list[tuple[Any, ...]], list[str]]:
+    """Query a trace in Parquet; return its header, the rows, and the titles of their columns."""
     try:
         duckdb = import_module("duckdb")
     except ImportError:
@@ -143,12 +181,11 @@ def _parquet(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
             about = database.execute(
                 "SELECT value FROM parquet_kv_metadata(?) WHERE decode(key) = 'understudy'", [str(path)]
             ).fetchone()
-            found = database.execute(
-                "SELECT * FROM read_parquet(?) WHERE robot = ? ORDER BY time_s", [str(path), robot]
-            ).fetchall()
+            found = database.execute(f"{select} FROM read_parquet(?) {where}", [str(path), *values])
+            titles = [column[0] for column in found.description]
+            return (about[0] if about else b""), found.fetchall(), titles
         except duckdb.Error as error:
             raise _no_trace(path, f"it cannot be read ({error})", "restore it") from None
-    return _header(about[0] if about else b"", path), [TraceRow(*row) for row in found]
 
 
 def _header(line: bytes, path: Path) -> TraceHeader:
@@ -157,6 +194,9 @@ def _header(line: bytes, path: Path) -> TraceHeader:
             found: dict[str, Any] = msgspec.json.decode(line)
         if found.get("format") != "understudy trace":
             raise ValueError
+        if found.get("version", 1) not in range(1, VERSION + 1):
+            remedy = "read it with the version of Understudy that wrote it"
+            raise _no_trace(path, f"its version is {found['version']!r:.20}", remedy)
         if found.get("run") and not found["run"].keys() >= set(RunInfo.__struct_fields__) - {
             "seed",
             "agent",
@@ -169,7 +209,7 @@ def _header(line: bytes, path: Path) -> TraceHeader:
 
 
 def _other_file(path: Path) -> FileError:
-    return _no_trace(path, "it is not a trace of a run", "name a file that `understudy run --trace` wrote")
+    return _no_trace(path, "it is not a trace of a run", REMEDY)
 
 
 def _no_trace(path: Path, problem: str, remedy: str) -> FileError:

@@ -1,7 +1,7 @@
-"""Traces: place and states of each robot in each tick, written during a run as JSON lines or Parquet.
+"""Traces: place, states, readings and commands of each robot in each tick, and the states of coordinators.
 
-JSON lines have one line per robot and tick, which jq, pandas, DuckDB and people can read. Parquet has the same
-columns and takes a tenth of the space.
+A trace is written during a run as JSON lines or Parquet. JSON lines have one line per agent and tick, which jq, pandas,
+DuckDB and people can read. Parquet has the same columns and takes a fraction of the space.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib import import_module
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
@@ -17,12 +17,12 @@ import msgspec
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.extras import format_install_command
+from understudy.model.kinds import Column
 from understudy.sim.view import WorldView
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
+from understudy.storage.parquet import LINES, PARQUET, convert_to_parquet, import_duckdb
 
-VERSION = 1
-LINES, PARQUET = ".jsonl", ".parquet"
+VERSION = 2
 COLUMNS = {
     "time_s": "DOUBLE",
     "robot": "INTEGER",
@@ -31,7 +31,11 @@ COLUMNS = {
     "heading": "DOUBLE",
     "doing": "VARCHAR",
 }
-"""The columns of a trace, with their types in DuckDB."""
+"""The columns that every trace has, with their types in DuckDB."""
+COORDINATOR = "coordinator"
+"""The column of a coordinator's name, in a trace of a team with coordinators."""
+READING, COMMAND = "reading.", "command."
+"""The beginnings of the titles of columns with readings and commands."""
 DIGITS = 6
 BETWEEN = " > "
 """The text between the states of a path, outermost first."""
@@ -48,6 +52,47 @@ class TraceRow(msgspec.Struct, frozen=True):
     doing: str
 
 
+class ReadingInfo(msgspec.Struct, frozen=True):
+    """The kind of a reading, as files write it, and its unit."""
+
+    kind: str
+    unit: str = ""
+
+
+class TraceColumns(msgspec.Struct, frozen=True, kw_only=True):
+    """The further columns of a trace: readings of robots by label, units of their commands, readings of coordinators.
+
+    The readings of coordinators are by the name of their squad.
+    """
+
+    readings: dict[str, ReadingInfo] = {}
+    commands: dict[str, str] = {}
+    coordinators: dict[str, dict[str, ReadingInfo]] = {}
+
+    def list_titles(self) -> dict[str, str]:
+        """List the titles of these columns, with their types in DuckDB."""
+        labels = dict.fromkeys(
+            [*self.readings, *(label for each in self.coordinators.values() for label in each)]
+        )
+        return {
+            **({COORDINATOR: "VARCHAR"} if self.coordinators else {}),
+            **{READING + label: "DOUBLE" for label in labels},
+            **{COMMAND + channel: "DOUBLE" for channel in self.commands},
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class AgentTick:
+    """What agents of one sort sensed and did in a tick.
+
+    `paths` has the states of each, outermost first, `readings` a column [N] per label and `commands` one per channel.
+    """
+
+    paths: Sequence[Sequence[str]]
+    readings: Mapping[str, Column] = field(default_factory=dict)
+    commands: Mapping[str, Column] = field(default_factory=dict)
+
+
 class TraceWriter:
     """A writer of a trace that `write_trace` opened."""
 
@@ -56,20 +101,34 @@ class TraceWriter:
         self._whole = self._file.write(self._encoder.encode_lines([header]))
         self.ticks = 0
 
-    def add(self, view: WorldView, paths: Sequence[Sequence[str]]) -> None:
-        """Record the place of each robot, and the states it is in, outermost first."""
+    def add(
+        self,
+        view: WorldView,
+        paths: Sequence[Sequence[str]],
+        *,
+        readings: Mapping[str, Column] | None = None,
+        commands: Mapping[str, Column] | None = None,
+        coordinators: Mapping[str, AgentTick] | None = None,
+    ) -> None:
+        """Record the place of each robot after a tick, and the states it is in, outermost first.
+
+        `readings` and `commands` are those of the tick, as columns [N] by label and by channel; `coordinators` has the
+        same of the coordinators of each squad. They are written in full precision, and null where NaN.
+        """
         robots, time_s = view.robots, round(view.time_s, DIGITS)
-        rows = zip(
-            *(np.round(column, DIGITS).tolist() for column in (robots.x, robots.y, robots.heading)),
-            map(BETWEEN.join, paths),
-            strict=True,
+        place = [np.round(column, DIGITS) for column in (robots.x, robots.y, robots.heading)]
+        rows = _make_rows(
+            time_s,
+            {
+                "robot": range(len(place[0])),
+                **{name: column.tolist() for name, column in zip(("x", "y", "heading"), place, strict=True)},
+            },
+            AgentTick(paths, readings or {}, commands or {}),
         )
-        data = self._encoder.encode_lines(
-            [
-                TraceRow(time_s, robot, x, y, heading, doing)
-                for robot, (x, y, heading, doing) in enumerate(rows)
-            ]
-        )
+        for squad, tick in (coordinators or {}).items():
+            names = [f"{squad} {number}" for number in range(len(tick.paths))]
+            rows += _make_rows(time_s, {"robot": [None] * len(names), COORDINATOR: names}, tick)
+        data = self._encoder.encode_lines(rows)
         self._file.write(data)
         self._file.flush()
         self._whole += len(data)
@@ -82,6 +141,23 @@ class TraceWriter:
         os.fsync(self._file.fileno())
 
 
+def _make_rows(time_s: float, first: Mapping[str, Sequence[Any]], tick: AgentTick) -> list[dict[str, Any]]:
+    """Make the rows of some agents in a tick, which begin with these columns."""
+    titles = (
+        *first,
+        "doing",
+        *(READING + label for label in tick.readings),
+        *(COMMAND + channel for channel in tick.commands),
+    )
+    columns = zip(
+        *first.values(),
+        map(BETWEEN.join, tick.paths),
+        *(column.tolist() for column in (*tick.readings.values(), *tick.commands.values())),
+        strict=True,
+    )
+    return [{"time_s": time_s, **dict(zip(titles, row, strict=True))} for row in columns]
+
+
 @contextmanager
 def write_trace(
     path: Path | str,
@@ -91,11 +167,12 @@ def write_trace(
     tick_s: float,
     robots: int,
     run: Mapping[str, Any] | None = None,
+    columns: TraceColumns | None = None,
 ) -> Iterator[TraceWriter]:
     """Write a trace to a file that ends in .jsonl or .parquet; an existing file is replaced when the run has ended.
 
-    `run` has what is needed to repeat the run, if that is known. However the run ends, the trace has all ticks until
-    then; if there are none, no file is written.
+    `run` has what is needed to repeat the run, if that is known, and `columns` describes the readings and commands that
+    the ticks have. However the run ends, the trace has all ticks until then; if there are none, no file is written.
     """
     path = Path(path)
     parquet = _is_parquet(path)
@@ -106,8 +183,10 @@ def write_trace(
         "seed": seed,
         "tick_s": tick_s,
         "robots": robots,
+        **({} if columns is None else msgspec.to_builtins(columns)),
         **({} if run is None else {"run": run}),
     }
+    titles = {**COLUMNS, **({} if columns is None else columns.list_titles())}
     lines = path.with_name(f".{path.name}.{os.getpid()}{LINES}{UNFINISHED}")
     with convert_os_errors(path, "writing the trace"):
         file = lines.open("wb")
@@ -120,7 +199,7 @@ def write_trace(
                 with convert_os_errors(path, "writing the trace"):
                     writer.close()
                     if writer.ticks:
-                        _finish(lines, path, header, parquet=parquet)
+                        _finish(lines, path, header, titles=titles if parquet else None)
     finally:
         lines.unlink(missing_ok=True)
 
@@ -131,50 +210,20 @@ def _is_parquet(path: Path) -> bool:
         remedy = f"name a file that ends in {LINES} (to read) or {PARQUET} (for tables)"
         raise SettingError(where="trace", setting=repr(str(path)), problem="is not a trace", remedy=remedy)
     if suffix == PARQUET:
-        _duckdb(path)
+        import_duckdb(path, where="trace")  # before a run begins
     return suffix == PARQUET
 
 
-def _duckdb(path: Path) -> Any:
-    """Import DuckDB, which writes Parquet; raise SettingError before a run begins if it is not installed."""
-    try:
-        return import_module("duckdb")
-    except ImportError as missing:
-        remedy = f"{format_install_command('parquet')}, or name a file that ends in {LINES}"
-        problem = "is Parquet, which needs DuckDB"
-        raise SettingError(
-            where="trace", setting=repr(str(path)), problem=problem, remedy=remedy
-        ) from missing
-
-
-def _finish(lines: Path, path: Path, header: dict[str, Any], *, parquet: bool) -> None:
-    """Put the complete trace in its place."""
-    if not parquet:
+def _finish(lines: Path, path: Path, header: dict[str, Any], *, titles: Mapping[str, str] | None) -> None:
+    """Put the complete trace in its place, as Parquet if its columns are given."""
+    if titles is None:
         lines.replace(path)
     else:
         made = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
         try:
-            _convert(lines, made, header)
+            about = msgspec.json.encode(header).decode()
+            convert_to_parquet(lines, made, titles, key="understudy", metadata=about)
             made.replace(path)
         finally:
             made.unlink(missing_ok=True)
     sync_folder(path.parent)
-
-
-def _convert(lines: Path, made: Path, header: dict[str, Any]) -> None:
-    about = msgspec.json.encode(header).decode()
-    with _duckdb(made).connect() as database:
-        database.execute(
-            f"COPY (SELECT * FROM read_json({_text(_no_glob(lines))}, format = 'newline_delimited', "
-            f"columns = {COLUMNS}) WHERE robot IS NOT NULL) "
-            f"TO {_text(str(made))} (FORMAT parquet, COMPRESSION zstd, KV_METADATA {{understudy: {_text(about)}}})"
-        )
-
-
-def _no_glob(path: Path) -> str:
-    """Escape a path in which DuckDB would find a pattern."""
-    return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in str(path))
-
-
-def _text(value: str) -> str:
-    return "'" + value.replace("'", "''") + "'"

@@ -14,7 +14,8 @@ from understudy.coaching.situation_text import find_cells, make_situation_box, m
 from understudy.errors import join_names
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.features import FlagFeature
-from understudy.model.tree import TestKind, Tree
+from understudy.model.tree import Tree
+from understudy.model.tree_regions import find_tested_features
 
 MOST = 2
 """So many of one state."""
@@ -134,7 +135,7 @@ def advise_on_unused_features(survey: LessonAnalysis) -> Iterator[Advice]:
     trees = [function for function in survey.transitions.values() if isinstance(function, Tree)]
     if survey.is_scant or not trees or len(trees) < len(survey.transitions):
         return
-    used = {node.feature for tree in trees for node in tree.nodes if node.test != TestKind.LEAF}
+    used = find_tested_features(trees)
     names = [str(bound) for index, bound in enumerate(survey.lesson.automaton.features) if index not in used]
     if names:
         many = len(names) > 1

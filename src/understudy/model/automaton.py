@@ -12,6 +12,7 @@ from typing import Protocol
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
+from understudy.model.drawing import Axes, call_markup, call_plot, format_number_of, format_repr
 from understudy.model.features import BoundFeature
 from understudy.model.tree import PathStep
 
@@ -137,6 +138,17 @@ class Automaton:
                     f"flag state {name!r} has a transition function", "a flag state is never left"
                 )
 
+    def __repr__(self) -> str:
+        called = format_bound_name(self.name, {name: name for name in self.parameters})
+        states, features = len(self.states), len(self.features)
+        facts = [format_number_of(states, "state"), format_number_of(features, "feature")]
+        return format_repr(
+            self, repr(called), *facts, *(["stateless"] if self.stateless else []), *self._lacks()
+        )
+
+    def _lacks(self) -> list[str]:
+        return [] if self.transitions else ["no transition functions"]
+
     def _wrong(self, problem: str, remedy: str) -> DefinitionError:
         return DefinitionError(what=f"automaton {self.name!r}", problem=problem, remedy=remedy)
 
@@ -192,3 +204,23 @@ class Automaton:
             if state.name == name:
                 return index
         raise UnknownName(what="state", name=name, where=f"automaton {self.name!r}", known=self.state_names)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Plot the states as a graph with numbered transitions, and their conditions in words below.
+
+        `TrainedAutomaton.plot` rounds thresholds with a view to the examples of the lesson.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw into. None: in a new figure.
+
+        Returns
+        -------
+        Axes
+            The axes; `plot().figure.savefig("NAME.pdf")` writes a vector file.
+        """
+        return call_plot("automaton_plot:plot_automaton", self, ax)
+
+    def _repr_svg_(self) -> str:
+        return call_markup("html_cards:draw_automaton", self)

@@ -10,8 +10,8 @@ from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import Lesson
-from understudy.model.tree import Tree
-from understudy.model.tree_text import describe_exits
+from understudy.model.tree import STAY, Tree
+from understudy.model.tree_text import describe_exits, describe_tree_outcomes
 
 ABSENT = "–"
 BY_CLASSIFIER = "decided by a classifier of scikit-learn"
@@ -46,6 +46,32 @@ def describe_transitions(automaton: Automaton, lesson: Lesson | None) -> dict[st
         else:
             said[state] = [BY_CLASSIFIER]
     return said
+
+
+def list_conditions_by_switch(
+    automaton: Automaton, lesson: Lesson | None
+) -> dict[tuple[str, str], list[str]]:
+    """List the conditions in words for each pair of state and next state, as labels of a diagram.
+
+    Numbers are rounded as in `describe_transitions`. A classifier has no conditions: its pairs are those of the
+    lesson's examples.
+    """
+    found: dict[tuple[str, str], list[str]] = {}
+    for state, function in automaton.transitions.items():
+        vectors = list_shown_vectors(lesson, state)
+        if isinstance(function, Tree):
+            texts = describe_tree_outcomes(function, automaton.features, vectors)
+            nexts = {
+                automaton.state_names[outcome]: list(each)
+                for outcome, each in texts.items()
+                if outcome != STAY
+            }
+        else:
+            examples = () if lesson is None else lesson.examples
+            shown = [each.next for each in examples if automaton.stateless or each.state == state]
+            nexts = {following: [BY_CLASSIFIER] for following in shown}
+        found |= {(state, following): each for following, each in nexts.items() if following != state}
+    return found
 
 
 def describe_options(lesson: Lesson) -> dict[str, Any]:

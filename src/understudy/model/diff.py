@@ -4,16 +4,72 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from understudy.errors import join_names
 from understudy.model.automaton import Automaton
 from understudy.model.describe import convert_to_plain, describe_options, describe_transitions
+from understudy.model.drawing import Axes, call_markup, call_plot, format_repr
 from understudy.model.lesson import Example
 from understudy.model.library import TrainedAutomaton
 
 
-def diff_automata(before: TrainedAutomaton, after: TrainedAutomaton) -> dict[str, list[str]]:
-    """List by topic what was removed (lines with "-") and added (lines with "+") between two versions.
+class AutomatonDiff(dict[str, list[str]]):
+    """The differences between two versions of an automaton: by topic, the lines removed ("-") and added ("+").
 
-    Topics are parameters, states, features, options, examples and conditions. Those without changes are left out.
+    Parameters
+    ----------
+    before
+        The former version.
+    after
+        The later version.
+    lines
+        The lines by topic: parameters, states, features, options, examples and conditions. Topics without changes
+        are left out.
+    """
+
+    def __init__(
+        self, before: TrainedAutomaton, after: TrainedAutomaton, lines: Mapping[str, list[str]]
+    ) -> None:
+        super().__init__(lines)
+        self.before, self.after = before, after
+
+    def __repr__(self) -> str:
+        topics = join_names(self) if self else "nothing"
+        return format_repr(self, f"{self.after.automaton.name!r}", f"{topics} changed")
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Plot both versions as one graph in which added parts have a +, removed ones a − and changed ones a ±.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw into. None: in a new figure.
+
+        Returns
+        -------
+        Axes
+            The axes.
+        """
+        return call_plot("diff_plot:plot_diff", self, ax)
+
+    def _repr_svg_(self) -> str:
+        return call_markup("diff_plot:draw_diff_svg", self)
+
+
+def diff_automata(before: TrainedAutomaton, after: TrainedAutomaton) -> AutomatonDiff:
+    """List what was removed and added between two versions of an automaton.
+
+    Parameters
+    ----------
+    before
+        The former version.
+    after
+        The later version.
+
+    Returns
+    -------
+    AutomatonDiff
+        Lines that begin with "-" (removed), "+" (added) or a blank, by topic: parameters, states, features, options,
+        conditions and examples. Topics without changes are left out.
     """
     old, new = before.automaton, after.automaton
     found = {
@@ -24,7 +80,7 @@ def diff_automata(before: TrainedAutomaton, after: TrainedAutomaton) -> dict[str
         "conditions": _conditions(before, after),
         "examples": _lines(_examples(before), _examples(after)),
     }
-    return {topic: lines for topic, lines in found.items() if lines}
+    return AutomatonDiff(before, after, {topic: lines for topic, lines in found.items() if lines})
 
 
 def _lines(old: Mapping[str, str], new: Mapping[str, str]) -> list[str]:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.binding import NOTHING_BOUND, Binding
+from understudy.model.drawing import Axes, call_markup, call_plot, format_number_of, format_repr
 from understudy.model.expectation import Expectation
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
@@ -83,6 +84,16 @@ class Example:
     own: Mapping[str, float] = field(default_factory=dict)
     binding: Binding = NOTHING_BOUND
     quarantined: str = ""
+
+    def __repr__(self) -> str:
+        said = "stay" if self.next == self.state else f"go to {self.next}"
+        values = ", ".join(f"{value:.4g}" for value in self.values)
+        facts = [
+            f"in {self.state} {said}",
+            f"values ({values})",
+            *(["in quarantine"] if self.quarantined else []),
+        ]
+        return format_repr(self, f"{self.number} ({self.kind})", *facts)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _make_example, ({each.name: getattr(self, each.name) for each in fields(self)},)
@@ -289,6 +300,10 @@ class ReadingLog:
             and np.array_equal(self.seconds, other.seconds)
         )
 
+    def __repr__(self) -> str:
+        facts = format_number_of(len(self), "moment"), format_number_of(len(self.keys), "reading")
+        return format_repr(self, f"of {facts[0]}", facts[1])
+
     def __len__(self) -> int:
         return len(self._seconds)
 
@@ -337,10 +352,84 @@ class Lesson:
                 remedy="a lesson holds examples only; learn from it to get transition functions",
             )
 
+    def __repr__(self) -> str:
+        made, states = self.automaton, len(self.automaton.states)
+        facts = [format_number_of(len(self.examples), "example"), format_number_of(states, "state")]
+        return format_repr(self, repr(self.name), *facts, format_number_of(len(made.features), "feature"))
+
+    def _repr_html_(self) -> str:
+        return call_markup("html_cards:write_lesson_html", self)
+
     @property
     def name(self) -> str:
         """The name of the lesson's automaton."""
         return self.automaton.name
+
+    @classmethod
+    def from_frame(
+        cls, frame: object, *, name: str | None = None, automaton: Automaton | None = None
+    ) -> Lesson:
+        """Make a lesson of a data frame with one row per example, the table that `to_frame` makes.
+
+        The columns `state`, `next` and `kind`, and one FEATURE:KIND for each feature, may come in any order. Rows are
+        counted from 0 in errors.
+
+        Parameters
+        ----------
+        frame
+            A data frame of Polars, pandas, pyarrow or another package that narwhals knows. A missing cell, None or
+            NaN, is an absent value (NaN).
+        name
+            Name of the lesson; that of `automaton`, or else "lesson", if None.
+        automaton
+            The automaton whose states and features the examples are of; its transition functions are left out. None:
+            the states are `start` and all that the frame names, in alphabetical order, each running the behavior of
+            its own name, and each feature is the body's reading of its own name.
+
+        Returns
+        -------
+        Lesson
+            The lesson, with default options and without a record of readings.
+
+        Raises
+        ------
+        ExtraMissing
+            If narwhals is not installed.
+        DefinitionError
+            If the frame has no examples, a wrong or missing column, or a cell that its column cannot have.
+        """
+        from understudy.model.example_frame import parse_example_frame
+
+        return parse_example_frame(frame, name=name, automaton=automaton)
+
+    def to_frame(self, backend: str | None = None) -> Any:
+        """Make a data frame of the examples, one row each, the table that `understudy learn` reads from CSV.
+
+        The frame has the states, the kind and the feature values of each example. It does not have corrections,
+        quarantine, the record of readings, the options, or what the states run.
+
+        Parameters
+        ----------
+        backend
+            The package that makes the frame: "polars", "pandas" or "pyarrow". None: the first of them, in this order,
+            that is installed.
+
+        Returns
+        -------
+        DataFrame or Table
+            The columns `state`, `next` and `kind`, and one FEATURE:KIND for each feature, in the feature's unit. Labels
+            are texts. An absent value is null (NaN in pandas).
+
+        Raises
+        ------
+        ExtraMissing
+            If narwhals is not installed.
+        SettingError
+            If the package is not installed, or is another one.
+        """
+        from understudy.model.example_frame import make_example_frame
+
+        return make_example_frame(self, backend=backend)
 
     @property
     def teaches(self) -> bool:
@@ -356,3 +445,45 @@ class Lesson:
             for example in self.examples
             if example.state in lasting and not example.quarantined
         )
+
+    def plot(
+        self,
+        x: str,
+        y: str,
+        *,
+        state: str | None = None,
+        at: Mapping[str, float | str] | None = None,
+        ax: Axes | None = None,
+    ) -> Axes:
+        """Plot the examples of a state and the learned decisions in the plane of two features.
+
+        Labels, angles and absent values have their places on the axes, too. Next states differ in color, marker and
+        hatch. A tree that decides on further features is shown for one value of each, which the plot names.
+
+        Parameters
+        ----------
+        x
+            The feature to the right, such as "distance_to(A)", or "distance_to" if no other has this name.
+        y
+            The feature upward.
+        state
+            Name of the state. None: the only one with examples.
+        at
+            Values of further features, by name: numbers, or labels. Those left out are at the median of the examples,
+            their mean direction, or their most common label.
+        ax
+            Axes of matplotlib to draw into. None: in a new figure.
+
+        Returns
+        -------
+        Axes
+            The axes.
+
+        Raises
+        ------
+        UnknownName
+            If the lesson has no such feature, state or label.
+        SettingError
+            If the state is missing or has no examples, or `x` and `y` are one feature.
+        """
+        return call_plot("lesson_plot:plot_lesson", self, x, y, state=state, at=at, ax=ax)

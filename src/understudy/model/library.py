@@ -11,6 +11,7 @@ from understudy.errors import DefinitionError, RecursionRefused, UnknownName
 from understudy.model.automaton import Automaton
 from understudy.model.behaviors import Behavior
 from understudy.model.binding import Target, format_bound_name
+from understudy.model.drawing import Axes, call_markup, call_plot, format_number_of, format_repr
 from understudy.model.features import AnyFeature, FlagFeature
 from understudy.model.lesson import Lesson
 
@@ -69,6 +70,11 @@ class Kit:
                 raise DefinitionError(what="kit", problem=f"{part!r:.60} is not part of it", remedy=remedy)
         return cls(MappingProxyType(features), MappingProxyType(behaviors), MappingProxyType(targets))
 
+    def __repr__(self) -> str:
+        features, behaviors, targets = len(self.features), len(self.behaviors), len(self.targets)
+        facts = [format_number_of(behaviors, "behavior"), format_number_of(targets, "target")]
+        return format_repr(self, f"of {format_number_of(features, 'feature')}", *facts)
+
     def __add__(self, other: Kit) -> Kit:
         """Make a kit with the parts of both; refuse a name that both use for the same sort of part."""
         return Kit.from_parts(*self.parts, *other.parts)
@@ -102,6 +108,34 @@ class TrainedAutomaton:
     automaton: Automaton
     lesson: Lesson | None = None
 
+    def __repr__(self) -> str:
+        lesson = (
+            "no lesson" if self.lesson is None else format_number_of(len(self.lesson.examples), "example")
+        )
+        return format_repr(
+            self, repr(self.automaton.name), format_number_of(len(self.automaton.states), "state"), lesson
+        )
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Plot the states as a graph with numbered transitions, and their conditions in words below.
+
+        Thresholds are rounded such that every example of the lesson stays on its side.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw into. None: in a new figure.
+
+        Returns
+        -------
+        Axes
+            The axes; `plot().figure.savefig("NAME.pdf")` writes a vector file.
+        """
+        return call_plot("automaton_plot:plot_automaton", self, ax)
+
+    def _repr_svg_(self) -> str:
+        return call_markup("html_cards:draw_automaton", self)
+
 
 def check_trained_automaton(given: object) -> None:
     """Refuse anything that is not a TrainedAutomaton, and explain how to make one from a lesson or an automaton."""
@@ -131,6 +165,15 @@ class Library:
 
     kit: Kit
     taught: Mapping[str, TrainedAutomaton] = field(default_factory=lambda: MappingProxyType({}))
+
+    def __repr__(self) -> str:
+        automata, behaviors = len(self.taught), len(self.kit.behaviors)
+        called = f" {', '.join(self.taught)}" if automata else ""
+        facts = [f"{format_number_of(automata, 'automaton', 'automata')}{called}"]
+        return format_repr(self, f"with {format_number_of(behaviors, 'basic behavior')}", *facts)
+
+    def _repr_html_(self) -> str:
+        return call_markup("html_cards:write_library_html", self)
 
     @classmethod
     def from_automata(cls, kit: Kit, *automata: Automaton) -> Self:

@@ -13,6 +13,8 @@ from numbers import Real
 from typing import Any, NamedTuple, TypeAlias
 
 from understudy.errors import KindError
+from understudy.model.drawing import Axes, call_plot, format_number_of, format_repr
+from understudy.model.features import BoundFeature
 
 STAY = -1  # as an outcome: keep the current state; as a child: nothing was ever shown there, so keep it too
 """The outcome, or child, that keeps the current state; as a child it stands for values that no example had."""
@@ -91,6 +93,10 @@ class Tree:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_nested", _nested(self.nodes))
+
+    def __repr__(self) -> str:
+        leaves = sum(node.test == TestKind.LEAF for node in self.nodes)
+        return format_repr(self, f"of depth {self.depth}", format_number_of(leaves, "leaf", "leaves"))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the nodes alone, because the nested form may be deeper than Python's recursion limit."""
@@ -196,6 +202,35 @@ class Tree:
                 if following != STAY:
                     deepest[following] = deepest[index] + 1
         return max(deepest)
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        features: Sequence[BoundFeature] = (),
+        states: Sequence[str] = (),
+        vectors: Sequence[Sequence[float]] = (),
+    ) -> Axes:
+        """Plot the tests from left to right, with the next states at the ends.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw into. None: in a new figure.
+        features
+            The features of the automaton, which name and format the values. None given: they are numbered.
+        states
+            The names of the automaton's states. None given: they are numbered.
+        vectors
+            Feature vectors that stay on their sides when thresholds are rounded, such as those of the examples.
+
+        Returns
+        -------
+        Axes
+            The axes.
+        """
+        settings = {"features": features, "states": states, "vectors": vectors}
+        return call_plot("tree_plot:plot_tree", self, ax, **settings)
 
 
 _NO_VECTOR = (LookupError, TypeError, ValueError, OverflowError)

@@ -88,12 +88,17 @@ def list_leaf_boxes(tree: Tree, kinds: Sequence[Kind]) -> list[tuple[int, Box]]:
             continue
         node = tree.nodes[index]
         below = []
-        for following, region in _children(node, kinds[node.feature]):
+        for following, region in list_children(node, kinds[node.feature]):
             narrowed = box[node.feature] & region
             if not narrowed.empty:
                 below.append((following, (*box[: node.feature], narrowed, *box[node.feature + 1 :])))
         waiting.extend(reversed(below))
     return found
+
+
+def find_tested_features(trees: Iterable[Tree]) -> set[int]:
+    """Return the positions of the features that some node of the trees tests."""
+    return {node.feature for tree in trees for node in tree.nodes if node.test != TestKind.LEAF}
 
 
 def find_known_absent(tree: Tree, features: int) -> list[bool]:
@@ -115,7 +120,7 @@ def make_path_box(tree: Tree, steps: Iterable[PathStep], kinds: Sequence[Kind]) 
         if step.side == "label":
             region = ValueSet(((float(step.label), step.label + 1.0),), False)
         elif step.side != "absent" and not (node.test == TestKind.ABSENT and step.side == "yes"):
-            inside = _inside(node, kind) if node.test != TestKind.ABSENT else ValueSet((), True)
+            inside = list_yes_values(node, kind) if node.test != TestKind.ABSENT else ValueSet((), True)
             region = inside if step.side == "yes" else _rest(inside, kind)
         box[node.feature] &= region
     return tuple(box)
@@ -126,7 +131,7 @@ def contains_box(box: Box, other: Box) -> bool:
     return all(region & region2 == region2 for region, region2 in zip(box, other, strict=True))
 
 
-def _children(node: Node, kind: Kind) -> list[tuple[int, ValueSet]]:
+def list_children(node: Node, kind: Kind) -> list[tuple[int, ValueSet]]:
     """List the children of a node, each with the set of its feature's values that lead there."""
     sides: dict[int, ValueSet] = {}
     if node.test == TestKind.LABEL:
@@ -134,7 +139,7 @@ def _children(node: Node, kind: Kind) -> list[tuple[int, ValueSet]]:
             region = ValueSet(((float(label), label + 1.0),), False)
             sides[following] = sides.get(following, ValueSet((), False)) | region
     else:
-        inside = _inside(node, kind)
+        inside = list_yes_values(node, kind)
         for side, region in (("yes", inside), ("no", _rest(inside, kind))):
             following = get_child(node, PathStep(0, side))
             sides[following] = sides.get(following, ValueSet((), False)) | region
@@ -143,7 +148,8 @@ def _children(node: Node, kind: Kind) -> list[tuple[int, ValueSet]]:
     return list(sides.items())
 
 
-def _inside(node: Node, kind: Kind) -> ValueSet:
+def list_yes_values(node: Node, kind: Kind) -> ValueSet:
+    """List the values of its feature for which the test of a node answers yes."""
     if node.test == TestKind.ABSENT:
         return ABSENT_ONLY
     if node.test == TestKind.BELOW:

@@ -268,11 +268,17 @@ def simplify_outcome_boxes(tree: Tree, features: Sequence[BoundFeature]) -> dict
     return found
 
 
-def _words(tree: Tree, features: Sequence[BoundFeature], shown: Vectors) -> list[FeatureText]:
-    cuts: list[list[float]] = [[] for _ in features]
+def list_cuts(tree: Tree, features: int) -> list[list[float]]:
+    """List the thresholds of a tree for each of its features."""
+    cuts: list[list[float]] = [[] for _ in range(features)]
     for node in tree.nodes:
-        if node.feature >= 0:
+        if 0 <= node.feature < features:
             cuts[node.feature] += [cut for cut in (node.low, node.high) if cut == cut]
+    return cuts
+
+
+def _words(tree: Tree, features: Sequence[BoundFeature], shown: Vectors) -> list[FeatureText]:
+    cuts = list_cuts(tree, len(features))
     knows = find_known_absent(tree, len(features))
     values = list(zip(*shown, strict=True)) or [()] * len(features)
     return [

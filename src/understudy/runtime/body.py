@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any, Protocol, TypeAlias, TypeGuard, runtime_checkable
 
 import numpy as np
@@ -40,12 +41,18 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A command channel of a body, with the value that it has at rest."""
+    """A command channel of a body, with the value that it has at rest.
+
+    Without limits a channel takes all finite numbers; with `whole` only whole ones, such as the numbers of actions.
+    """
 
     name: str
     rest: float = 0.0
     unit: str = ""
     doc: str = ""
+    least: float = -inf
+    most: float = inf
+    whole: bool = False
 
 
 class Body(Protocol):
@@ -142,6 +149,26 @@ class Rewindable(Protocol):
 def is_rewindable(body: Body) -> TypeGuard[Rewindable]:
     """Return whether the state of a body can be stored and restored; for a body on top of another, that of both."""
     return isinstance(body, Rewindable) and isinstance(getattr(body, "ground", body), Rewindable)
+
+
+@runtime_checkable
+class Viewable(Protocol):
+    """A body whose worlds can be drawn, such as a simulated one."""
+
+    def view(self, world: int = 0) -> Any:
+        """Return a view of one world as it is now.
+
+        Parameters
+        ----------
+        world
+            The index of the world, from 0.
+
+        Returns
+        -------
+        Any
+            A `understudy.sim.view.WorldView`, which does not change later.
+        """
+        ...
 
 
 @runtime_checkable

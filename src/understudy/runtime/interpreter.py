@@ -13,6 +13,7 @@ from operator import itemgetter
 from typing import TypeAlias
 
 from understudy.model.automaton import Automaton
+from understudy.model.drawing import format_repr
 from understudy.model.features import CounterFeature, FlagFeature, OwnFeature, TimerFeature
 from understudy.model.kinds import NO, YES
 from understudy.model.tree import STAY
@@ -239,6 +240,9 @@ class Interpreter:
         self._machines: dict[Child, Running] = {}
         self.root = get_running(program.root, self._machines)
         self.start(now)
+
+    def __repr__(self) -> str:
+        return format_repr(self, f"in {' > '.join(self.path) or 'a basic behavior'}")
 
     def start(self, now: float) -> None:
         """Start the root again from its beginning.

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
+from understudy.model.drawing import Axes, call_markup, call_plot, format_number_of, format_repr
 from understudy.model.features import Percept
 from understudy.model.kinds import Column
 from understudy.runtime.body import Body
 from understudy.runtime.command_columns import CommandColumns
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.path_recorder import PathRecorder
 from understudy.runtime.program import Program
 
 
@@ -42,6 +44,7 @@ class Run:
                 remedy="give one per agent",
             )
         self.body = body
+        self._recorder: PathRecorder | None = None
         self.interpreters = list(interpreters)
         self._known: dict[int, _ProgramGroup] = {}
         for program in others:
@@ -84,6 +87,8 @@ class Run:
     def tick(self) -> None:
         """Sense, decide and act once."""
         self.body.act(self.decide(self.body.sense(self.keys)))
+        if self._recorder is not None:
+            self._recorder.add(self)
 
     def decide(self, percept: Percept) -> dict[str, Column]:
         """Pulse every agent on one snapshot.
@@ -148,6 +153,55 @@ class Run:
             The current state of every level, from the root down.
         """
         return self.interpreters[agent].path
+
+    def record_paths(self, world: int = 0) -> None:
+        """Record from now on where the agents are and what they do, for `plot`; an earlier record is dropped.
+
+        Parameters
+        ----------
+        world
+            The index of the world to record, from 0.
+
+        Raises
+        ------
+        SettingError
+            If the body does not say where its agents are, or has no such world.
+        """
+        self._recorder = PathRecorder(self, world)
+        self._recorder.add(self)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Plot the paths of the robots since `record_paths`, with the things in their world.
+
+        The path of a single robot shows its outermost state. Up to eight robots differ in color and line, many have
+        faint trails.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw into. None: in a new figure.
+
+        Returns
+        -------
+        Axes
+            The axes, in m.
+
+        Raises
+        ------
+        SettingError
+            If nothing was recorded.
+        """
+        if self._recorder is None:
+            remedy = "call record_paths() before the ticks to plot"
+            raise SettingError(where="run", setting="paths", problem="are not recorded", remedy=remedy)
+        return call_plot("run_plot:plot_run", self._recorder.moments, ax)
+
+    def __repr__(self) -> str:
+        agents, body = format_number_of(self.body.agents, "agent"), type(self.body).__name__
+        return format_repr(self, f"of {agents}", f"on a {body}", f"at {self.body.time_s:.1f} s")
+
+    def _repr_html_(self) -> str:
+        return call_markup("html_cards:write_run_html", self)
 
     def find_raised(self, flag: str) -> NDArray[np.bool_]:
         """Find the agents whose root has raised a flag.

@@ -1,10 +1,11 @@
-"""Find scenarios by name (built-in ones) or path, and compile the kernels for a scenario in advance."""
+"""Find scenarios by name, path or function, and compile the kernels for a scenario in advance."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from understudy.errors import UnknownName
+from understudy.entry_points import WORLDS, list_entry_points, load_object
+from understudy.errors import SettingError, UnderstudyError, UnknownName
 from understudy.jit.settings import pause_garbage_collection
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
@@ -16,18 +17,73 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import collect_libraries, make_scenario_team
 from understudy.sim.world import World
 
+REMEDY = "name a function without parameters that returns a Scenario, as MODULE:NAME"
+
+
+def list_scenarios() -> list[str]:
+    """List the names of scenarios: built-in ones, and those that installed packages offer."""
+    return sorted({*list_builtin_scenarios(), *list_entry_points(WORLDS)})
+
 
 def find_scenario(name: str | Path) -> Scenario:
-    """Load a built-in scenario by name, or a scenario file by path, and add a class of markers to it.
+    """Load a scenario, and add a class of markers to it.
 
-    UnknownName for a text that is neither a name nor like a path; FileError for a file that is not a scenario.
+    Parameters
+    ----------
+    name
+        A built-in scenario; a scenario that an installed package offers in the entry point group `understudy.worlds`;
+        the path of a scenario file; or MODULE:NAME, a function that returns a scenario, or a scenario.
+
+    Returns
+    -------
+    Scenario
+        The scenario.
+
+    Raises
+    ------
+    UnknownName
+        For a text that is none of these.
+    FileError
+        For a file that is not a scenario.
+    SettingError
+        For a function that cannot be imported, fails, or returns something else.
     """
     path = Path(name)
     known = list_builtin_scenarios()
+    if isinstance(name, str) and is_function(name):
+        return add_markers(_make_scenario(name))
     if isinstance(name, str) and name not in known and path.suffix != SUFFIX and len(path.parts) < 2:
+        known = tuple(list_scenarios())
         where = f"Understudy, which takes a path ending in {SUFFIX} too,"
         raise UnknownName(what="world", name=name, where=where, known=known)
     return add_markers(load_scenario(name))
+
+
+def is_function(name: str) -> bool:
+    """Return whether a scenario's name means a function: that of an installed package, or MODULE:NAME."""
+    is_place = ":" in name and Path(name).suffix != SUFFIX
+    return name not in list_builtin_scenarios() and (is_place or name in list_entry_points(WORLDS))
+
+
+def locate_scenario(name: str) -> str:
+    """Return the name by which a scenario is found from any working folder: the path of a file is made absolute."""
+    return name if name in list_builtin_scenarios() or is_function(name) else str(Path(name).resolve())
+
+
+def _make_scenario(name: str) -> Scenario:
+    made = load_object(name, WORLDS, where="world", remedy=REMEDY)
+    if callable(made):
+        try:
+            made = made()
+        except UnderstudyError:
+            raise
+        except Exception as error:  # whatever a function of the user's own does
+            problem = f"raised {type(error).__name__}: {error}"
+            raise SettingError(where="world", setting=repr(name), problem=problem, remedy=REMEDY) from error
+    if not isinstance(made, Scenario):
+        problem = f"is a {type(made).__name__}"
+        raise SettingError(where="world", setting=repr(name), problem=problem, remedy=REMEDY)
+    return made
 
 
 def compile_world_kernels(scenario: Scenario) -> None:

@@ -160,7 +160,7 @@ class KernelContext:
 def _facts(worlds: KernelWorlds, plan: SensePlan, room: ThreadScratch, *, width_of_row: int) -> Any:
     """Return the constants and sizes of worlds as a record FACTS."""
     state, rules, grid, near = worlds.state, worlds.rules, room.grid, worlds.near
-    record = np.zeros(1, FACTS).view(np.recarray)[0]
+    record: Any = np.zeros(1, FACTS)[0]
     for name in ("width", "height", "tick_s", "goal", "goal_target", "goal_within", "goal_count", "signals"):
         record[name] = getattr(rules, name)
     for name in ("cell", "columns", "lines", "shift", "keep", "most_radius", "most_step"):

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import FileError
+from understudy.model.drawing import call_markup, format_number_of, format_repr
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.library import Kit
@@ -76,6 +77,16 @@ class World(EditableWorld):
         self._planner = SensePlanner(scenario, self.rules, self.names)
         self._plan = lru_cache(16)(self._planner.plan)
         self._skills = SkillStandIns(scenario, first=self._planner.slots)
+
+    def __repr__(self) -> str:
+        seeds = [str(seed) for seed in self.seeds]
+        shown = ", ".join(seeds if len(seeds) <= 4 else [*seeds[:3], "…", seeds[-1]])
+        worlds, robots = format_number_of(self.worlds, "world"), format_number_of(self.robots, "robot")
+        facts = [f"{robots} in {worlds}", f"{'seed' if self.worlds == 1 else 'seeds'} {shown}"]
+        return format_repr(self, f"of {self.scenario.name!r}", *facts)
+
+    def _repr_svg_(self) -> str:
+        return call_markup("run_plot:draw_world_svg", self.view())
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the attributes to copy: all that `__setstate__` cannot derive from the scenario and the state."""
@@ -234,6 +245,43 @@ class World(EditableWorld):
         apply_commands(self._context(()), self.worlds, table)
         for agent in running:
             self._skills.advance(self, agent)
+
+    def measure(self, keys: tuple[ReadingKey, ...]) -> NDArray[np.float64]:
+        """Measure readings as `sense` does, without its checks, as one table.
+
+        Parameters
+        ----------
+        keys
+            Readings of sensors, each once, as `check_keys` returns them.
+
+        Returns
+        -------
+        NDArray[np.float64]
+            The readings [B*N, F]; NaN where absent.
+        """
+        measured = np.empty((self.agents, len(keys)))
+        sense_worlds(self._context(keys), self.worlds, measured)
+        return measured
+
+    def advance_under(
+        self, commands: NDArray[np.float64], keys: tuple[ReadingKey, ...]
+    ) -> NDArray[np.float64]:
+        """Advance all worlds by one tick, then measure: as `act` and `sense`, without their checks and without skills.
+
+        Parameters
+        ----------
+        commands
+            A table [B*N, 5] such as `check_commands` returns.
+        keys
+            The readings, as for `measure`.
+
+        Returns
+        -------
+        NDArray[np.float64]
+            The readings [B*N, F] after the tick; NaN where absent.
+        """
+        apply_commands(self._context(()), self.worlds, commands)
+        return self.measure(keys)
 
     def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
         """Return the number of a skill with targets, for the channel `skill`.

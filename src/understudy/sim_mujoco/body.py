@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import FileError, SettingError
+from understudy.model.drawing import call_markup, format_number_of, format_repr
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.library import Kit
@@ -55,6 +56,13 @@ class MujocoBody:
         self.tick_s = self.world.tick_s
         self._senses = MujocoSensors(self.world)
         self._begin()
+
+    def __repr__(self) -> str:
+        robots, worlds = format_number_of(self.robots, "robot"), format_number_of(self.worlds, "world")
+        return format_repr(self, f"of {self.scenario.name!r}", f"{robots} in {worlds}")
+
+    def _repr_svg_(self) -> str:
+        return call_markup("run_plot:draw_world_svg", self.view())
 
     @property
     def kit(self) -> Kit:

@@ -115,7 +115,14 @@ class AppendLog:
             raise
 
     def write(self, payload: bytes, *, sync: bool = False) -> None:
-        """Append a record; with `sync`, wait until it is on disk."""
+        """Append a record; with `sync`, wait until it is on disk. FileError if the log is closed."""
+        if self._file.closed:
+            raise FileError(
+                path=self.path,
+                place="",
+                problem="this journal is closed",
+                remedy="continue it with Session.resume",
+            )
         self._file.write(_FRAME.pack(len(payload), zlib.crc32(payload)) + payload)
         if sync:
             self.sync()
@@ -128,7 +135,9 @@ class AppendLog:
         os.fsync(self._file.fileno())
 
     def close(self) -> None:
-        """Wait until everything written is on disk, and close the file."""
+        """Wait until everything written is on disk, and close the file; later calls do nothing."""
+        if self._file.closed:
+            return
         self.sync()
         self._file.close()
         self._lock.release()

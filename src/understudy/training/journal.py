@@ -7,7 +7,7 @@ in chunks (a press flushes its chunk), and a snapshot of body and automaton ever
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Self, TypeAlias
 
@@ -20,6 +20,7 @@ from understudy.errors import FileError
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, ReadingLog
+from understudy.runtime.body import Body, list_reading_keys
 from understudy.runtime.interpreter import StackFrame
 from understudy.storage.append_log import AppendLog, JournalLock, read_log
 from understudy.storage.json_text import convert_decode_errors
@@ -42,7 +43,7 @@ class ReadingRows(msgspec.Struct, frozen=True):
 
 
 class SessionStarted(msgspec.Struct, frozen=True, tag="Began"):
-    """The session at its start."""
+    """The session at its start; `kinds` has the kind of the reading of each key, and is empty in old journals."""
 
     lesson: bytes
     agent: int
@@ -50,6 +51,22 @@ class SessionStarted(msgspec.Struct, frozen=True, tag="Began"):
     tick_s: float
     targets: dict[str, str]
     about: dict[str, str | int | float | bool]
+    kinds: list[str] = []
+
+    @classmethod
+    def from_body(
+        cls,
+        body: Body,
+        lesson: bytes,
+        agent: int,
+        targets: Mapping[str, str],
+        about: Mapping[str, str | int | float | bool],
+    ) -> Self:
+        """Make the entry of a session that begins now with a body."""
+        keys = list_reading_keys(body)
+        known = {reading.name: str(reading.kind) for reading in body.readings}
+        kinds = [known[name] for name, _ in keys]
+        return cls(lesson, agent, list(keys), body.tick_s, dict(targets), dict(about), kinds)
 
 
 class TicksLogged(msgspec.Struct, frozen=True, tag="Ticks"):

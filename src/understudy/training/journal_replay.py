@@ -139,9 +139,12 @@ class ReplayedSession:
 
     @classmethod
     def from_journal(
-        cls, path: Path | str, library: Library, keys: Sequence[ReadingKey] | None = None
+        cls, path: Path | str, library: Library | None, keys: Sequence[ReadingKey] | None = None
     ) -> Self:
-        """Replay a journal; FileError if it has no session, or one with other readings."""
+        """Replay a journal; FileError if it has no session, or one with other readings.
+
+        Without a library, features are as the journal has them, which is enough to read the lesson.
+        """
         entries = read_journal(path)
         began = next(entries, None)
         if not isinstance(began, SessionStarted):
@@ -165,7 +168,7 @@ class ReplayedSession:
             past.apply_entry(entry, library, path)
         return past
 
-    def apply_entry(self, entry: AnyEntry, library: Library, path: Path | str) -> None:
+    def apply_entry(self, entry: AnyEntry, library: Library | None, path: Path | str) -> None:
         """Repeat the change that an entry of the journal records."""
         match entry:
             case TicksLogged():
@@ -251,9 +254,10 @@ def encode_journal_lesson(lesson: Lesson) -> bytes:
     return encode_document(TrainedAutomaton(lesson.automaton, lesson))
 
 
-def decode_journal_lesson(data: bytes, library: Library, path: Path | str) -> Lesson:
+def decode_journal_lesson(data: bytes, library: Library | None, path: Path | str) -> Lesson:
     """Decode a lesson from the journal."""
-    opened = decode_document(data, library.kit, path=path, learn=lambda lesson: {})
+    kit = None if library is None else library.kit
+    opened = decode_document(data, kit, path=path, learn=lambda lesson: {})
     if opened.taught.lesson is None:
         raise FileError(path=path, place="", problem="an entry holds no lesson", remedy="begin a new session")
     return opened.taught.lesson
@@ -274,7 +278,9 @@ def diff_lessons(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Exam
     return design, different, [number for number in old if number not in new]
 
 
-def apply_lesson_step(lesson: Lesson, step: LessonChanged, library: Library, path: Path | str) -> Lesson:
+def apply_lesson_step(
+    lesson: Lesson, step: LessonChanged, library: Library | None, path: Path | str
+) -> Lesson:
     """Return the lesson after a step of a journal."""
     base = lesson
     if step.design is not None:

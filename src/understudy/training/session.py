@@ -84,8 +84,8 @@ class Session(EditableSession):
         keys = list_reading_keys(body)
         check_parameter_targets(lesson.automaton, targets or {}, body.targets)
         self._begin(body, library, ReplayedSession.from_lesson(lesson, keys, targets or {}, agent), clock)
-        began = SessionStarted(
-            encode_journal_lesson(lesson), agent, list(keys), body.tick_s, self._targets, dict(about or {})
+        began = SessionStarted.from_body(
+            body, encode_journal_lesson(lesson), agent, self._targets, about or {}
         )
         self._log.journal = Journal.create(journal, began, rows=len(lesson.record))
 

@@ -11,7 +11,7 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import Automaton
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.runtime.body import Body, is_rewindable
+from understudy.runtime.body import is_rewindable
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.training.edits import (
@@ -26,17 +26,15 @@ from understudy.training.edits import (
 )
 from understudy.training.journal_replay import HistoryStep
 from understudy.training.lesson_design import check_parameter_targets
-from understudy.training.lesson_log import LessonLog, TraineeState
+from understudy.training.lesson_log import TraineeState
+from understudy.training.session_display import SessionDisplay
 from understudy.training.trainee import Mode, Press, Trainee, choose_teaching_mode
 
 
-class EditableSession(ABC):
+class EditableSession(SessionDisplay, ABC):
     """The part of a session that changes its lesson. After each change another trainee continues where the last was."""
 
-    body: Body
     library: Library
-    trainee: Trainee
-    _log: LessonLog
     _run: Run
     _targets: dict[str, str]
 

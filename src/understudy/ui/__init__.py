@@ -1,1 +1,1 @@
-"""User interfaces: command line, browser studio and terminal trainer."""
+"""User interfaces: command line, browser studio, terminal trainer and notebooks."""

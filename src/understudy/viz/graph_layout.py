@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, hypot, pi, sin
 
 CanvasPoint = tuple[float, float]
@@ -27,6 +27,10 @@ class NodeBox:
             abs(point[0] - self.x) < self.width / 2 + pad and abs(point[1] - self.y) < self.height / 2 + pad
         )
 
+    def move_by(self, across: float, down: float) -> NodeBox:
+        """Return the same box at another place."""
+        return replace(self, x=self.x + across, y=self.y + down)
+
     def is_near(self, other: NodeBox) -> bool:
         """Return whether the space between two boxes is less than GAP."""
         across = abs(self.x - other.x) < (self.width + other.width) / 2 + GAP
@@ -41,6 +45,11 @@ class EdgeArrow:
     control: CanvasPoint
     end: CanvasPoint
     badge: CanvasPoint
+
+    def move_by(self, across: float, down: float) -> EdgeArrow:
+        """Return the same arrow at another place."""
+        points = (self.begin, self.control, self.end, self.badge)
+        return EdgeArrow(*((x + across, y + down) for x, y in points))
 
     def point_at(self, t: float) -> CanvasPoint:
         """Return the point of the curve at parameter t, from 0 to 1."""

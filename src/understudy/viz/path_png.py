@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from itertools import chain
 from math import cos, sin
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -64,11 +63,23 @@ RIM_PT = 1.2
 POINTS_PER_IN = 72.0
 
 
-def draw_paths(axes: Axes, frames: Sequence[RunFrame], colors: Mapping[str, str], *, inch: float) -> Points:
+LineStyle: TypeAlias = str | tuple[float, tuple[float, ...]]
+"""A line style of matplotlib: "-", or an offset and the lengths of dashes and gaps."""
+SOLID_LINES: tuple[LineStyle, ...] = ("-",)
+
+
+def draw_paths(
+    axes: Axes,
+    frames: Sequence[RunFrame],
+    colors: Mapping[str, str],
+    *,
+    inch: float,
+    styles: Sequence[LineStyle] = SOLID_LINES,
+) -> Points:
     """Draw the robots' paths; return the points [P, 2] (m) that the drawing covers.
 
     `inch` is the length (m) that one inch on paper shows. Few robots have a color each, shades of one color within a
-    team; a single robot's path is colored by its activity.
+    team; a single robot's path is colored by its activity. Colors have one of the `styles` each, in turn.
     """
     one = measure_mark_unit(frames[-1].view)
     if len(frames[-1].view.robots) > FEW:
@@ -81,7 +92,7 @@ def draw_paths(axes: Axes, frames: Sequence[RunFrame], colors: Mapping[str, str]
     palette, which = (list(colors.values()), index_activities(frames, colors)) if alone else (own_color, None)
     for robot in range(at.shape[1]):
         own = np.full(len(frames), robot) if which is None else which[:, robot]
-        _stretches(axes, beside[:, robot], own, palette)
+        _stretches(axes, beside[:, robot], own, palette, styles)
         _arrows(axes, beside[:, robot], heading[:, robot], own, palette, one=one)
     covered = [beside.reshape(-1, 2)]
     for robot in range(at.shape[1]):
@@ -94,12 +105,15 @@ def draw_paths(axes: Axes, frames: Sequence[RunFrame], colors: Mapping[str, str]
     return np.concatenate(covered)
 
 
-def _stretches(axes: Axes, way: Points, which: Grid, palette: Sequence[str]) -> None:
+def _stretches(
+    axes: Axes, way: Points, which: Grid, palette: Sequence[str], styles: Sequence[LineStyle]
+) -> None:
     """Draw a path with one line per stretch of the same color, each starting where the previous one ended."""
     starts = np.flatnonzero(np.diff(which, prepend=-1))
     for begin, end in zip(starts, [*starts[1:], len(which)], strict=True):
         xs, ys = way[max(0, begin - 1) : end].T
-        axes.plot(xs, ys, color=palette[which[begin]], lw=1.7, zorder=4, solid_capstyle="round")
+        look = styles[which[begin] % len(styles)]
+        axes.plot(xs, ys, color=palette[which[begin]], lw=1.7, ls=look, zorder=4, solid_capstyle="round")
 
 
 def _arrows(
@@ -167,32 +181,51 @@ def draw_path_png(frames: Sequence[RunFrame], path: Path | str, *, title: str = 
     """
     if not frames:
         raise SettingError(where="path picture", setting="frames", problem="are none", remedy="record a run")
+    last = frames[-1].view
+    sheet = FigureSheet(last, title, _summary(last), list_path_entries(frames))
+    draw_run(sheet.axes, frames, inch=sheet.inch)
+    buffer = BytesIO()
+    sheet.figure.savefig(buffer, format="png")
+    write_atomically(Path(path), buffer.getvalue())
+
+
+def list_path_entries(
+    frames: Sequence[RunFrame], *, styles: Sequence[LineStyle] = SOLID_LINES
+) -> list[Artist]:
+    """Return the entries of the legend of a run: activities or robots, teams, and what has no label."""
     first, last = frames[0].view, frames[-1].view
     now = list_object_marks(last)
     before = find_removed_objects(list_object_marks(first), now, last)
     robots = len(last.robots)
-    often = Counter(chain.from_iterable(frame.doing for frame in frames))
-    doing = assign_name_colors(chain.from_iterable(frame.doing for frame in frames))
-    sides = assign_team_colors(last)
+    doing, sides = _color_activities(frames), assign_team_colors(last)
     if robots == 1 or robots > FEW:
-        entries = [_line(doing[name], name) for name in doing if often[name] and name][:MOST_DOINGS]
+        lines = list(doing.items())
     else:
-        entries = [_line(COLORS[at], f"robot {at + 1}") for at in range(robots if sides is None else 0)]
+        lines = [(f"robot {at + 1}", COLORS[at]) for at in range(robots if sides is None else 0)]
+    looks = styles if robots <= FEW else SOLID_LINES
+    entries = [_line(color, name, looks[at % len(looks)]) for at, (name, color) in enumerate(lines) if name]
     if sides is not None:
         entries += [_marker(color, INK, name) for name, color in zip(sides.names, sides.colors, strict=True)]
-    entries += _markers(last, [*before, *now], crowd=robots > FEW)
-    sheet = FigureSheet(last, title, _summary(last), entries)
-    axes = sheet.axes
+    return entries[:MOST_DOINGS] + _markers(last, [*before, *now], crowd=robots > FEW)
+
+
+def _color_activities(frames: Sequence[RunFrame]) -> dict[str, str]:
+    return assign_name_colors(chain.from_iterable(frame.doing for frame in frames))
+
+
+def draw_run(
+    axes: Axes, frames: Sequence[RunFrame], *, inch: float, styles: Sequence[LineStyle] = SOLID_LINES
+) -> None:
+    """Draw the paths of a run, and the things in their world, into axes of an arena in m."""
+    first, last = frames[0].view, frames[-1].view
+    now = list_object_marks(last)
     _fixed(axes, last)
-    for thing in before:
+    for thing in find_removed_objects(list_object_marks(first), now, last):
         _thing(axes, thing, before=True)
     for thing in now:
         _thing(axes, thing)
-    drawn = draw_paths(axes, frames, doing, inch=sheet.inch)
-    _label(axes, last, now, drawn, inch=sheet.inch)
-    buffer = BytesIO()
-    sheet.figure.savefig(buffer, format="png")
-    write_atomically(Path(path), buffer.getvalue())
+    drawn = draw_paths(axes, frames, _color_activities(frames), inch=inch, styles=styles)
+    _label(axes, last, now, drawn, inch=inch)
 
 
 def _summary(view: WorldView) -> str:
@@ -205,10 +238,10 @@ def _summary(view: WorldView) -> str:
     return ", ".join([*facts, f"{view.time_s:.0f} s"])
 
 
-def _line(color: str, label: str) -> Artist:
+def _line(color: str, label: str, style: LineStyle) -> Artist:
     from matplotlib.lines import Line2D
 
-    return Line2D([], [], color=color, lw=2.6, label=label)
+    return Line2D([], [], color=color, lw=2.6 if style == "-" else 1.7, ls=style, label=label)
 
 
 def _marker(fill: str, edge: str, label: str, *, size: float = 8.0, sign: str = "o") -> Artist:
@@ -222,8 +255,8 @@ def _markers(view: WorldView, shown: Sequence[ObjectMark], *, crowd: bool) -> li
     from matplotlib.lines import Line2D
 
     size = 5.0 if crowd else 8.0
-    end = _marker(INK, INK, "end", size=size)
-    made = [end] if crowd else [_marker(PAPER, INK, "start", size=size), end]
+    end = _marker(INK, INK, "end of path", size=size)
+    made = [end] if crowd else [_marker(PAPER, INK, "start of path", size=size), end]
     named: dict[tuple[str, str], ObjectMark] = {}
     for thing in shown:
         if not thing.label:

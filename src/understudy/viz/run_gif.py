@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
+from understudy.runtime.thinning_buffer import ThinningBuffer
 from understudy.sim.view import RunFrame
 from understudy.storage.atomic_write import write_atomically
 from understudy.viz.appearance import (
@@ -232,24 +233,17 @@ class FrameBuffer:
 
     def __init__(self, most: int | None = None) -> None:
         """Keep at most `most` frames; by default a number that depends on the number of robots."""
-        self._most, self._frames, self._every, self._seen = most, list[RunFrame](), 1, 0
-        self._last: RunFrame | None = None
+        self._most = most
+        self._kept: ThinningBuffer[RunFrame] | None = None
 
     def append(self, frame: RunFrame) -> None:
         """Add the next frame of the run."""
-        most = self._most or min(
-            MOST_BUFFERED_FRAMES, max(LEAST_FRAMES, MOST_ROWS // max(1, len(frame.doing)))
-        )
-        if self._seen % self._every == 0:
-            if len(self._frames) >= most:
-                self._frames, self._every = self._frames[::2], 2 * self._every
-            if self._seen % self._every == 0:
-                self._frames.append(frame)
-        self._seen += 1
-        self._last = frame
+        if self._kept is None:
+            fitting = max(LEAST_FRAMES, MOST_ROWS // max(1, len(frame.doing)))
+            self._kept = ThinningBuffer(self._most or min(MOST_BUFFERED_FRAMES, fitting))
+        self._kept.append(frame)
 
     @property
     def frames(self) -> list[RunFrame]:
         """The frames kept, with the first and the last frame always among them."""
-        late = self._last is not None and self._frames[-1] is not self._last
-        return [*self._frames, self._last] if late and self._last is not None else list(self._frames)
+        return [] if self._kept is None else self._kept.items

@@ -41,7 +41,7 @@ class FigureSheet:
         self.axes = self.figure.add_axes((left / page, below / size[1], wide / page, tall / size[1]))
         self.axes.set(xlim=(0, view.width), ylim=(0, view.height))
         self.axes.set_axis_off()
-        _ground(self.axes, view)
+        draw_ground(self.axes, view)
         for text, down, points, color, weight in (
             (title, 0.32, 14, INK, "bold"),
             (subtitle, 0.58, 10, FAINT, "normal"),
@@ -81,7 +81,8 @@ def choose_scale_length(width: float) -> float:
     return max(step * power for step in (1, 2, 5) if step * power <= width / 6 * 1.001)
 
 
-def _ground(axes: Axes, view: WorldView) -> None:
+def draw_ground(axes: Axes, view: WorldView) -> None:
+    """Draw the arena's floor and its outer walls."""
     from matplotlib.patches import Rectangle
 
     axes.add_patch(

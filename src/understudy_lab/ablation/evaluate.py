@@ -12,7 +12,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from understudy.analysis.evaluation import LENIENCE, Outcomes, measure_program_outcomes
+from understudy.analysis.baseline import LENIENCE
+from understudy.analysis.measurement import measure_program_outcomes
+from understudy.analysis.outcomes import Outcomes
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature, Feature

@@ -32,8 +32,10 @@ from understudy.model.kinds import BOOLEAN, TAU, Continuous, Kind, Toroidal
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
 from understudy.training.reaction_time import estimate_reaction_time
+from understudy.verification.check_library import check_library
 from understudy_lab.bench import live_press
 from understudy_lab.bench.live_press import make_live_session, press_repeatedly
+from understudy_lab.forage.teach import teach
 
 Data = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -161,6 +163,7 @@ def _goal(what: str, goal_ms: float, repeats: int, data: Data, kinds: Sequence[K
 
 GOAL_MS, ROUNDS = 50.0, 20
 PRESS = "a live press, and the tick that decides by it"
+CHECK, CHECK_GOAL_MS, CHECKED = "the check of 20 taught automata", 100.0, 20
 WINDOW = 11
 KINDS: dict[str, Kind] = {
     "distance": Continuous(),
@@ -224,6 +227,18 @@ def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
     }
 
 
+def check_repeatedly() -> Callable[[], None]:
+    """Return a function that checks the automata of a taught forager until it has checked `CHECKED`."""
+    library = teach(901).library
+    names = list(library.taught)
+
+    def check() -> None:
+        for _ in range(CHECKED // len(names)):
+            check_library(library, names, kit_known=True)
+
+    return check
+
+
 def _former(lesson: Lesson) -> TrainedAutomaton:
     """Return the automaton of ten examples earlier, with one example in twenty different."""
     shown = lesson.examples[:-10]
@@ -246,8 +261,10 @@ def run_looks(*, rounds: int = ROUNDS) -> dict[str, Any]:
     except ImportError:
         pass
     asked[PRESS] = press_repeatedly(make_live_session(lesson))
+    asked[CHECK] = check_repeatedly()
     taken = medians(rounds, **asked)
-    goals = {what: live_press.GOAL_MS if what == PRESS else GOAL_MS for what in asked}
+    special = {PRESS: live_press.GOAL_MS, CHECK: CHECK_GOAL_MS}
+    goals = {what: special.get(what, GOAL_MS) for what in asked}
     rows = [
         {"what": what, "ms": ms, "goal_ms": goal, "passed": ms <= goal}
         for what, goal in goals.items()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.analysis.evaluation import interval_of_share
+from understudy.analysis.intervals import interval_of_share
 from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, STEPS, teach
 from understudy_lab.coaching_benefit.tasks import EXERCISES
 from understudy_lab.figures import COLORS, panels

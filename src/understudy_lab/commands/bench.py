@@ -65,6 +65,12 @@ def patrol(as_json: Json = False) -> None:
     _measure("patrol", as_json=as_json)
 
 
+@app.command("environments")
+def environments(as_json: Json = False) -> None:
+    """Measure scenarios as environments of Gymnasium and PettingZoo, beside VMAS and a PettingZoo environment."""
+    _measure("environments", as_json=as_json)
+
+
 @app.command("squads")
 def squads(as_json: Json = False) -> None:
     """Measure two hundred and ten thousand robots in three levels of squads, compared with real time."""
@@ -247,7 +253,7 @@ MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(
         "interpreter": _interpreter,
         "start": _start,
         "robots": _robots,
-        **dict.fromkeys(("swarm", "patrol", "squads", "crowding", "million"), _speeds),
+        **dict.fromkeys(("swarm", "patrol", "environments", "squads", "crowding", "million"), _speeds),
     }
 )
 """The measurements in order, each with the function that prints its result."""

@@ -163,9 +163,9 @@ def print_lessons(taught: Sequence[TrainedAutomaton], talk: Console) -> None:
 
 def save_with_graphs(library: Library, folder: Path, pictures: Path) -> list[Path]:
     """Save a library and a graph of each of its automata, and return the paths of the graphs."""
+    from understudy.model.describe import list_conditions_by_switch
     from understudy.storage.atomic_write import convert_os_errors, write_atomically
     from understudy.storage.library_folder import save_automaton
-    from understudy.ui.cli.library_data import list_conditions_by_switch
     from understudy.viz.automaton_svg import draw_automaton_svg
 
     for taught in library.taught.values():
@@ -173,9 +173,8 @@ def save_with_graphs(library: Library, folder: Path, pictures: Path) -> list[Pat
     graphs = {pictures / f"{name}.svg": taught for name, taught in library.taught.items()}
     with convert_os_errors(pictures, "writing the pictures", remedy="see that the disk has room"):
         for picture, taught in graphs.items():
-            write_atomically(
-                picture, draw_automaton_svg(taught.automaton, list_conditions_by_switch(taught)).encode()
-            )
+            conditions = list_conditions_by_switch(taught.automaton, taught.lesson)
+            write_atomically(picture, draw_automaton_svg(taught.automaton, conditions).encode())
     return list(graphs)
 
 

@@ -12,7 +12,7 @@ import typer
 
 from understudy.errors import SettingError
 from understudy.ui.cli.options import Json
-from understudy_lab.study import QUESTIONS, StudyPlan
+from understudy_lab.study import QUESTIONS, StudyPlan, list_questions
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -132,11 +132,11 @@ def _list(*, as_json: bool) -> None:
     from understudy.ui.cli.output import make_console, make_table, print_json
 
     if as_json:
-        rows = [{"name": name, "question": question} for name, question in QUESTIONS.items()]
+        rows = [{"name": name, "question": question} for name, question in list_questions().items()]
         print_json({"experiments": rows})
         return
     made = make_table("experiment", "~question")
-    for row in QUESTIONS.items():
+    for row in list_questions().items():
         made.add_row(*row)
     make_console().print(made)
 
@@ -217,7 +217,9 @@ def _run(found: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool)
         with show_progress(found.name, quiet=quiet) as report:
             rows = run(found, plan, kept, jobs=jobs, progress=report)
     seeds, findings = list(plan.seeds), found.conclude(rows)
-    result = results.StudyResult(found.name, QUESTIONS[found.name], seeds, plan.quick, findings, rows)
+    result = results.StudyResult(
+        found.name, found.question or QUESTIONS[found.name], seeds, plan.quick, findings, rows
+    )
     results.save(result, folder / "result.json")
     figures.save(found.draw(rows), folder / "figure.svg")
     return result

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.analysis.evaluation import measure_outcomes
+from understudy.analysis.measurement import measure_outcomes
 from understudy.sim.forage import Forage
 from understudy_lab.figures import dots, panels
 from understudy_lab.forage.teach import METHODS, WORLDS, summary, teach_and_judge, worlds_of

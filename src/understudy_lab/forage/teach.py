@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from understudy.analysis.evaluation import Evaluation, Progress, evaluate
+from understudy.analysis.evaluate import evaluate
+from understudy.analysis.evaluation import Evaluation
+from understudy.analysis.measurement import Progress
 from understudy.model.lesson import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from understudy.analysis.evaluation import LENIENCE, measure_program_outcomes
+from understudy.analysis.baseline import LENIENCE
+from understudy.analysis.measurement import measure_program_outcomes
 from understudy.model.kinds import Column
 from understudy.model.lesson import LearnerOptions, Lesson
 from understudy.model.library import Library

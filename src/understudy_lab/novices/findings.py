@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from understudy.analysis.evaluation import interval_of_share
+from understudy.analysis.intervals import interval_of_share
 from understudy_lab.figures import COLORS, panels
 from understudy_lab.novices import failure_causes, sensitivity
 from understudy_lab.novices.failure_causes import FINDS, RESTS, SWINGS, WALKS_ON, classify_blind_behavior

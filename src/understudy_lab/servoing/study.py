@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.analysis.evaluation import interval_of_share
+from understudy.analysis.intervals import interval_of_share
 from understudy_lab.figures import COLORS, dots, panels
 from understudy_lab.lesson_stats import describe_lesson
 from understudy_lab.servoing.trials import CASES, HAND, PUSHED, judge, opposite, search_side, teach

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.analysis.evaluation import interval_of_share
+from understudy.analysis.intervals import interval_of_share
 from understudy_lab.figures import dots, panels
 from understudy_lab.sim_to_sim.trials import FLAT, PATROL, PHYSICS, TRIED, measure_transfer
 from understudy_lab.statistics import format_median

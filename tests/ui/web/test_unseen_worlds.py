@@ -12,7 +12,10 @@ import pytest
 from tests.ui.cli.commands import said
 from tests.ui.web.pages import GOTO, Page, page, served, studio
 
-from understudy.analysis.evaluation import Evaluation, Progress, evaluate, interval_of_share
+from understudy.analysis.evaluate import evaluate
+from understudy.analysis.evaluation import Evaluation
+from understudy.analysis.intervals import interval_of_share
+from understudy.analysis.measurement import Progress
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import UnseenWorldsEvaluation
 from understudy.ui.web.views import lesson_test

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, SettingError
+from understudy.model.drawing import format_number_of, format_repr
 from understudy.model.features import Percept
 from understudy.model.kinds import Column
 from understudy.runtime.body import ORDER, SKILL, Body, Fused, FusedPlan
@@ -94,6 +95,10 @@ class Engine:
         self.keys = tuple(dict.fromkeys((*self._sensing.keys, *self._acting.keys)))
         self._channels = tuple(channel.name for channel in body.channels)
         self.restart()
+
+    def __repr__(self) -> str:
+        agents, body = format_number_of(self.body.agents, "agent"), type(self.body).__name__
+        return format_repr(self, f"of {agents}", f"on a {body}", f"at {self.body.time_s:.1f} s")
 
     @classmethod
     def from_program(cls, body: Body, program: Program) -> Self:

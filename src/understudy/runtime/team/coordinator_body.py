@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import msgspec
 
 from understudy.errors import FileError, SessionError
+from understudy.model.drawing import format_number_of, format_repr
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.squad import Order
 from understudy.runtime.body import (
@@ -69,6 +70,12 @@ class CoordinatorBody:
         self.readings: Sequence[Reading] = self.squads.readings
         self.channels: Sequence[Channel] = self.squads.channels
         self.targets: Sequence[str] = self.squads.targets
+
+    def __repr__(self) -> str:
+        coordinators = format_number_of(self.agents, "coordinator")
+        return format_repr(
+            self, f"of {self.squads.squad.name!r}", coordinators, f"on a {type(self.ground).__name__}"
+        )
 
     @property
     def tick_s(self) -> float:

@@ -47,11 +47,12 @@ class Runner(Protocol):
 
 @dataclass
 class AgentLayer:
-    """A body with the runner of its agents, and its snapshot of this tick."""
+    """A body with the runner of its agents, and its snapshot and commands of this tick."""
 
     body: Body
     runner: Runner
     percept: Percept = field(default_factory=dict)
+    commands: Commands = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

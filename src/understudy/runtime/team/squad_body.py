@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.binding import Binding
+from understudy.model.drawing import format_number_of, format_repr
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import BOOLEAN, Column, Kind
 from understudy.model.squad import TELLING, Assignment, Order, Squad, Statistic
@@ -75,6 +76,10 @@ class SquadBody:
         self._roles: dict[str | None, NDArray[np.bool_]] = {None: np.ones(len(roster), np.bool_)}
         self._roles |= {role.name: roster.role == number for number, role in enumerate(squad.roles)}
         self.clear()
+
+    def __repr__(self) -> str:
+        squads, members = format_number_of(self.agents, "squad"), format_number_of(len(self.roster), "member")
+        return format_repr(self, f"of {self.squad.name!r}", squads, members)
 
     def clear(self) -> None:
         """Withdraw all orders, and clear the memory."""

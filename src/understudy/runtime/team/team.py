@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import UnknownName
+from understudy.model.drawing import format_number_of, format_repr
 from understudy.model.features import ReadingKey
 from understudy.model.library import Library
 from understudy.model.squad import Squad
@@ -115,9 +116,18 @@ class Team:
         self._led = self._closure({*roots, *([] if trained is None else [trained])})
         self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
         self.layers = self._built(worlds, makes)
+        self._worlds, self._others = worlds, dict[int, dict[ReadingKey, None]]()
+        self._plan_sensing()
+
+    def _plan_sensing(self) -> None:
         self._keys = self._needed()
-        fused = isinstance(ground, Fused) and SquadCompiler.is_possible(self.layers)
-        self._leading = SquadCompiler(self.layers, self._keys, worlds) if fused else None
+        fused = isinstance(self.ground, Fused) and SquadCompiler.is_possible(self.layers)
+        self._leading = SquadCompiler(self.layers, self._keys, self._worlds) if fused else None
+
+    def __repr__(self) -> str:
+        robots, squads = len(self.tree.type_of), len(self.tree.squads)
+        facts = [format_number_of(squads, "squad"), f"on a {type(self.ground).__name__}"]
+        return format_repr(self, f"of {format_number_of(robots, 'robot')}", *facts)
 
     def _closure(self, names: set[str]) -> set[str]:
         """Return these sorts of agents, and those of their members."""
@@ -167,7 +177,10 @@ class Team:
 
     def _needed(self) -> list[tuple[ReadingKey, ...]]:
         """List the readings of each layer: those of its own agents, and those of the statistics above."""
-        needed: list[dict[ReadingKey, None]] = [dict.fromkeys(layer.runner.keys) for layer in self.layers]
+        needed: list[dict[ReadingKey, None]] = [
+            dict.fromkeys((*layer.runner.keys, *self._others.get(number, ())))
+            for number, layer in enumerate(self.layers)
+        ]
         for number in reversed(range(len(self.layers))):
             body = self.layers[number].body
             if isinstance(body, SquadBody):
@@ -178,12 +191,31 @@ class Team:
                             needed[lower][key] = None
         return [tuple(keys) for keys in needed]
 
-    def tick(self) -> None:
-        """Let all agents sense, decide and act once."""
+    def sense_also(self, name: str, keys: Sequence[ReadingKey]) -> None:
+        """Let agents of a sort sense further readings from now on, besides those that their programs use.
+
+        Parameters
+        ----------
+        name
+            The sort of agents.
+        keys
+            The readings, each with its target if it needs one.
+        """
+        layer = self.layers.index(self.layer(name))
+        self._others.setdefault(layer, {}).update(dict.fromkeys(keys))
+        self._plan_sensing()
+
+    def sense(self) -> None:
+        """Let all agents sense, bottom-up; the layers have the readings then, the same for each call in one tick."""
         for layer, keys in zip(self.layers, self._keys, strict=True):
             layer.percept = layer.body.sense(keys)
+
+    def tick(self) -> None:
+        """Let all agents sense, decide and act once."""
+        self.sense()
         for layer in reversed(self.layers):
-            layer.body.act(layer.runner.decide(layer.percept))
+            layer.commands = layer.runner.decide(layer.percept)
+            layer.body.act(layer.commands)
 
     def run(self, ticks: int) -> None:
         """Run ticks: all at once if the robots' body can and the programs are data, otherwise one by one.
@@ -214,13 +246,27 @@ class Team:
     @property
     def paths(self) -> list[tuple[str, ...]]:
         """Return each robot's states, outermost first, beginning with the behavior it was ordered; () if it idles."""
-        robots = self.layers[0].runner
-        paths = [robots.path(row) for row in range(self.ground.agents)]
-        for layer in self.layers[1:]:
-            if isinstance(layer.body, SquadBody):
-                roster = layer.body.roster
-                for duty, band, row in zip(layer.body.ordering.duty, roster.band, roster.row, strict=True):
-                    if duty is not None and layer.body.bands[band].layer is self.layers[0]:
+        return self.list_paths(self.layers[0])
+
+    def list_paths(self, layer: AgentLayer) -> list[tuple[str, ...]]:
+        """List the states of the agents of a layer, robots or coordinators, as `paths` does for robots.
+
+        Parameters
+        ----------
+        layer
+            One of the team's layers.
+
+        Returns
+        -------
+        list
+            The states of each agent, outermost first.
+        """
+        paths = [layer.runner.path(row) for row in range(layer.body.agents)]
+        for above in self.layers[1:]:
+            if isinstance(above.body, SquadBody):
+                roster = above.body.roster
+                for duty, band, row in zip(above.body.ordering.duty, roster.band, roster.row, strict=True):
+                    if duty is not None and above.body.bands[band].layer is layer:
                         paths[row] = (str(duty), *paths[row])
         return paths
 

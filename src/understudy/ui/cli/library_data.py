@@ -14,12 +14,9 @@ from understudy.model.describe import (
     convert_to_plain,
     describe_options,
     describe_transitions,
-    list_shown_vectors,
 )
 from understudy.model.lesson import Example
 from understudy.model.library import Kit, Library, TrainedAutomaton
-from understudy.model.tree import STAY, Tree
-from understudy.model.tree_text import describe_tree_outcomes as tree_conditions
 from understudy.storage.document import Learn, LoadedDocument
 from understudy.storage.library_folder import (
     VERSIONS,
@@ -190,20 +187,6 @@ def _find_unresolved_name(library: Library, name: str) -> UnderstudyError | None
     except UnderstudyError as error:
         return error
     return None
-
-
-def list_conditions_by_switch(taught: TrainedAutomaton) -> dict[tuple[str, str], list[str]]:
-    """Return the conditions in words for each pair of state and next state, as labels of a diagram."""
-    automaton, names = taught.automaton, taught.automaton.state_names
-    return {
-        (state, names[outcome]): list(texts)
-        for state, function in automaton.transitions.items()
-        if isinstance(function, Tree)
-        for outcome, texts in tree_conditions(
-            function, automaton.features, list_shown_vectors(taught.lesson, state)
-        ).items()
-        if outcome != STAY and names[outcome] != state
-    }
 
 
 @dataclass(frozen=True, kw_only=True)

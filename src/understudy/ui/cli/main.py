@@ -27,11 +27,13 @@ COMMANDS = (
     CommandEntry("team", f"{HERE}.team:app", RUNNING),
     CommandEntry("list", f"{HERE}.list:list_automata", LIBRARY),
     CommandEntry("show", f"{HERE}.show:show_automaton", LIBRARY),
+    CommandEntry("draw", f"{HERE}.draw:draw_automata", LIBRARY),
     CommandEntry("diff", f"{HERE}.diff:show_diff", LIBRARY),
     CommandEntry("validate", f"{HERE}.validate:validate", LIBRARY),
     CommandEntry("test", f"{HERE}.test:run_library_tests", LIBRARY),
+    CommandEntry("check", f"{HERE}.check:check_automata", LIBRARY),
     CommandEntry("simplify", f"{HERE}.simplify:simplify", LIBRARY),
-    CommandEntry("export", f"{HERE}.export:export_behavior", LIBRARY),
+    CommandEntry("export", f"{HERE}.export:app", LIBRARY),
     CommandEntry("rebuild", f"{HERE}.list:rebuild", LIBRARY),
 )
 

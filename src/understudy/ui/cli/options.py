@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
 import re
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from understudy.errors import SettingError, UnderstudyError, join_names
+from understudy.errors import SettingError, join_names
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,7 +28,7 @@ ScenarioName: TypeAlias = Annotated[
     str | None,
     typer.Argument(
         metavar="[SCENARIO]",
-        help="A built-in scenario (see understudy worlds) or a scenario file; forage if left out.",
+        help="Scenario: a name (see understudy worlds), a file, or MODULE:NAME of a function; forage if left out.",
         show_default=False,
     ),
 ]
@@ -89,10 +87,11 @@ Bind: TypeAlias = Annotated[
 LIBRARY = Path("library")
 WORLD = "forage"
 MAIN = "forage"
+KIT_REMEDY = "name a Kit as MODULE:NAME, such as mylab.robots:kit, that Python finds from this folder"
 
 
 def open_scenario(name: str) -> Scenario:
-    """Return the built-in scenario of this name, or load the scenario from a file."""
+    """Return the scenario of this name, or load it from a file or from a function MODULE:NAME."""
     from understudy.sim.catalog import find_scenario as find
 
     return find(name)
@@ -114,36 +113,24 @@ def choose_scenario_name(argument: str | None, option: str | None) -> str:
 
 
 def find_kit(named: str | None, world: str) -> Kit:
-    """Return the kit named as MODULE:NAME, or the kit of the scenario `world` if `named` is None."""
+    """Return the kit named as MODULE:NAME or by its entry point, or that of the scenario `world` if `named` is None."""
+    from understudy.entry_points import KITS, load_object
     from understudy.model.library import Kit
 
     if named is None:
         from understudy.sim.kit import make_scenario_kit
 
         return make_scenario_kit(open_scenario(world))
-    module, _, name = named.partition(":")
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        found = getattr(importlib.import_module(module), name)
-    except UnderstudyError:
-        raise
-    except Exception as error:  # whatever a module of the user's own does when it is imported
-        raise _no_kit(named, f"cannot be had: {type(error).__name__}: {error}") from error
+    found = load_object(named, KITS, where="--kit", remedy=KIT_REMEDY)
     if not isinstance(found, Kit):
-        raise _no_kit(named, f"is a {type(found).__name__}")
+        problem = f"is a {type(found).__name__}"
+        raise SettingError(where="--kit", setting=repr(named), problem=problem, remedy=KIT_REMEDY)
     return found
 
 
 def find_optional_kit(named: str | None, world: str | None) -> Kit | None:
     """Return the kit if a kit or a world is named; otherwise None, and the documents define the features."""
     return None if named is None and world is None else find_kit(named, world or WORLD)
-
-
-def _no_kit(named: str, problem: str) -> SettingError:
-    remedy = "name a Kit as MODULE:NAME, such as mylab.robots:kit, that Python finds from this folder"
-    return SettingError(where="--kit", setting=repr(named), problem=problem, remedy=remedy)
 
 
 def open_library_with_notes(library: Path, kit: Kit) -> LoadedLibrary:
@@ -236,12 +223,19 @@ class RunAssignment:
 
 
 def assign_run(
-    scenario: Scenario, behavior: str | None, folder: Path, kit: Kit, bind: list[str] | None
+    scenario: Scenario,
+    behavior: str | None,
+    folder: Path,
+    kit: Kit,
+    bind: list[str] | None,
+    *,
+    bound_for_others: bool = False,
 ) -> RunAssignment:
     """Find the behavior that the options name and the agents that run it.
 
-    Mistakes are reported here, before anything is compiled or moves. Raises the errors of `open_team_libraries`,
-    `choose_behavior` and `link`.
+    With `bound_for_others`, bindings of parameters that it does not have are meant for another behavior. Mistakes are
+    reported here, before anything is compiled or moves. Raises the errors of `open_team_libraries`, `choose_behavior`
+    and `link`.
     """
     from understudy.runtime.program import link
     from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
@@ -250,6 +244,9 @@ def assign_run(
     known = open_team_libraries(scenario, behavior, folder, kit)
     sort = find_behavior_sort(known, behavior)
     found = choose_behavior(known[sort], behavior and behavior.removeprefix(f"{sort}/"), folder)
+    if bound_for_others:
+        parameters = known[sort].parameters(found)
+        bound = {name: target for name, target in bound.items() if name in parameters}
     link(known[sort], found, bound)
     return RunAssignment(
         known, sort, found, bound, dict.fromkeys(list_running_sorts(known, sort, found), (found, bound))

@@ -9,6 +9,7 @@ from understudy.errors import SessionError
 from understudy.model.lesson import Lesson
 from understudy.robots.recording.header import RunInfo
 from understudy.robots.twin import DigitalTwin, Ground
+from understudy.runtime.body import Body
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.world import World
 from understudy.training.session import Session
@@ -44,7 +45,7 @@ def begin_session(
 ) -> OpenSession:
     """Begin a session with a new journal, in a world of its own or in an existing one as it is."""
     body = World(plan.world, [plan.seed]) if body is None else body
-    ground = _ground(body)
+    ground = find_ground(body)
     pace = RealTimeClock(choose_clock(ground, wall), tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
     journal = make_journal_path(plan.folder, plan.name, now=now or datetime.now())
     session = Session(
@@ -68,7 +69,7 @@ def resume_session(
 ) -> OpenSession:
     """Resume an interrupted session, paused; an existing world becomes as it was then."""
     body = World(plan.world, [plan.seed]) if body is None else body
-    ground = _ground(body)
+    ground = find_ground(body)
     pace = RealTimeClock(choose_clock(ground, wall), tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
     session = Session.resume(journal, body, plan.library, clock=lambda: pace.time_s)
     trainer = Trainer(session, ground, pace, folder=plan.folder, seed=None, saved=_saved(plan))
@@ -78,11 +79,14 @@ def resume_session(
     return OpenSession(trainer, journal)
 
 
-def _ground(body: Ground | CoordinatorBody) -> Ground:
-    """Return the body to display: for squads, that of their robots."""
+def find_ground(body: Body) -> Ground:
+    """Return the body to display: for squads, that of their robots. SessionError if there is no picture of it."""
     ground = body.ground if isinstance(body, CoordinatorBody) else body
     if not isinstance(ground, World | DigitalTwin):
-        raise SessionError("a desk needs a world, or robots of one")
+        raise SessionError(
+            f"there is no picture of a {type(ground).__name__}: give the session a body that is a World, or robots "
+            "of one"
+        )
     return ground
 
 

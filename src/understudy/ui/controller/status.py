@@ -1,11 +1,16 @@
-"""The status line of a user interface."""
+"""The status line of a user interface, and errors as its sentences."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
 from typing import Concatenate, Literal, ParamSpec, Protocol, TypeAlias, TypeVar
+
+from understudy.errors import UnderstudyError
+
+_log = logging.getLogger(__name__)
 
 Tone: TypeAlias = Literal["", "recorded", "correction", "error"]
 
@@ -40,3 +45,11 @@ def keep_status(
         return said
 
     return act
+
+
+def describe_error(error: Exception) -> str:
+    """Return a sentence that describes an error; internal errors are also logged."""
+    if isinstance(error, UnderstudyError):
+        return str(error)
+    _log.error("an internal error", exc_info=error)
+    return f"internal error: {type(error).__name__}: {error}"

@@ -16,7 +16,8 @@ from understudy.errors import SessionError
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.robots.twin import DigitalTwin, Ground, skip_note
+from understudy.robots.twin import DigitalTwin, Ground, find_drawn_world, skip_note
+from understudy.sim.target_lookup import find_target_place
 from understudy.sim.view import WorldView
 from understudy.storage.library_folder import save_automaton
 from understudy.training.edits import ExampleChange
@@ -121,6 +122,17 @@ class Trainer:
     def robot(self) -> int:
         """The index of the robot that is trained, in its world."""
         return self.session.agent % self.body.robots
+
+    def list_target_places(self) -> list[tuple[float, float]]:
+        """List the places (m) of the targets of the parameters; none for a squad, which is in no one place."""
+        session, body = self.session, self.body
+        if session.body is not body:
+            return []
+        places = (
+            find_target_place(find_drawn_world(body), target, session.agent)
+            for target in self.session_view.targets.values()
+        )
+        return [place for place in places if place is not None]
 
     @property
     def has_unsaved_changes(self) -> bool:

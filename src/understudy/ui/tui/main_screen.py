@@ -16,8 +16,6 @@ from textual.widgets import Static
 
 from understudy.errors import UnderstudyError
 from understudy.model.plain_names import format_names
-from understudy.robots.twin import find_drawn_world
-from understudy.sim.target_lookup import find_target_place
 from understudy.ui.controller.arming import RobotArming
 from understudy.ui.controller.coach import go_to_next_situation, set_up_advised_situation, skip_ahead
 from understudy.ui.controller.status import StatusMessage
@@ -257,7 +255,12 @@ class TeachingScreen(Screen[str]):
             world.border_title = self._standing()
         world.border_subtitle = describe_followed_robot(view, columns, trainer.robot)
         drawn = render_world(
-            view, trainer.memory.trail, _aims(trainer), columns=columns, lines=tall, robot=trainer.robot
+            view,
+            trainer.memory.trail,
+            trainer.list_target_places(),
+            columns=columns,
+            lines=tall,
+            robot=trainer.robot,
         )
         self._show("world", drawn)
         self._draw_side(width - columns - 4, lines)
@@ -289,15 +292,3 @@ class TeachingScreen(Screen[str]):
         if self._drawn.get(name) != text:
             self._drawn[name] = text
             self.query_one(f"#{name}", Static).update(text)
-
-
-def _aims(trainer: Trainer) -> list[tuple[float, float]]:
-    """Return the places of the targets of the parameters."""
-    session, body = trainer.session, trainer.body
-    if session.body is not body:
-        return []  # a squad is in no one place
-    places = (
-        find_target_place(find_drawn_world(body), target, session.agent)
-        for target in trainer.session_view.targets.values()
-    )
-    return [place for place in places if place is not None]

@@ -23,7 +23,8 @@ from understudy.export.robot_interface import RobotInterface, describe_robot
 from understudy.model.library import Library
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.twin import DigitalTwin
-from understudy.ui.web.session_host import SessionHost, describe_error
+from understudy.ui.controller.status import describe_error
+from understudy.ui.web.session_host import SessionHost
 
 PATH = "/export.zip"
 MOST_ROBOT_FILE = 256 * 1024

@@ -24,9 +24,9 @@ from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.document import check_apart, decode_document, encode_document, parse_document
 from understudy.storage.library_folder import list_documents, make_file_stem, save_automaton
-from understudy.ui.controller.status import StatusMessage
+from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.server import StudioServer
-from understudy.ui.web.session_host import SessionHost, describe_error
+from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views.library import LibraryView
 
 MOST_PACKED = 16 * 2**20

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from understudy.errors import SessionError, UnderstudyError, UnknownName
 from understudy.model.library import Kit
-from understudy.sim.catalog import find_scenario
+from understudy.sim.catalog import find_scenario, list_scenarios
 from understudy.sim.kit import make_scenario_kit
-from understudy.sim.scenario.files import SUFFIX, format_scenario, list_builtin_scenarios
+from understudy.sim.scenario.files import SUFFIX, format_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.scenario.validate_names import NAME
 from understudy.storage.atomic_write import convert_os_errors, lock_folder, write_atomically
@@ -49,9 +49,9 @@ class Places:
         return self._beside / SCENARIOS
 
     def list_worlds(self) -> list[str]:
-        """List the names of scenarios: the first one, built-in ones, and those that were saved."""
+        """List the names of scenarios: the first one, built-in ones, those of installed packages, and saved ones."""
         saved = (path.stem for path in self.scenarios.glob(f"*{SUFFIX}"))
-        return sorted({self._scenario.name, *list_builtin_scenarios(), *saved})
+        return sorted({self._scenario.name, *list_scenarios(), *saved})
 
     def open_world(self, name: str) -> tuple[Scenario, Kit]:
         """Return a scenario of the list with its kit; UnknownName for any other."""

@@ -17,14 +17,14 @@ from understudy.robots.team_network.team_watch import TeamWatch
 from understudy.sim.world import World
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST, WallClock
-from understudy.ui.controller.status import StatusMessage
+from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.actions import handler_table
 from understudy.ui.web.clients import PER_SECOND, Client, Clients
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.places import PlacesData
 from understudy.ui.web.rewind import RunData
-from understudy.ui.web.session_host import SessionHost, describe_error
+from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views.library import LibraryData
 from understudy.ui.web.views.scene import SceneData
 from understudy.ui.web.views.session import SessionData

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Callable
 from concurrent.futures import CancelledError, ThreadPoolExecutor
@@ -13,7 +12,8 @@ from time import monotonic, sleep
 
 from msgspec import UNSET, structs
 
-from understudy.analysis.evaluation import Evaluation, Progress
+from understudy.analysis.evaluation import Evaluation
+from understudy.analysis.measurement import Progress
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
@@ -27,7 +27,7 @@ from understudy.ui.controller import formatting, interrupted_sessions
 from understudy.ui.controller.arming import RobotArming
 from understudy.ui.controller.clock import IdleWorld, WallClock, check_speed
 from understudy.ui.controller.open_session import OpenSession
-from understudy.ui.controller.status import StatusMessage, keep_status
+from understudy.ui.controller.status import StatusMessage, describe_error, keep_status
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
 from understudy.ui.web.places import Places
@@ -50,15 +50,6 @@ YIELD_S = 0.0002
 interpreter, 5 ms at a time."""
 _ROBOT = re.compile(r"\brobot (\d+)")
 _LONG = re.compile(r"-?\d+\.\d{3,}")
-_log = logging.getLogger(__name__)
-
-
-def describe_error(error: Exception) -> str:
-    """Return a sentence that describes an error; internal errors are also logged."""
-    if isinstance(error, UnderstudyError):
-        return str(error)
-    _log.error("an internal error", exc_info=error)
-    return f"internal error: {type(error).__name__}: {error}"
 
 
 def _as_on_the_page(text: str) -> str:

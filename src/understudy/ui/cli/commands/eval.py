@@ -1,16 +1,17 @@
-"""Command `understudy eval`: measure the success rate and the speed of a behavior."""
+"""Command `understudy eval`: measure the success rate, the speed and other numbers of a behavior or a team."""
 
 from __future__ import annotations
 
 import shlex
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET
 
+from understudy.errors import SettingError
 from understudy.ui.cli.options import (
     LIBRARY,
     WORLD,
@@ -24,9 +25,7 @@ from understudy.ui.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from understudy.analysis.evaluation import Evaluation
+    from collections.abc import Callable, Sequence
 
 MOST_SEEDS = 1_000_000
 
@@ -42,51 +41,165 @@ def evaluate_behavior(
     ] = "0:100",
     bind: Bind = None,
     kit: KitName = None,
+    goal: Annotated[
+        str | None,
+        typer.Option(
+            "--goal",
+            metavar="NAME",
+            help="Flag, or reading that is yes or no, that counts as success: 'at_station'.",
+            show_default=False,
+        ),
+    ] = None,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--metric", metavar="NAME", help="Reading to measure at the end of each world; can be repeated."
+        ),
+    ] = None,
+    limit_s: Annotated[
+        float | None,
+        typer.Option(
+            "--limit", metavar="SECONDS", help="Time limit of each world, in simulated s.", show_default=False
+        ),
+    ] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            "--against",
+            metavar="FOLDER",
+            help="Library to compare with in the same worlds.",
+            show_default=False,
+        ),
+    ] = None,
+    against_behavior: Annotated[
+        str | None,
+        typer.Option(
+            "--against-behavior",
+            metavar="NAME",
+            help="Behavior to compare with in the same worlds; the same one if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    jobs: Annotated[
+        int, typer.Option("--jobs", "-j", metavar="N", help="Processes to share the worlds.")
+    ] = 1,
     each: Annotated[bool, typer.Option("--each", help="Print one row per world.")] = False,
+    layout: Annotated[
+        str | None,
+        typer.Option(
+            "--format",
+            metavar="FORMAT",
+            help="Print a table for a paper: markdown, latex or csv.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
-    """Evaluate a behavior in many worlds of a scenario; all its robots run it.
+    """Evaluate a behavior in many worlds of a scenario; all its robots run it, or follow their coordinators.
 
     A world is a success if the behavior raises its flag done, or its only one, within the scenario's time limit. A
     behavior without such a flag has to reach the scenario's goal by then. Where there is a hand-written controller to
-    compare with, as for foraging by a single robot, the limit is three times its time in the same world.
+    compare with, as for foraging by a single robot, the limit is three times its time in the same world. --goal and
+    --limit replace these.
+
+    With --against or --against-behavior, both are run in the same worlds, and compared pair by pair: success with
+    McNemar's exact test, numbers with Wilcoxon's signed-rank test.
 
     [dim]understudy eval --library demo/library --behavior forage --seeds 1000:1100[/]
 
     [dim]understudy eval arena --library mine --behavior goto --bind A=red_flag[/]
+
+    [dim]understudy eval --library mine --against demo/library --behavior forage --metric food_stored --format latex[/]
     """
-    from understudy.analysis.evaluation import evaluate as evaluate_robots
-    from understudy.analysis.evaluation import evaluate_team, link_for_evaluation
+    from understudy.analysis.comparison import compare
+    from understudy.analysis.evaluate import evaluate
+    from understudy.analysis.evaluation import Evaluation
+    from understudy.ui.cli import evaluation_output as output
     from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
     from understudy.ui.cli.output import print_json, show_progress
 
+    _check_layout(layout, as_json=as_json)
     chosen, named = parse_seeds(seeds), choose_scenario_name(scenario, world)
     where, parts = open_scenario(named), find_kit(kit, named)
-    assigned = assign_run(where, behavior, library, parts, bind)
-    taught, ran, bound = assigned.libraries[assigned.sort], assigned.behavior, assigned.binding
-    link_for_evaluation(taught, ran, where, bound)  # mistakes are told at once, not in the first world
+    assigned = [assign_run(where, behavior, library, parts, bind)]
+    if against is not None or against_behavior is not None:
+        second = against_behavior or behavior, against or library
+        assigned.append(
+            assign_run(where, *second, parts, bind, bound_for_others=against_behavior is not None)
+        )
     began = perf_counter()
+    judged = list[Evaluation]()
     with show_progress("Worlds run", quiet=as_json) as report:
-        if set(assigned.roots) == set(where.types):
-            judged = evaluate_robots(taught, ran, where, chosen, binding=bound, progress=report)
-        else:
-            judged = evaluate_team(
-                assigned.libraries, assigned.sort, ran, where, chosen, binding=bound, progress=report
+        for ran in assigned:
+            before = len(judged) * len(chosen)
+            judged.append(
+                evaluate(
+                    ran.libraries,
+                    f"{ran.sort}/{ran.behavior}",
+                    where,
+                    chosen,
+                    binding=ran.binding,
+                    goal=goal,
+                    metrics=metric or (),
+                    limit_s=limit_s,
+                    jobs=jobs,
+                    progress=partial(_report_after, before, len(assigned) * len(chosen), report),
+                )
             )
-    results = make_world_rows(judged) if each else UNSET
-    found = summarize_evaluation(judged, results, seconds=perf_counter() - began)
+    one, compared = judged[0], compare(*judged) if len(judged) > 1 else None
+    names = _name_pair(library, assigned[0].behavior, against or library, assigned[-1].behavior)
+    output.show_problems([problem for each_one in judged for problem in each_one.problems])
+    if layout is not None:
+        table = output.format_results(one, layout, each=each)
+        typer.echo(table if compared is None else compared.to_table(layout, names=names), nl=False)
+        raise typer.Exit(0)
+    found = output.summarize_evaluation(
+        one,
+        output.make_world_rows(one) if each else UNSET,
+        seconds=perf_counter() - began,
+        comparison=UNSET if compared is None else output.make_comparison_result(compared, names[1]),
+    )
     if as_json:
         print_json(found)
-    else:
-        watch = format_run_command(named, behavior or ran, library, bind=bind or [], kit=kit)
-        _show(found, watch, flag=judged.flag)
+        raise typer.Exit(0)
+    watch = format_run_command(named, behavior or assigned[0].behavior, library, bind=bind or [], kit=kit)
+    output.show_results(found, watch, wanted=one.flag or one.goal)
+    if compared is not None:
+        output.show_comparison(compared, names)
     raise typer.Exit(0)
+
+
+def _report_after(before: int, total: int, report: Callable[[int, int], None], through: int, _: int) -> None:
+    """Report the progress of one of several evaluations as that of all."""
+    report(before + through, total)
+
+
+def _check_layout(layout: str | None, *, as_json: bool) -> None:
+    """Refuse a format that does not exist, or one beside --json, before anything runs."""
+    from understudy.analysis.result_table import LAYOUTS
+
+    if layout is None:
+        return
+    if layout not in LAYOUTS:
+        problem, remedy = "is unknown", "give markdown, latex or csv"
+    elif as_json:
+        problem, remedy = "is a table, and --json no table", "give one of them"
+    else:
+        return
+    raise SettingError(where="--format", setting=repr(layout), problem=problem, remedy=remedy)
+
+
+def _name_pair(library: Path, behavior: str, other: Path, other_behavior: str) -> tuple[str, str]:
+    """Return what tells two compared behaviors apart: the name of the behavior, the folder, or both."""
+    if library == other:
+        return behavior, other_behavior
+    if behavior == other_behavior:
+        return str(library), str(other)
+    return f"{library}/{behavior}", f"{other}/{other_behavior}"
 
 
 def parse_seeds(text: str) -> range:
     """Return the seeds named by A:B (B excluded) or by a single number."""
-    from understudy.errors import SettingError
-
     first, colon, last = text.partition(":")
     if first.isdecimal() and (last.isdecimal() if colon else True):
         seeds = range(int(first), int(last) if colon else int(first) + 1)
@@ -100,71 +213,6 @@ def parse_seeds(text: str) -> range:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class WorldRow:
-    """Result in one world, with that of the yardstick where there is one; times in s."""
-
-    seed: int
-    success: bool
-    seconds: float
-    delivered: float
-    gathered: float
-    expert_seconds: float | UnsetType = UNSET
-    relative: float | UnsetType = UNSET
-
-
-@dataclass(frozen=True, slots=True)
-class EvaluationResult:
-    """Results of an evaluation as `--json` prints them; None or NaN where a value does not apply."""
-
-    behavior: str
-    world: str
-    seeds: tuple[int, int]
-    worlds: int
-    success: float
-    relative_to_expert: float
-    median_s: float | None
-    median_gathered: float
-    expert_median_s: float | None
-    failed_seeds: list[int]
-    seconds: float
-    results: Sequence[WorldRow] | UnsetType
-
-
-def summarize_evaluation(
-    judged: Evaluation, results: Sequence[WorldRow] | UnsetType, *, seconds: float
-) -> EvaluationResult:
-    """Summarize an evaluation over all worlds; `seconds` is its computing time (s)."""
-    import numpy as np
-
-    taught, expert = judged.taught, judged.expert
-    times = taught.seconds[taught.finished]
-    return EvaluationResult(
-        behavior=judged.behavior,
-        world=judged.world,
-        seeds=(judged.seeds[0], judged.seeds[-1] + 1),
-        worlds=len(judged.seeds),
-        success=judged.success,
-        relative_to_expert=judged.relative_to_expert,
-        median_s=float(np.median(times)) if len(times) else None,
-        median_gathered=float(np.median(taught.gathered)),
-        expert_median_s=None if expert is None else float(np.nanmedian(expert.seconds)),
-        failed_seeds=[seed for seed, done in zip(judged.seeds, taught.finished, strict=True) if not done],
-        seconds=round(seconds, 3),
-        results=results,
-    )
-
-
-def make_world_rows(judged: Evaluation) -> list[WorldRow]:
-    """Return the results, one row per world."""
-    taught, expert = judged.taught, judged.expert
-    columns = [taught.finished, taught.seconds, taught.delivered, taught.gathered]
-    if expert is not None:
-        columns += [expert.seconds, judged.relative]
-    lists = [column.tolist() for column in columns]
-    return [WorldRow(*row) for row in zip(judged.seeds, *lists, strict=True)]
-
-
 def format_run_command(
     world: str, behavior: str, library: Path, *, bind: Sequence[str] = (), kit: str | None = None
 ) -> str:
@@ -175,54 +223,3 @@ def format_run_command(
     for pair in bind:
         words += ["--bind", pair]
     return shlex.join(words)
-
-
-def _show(found: EvaluationResult, watch: str, *, flag: str | None) -> None:
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import make_console
-
-    out, seeds = make_console(), f"{found.seeds[0]}:{found.seeds[1]}"
-    ended = "finished in time" if flag is None else f"{flag} in time"
-    if found.results:
-        _show_each(found.results)
-    out.print(f"[bold]{found.behavior}[/] on {found.worlds} {found.world} worlds, seeds {seeds}")
-    out.print(f"  {ended:<19} [bold]{found.success:.0%}[/]")
-    taken = _number(found.median_s, 0)
-    if found.expert_median_s is not None:
-        relative, expert = _number(found.relative_to_expert, 3), found.expert_median_s
-        out.print(f"  food per second     [bold]{relative}[/] of the yardstick's (median)")
-        out.print(f"  time to finish      {taken} s; the yardstick {expert:.0f} s (medians)")
-    elif found.median_s is not None:
-        out.print(f"  time to finish      {taken} s (median)")
-    if found.median_gathered:
-        out.print(f"  boxes gathered      {found.median_gathered:.0f} (median)")
-    failed = found.failed_seeds
-    if failed:
-        shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")
-        out.print(f"  not finished        seeds {shown}")
-        out.print(f"[dim]Watch one: {escape(f'{watch} --seed {failed[0]}')}[/]", soft_wrap=True)
-
-
-def _show_each(rows: Sequence[WorldRow]) -> None:
-    from understudy.ui.cli.output import make_console, make_table
-
-    columns = {
-        "seconds": ("#seconds", 1),
-        "expert_seconds": ("#yardstick", 1),
-        "delivered": ("#delivered", 0),
-    }
-    if any(row.gathered for row in rows):
-        columns["gathered"] = ("#gathered", 0)
-    columns["relative"] = ("#relative", 2)
-    columns = {key: shown for key, shown in columns.items() if getattr(rows[0], key) is not UNSET}
-    made = make_table("#seed", "finished", *(title for title, _ in columns.values()))
-    for row in rows:
-        ended = "[green]yes[/]" if row.success else "[red]no[/]"
-        cells = (_number(getattr(row, key), digits) for key, (_, digits) in columns.items())
-        made.add_row(str(row.seed), ended, *cells)
-    make_console().print(made)
-
-
-def _number(value: float | None, digits: int) -> str:
-    return "-" if value is None or value != value else f"{value:.{digits}f}"

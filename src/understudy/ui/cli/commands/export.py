@@ -1,14 +1,16 @@
-"""Command `understudy export`: write an automaton as code or files that run without Understudy."""
+"""Commands `understudy export`: write an automaton as code that runs without Understudy, or data."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
+from understudy.ui.cli.commands.export_data import LEROBOT, MINARI, export_data
 from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, LibraryOption
 
 if TYPE_CHECKING:
@@ -17,7 +19,51 @@ if TYPE_CHECKING:
     from understudy.export.robot_interface import RobotInterface
     from understudy.export.single_precision import RoundedCut
 
+AUTOMATON, DATA = "automaton", "data"
+HELP = ("--help", "-h")
 
+
+class ExportGroup(TyperGroup):
+    """The group of export commands, in which `export NAME --to TARGET` is short for `export automaton NAME ...`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments, with the command that is left out."""
+        return super().parse_args(ctx, insert_command(args))
+
+
+def insert_command(args: list[str]) -> list[str]:
+    """Insert the command `automaton` before the arguments of `export` if they do not begin with a command.
+
+    An automaton may have the name of a command: then the option `--to` tells what is meant.
+    """
+    if not args or args[0] in HELP:
+        return args
+    if args[0] == DATA:
+        has_source = len(args) > 1 and args[1][:1] != "-"
+        is_command = has_source or _find_target(args) in (None, LEROBOT, MINARI)
+    else:
+        is_command = args[0] == AUTOMATON and (len(args) < 2 or args[1][:1] != "-" or args[1] in HELP)
+    return args if is_command else [AUTOMATON, *args]
+
+
+def _find_target(args: Sequence[str]) -> str | None:
+    """Return the value of `--to`, or None if the option is missing."""
+    for place, each in enumerate(args):
+        name, _, value = each.partition("=")
+        if name == "--to":
+            return value or "".join(args[place + 1 : place + 2])
+    return None
+
+
+app = typer.Typer(
+    cls=ExportGroup,
+    no_args_is_help=True,
+    help="Export an automaton as code, or data. `export NAME` is short for `export automaton NAME`.",
+)
+app.command(DATA)(export_data)
+
+
+@app.command(AUTOMATON)
 def export_behavior(
     name: Annotated[
         str, typer.Argument(help="Name of the automaton; SORT/NAME for one of a squad or robot type.")

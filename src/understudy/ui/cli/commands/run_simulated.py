@@ -121,26 +121,37 @@ class RunSession:
 
     def make_run_info(self) -> RunInfo:
         """Describe the run for the header of its trace or recording, so that it can be repeated."""
-        from understudy.sim.scenario.files import list_builtin_scenarios
+        from understudy.sim.catalog import locate_scenario
         from understudy.ui.cli.recordings import make_run_info
 
         named, options = self._named, self._options
-        scenario = named if named in list_builtin_scenarios() else str(Path(named).resolve())
         return make_run_info(
-            self.team, self._assigned, options.library, scenario=scenario, seed=options.seed, kit=options.kit
+            self.team,
+            self._assigned,
+            options.library,
+            scenario=locate_scenario(named),
+            seed=options.seed,
+            kit=options.kit,
         )
 
     def open_trace(self, path: Path | None) -> AbstractContextManager[TraceWriter | None]:
         """Open the writer of its trace, or a null context if `path` is None."""
         from understudy.analysis.run_header import trace_entry
         from understudy.analysis.run_trace import write_trace
+        from understudy.analysis.team_trace import describe_trace_columns
 
         if path is None:
             return nullcontext()
         body, seed = self.body, self._options.seed
         ran = trace_entry(self.make_run_info(), body.scenario)
         return write_trace(
-            path, scenario=body.scenario.name, seed=seed, tick_s=body.tick_s, robots=body.robots, run=ran
+            path,
+            scenario=body.scenario.name,
+            seed=seed,
+            tick_s=body.tick_s,
+            robots=body.robots,
+            run=ran,
+            columns=describe_trace_columns(self.team),
         )
 
     @property
@@ -171,7 +182,9 @@ class RunSession:
         """Advance by one tick, and add it to the trace if there is one."""
         self.tick_team()
         if trace is not None:
-            trace.add(self.body.view(), self.paths)
+            from understudy.analysis.team_trace import add_team_tick
+
+            add_team_tick(trace, self.team, self.body.view(), self.paths)
 
     def result(self) -> SimulatedRunResult:
         """Return the result of the run so far."""

@@ -104,6 +104,7 @@ def find_warnings(listing: LoadedLibrary, name: str) -> list[str]:
     """Return notes on an automaton: stale trees, contradictions, unused features, states never entered."""
     from understudy.errors import join_names
     from understudy.model.tree import Tree
+    from understudy.model.tree_regions import find_tested_features
 
     opened = listing.opened[name]
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
@@ -114,7 +115,7 @@ def find_warnings(listing: LoadedLibrary, name: str) -> list[str]:
     if lesson is not None:
         found += _lesson_notes(opened)
     if len(trees) == len(automaton.transitions) and trees:
-        used = {node.feature for tree in trees for node in tree.nodes}
+        used = find_tested_features(trees)
         idle = [str(bound) for index, bound in enumerate(automaton.features) if index not in used]
         if idle:
             found.append(f"{join_names(idle)} {'decides' if len(idle) == 1 else 'decide'} nothing")

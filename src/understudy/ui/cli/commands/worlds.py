@@ -20,11 +20,13 @@ def list_worlds(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """List the built-in scenarios, or print the file of one to copy and change.
+    """List the built-in scenarios and those of installed packages, or print the file of one to copy and change.
 
     [dim]understudy worlds patrol > mine.toml[/]
     """
-    from understudy.sim.scenario.files import list_builtin_scenarios, read_scenario_text
+    from understudy.errors import UnderstudyError
+    from understudy.sim.catalog import is_function, list_scenarios
+    from understudy.sim.scenario.files import format_scenario, read_scenario_text
     from understudy.ui.cli.options import open_scenario
     from understudy.ui.cli.output import make_console, make_table, print_json
 
@@ -33,9 +35,14 @@ def list_worlds(
         if as_json:
             print_json(scenario)
         else:
-            typer.echo(read_scenario_text(name), nl=False)
+            typer.echo(format_scenario(scenario) if is_function(name) else read_scenario_text(name), nl=False)
         return
-    rows = [_summarize(open_scenario(each)) for each in list_builtin_scenarios()]
+    rows = []
+    for each in list_scenarios():
+        try:
+            rows.append(_summarize(open_scenario(each)))
+        except UnderstudyError as error:  # a package that fails does not hide the other scenarios
+            typer.echo(str(error), err=True)
     if as_json:
         print_json({"worlds": rows})
         return

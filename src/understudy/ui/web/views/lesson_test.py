@@ -7,12 +7,7 @@ from itertools import count, islice
 from msgspec import field
 
 from understudy.analysis import lesson_tests
-from understudy.analysis.evaluation import (
-    SUCCESS_FLAG,
-    evaluate,
-    find_success_flag,
-    link_for_evaluation,
-)
+from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, find_success_flag, make_evaluation_task
 from understudy.analysis.lesson_tests import (
     LessonTestResult,
     find_regressions_since_saved,
@@ -150,7 +145,7 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
             f"success is not defined: scenario {scenario.name} has no goal, and {name} has no flag "
             f"{SUCCESS_FLAG}, nor a single other one"
         )
-    link_for_evaluation(library, name, scenario, targets)  # mistakes are told at once
+    make_evaluation_task(library, name, scenario, binding=targets)  # mistakes are told at once
     unseen = (seed for seed in count(FIRST_SEED) if seed not in host.shown_seeds)
     seeds = list(islice(unseen, message.count))
     shown = host.session_data()

@@ -7,7 +7,9 @@ from typing import Any, Literal, TypeAlias
 
 from msgspec import UNSET, UnsetType, field, structs
 
-from understudy.analysis.evaluation import LENIENCE, Evaluation, interval_of_share
+from understudy.analysis.baseline import LENIENCE
+from understudy.analysis.evaluation import Evaluation
+from understudy.analysis.intervals import interval_of_share
 from understudy.learning.report import find_contradictions
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition

@@ -1,0 +1,1 @@
+"""Other packages' environments as bodies, and scenarios as other packages' environments."""

@@ -1,0 +1,199 @@
+"""A behavior that runs in several worlds side by side: alone on all agents of a body, or in a team.
+
+Goals and metrics of one's own are read from it between ticks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.analysis.named_reading import NamedReading, find_reading
+from understudy.errors import UnknownName
+from understudy.model.features import Percept
+from understudy.model.kinds import Column
+from understudy.model.library import Library
+from understudy.runtime.body import Body, list_reading_keys
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.program import Program
+from understudy.runtime.team.members import AgentLayer
+from understudy.runtime.team.team import Team
+from understudy.sim.team.libraries import Libraries
+from understudy.sim.world import World
+
+
+@dataclass(frozen=True, slots=True)
+class RunReading:
+    """A reading of the agents of a run, in all its worlds."""
+
+    reading: NamedReading
+    sense: Callable[[], Percept]
+    """Takes the present snapshot of the body that has it."""
+    worlds: int
+    chosen: NDArray[np.bool_] | None = None
+    """Which agents of a world have it. None: all of the body."""
+
+    def read(self) -> Column:
+        """Return the present values [B, n], of n agents in each world; NaN where absent."""
+        column = self.reading.read(self.sense()).reshape(self.worlds, -1)
+        if self.chosen is None:
+            return column
+        found: Column = column[:, self.chosen]
+        return found
+
+
+class BehaviorRun(Protocol):
+    """A behavior that runs in B worlds, each with as many agents."""
+
+    @property
+    def body(self) -> Body:
+        """The body of the robots."""
+        ...
+
+    @property
+    def team(self) -> Team | None:
+        """The team, if not all robots run the behavior by themselves."""
+        ...
+
+    @property
+    def is_fused(self) -> bool:
+        """Whether many ticks can be run at once."""
+        ...
+
+    def tick(self) -> None:
+        """Let all agents sense, decide and act once."""
+        ...
+
+    def advance(self, ticks: int) -> None:
+        """Run ticks; worlds may stop where they reach the scenario's goal."""
+        ...
+
+    def find_raised(self, flag: str) -> NDArray[np.bool_]:
+        """Return in which worlds [B] all agents that run the behavior have raised a flag."""
+        ...
+
+    def find_reading(self, text: str) -> RunReading:
+        """Find a reading by its name, such as "range(station)"; UnknownName or SettingError if there is none."""
+        ...
+
+
+class ProgramRun:
+    """A behavior that all agents of a body run."""
+
+    team: Team | None = None
+
+    def __init__(
+        self, body: Body, program: Program, library: Library, binding: Mapping[str, str], *, worlds: int = 1
+    ) -> None:
+        self.body, self.worlds = body, worlds
+        self.engine = Engine.from_program(body, program)
+        self._library, self._binding = library, binding
+        self._plan = self.engine.plan() if isinstance(body, World) else None
+
+    def tick(self) -> None:
+        """Let all agents sense, decide and act once."""
+        self.engine.tick()
+
+    def advance(self, ticks: int) -> None:
+        """Run ticks; worlds of a scenario stop where they reach its goal if the whole program can be compiled."""
+        if self._plan is not None and isinstance(self.body, World):
+            self.body.advance(self._plan, ticks, until_finished=True)
+            return
+        for _ in range(ticks):
+            self.engine.tick()
+
+    @property
+    def is_fused(self) -> bool:
+        """Whether many ticks can be run at once."""
+        return self._plan is not None
+
+    def find_raised(self, flag: str) -> NDArray[np.bool_]:
+        """Return in which worlds [B] all agents have raised a flag."""
+        raised = self.engine.find_raised(flag).reshape(self.worlds, -1)
+        return np.asarray(raised.all(axis=1))
+
+    def find_reading(self, text: str) -> RunReading:
+        """Find a reading by its name."""
+        found = find_reading(text, self._library, self.body, binding=self._binding, where="the body")
+        return RunReading(found, lambda: self.body.sense(found.keys), self.worlds)
+
+
+class TeamRun:
+    """A behavior that agents of some sorts of a simulated team run; those below coordinators follow orders."""
+
+    def __init__(
+        self, team: Team, libraries: Libraries, roots: Mapping[str, tuple[str, Mapping[str, str]]]
+    ) -> None:
+        self.team, self.body = team, team.ground
+        self._libraries, self._roots = libraries, roots
+        self.worlds = self.body.worlds if isinstance(self.body, World) else 1
+
+    def tick(self) -> None:
+        """Let all agents sense, decide and act once."""
+        self.team.tick()
+
+    @property
+    def is_fused(self) -> bool:
+        """Whether many ticks can be run at once."""
+        return False
+
+    def advance(self, ticks: int) -> None:
+        """Run ticks one by one."""
+        for _ in range(ticks):
+            self.team.tick()
+
+    def find_raised(self, flag: str) -> NDArray[np.bool_]:
+        """Return in which worlds [B] all agents that run the behavior have raised a flag."""
+        return find_raised_by_all(self.team, self._roots, flag, self.worlds)
+
+    def find_reading(self, text: str) -> RunReading:
+        """Find a reading of those who run the behavior, or else of a type of robots."""
+        known: list[str] = []
+        for sort in dict.fromkeys((*self._roots, *self.team.tree.types)):
+            layer = self.team.layer(sort)
+            binding = dict(self._roots[sort][1]) if sort in self._roots else {}
+            try:
+                found = find_reading(
+                    text, self._libraries[sort], layer.body, binding=binding, where="the team"
+                )
+            except UnknownName as error:
+                if error.what == "target":
+                    raise
+                known += error.known
+                continue
+            self.team.sense_also(sort, found.keys)
+            chosen = select_type(self.team, sort) if sort in self.team.tree.types else None
+            return RunReading(found, partial(self._sense, layer), self.worlds, chosen)
+        name = text.partition("(")[0].strip()
+        known = list(dict.fromkeys(known))
+        raise UnknownName(what="feature or reading", name=name, where="the team", known=known)
+
+    def _sense(self, layer: AgentLayer) -> Percept:
+        self.team.sense()
+        return layer.percept
+
+    def sense_all(self) -> None:
+        """Let those who run the behavior sense all their readings from now on, so that each can be read later."""
+        for sort in self._roots:
+            self.team.sense_also(sort, list_reading_keys(self.team.layer(sort).body))
+
+
+def select_type(team: Team, sort: str) -> NDArray[np.bool_]:
+    """Return which robots of a world [N] are of a type."""
+    return np.asarray(np.array(team.tree.type_of) == team.tree.types.index(sort))
+
+
+def find_raised_by_all(team: Team, sorts: Collection[str], flag: str, worlds: int) -> NDArray[np.bool_]:
+    """Return in which worlds [B] all agents of these sorts have raised a flag."""
+    found = np.ones(worlds, np.bool_)
+    for sort in sorts:
+        raised = team.find_raised(sort, [flag]).reshape(worlds, -1)
+        if sort in team.tree.types:  # robots of all types are in one layer
+            raised = raised[:, select_type(team, sort)]
+        found &= raised.all(axis=1)
+    return found

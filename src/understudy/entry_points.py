@@ -1,0 +1,61 @@
+"""Find objects that other packages offer by entry points, and objects of the user's own modules."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module, metadata
+from pathlib import Path
+from typing import Any
+
+from understudy.errors import SettingError, UnderstudyError
+
+KITS, WORLDS, STUDIES = "understudy.kits", "understudy.worlds", "understudy.studies"
+"""Groups of entry points: kits, functions that make scenarios, and experiments."""
+
+
+def list_entry_points(group: str) -> list[str]:
+    """List the names that installed packages offer in a group of entry points, sorted; nothing is imported."""
+    return sorted({entry.name for entry in metadata.entry_points(group=group)})
+
+
+def load_object(name: str, group: str, *, where: str, remedy: str) -> Any:
+    """Import an object by its entry point or by its place.
+
+    Parameters
+    ----------
+    name
+        Name of an entry point of the group, or MODULE:NAME for a module that Python finds from the working folder.
+    group
+        The group of entry points.
+    where
+        The option or the function that was given the name, for the error.
+    remedy
+        What would be right, for the error.
+
+    Returns
+    -------
+    Any
+        The object; it can be anything.
+
+    Raises
+    ------
+    SettingError
+        If there is no such object, or its module raises an error when it is imported.
+    """
+    module, colon, attribute = name.partition(":")
+    offered = list(metadata.entry_points(group=group, name=name))
+    if not offered and not colon:
+        problem = f"is not offered by any installed package (entry point group {group})"
+        raise SettingError(where=where, setting=repr(name), problem=problem, remedy=remedy)
+    try:
+        if offered:
+            return offered[0].load()
+        here = str(Path.cwd())
+        if here not in sys.path:
+            sys.path.insert(0, here)
+        return getattr(import_module(module), attribute)
+    except UnderstudyError:
+        raise
+    except Exception as error:  # whatever a module of the user's own does when it is imported
+        problem = f"cannot be imported: {type(error).__name__}: {error}"
+        raise SettingError(where=where, setting=repr(name), problem=problem, remedy=remedy) from error

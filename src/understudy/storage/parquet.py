@@ -1,0 +1,62 @@
+"""Parquet, converted from JSON lines by DuckDB, which is imported when it is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from understudy.errors import SettingError
+from understudy.extras import format_install_command
+
+LINES, PARQUET = ".jsonl", ".parquet"
+"""The endings of files with JSON lines and of Parquet."""
+
+
+def import_duckdb(path: Path | str, *, where: str) -> Any:
+    """Import DuckDB, which writes the Parquet file of this path; SettingError if it is not installed."""
+    try:
+        return import_module("duckdb")
+    except ImportError as missing:
+        remedy = f"{format_install_command('parquet')}, or name a file that ends in {LINES}"
+        problem = "is Parquet, which needs DuckDB"
+        raise SettingError(where=where, setting=repr(str(path)), problem=problem, remedy=remedy) from missing
+
+
+def convert_to_parquet(
+    lines: Path | str, made: Path | str, columns: Mapping[str, str], *, key: str = "", metadata: str = ""
+) -> None:
+    """Convert a file of JSON lines to Parquet.
+
+    Parameters
+    ----------
+    lines
+        The file of JSON lines. Lines in which the first column is missing are left out.
+    made
+        The Parquet file to write.
+    columns
+        The columns by title, with their types in DuckDB. Other keys of the lines are left out.
+    key
+        The key under which metadata is stored; empty for none.
+    metadata
+        The metadata, as text.
+    """
+    spelled = ", ".join(f"{_quote(title)}: {_quote(kind)}" for title, kind in columns.items())
+    first = '"' + next(iter(columns)).replace('"', '""') + '"'
+    stored = f", KV_METADATA {{{key}: {_quote(metadata)}}}" if key else ""
+    with import_module("duckdb").connect() as database:
+        database.execute(
+            f"COPY (SELECT * FROM read_json({_quote(_escape_pattern(lines))}, format = 'newline_delimited', "
+            f"columns = {{{spelled}}}) WHERE {first} IS NOT NULL) "
+            f"TO {_quote(str(made))} (FORMAT parquet, COMPRESSION zstd{stored})"
+        )
+
+
+def _escape_pattern(path: Path | str) -> str:
+    """Escape a path in which DuckDB would find a pattern."""
+    return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in str(path))
+
+
+def _quote(value: str) -> str:
+    return "'" + value.replace("'", "''") + "'"

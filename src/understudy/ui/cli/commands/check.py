@@ -1,0 +1,322 @@
+"""Command `understudy check`: find what can go wrong with automata from their trees, without running them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from understudy.model.library import Kit, Library
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.storage.library_folder import LoadedLibrary
+    from understudy.verification.check_library import CheckReport
+    from understudy.verification.coordinators import SquadMembers
+    from understudy.verification.finding import Finding, FindingCell, FindingKind, Severity
+    from understudy.verification.ties import Tie
+
+
+class FailOn(StrEnum):
+    """The least severity of a finding for which the exit code is 1."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+    NEVER = "never"
+
+
+def check_automata(
+    folder: Annotated[
+        Path,
+        typer.Argument(metavar="[LIBRARY]", help="Folder of the library.", show_default=str(LIBRARY)),
+    ] = LIBRARY,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME]...", help="Names of automata; all if left out.", show_default=False),
+    ] = None,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            "--world",
+            "-w",
+            metavar="SCENARIO",
+            help="Scenario whose sensors, squads and tick length are assumed; nothing is assumed if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    kit: KitName = None,
+    fail_on: Annotated[
+        FailOn, typer.Option("--fail-on", help="Exit with 1 at a finding of this severity or above.")
+    ] = FailOn.ERROR,
+    everything: Annotated[
+        bool, typer.Option("--all", help="List every cell of one example, and every assumption.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Find what can go wrong with automata from their trees and examples, without running them.
+
+    States never entered or left, flags never raised, switches that undo each other, branches without examples, and
+    more. The exit code is 0 if there is no finding at or above --fail-on, 1 if there is one, and 2 if the library
+    cannot be used.
+
+    [dim]understudy check demo/library --world forage[/]
+    """
+    from understudy.ui.cli.output import make_console, print_json
+
+    report = _check(folder, names or [], world, kit)
+    failing = fail_on is not FailOn.NEVER and any(
+        each.severity.rank >= _rank(fail_on) for each in report.findings
+    )
+    if as_json:
+        print_json(_make_result(folder, world, report, holds=not failing))
+    else:
+        _show(folder, world, report, make_console(), everything=everything)
+    raise typer.Exit(1 if failing else 0)
+
+
+def _rank(fail_on: FailOn) -> int:
+    from understudy.verification.finding import Severity
+
+    return Severity(fail_on.value).rank
+
+
+def _check(folder: Path, names: Sequence[str], world: str | None, kit: str | None) -> CheckReport:
+    """Open the libraries in a folder and check them; raise the error of the first file that cannot be opened."""
+    from understudy.ui.cli.library_data import find_listed, open_all_libraries
+    from understudy.ui.cli.options import find_optional_kit, import_learner, open_scenario
+    from understudy.verification.check_library import check_library, join_reports
+
+    scenario = None if world is None else open_scenario(world)
+    parts = find_optional_kit(kit, world)
+    listings = open_all_libraries(
+        folder, scenario or (open_scenario(WORLD) if parts else None), parts, import_learner()
+    )
+    wanted: dict[str, list[str]] = {}
+    for name in names:
+        prefix, own = find_listed(listings, name)
+        if error := listings[prefix].problems.get(f"{own}.json"):
+            raise error
+        wanted.setdefault(prefix, []).append(own)
+    if not names:
+        for listing in listings.values():
+            for error in listing.problems.values():
+                raise error
+        wanted = {prefix: list(listing.library.taught) for prefix, listing in listings.items()}
+    squads = {} if scenario is None or parts is None else _find_squads(scenario, folder, parts, listings)
+    reports = [
+        check_library(
+            listings[prefix].library,
+            chosen,
+            ties=_list_ties(scenario, listings[prefix].library, squads.get(prefix)),
+            tick_s=None if scenario is None else scenario.tick_s,
+            prefix=prefix,
+            kit_known=parts is not None,
+            members=squads.get(prefix),
+        )
+        for prefix, chosen in wanted.items()
+    ]
+    return join_reports(reports)
+
+
+def _list_ties(scenario: Scenario | None, library: Library, members: SquadMembers | None) -> list[Tie]:
+    from understudy.verification.scenario_ties import list_scenario_ties
+    from understudy.verification.squad_ties import list_squad_ties
+
+    if scenario is None:
+        return []
+    if members is not None:
+        return list_squad_ties(members.squad, library, scenario)
+    return list_scenario_ties(scenario, library)
+
+
+def _find_squads(
+    scenario: Scenario, folder: Path, kit: Kit, listings: Mapping[str, LoadedLibrary]
+) -> dict[str, SquadMembers]:
+    """Return the squads whose coordinators have automata, with their members' libraries, by prefix."""
+    from understudy.model.library import Library
+    from understudy.sim.team.assignment import assign_team_members
+    from understudy.sim.team.libraries import collect_libraries, load_type_libraries
+    from understudy.verification.coordinators import SquadMembers
+
+    def look(place: Path, kit: Kit) -> Library:
+        prefix = "" if place == folder else f"{place.name}/"
+        return listings[prefix].library if prefix in listings else Library(kit)
+
+    robots = load_type_libraries(scenario, folder, kit, look)
+    known = collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
+    return {
+        f"{squad.name}/": SquadMembers(squad, {role.name: known[role.of] for role in squad.roles})
+        for squad, _ in assign_team_members(scenario).squads
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class CellRow:
+    """Part of the feature space: the ranges of the features that it restricts, and in words."""
+
+    condition: str
+    ranges: Mapping[str, Any]
+    at: Mapping[str, float | str | None]
+    """Value of each feature that represents the cell."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FindingRow:
+    """One finding as `--json` prints it."""
+
+    automaton: str
+    kind: FindingKind
+    severity: Severity
+    certain: bool
+    sentence: str
+    states: Sequence[str]
+    assumptions: Sequence[str]
+    cells: Sequence[CellRow]
+    examples: Sequence[int]
+    remedy: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckedRow:
+    """One automaton that was checked: the number of its states, and of the boxes that its trees divide."""
+
+    name: str
+    states: int
+    boxes: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckResult:
+    """Findings on a library; `holds` is false if one is at or above `--fail-on`."""
+
+    library: Path
+    world: str | None
+    holds: bool
+    findings: Sequence[FindingRow]
+    checked: Sequence[CheckedRow]
+    unchecked: Sequence[str]
+    ties: Sequence[str]
+    """Ties between features that the world guarantees and that were assumed."""
+
+
+def _make_result(folder: Path, world: str | None, report: CheckReport, *, holds: bool) -> CheckResult:
+    return CheckResult(
+        library=folder,
+        world=world,
+        holds=holds,
+        findings=[_make_row(each) for each in report.findings],
+        checked=[CheckedRow(name=each.name, states=each.states, boxes=each.boxes) for each in report.checked],
+        unchecked=report.unchecked,
+        ties=report.ties,
+    )
+
+
+def _make_row(each: Finding) -> FindingRow:
+    return FindingRow(
+        automaton=each.automaton,
+        kind=each.kind,
+        severity=each.severity,
+        certain=each.is_certain,
+        sentence=each.sentence,
+        states=each.states,
+        assumptions=each.assumptions,
+        cells=[_make_cell(cell) for cell in each.cells],
+        examples=each.examples,
+        remedy=each.remedy,
+    )
+
+
+def _make_cell(cell: FindingCell) -> CellRow:
+    from math import isinf
+
+    from understudy.model.describe import convert_to_plain
+
+    ranges = {
+        str(bound): {
+            "parts": [[None if isinf(end) else end for end in ends] for ends in region.parts],
+            "absent": region.absent,
+        }
+        for bound, region in zip(cell.features, cell.box, strict=True)
+    }
+    at = {
+        str(bound): convert_to_plain(value, bound)
+        for bound, value in zip(cell.features, cell.at, strict=True)
+    }
+    return CellRow(cell.condition, ranges, at)
+
+
+COLORS = {"error": "red", "warning": "yellow", "note": "dim"}
+
+
+MOST_LISTED = 3
+"""So many cells of one example are listed for an automaton without --all."""
+
+
+def _show(folder: Path, world: str | None, report: CheckReport, out: Console, *, everything: bool) -> None:
+    from rich.markup import escape
+
+    from understudy.errors import join_names
+    from understudy.ui.cli.output import format_count
+
+    by_name: dict[str, list[Finding]] = {each.name: [] for each in report.checked}
+    for finding in report.findings:
+        by_name[finding.automaton].append(finding)
+    for each in report.checked:
+        found = by_name[each.name]
+        worst = max((finding.severity for finding in found), key=lambda severity: severity.rank, default=None)
+        mark = {"error": "[red]✗[/]", "warning": "[yellow]![/]"}.get(str(worst), "[green]✓[/]")
+        size = f"{format_count(each.states, 'state')}, {format_count(each.boxes, 'leaf', 'leaves')}"
+        out.print(f"{mark} [bold]{escape(each.name)}[/] [dim]{size}[/]")
+        single = [finding for finding in found if finding.kind == "one example"]
+        hidden = [] if everything else single[MOST_LISTED:]
+        for finding in found:
+            if finding not in hidden:
+                _show_finding(finding, out)
+        if hidden:
+            numbers = join_names(str(finding.examples[0]) for finding in hidden)
+            more = format_count(len(hidden), "more cell rests", "more cells rest")
+            _print_indented(f"[dim]note {more} on one example each: {numbers} (--all)[/]", out)
+    if report.ties and not everything:
+        ties = format_count(len(report.ties), "tie between readings", "ties between readings")
+        out.print(f"[dim]Assumed of {escape(str(world))}: {ties} (--all)[/]")
+    elif report.ties:
+        out.print(f"[dim]Assumed of {escape(str(world))}:[/]")
+        for tie in report.ties:
+            _print_indented(f"[dim]{escape(tie)}[/]", out)
+    for reason in report.unchecked:
+        out.print(f"[yellow]Not checked:[/] {escape(reason)}")
+    counts = [
+        f"[{COLORS[severity]}]{format_count(number, severity)}[/]"
+        for severity in COLORS
+        if (number := sum(each.severity == severity for each in report.findings))
+    ]
+    found_text = join_names(counts) if counts else "[green]nothing found[/]"
+    checked = format_count(len(report.checked), "automaton", "automata")
+    out.print(f"{escape(str(folder))}: {checked} checked, {found_text}", soft_wrap=True)
+
+
+def _show_finding(finding: Finding, out: Console) -> None:
+    from rich.markup import escape
+
+    color = COLORS[finding.severity]
+    if finding.severity == "note":
+        _print_indented(f"[dim]note {escape(finding.sentence)}[/]", out)
+        return
+    _print_indented(f"[{color}]{finding.severity}[/] {escape(finding.sentence)}", out)
+    for each in finding.assumptions:
+        _print_indented(f"[dim]assumes: {escape(each)}[/]", out, by=6)
+    _print_indented(f"→ {escape(finding.remedy)}", out, by=6)
+
+
+def _print_indented(text: str, out: Console, *, by: int = 4) -> None:
+    from rich.padding import Padding
+
+    out.print(Padding(text, (0, 0, 0, by), expand=False))

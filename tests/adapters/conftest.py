@@ -1,0 +1,3 @@
+"""Import Box2D before any test."""
+
+import tests.adapters.box2d  # noqa: F401

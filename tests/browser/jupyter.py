@@ -1,0 +1,156 @@
+"""JupyterLab as a process, with a folder of notebooks and no settings but those of the test."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import secrets
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from playwright.sync_api import Locator, Page, expect
+
+READY = re.compile(r"(http://127\.0\.0\.1:\d+)/lab")
+QUIET = {
+    "notification": {"fetchNews": "false", "checkForUpdates": False},
+    "themes": {"theme": "JupyterLab Light"},
+}
+"""Settings of JupyterLab, so that it asks nothing of other hosts."""
+STARTED, DROPPED = "[*]:", "[ ]:"
+"""What stands beside a cell that runs, and beside one that never did."""
+
+
+class Jupyter:
+    """A JupyterLab on a port of its own, which only knows the token of this test."""
+
+    def __init__(self, folder: Path, **settings: dict[str, object]) -> None:
+        """`folder` holds the notebooks; `settings` are those of JupyterLab's plugin for its application."""
+        self.folder, self._settings = folder, {**QUIET, **settings}
+        self.address, self.token = "", secrets.token_hex(16)
+        self._process: subprocess.Popen[str] | None = None
+
+    def start(self) -> None:
+        """Start it, and wait until it says where it is."""
+        own = self.folder / ".jupyter"
+        plugins = own / "settings" / "@jupyterlab" / "apputils-extension"
+        plugins.mkdir(parents=True, exist_ok=True)
+        for name, values in self._settings.items():
+            (plugins / f"{name}.jupyterlab-settings").write_text(json.dumps(values), encoding="utf-8")
+        places = {
+            "JUPYTER_CONFIG_DIR": own / "config",
+            "JUPYTER_DATA_DIR": own / "data",
+            "JUPYTER_RUNTIME_DIR": own / "runtime",
+            "JUPYTERLAB_SETTINGS_DIR": own / "settings",
+            "JUPYTERLAB_WORKSPACES_DIR": own / "workspaces",
+            "IPYTHONDIR": own / "ipython",
+        }
+        options = (
+            "--no-browser", "--allow-root", "--ServerApp.ip=127.0.0.1", "--ServerApp.port=0",
+            f"--ServerApp.root_dir={self.folder}", f"--IdentityProvider.token={self.token}",
+            "--LabApp.extension_manager=readonly",
+        )  # fmt: skip
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "jupyterlab", *options],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env={**os.environ, **{name: str(path) for name, path in places.items()}},
+        )
+        assert self._process.stdout is not None
+        said = []
+        for line in self._process.stdout:
+            said.append(line)
+            if found := READY.search(line):
+                self.address = found[1]
+                return
+        raise AssertionError("JupyterLab did not start: " + "".join(said))
+
+    def open(self, page: Page, notebook: str) -> Notebook:
+        """Open a notebook, and wait until its kernel is there."""
+        page.goto(self.url(notebook))
+        return Notebook(page)
+
+    def url(self, notebook: str) -> str:
+        """The address of a notebook alone, without the list of files."""
+        return f"{self.address}/doc/tree/{notebook}?token={self.token}"
+
+    def restart_kernels(self, page: Page) -> None:
+        """End all kernels, and start others in their place."""
+        access = {"Authorization": f"token {self.token}"}
+        for kernel in page.request.get(f"{self.address}/api/kernels", headers=access).json():
+            page.request.post(f"{self.address}/api/kernels/{kernel['id']}/restart", headers=access)
+
+    def stop(self) -> None:
+        """Ask it to end, as the system does, with its kernels."""
+        if self._process is None:
+            return
+        assert self._process.stdout is not None
+        self._process.send_signal(signal.SIGTERM)
+        for _ in self._process.stdout:  # what it says must go somewhere, or it waits
+            pass
+        self._process.wait(30)
+        self._process.stdout.close()
+        self._process = None
+
+
+class Notebook:
+    """A notebook that is open in a page, from which its cells are run."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.cells = page.locator(".jp-Notebook .jp-Cell")
+        self.widget = page.locator(".understudy")
+        self.wait_for_kernel()
+
+    def wait_for_kernel(self) -> None:
+        """Wait until the kernel is idle."""
+        expect(self.page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]')).to_be_attached(
+            timeout=60_000
+        )
+
+    def start(self, cell: int) -> None:
+        """Start a cell, counted from 0; right after loading, the notebook takes no keys yet, or drops what it began."""
+        prompt = self.cells.nth(cell).locator(".jp-InputPrompt")
+        before = prompt.inner_text()
+        for _ in range(20):
+            self.cells.nth(cell).locator(".cm-content").click()
+            self.page.keyboard.press("Control+Enter")
+            for _ in range(10):
+                self.page.wait_for_timeout(100)
+                if prompt.inner_text() not in (before, STARTED, DROPPED):
+                    return
+            if prompt.inner_text() == STARTED:
+                return
+        raise AssertionError(f"cell {cell} does not start")
+
+    def run(self, cell: int) -> str:
+        """Run a cell, and return what it prints."""
+        self.start(cell)
+        prompt = self.cells.nth(cell).locator(".jp-InputPrompt")
+        expect(prompt).to_have_text(re.compile(r"\[\d+\]"), timeout=60_000)
+        self.page.wait_for_timeout(100)
+        return "\n".join(self.cells.nth(cell).locator(".jp-OutputArea-output").all_text_contents()).strip()
+
+    def state(self, name: str) -> Locator:
+        """The button of a state."""
+        return self.widget.locator(f'.states [data-state="{name}"]')
+
+    def reading(self, label: str) -> float:
+        """The number that a reading shows."""
+        text = self.widget.locator(".readings div", has_text=label).locator("dd").inner_text()
+        return float(text.replace("−", "-").rstrip("°m "))
+
+
+def write_notebook(path: Path, *cells: str) -> None:
+    """Write a notebook of code cells."""
+    made: list[dict[str, object]] = [
+        {"cell_type": "code", "id": f"cell-{number}", "source": source, "metadata": {}, "outputs": [],
+         "execution_count": None}
+        for number, source in enumerate(cells)
+    ]  # fmt: skip
+    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    content = {"cells": made, "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 5}
+    path.write_text(json.dumps(content), encoding="utf-8")

@@ -1,0 +1,146 @@
+"""Cells of one example, branches and absence never shown, features and parameters that decide nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+
+import pytest
+from tests.verification.automata import (
+    AHEAD,
+    BACK,
+    DISTANCE,
+    FULL,
+    KIT,
+    LIGHT,
+    always,
+    arc,
+    below,
+    find,
+    labels,
+    make,
+)
+
+from understudy.learning.fit import learn_automaton
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature, Feature
+from understudy.model.kinds import Continuous
+from understudy.model.lesson import Example, ExampleKind, Lesson
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.tree import STAY
+from understudy.verification.check_library import check_library
+from understudy.verification.finding import Finding, FindingKind
+
+BARE = Automaton("go", (START, AHEAD, BACK), (DISTANCE, LIGHT))
+SHOWN = (  # state, next, kind, distance, light
+    ("start", "ahead", "directive", 5.0, 0),
+    ("ahead", "ahead", "default", 5.0, 0),
+    ("ahead", "ahead", "confirmation", 4.0, 0),
+    ("ahead", "back", "directive", 1.0, 0),
+    ("back", "back", "default", 1.0, 0),
+    ("back", "back", "confirmation", 1.0, 1),
+    ("back", "ahead", "directive", 3.0, 0),
+    ("back", "ahead", "directive", 4.0, 1),
+)
+
+
+def check(rows: tuple[tuple[str, str, str, float, float], ...], kind: FindingKind) -> list[Finding]:
+    """The findings of a kind on what is learned from examples."""
+    examples = [
+        Example(number, state, (distance, light), following, ExampleKind(how))
+        for number, (state, following, how, distance, light) in enumerate(rows)
+    ]
+    lesson = Lesson(BARE, tuple(examples))
+    library = Library(KIT).with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
+    return [each for each in check_library(library).findings if each.kind is kind]
+
+
+def test_a_cell_that_one_press_decides() -> None:
+    (found,) = check(SHOWN, FindingKind.ONE_EXAMPLE)
+    assert (found.states, found.examples) == (("ahead",), (3,))
+    assert "distance is below 2.5 m: only example 3" in found.sentence
+    twice = (*SHOWN, ("ahead", "back", "directive", 0.5, 0))
+    assert not check(twice, FindingKind.ONE_EXAMPLE)
+
+
+def test_a_label_without_examples() -> None:
+    rows = (*SHOWN[:3], ("ahead", "back", "directive", 4.0, 2), *SHOWN[4:])
+    (found,) = check(rows, FindingKind.NEVER_SHOWN)
+    assert found.states == ("ahead",)
+    assert "light is amber" in found.sentence
+    shown = (*rows, ("ahead", "ahead", "confirmation", 4.0, 1))
+    assert not check(shown, FindingKind.NEVER_SHOWN)
+
+
+def test_absence_without_examples() -> None:
+    (found,) = check(SHOWN, FindingKind.ABSENT_NEVER_SHOWN)
+    assert found.states == ("ahead", "back")
+    assert not found.is_certain  # whether the distance is ever absent is not decided
+    shown = (*SHOWN, ("ahead", "back", "directive", nan, 0), ("back", "back", "confirmation", nan, 0))
+    assert not check(shown, FindingKind.ABSENT_NEVER_SHOWN)
+
+
+TREES = [  # the tree of ahead, and the features of which decisions depend
+    (below(1.0, 1, 2), {"distance"}),
+    (below(1.0, 1, 1), set()),
+    (below(1.0, STAY, 1), set()),  # both stay
+    (labels(2, 1, 2, 1), {"light"}),
+    (labels(2, 1, 1, 1), set()),
+    (arc(10.0, 20.0, 2, 1), {"angle"}),
+]
+
+
+@pytest.mark.parametrize(("tree", "deciding"), TREES)
+def test_features_that_decide_nothing(tree: object, deciding: set[str]) -> None:
+    automaton = make("go", (AHEAD, BACK), start=always(1), ahead=tree, back=always(1))  # type: ignore[arg-type]
+    unused = {each.sentence.split()[0] for each in find(automaton, kind=FindingKind.UNUSED_FEATURE)}
+    assert unused == {str(bound) for bound in automaton.features} - deciding
+
+
+RANGE = Feature("range", Continuous(), "range", of="A")
+
+
+def using(*, tested: bool = False, passed: str | None = None, child_uses: bool = True) -> list[Finding]:
+    """The unused parameters of an automaton that tests its parameter A, or passes it on to another automaton."""
+    near = BoundFeature(RANGE, Binding(A="A"))
+    inner = Automaton(
+        "inner",
+        (START, AHEAD, BACK),
+        (near,),
+        ("A",),
+        transitions={"start": below(1.0, 1, 2) if child_uses else always(1)},
+    )
+    state = State("run", "inner", Binding(A=passed)) if passed else AHEAD
+    outer = Automaton(
+        "outer",
+        (START, state),
+        (near, FULL),
+        ("A",),
+        transitions={"start": below(1.0, 0, 1) if tested else labels(1, 0, 1)},
+    )
+    library = Library.from_automata(KIT, inner, outer)
+    report = check_library(library, ["outer"])
+    return [each for each in report.findings if each.kind is FindingKind.UNUSED_PARAMETER]
+
+
+def test_parameters_that_decide_nothing() -> None:
+    assert using()
+    assert not using(tested=True)
+    assert not using(passed="A")
+    assert using(passed="station")
+    assert using(passed="A", child_uses=False)
+
+
+def test_what_is_left_out_of_a_lesson_is_no_example() -> None:
+    """A quarantined example does not support a cell."""
+    rows = (*SHOWN, ("ahead", "back", "directive", 0.5, 0))
+    examples = [
+        Example(number, state, (distance, light), following, ExampleKind(how))
+        for number, (state, following, how, distance, light) in enumerate(rows)
+    ]
+    examples[-1] = replace(examples[-1], quarantined="a slip")
+    lesson = Lesson(BARE, tuple(examples))
+    library = Library(KIT).with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
+    kinds = [each.kind for each in check_library(library).findings]
+    assert FindingKind.ONE_EXAMPLE in kinds
