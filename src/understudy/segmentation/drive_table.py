@@ -1,4 +1,4 @@
-"""Drives in tables: CSV files, JSON lines whose objects are rows, and Parquet.
+"""Drives from recordings of any program: their columns become readings and commands in ticks.
 
 What can be used is used: a cell that is no number is absent, a row without a command is left out, and where time goes
 back or pauses, an episode ends. Each of these is said in a sentence with its place.
@@ -6,97 +6,44 @@ back or pauses, an episode ends. Each of these is said in a sentence with its pl
 
 from __future__ import annotations
 
-import csv
 import itertools
-import json
-from collections.abc import Iterator, Sequence
-from importlib import import_module
-from math import isfinite, nan
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import FileError, join_names, suggest_known_name
-from understudy.extras import format_install_command
+from understudy.errors import FileError, join_names
 from understudy.model.kinds import Categorical, Column, Toroidal
 from understudy.runtime.body import Channel, Reading
 from understudy.segmentation.mapping_file import UNITS, CommandColumn, ReadingColumn, RecordingMap
 from understudy.segmentation.recorded_drive import Episode, RecordedDrive
+from understudy.segmentation.recorded_messages import has_messages, read_messages
+from understudy.segmentation.recorded_table import TIME, RecordedTable, read_table
 
 Floats = NDArray[np.float64]
-TIME, COMMAND = "time_s", "command."
-"""The column of times, and the beginning of the names of those of commands, in a table that needs no mapping file."""
-JSON_SUFFIXES = (".jsonl", ".ndjson")
-PARQUET_SUFFIX = ".parquet"
+COMMAND = "command."
+"""The beginning of the names of columns of commands in a table that needs no mapping file."""
 MOST_UNEVEN = 0.1
 """Rows that are apart by up to this share more or less than a tick are taken as ticks as they are."""
 WIDEST_RAD = 13.0
 """An angle in radians that goes beyond two turns is taken for one in degrees."""
 
 
-class _Table(NamedTuple):
-    """Rows of cells by line of the file, and what was left out."""
-
-    path: Path
-    header: tuple[str, ...]
-    lines: Sequence[int]
-    cells: Sequence[Sequence[Any]]
-    omissions: list[str]
-
-    def refuse(self, place: str, problem: str, remedy: str) -> FileError:
-        return FileError(path=self.path, place=place, problem=problem, remedy=remedy)
-
-    def read_numbers(self, column: str, *, of: str, quiet: bool = False) -> Column:
-        """Read a column; what is no number is NaN, and said once unless `quiet`."""
-        if column not in self.header:
-            meant = suggest_known_name(column, self.header)
-            raise self.refuse(
-                f"line {self.lines[0] if self.lines else 1}",
-                f"there is no column {column!r} for {of}",
-                f"{meant}the columns are {join_names(self.header)}",
-            )
-        at = self.header.index(column)
-        found, wrong = np.empty(len(self.cells)), []
-        for row, cells in enumerate(self.cells):
-            found[row] = value = _parse(cells[at])
-            if not isfinite(value) and cells[at] not in ("", None):
-                wrong.append(row)
-        if wrong:
-            more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
-            first = self.lines[wrong[0]]
-            what = f"{self.cells[wrong[0]][at]!r:.40}{more} is no number; taken as absent"
-            if not quiet:
-                self.omissions.append(f"{self.path} at line {first}, column {column!r}: {what}")
-            if len(wrong) == len(found):
-                raise self.refuse(
-                    f"line {first}, column {column!r}", "no cell is a number", "map another column"
-                )
-        return found
-
-
-def _parse(cell: Any) -> float:
-    if isinstance(cell, bool):
-        return float(cell)
-    try:
-        value = float(cell)
-    except (TypeError, ValueError):
-        return nan
-    return value if isfinite(value) else nan
-
-
 def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -> RecordedDrive:
-    """Read a drive from a CSV file, JSON lines or Parquet.
+    """Read a drive from a table (CSV, JSON lines, Parquet) or from recorded messages (MCAP, ROS 2, ROS 1).
 
     Parameters
     ----------
     path
         The file; one whose name ends in .jsonl or .ndjson has an object in each line, and one that ends in .parquet is
-        Parquet, which needs the extra `parquet`.
+        Parquet, which needs the extra `parquet`. One that ends in .mcap, .db3 or .bag, or a folder that ROS 2 recorded,
+        has messages, and needs the extra `ros2`.
     mapping
-        Which columns are what. None: the column time_s has times, columns such as command.drive have commands, and all
-        others are readings, of targets if they are called as range(ball).
+        Which columns are what; it must be given for messages, whose columns are called as /cmd_vel.linear.x. None: the
+        column time_s has times, columns such as command.drive have commands, and all others are readings, of targets if
+        they are called as range(ball).
 
     Returns
     -------
@@ -106,14 +53,25 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
     Raises
     ------
     FileError
-        If the file cannot be read, has no column that the mapping names, or has no motion.
+        If the file cannot be read, has no column that the mapping names, or has no motion, or if it has messages and
+        there is no mapping.
+    ExtraMissing
+        If the packages for messages are not installed.
     """
     path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix == PARQUET_SUFFIX:
-        table = _read_parquet(path)
+    if has_messages(path):
+        if mapping is None:
+            raise FileError(
+                path=path,
+                place="",
+                problem="it has messages, and no mapping file says which fields are readings and commands",
+                remedy="give --map MAP.toml; a recording of `understudy run` with presses needs no --behaviors",
+            )
+        if mapping.time is None:
+            mapping = replace(mapping, time=TIME, time_unit="s")
+        table = read_messages(path, mapping)
     else:
-        table = _read_lines(path) if suffix in JSON_SUFFIXES else _read_rows(path)
+        table = read_table(path)
     mapping = _guess_mapping(table) if mapping is None else mapping
     commands = np.column_stack([_read_column(table, each, "the commands") for each in mapping.commands])
     columns = {
@@ -153,98 +111,7 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
     )
 
 
-def _read_rows(path: Path) -> _Table:
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file)
-            rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if row]
-    except (OSError, ValueError, csv.Error) as error:
-        raise _unreadable(path, error) from None
-    if not rows:
-        raise FileError(path=path, place="", problem="it is empty", remedy="give a table of a drive")
-    (_, header), *rest = rows
-    table = _Table(path, tuple(header), [], [], [])
-    kept = list(_whole_rows(table, rest))
-    return table._replace(lines=[line for line, _ in kept], cells=[row for _, row in kept])
-
-
-def _whole_rows(table: _Table, rows: Sequence[tuple[int, list[str]]]) -> Iterator[tuple[int, list[str]]]:
-    """Yield rows that have all cells; the last one of a file that was cut short has fewer."""
-    for line, row in rows:
-        if len(row) == len(table.header):
-            yield line, row
-        else:
-            end = "the file ends in the middle of it" if line == rows[-1][0] else "it is left out"
-            table.omissions.append(
-                f"{table.path} at line {line}: {len(row)} cells instead of {len(table.header)}; {end}"
-            )
-
-
-def _read_lines(path: Path) -> _Table:
-    try:
-        lines = path.read_text("utf-8-sig").splitlines()
-    except (OSError, ValueError) as error:
-        raise _unreadable(path, error) from None
-    rows: list[tuple[int, dict[str, Any]]] = []
-    omissions = []
-    for number, line in enumerate(lines, 1):
-        if not line.strip():
-            continue
-        try:
-            found = json.loads(line)
-        except (ValueError, RecursionError):
-            found = None
-        if isinstance(found, dict):
-            rows.append((number, dict(_flatten(found))))
-        else:
-            end = "the file ends in the middle of it" if number == len(lines) else "it is left out"
-            omissions.append(f"{path} at line {number}: no JSON object; {end}")
-    if not rows:
-        raise FileError(
-            path=path, place="", problem="no line has a JSON object", remedy="give JSON lines of a drive"
-        )
-    header = tuple(dict.fromkeys(key for _, row in rows for key in row))
-    cells = [[row.get(key) for key in header] for _, row in rows]
-    return _Table(path, header, [number for number, _ in rows], cells, omissions)
-
-
-def _read_parquet(path: Path) -> _Table:
-    """Read a Parquet file; its rows count as lines, from 1."""
-    try:
-        duckdb = import_module("duckdb")
-    except ImportError:
-        raise FileError(
-            path=path,
-            place="",
-            problem="it is Parquet, which needs DuckDB",
-            remedy=format_install_command("parquet"),
-        ) from None
-    try:
-        with duckdb.connect() as database, path.open("rb"):
-            result = database.execute("SELECT * FROM read_parquet(?)", [str(path)])
-            header = tuple(each[0] for each in result.description)
-            cells = result.fetchall()
-    except (OSError, duckdb.Error) as error:
-        raise _unreadable(path, error) from None
-    return _Table(path, header, range(1, len(cells) + 1), cells, [])
-
-
-def _flatten(found: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the values of an object by path, with dots between the keys."""
-    for key, value in found.items():
-        if isinstance(value, dict):
-            yield from _flatten(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
-
-
-def _unreadable(path: Path, error: Exception) -> FileError:
-    gone = isinstance(error, FileNotFoundError)
-    problem = "there is no such file" if gone else f"it cannot be read ({error})"
-    return FileError(path=path, place="", problem=problem, remedy="give a CSV file, JSON lines or Parquet")
-
-
-def _guess_mapping(table: _Table) -> RecordingMap:
+def _guess_mapping(table: RecordedTable) -> RecordingMap:
     """Make the mapping of a table whose columns are called as ours."""
     commands = [name for name in table.header if name.startswith(COMMAND)]
     if not commands or TIME not in table.header:
@@ -269,7 +136,7 @@ def _guess_mapping(table: _Table) -> RecordingMap:
     )
 
 
-def _read_column(table: _Table, column: ReadingColumn | CommandColumn, of: str) -> Column:
+def _read_column(table: RecordedTable, column: ReadingColumn | CommandColumn, of: str) -> Column:
     """Read a column in the unit of its reading or command."""
     values: Column = table.read_numbers(column.column, of=of, quiet=isinstance(column, CommandColumn))
     _unit, factor = UNITS[column.unit]
@@ -287,14 +154,14 @@ def _read_column(table: _Table, column: ReadingColumn | CommandColumn, of: str) 
         outside = np.flatnonzero(~np.isnan(values) & ~np.isin(values, np.arange(len(kind.labels))))
         if len(outside):
             raise table.refuse(
-                f"line {table.lines[outside[0]]}, column {column.column!r}",
+                f"{table.place(int(outside[0]))}, column {column.column!r}",
                 f"{values[outside[0]]:g} is no label of {kind}",
                 f"write 0 to {len(kind.labels) - 1}",
             )
     return values
 
 
-def _read_times(table: _Table, mapping: RecordingMap) -> Column:
+def _read_times(table: RecordedTable, mapping: RecordingMap) -> Column:
     """Read the time of each row, s."""
     if mapping.time is None:
         steps: Column = np.arange(len(table.cells), dtype=np.float64)
@@ -314,7 +181,7 @@ def _read_times(table: _Table, mapping: RecordingMap) -> Column:
 
 
 def _find_pieces(
-    table: _Table, times: Column, commands: Floats, gap_s: float
+    table: RecordedTable, times: Column, commands: Floats, gap_s: float
 ) -> tuple[NDArray[np.int64], list[int]]:
     """Return the rows that can be used, and the positions among them at which episodes begin."""
     usable = np.isfinite(times) & np.isfinite(commands).all(axis=1)
@@ -322,7 +189,7 @@ def _find_pieces(
     if len(lost):
         more = f" and {len(lost) - 1} more rows" if len(lost) > 1 else ""
         table.omissions.append(
-            f"{table.path} at line {table.lines[lost[0]]}{more}: no time or no command; left out"
+            f"{table.path} at {table.place(int(lost[0]))}{more}: no time or no command; left out"
         )
     kept: list[int] = []
     starts = [0]
@@ -337,9 +204,7 @@ def _find_pieces(
                     if passed < 0
                     else f"nothing was recorded for {passed:g} s"
                 )
-                table.omissions.append(
-                    f"{table.path} at line {table.lines[row]}: {what}; another episode begins"
-                )
+                table.omissions.append(f"{table.path} at {table.place(row)}: {what}; another episode begins")
                 starts.append(len(kept))
         kept.append(row)
     return np.array(kept, np.int64), starts

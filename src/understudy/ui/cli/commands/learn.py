@@ -48,7 +48,8 @@ def learn_lesson(
         typer.Option(
             "--recording",
             metavar="FILE",
-            help="Take examples from a recording instead of a table: MCAP, CSV or JSON lines.",
+            help="Take examples from a recording instead of a table: MCAP of `understudy run` with presses, or a "
+            "drive without presses: CSV, JSON lines or Parquet, or with --map MCAP or a bag of ROS.",
         ),
     ] = None,
     presses: Annotated[
@@ -66,7 +67,12 @@ def learn_lesson(
         ),
     ] = None,
     features: Annotated[
-        str | None, typer.Option("--features", metavar="A,B(C)", help="Features that decisions depend on.")
+        str | None,
+        typer.Option(
+            "--features",
+            metavar="A,B(C)",
+            help="Features that decisions depend on; those of a drive also help to find when its driver switched.",
+        ),
     ] = None,
     flags: Annotated[
         str | None,
@@ -104,7 +110,9 @@ def learn_lesson(
     mapping: Annotated[
         Path | None,
         typer.Option(
-            "--map", metavar="MAP.toml", help="Which columns of the recording are readings and commands."
+            "--map",
+            metavar="MAP.toml",
+            help="Which columns, or fields of messages, of a recording are readings and commands.",
         ),
     ] = None,
     behaviors: Annotated[
@@ -155,7 +163,7 @@ def learn_lesson(
         _refuse_presses(context)
         shown, drive = learn_from_drive(
             recording,
-            DriveOptions(name, library, mapping, behaviors, features, reaction, agent, session, kit),
+            DriveOptions(name, library, mapping, behaviors, features, reaction, kit),
         )
     elif recording is not None and lesson is None:
         asked = LearnOptions(
@@ -199,10 +207,10 @@ def _is_drive(recording: Path, mapping: Path | None, behaviors: str | None) -> b
 
 
 def _refuse_presses(context: typer.Context) -> None:
-    """Refuse options of presses for a recording without them."""
+    """Refuse options that only apply to recordings with presses."""
     from understudy.errors import SettingError
 
-    for option in ("presses", "states", "flags", "parameters", "targets"):
+    for option in ("presses", "states", "flags", "parameters", "targets", "agent", "session"):
         source = context.get_parameter_source(option)
         if source is not None and source.name == "COMMANDLINE":
             problem = "is not used with a recording whose behaviors are found from its commands"

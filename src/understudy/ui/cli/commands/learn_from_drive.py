@@ -22,8 +22,6 @@ class DriveOptions(NamedTuple):
     behaviors: str | None
     features: str | None
     reaction_s: float | None
-    agent: int
-    session: int | None
     kit: str | None
 
 
@@ -34,6 +32,7 @@ def learn_from_drive(path: Path, asked: DriveOptions) -> tuple[Lesson, DriveRepo
     from understudy.segmentation.mapping_file import load_recording_map
     from understudy.segmentation.segment import segment
     from understudy.segmentation.segmentation_report import make_drive_report
+    from understudy.training.lesson_design import parse_feature
     from understudy.ui.cli.options import parse_names
 
     mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
@@ -41,12 +40,16 @@ def learn_from_drive(path: Path, asked: DriveOptions) -> tuple[Lesson, DriveRepo
     candidates = make_candidates(library, drive, parse_names(asked.behaviors))
     if not candidates:
         raise _no_behaviors(path)
-    found = segment(drive, candidates)
+    names = parse_names(asked.features)
+    features = None if names is None else [parse_feature(library, each) for each in names]
+    # The readings say nothing about features of the automaton itself, such as the time in a state.
+    sensed = [each for each in features or () if not each.is_own]
+    found = segment(drive, candidates, features=sensed)
     made = to_lesson(
         found,
         name=asked.name or "driven",
         library=library,
-        features=parse_names(asked.features),
+        features=features,
         reaction_s=asked.reaction_s,
     )
     return made.lesson, make_drive_report(found, made)
