@@ -107,6 +107,7 @@ COMMANDS = {
     "bench million": "--json",
     "bench patrol": "--json",
     "bench robots": "--json",
+    "bench segmentation": "--json",
     "bench squads": "--json",
     "bench start": "--json",
     "bench swarm": "--json",
