@@ -5,7 +5,7 @@ import pytest
 
 from understudy_lab.recordings import study
 from understudy_lab.recordings.driven_goto import FORWARD, LEFT, RIGHT, WAIT, intend
-from understudy_lab.recordings.stick_driver import Stick, StickHand
+from understudy_lab.recordings.stick_driver import Stick, StickSettings
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 
@@ -37,7 +37,7 @@ def test_the_driver(before: int, distance: float, bearing: float, after: int) ->
 
 
 def test_the_hand_is_late_and_overshoots() -> None:
-    hand = StickHand(gain=0.5, noise=0.0, dead_ticks=1, overshoot=0.2, slowest=1.0)
+    hand = StickSettings(gain=0.5, noise=0.0, dead_ticks=1, overshoot=0.2, slowest=1.0)
     stick = Stick(hand, 1, 1, np.random.default_rng(0))
     places = [float(stick.move(np.array([[0.5]]))[0, 0]) for _ in range(4)]
     assert places == pytest.approx([0.0, 0.3, 0.45, 0.475])

@@ -1,4 +1,4 @@
-"""Alternation between labels and what they depend on: the driver's hand and noise, and unknown constants."""
+"""Alternation between labels and what they depend on: the driver's reaction and noise, and unknown constants."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from understudy.segmentation.candidates import Candidate, CommandModel
 from understudy.segmentation.driver_model import DriverModel, estimate_gain, estimate_noise, guess_driver
 from understudy.segmentation.lattice import Lattice, find_states
-from understudy.segmentation.recorded_drive import Episode, RecordedDrive
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -100,7 +100,7 @@ def measure_residuals(drive: RecordedDrive, stack: PredictionStack, driver: Driv
     return residuals
 
 
-def _shift(columns: Floats, ticks: int, episodes: Sequence[Episode]) -> Floats:
+def _shift(columns: Floats, ticks: int, episodes: Sequence[DriveEpisode]) -> Floats:
     """Return columns [T, C] so many ticks later, NaN beyond the end of an episode."""
     found = np.full(columns.shape, np.nan)
     for each in episodes:
@@ -185,7 +185,7 @@ def make_lattices(
 
 
 @dataclass(frozen=True, slots=True)
-class Fitted:
+class DriverFit:
     """Candidates with their constants, the driver, the states that follow, and their likelihood less the prices."""
 
     candidates: tuple[Candidate, ...]
@@ -196,7 +196,7 @@ class Fitted:
 
 def fit_driver(
     drive: RecordedDrive, candidates: Sequence[Candidate], rules: SwitchRules, *, width: float = 0.0
-) -> Fitted:
+) -> DriverFit:
     """Alternate between the labels of a drive and the driver until the labels stay as they are.
 
     Parameters
@@ -212,7 +212,7 @@ def fit_driver(
 
     Returns
     -------
-    Fitted
+    DriverFit
         Candidates, driver and states of the last round.
     """
     found = tuple(candidates)
@@ -235,13 +235,13 @@ def fit_driver(
     likelihood = float(fit[np.arange(drive.ticks), states].sum())
     labels = stack.labels[states]
     switches = sum(np.count_nonzero(np.diff(labels[each.ticks])) for each in drive.episodes)
-    return Fitted(found, driver, states, likelihood - rules.price * switches)
+    return DriverFit(found, driver, states, likelihood - rules.price * switches)
 
 
 def _estimate_driver(
     drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, states: Ints
 ) -> DriverModel:
-    """Estimate hand and noise from ticks whose states are known."""
+    """Estimate gain and noise from ticks whose states are known."""
     explained = np.flatnonzero(states < len(stack.commands))
     aimed = explained[~stack.follows_last[states[explained]]]
     if len(aimed):

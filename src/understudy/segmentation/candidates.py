@@ -1,6 +1,6 @@
 """Candidates: behaviors that may explain the commands of a tick, and the command that each would give there.
 
-A basic behavior states what the driver aims at; the hand on the stick gets there late and inexactly. A `CommandModel`
+A basic behavior states what the driver aims at; commands follow late and inexactly. A `CommandModel`
 whose function takes the command before states the command itself.
 """
 

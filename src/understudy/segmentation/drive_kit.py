@@ -120,7 +120,7 @@ def _ground(library: Library, drive: RecordedDrive, call: str, *, is_named: bool
             yield BehaviorCandidate(GroundBehavior(behavior, binding))
 
 
-def without_functions(library: Library) -> Library:
+def remove_functions(library: Library) -> Library:
     """Return a library whose basic behaviors have no functions, for lessons over readings that nothing moves."""
     behaviors = {
         name: replace(each, function=None, command=Command()) if each.function is not None else each

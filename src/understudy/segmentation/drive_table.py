@@ -18,7 +18,7 @@ from understudy.errors import FileError, join_names
 from understudy.model.kinds import Categorical, Column, Toroidal
 from understudy.runtime.body import Channel, Reading
 from understudy.segmentation.mapping_file import UNITS, CommandColumn, ReadingColumn, RecordingMap
-from understudy.segmentation.recorded_drive import Episode, RecordedDrive
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.segmentation.recorded_messages import has_messages, read_messages
 from understudy.segmentation.recorded_table import TIME, RecordedTable, read_table
 
@@ -154,7 +154,7 @@ def _read_column(table: RecordedTable, column: ReadingColumn | CommandColumn, of
         outside = np.flatnonzero(~np.isnan(values) & ~np.isin(values, np.arange(len(kind.labels))))
         if len(outside):
             raise table.refuse(
-                f"{table.place(int(outside[0]))}, column {column.column!r}",
+                f"{table.format_place(int(outside[0]))}, column {column.column!r}",
                 f"{values[outside[0]]:g} is no label of {kind}",
                 f"write 0 to {len(kind.labels) - 1}",
             )
@@ -189,7 +189,7 @@ def _find_pieces(
     if len(lost):
         more = f" and {len(lost) - 1} more rows" if len(lost) > 1 else ""
         table.omissions.append(
-            f"{table.path} at {table.place(int(lost[0]))}{more}: no time or no command; left out"
+            f"{table.path} at {table.format_place(int(lost[0]))}{more}: no time or no command; left out"
         )
     kept: list[int] = []
     starts = [0]
@@ -204,7 +204,9 @@ def _find_pieces(
                     if passed < 0
                     else f"nothing was recorded for {passed:g} s"
                 )
-                table.omissions.append(f"{table.path} at {table.place(row)}: {what}; another episode begins")
+                table.omissions.append(
+                    f"{table.path} at {table.format_place(row)}: {what}; another episode begins"
+                )
                 starts.append(len(kept))
         kept.append(row)
     return np.array(kept, np.int64), starts
@@ -212,7 +214,7 @@ def _find_pieces(
 
 def _resample(
     times: Column, kept: NDArray[np.int64], starts: Sequence[int], wanted_s: float | None, source: str
-) -> tuple[float, NDArray[np.int64], Column, tuple[Episode, ...]]:
+) -> tuple[float, NDArray[np.int64], Column, tuple[DriveEpisode, ...]]:
     """Choose the row of each tick: the last one until then. Return the tick, rows, times and episodes."""
     edges = [*starts, len(kept)]
     pieces = [kept[first:end] for first, end in itertools.pairwise(edges) if end > first]
@@ -230,6 +232,6 @@ def _resample(
             chosen = piece[np.searchsorted(at, when + 1e-9, side="right") - 1]
         rows.append(chosen)
         ticks.append(when)
-        episodes.append(Episode(source, first, first + len(chosen)))
+        episodes.append(DriveEpisode(source, first, first + len(chosen)))
         first += len(chosen)
     return tick_s, np.concatenate(rows), np.concatenate(ticks), tuple(episodes)

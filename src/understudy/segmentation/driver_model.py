@@ -1,8 +1,8 @@
 """The driver: how the commands of a recording differ from what the driver aims at, estimated from the recording.
 
-The hand moves a share of the way to its aim in each tick, at most so far, and so many ticks after the eye saw what it
-reacts to. What remains is noise. All are estimated for each channel from ticks whose labels are known; segmentation
-alternates between labels and estimates.
+In each tick the command moves a share of the way to what the driver aims at, up to a largest step, and some ticks after
+the reading that the driver reacts to. What remains is noise. All are estimated for each channel from ticks whose labels
+are known; segmentation alternates between labels and estimates.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 OUTLIERS = 0.01
-"""The share of commands that no candidate explains although its label is right, such as a slip of the thumb."""
+"""The share of commands that no candidate explains although its label is right."""
 FINEST = 0.005
 """The smallest noise, as a share of a channel's range: what a stick or a number in a file resolves."""
 GAINS = (1.0, 0.8, 0.6, 0.45, 0.35, 0.25, 0.18, 0.13, 0.09)
@@ -24,18 +24,18 @@ GAINS = (1.0, 0.8, 0.6, 0.45, 0.35, 0.25, 0.18, 0.13, 0.09)
 
 @dataclass(frozen=True, slots=True)
 class DriverModel:
-    """A driver's hand, by channel.
+    """A model of how a driver's commands follow what the driver aims at, by channel.
 
     Parameters
     ----------
     noise
         Standard deviation of a command about what is expected, in the channel's unit, shape [C].
     gain
-        Share of the way to an aim that the hand moves in a tick, above 0, at most 1, shape [C].
+        Share of the way to an aim that the command moves in a tick, above 0, at most 1, shape [C].
     rate
-        Farthest that the hand moves in a tick, in the channel's unit, shape [C]; infinite if it has no limit.
+        Farthest that the command moves in a tick, in the channel's unit, shape [C]; infinite if it has no limit.
     dead_ticks
-        Ticks from what the driver sees to the first motion of the hand.
+        Ticks from what the driver sees to the first change of the command.
     extent
         Range of each channel, shape [C]; a command that nothing explains lies anywhere in it.
     """
@@ -47,7 +47,7 @@ class DriverModel:
     extent: Floats
 
     def expect_commands(self, aims: Floats, last: Floats) -> Floats:
-        """Return where the hand is expected after a tick, from aims [T, C] and the commands before [T, C]."""
+        """Return the command that is expected after a tick, from aims [T, C] and the commands before [T, C]."""
         moved: Floats = last + np.clip(self.gain * (aims - last), -self.rate, self.rate)
         return moved
 
@@ -77,7 +77,7 @@ class DriverModel:
 
 
 def guess_driver(commands: Floats, predictions: Floats) -> DriverModel:
-    """Make the driver to begin with: a quick hand with much noise.
+    """Make the driver to begin with: one that reacts at once, with much noise.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def estimate_noise(driver: DriverModel, residuals: Floats) -> Floats:
 
 
 def estimate_gain(driver: DriverModel, aims: Floats, last: Floats, commands: Floats) -> Floats:
-    """Estimate the share of the way [C] that the hand moves in a tick, from ticks [n, C] whose aims are known."""
+    """Estimate the share of the way [C] that the command moves in a tick, from ticks [n, C] whose aims are known."""
     found = driver.gain.copy()
     for channel in range(len(found)):
         ahead = aims[:, channel] - last[:, channel]

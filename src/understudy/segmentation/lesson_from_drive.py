@@ -31,8 +31,8 @@ from understudy.robots.recording.reader import Recording
 from understudy.robots.recording.replay import ReplayBody
 from understudy.segmentation.automaton_candidate import AutomatonCandidate
 from understudy.segmentation.candidates import BehaviorCandidate, Candidate
-from understudy.segmentation.drive_kit import list_drive_features, make_drive_kit, without_functions
-from understudy.segmentation.recorded_drive import Episode, RecordedDrive
+from understudy.segmentation.drive_kit import list_drive_features, make_drive_kit, remove_functions
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.segmentation.segment import UNEXPLAINED, Segmentation, Span
 from understudy.training.feature_values import (
     compute_example_values,
@@ -165,7 +165,7 @@ def _teach(
 ) -> tuple[Lesson, dict[int, ExampleSource]]:
     """Add the examples of all episodes to a lesson; return it, and where each example comes from."""
     sources: dict[int, ExampleSource] = {}
-    bare = without_functions(library)
+    bare = remove_functions(library)
     for episode in segmentation.drive.episodes:
         for spans in _list_pieces(segmentation, episode):
             begins = spans[0].first == episode.first
@@ -204,7 +204,7 @@ def name_state(label: str) -> str:
     return f"{name}_" if name == START.name else name
 
 
-def _list_pieces(segmentation: Segmentation, episode: Episode) -> Iterator[list[Span]]:
+def _list_pieces(segmentation: Segmentation, episode: DriveEpisode) -> Iterator[list[Span]]:
     """Yield the spans of an episode in pieces, which are parted by ticks that nothing explains."""
     piece: list[Span] = []
     for span in segmentation.list_spans(episode):
@@ -239,7 +239,7 @@ def _teach_piece(
     drive = segmentation.drive
     episode = drive.find_episode(spans[0].first)
     first, end = spans[0].first, spans[-1].end
-    body = ReplayBody(make_recording(drive, Episode(episode.source, first, end)))
+    body = ReplayBody(make_recording(drive, DriveEpisode(episode.source, first, end)))
     session = Session(body, library, lesson)
     session.train()
     starts = {span.first: span for span in spans}
@@ -323,7 +323,7 @@ def _add_last_stays(
     return replace(lesson, examples=(*lesson.examples, *added))
 
 
-def make_recording(drive: RecordedDrive, episode: Episode) -> Recording:
+def make_recording(drive: RecordedDrive, episode: DriveEpisode) -> Recording:
     """Make a recording of the readings of an episode, which sessions replay; readings that a drive lacks are absent."""
     ticks = episode.ticks
     keys: list[ReadingKey] = [

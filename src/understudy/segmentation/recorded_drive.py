@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Episode:
+class DriveEpisode:
     """A piece of a drive without a gap.
 
     Parameters
@@ -78,7 +78,7 @@ class RecordedDrive:
     readings: tuple[Reading, ...]
     targets: tuple[str, ...]
     tick_s: float
-    episodes: tuple[Episode, ...]
+    episodes: tuple[DriveEpisode, ...]
     omissions: tuple[str, ...] = field(default=())
 
     @property
@@ -103,7 +103,7 @@ class RecordedDrive:
         last[[each.first for each in self.episodes]] = [channel.rest for channel in self.channels]
         return last
 
-    def find_episode(self, tick: int) -> Episode:
+    def find_episode(self, tick: int) -> DriveEpisode:
         """Return the episode of a tick.
 
         Parameters
@@ -113,7 +113,7 @@ class RecordedDrive:
 
         Returns
         -------
-        Episode
+        DriveEpisode
             The episode.
         """
         return next(each for each in self.episodes if each.first <= tick < each.end)
@@ -139,7 +139,7 @@ def sample_drive(drive: RecordedDrive, *, most: int, piece: int = 400) -> Record
     if drive.ticks <= most:
         return drive
     pieces = [
-        Episode(each.source, first, min(first + piece, each.end))
+        DriveEpisode(each.source, first, min(first + piece, each.end))
         for each in drive.episodes
         for first in range(each.first, each.end, piece)
     ]
@@ -153,7 +153,7 @@ def sample_drive(drive: RecordedDrive, *, most: int, piece: int = 400) -> Record
         values={key: column[ticks] for key, column in drive.values.items()},
         commands=drive.commands[ticks],
         episodes=tuple(
-            Episode(each.source, first, end)
+            DriveEpisode(each.source, first, end)
             for each, (first, end) in zip(taken, pairwise(starts), strict=True)
         ),
     )
@@ -200,7 +200,7 @@ def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:
         values={key: np.concatenate([each.values[key] for each in drives]) for key in first.values},
         commands=np.concatenate([each.commands for each in drives]),
         episodes=tuple(
-            Episode(episode.source, episode.first + start, episode.end + start)
+            DriveEpisode(episode.source, episode.first + start, episode.end + start)
             for drive, start in zip(drives, starts.tolist(), strict=False)
             for episode in drive.episodes
         ),

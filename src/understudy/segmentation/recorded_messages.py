@@ -33,16 +33,18 @@ class _Message(NamedTuple):
     decode: Callable[[], Any]
 
 
-def has_messages(path: Path) -> bool:
+def has_messages(path: Path | str) -> bool:
     """Return whether a file or folder is a recording of messages rather than a table."""
+    path = Path(path)
     return path.is_dir() or path.suffix.lower() in (MCAP, *BAG_SUFFIXES)
 
 
-def read_messages(path: Path, mapping: RecordingMap) -> RecordedTable:
+def read_messages(path: Path | str, mapping: RecordingMap) -> RecordedTable:
     """Read the columns that a mapping names; column time_s has the time in s since the first message.
 
     Values that are older than the mapping's `gap_s` are absent. If the file is damaged, what comes before is used.
     """
+    path = Path(path)
     names = [*(each.column for each in mapping.commands), *(each.column for each in mapping.readings)]
     if mapping.time not in (None, TIME):
         names.append(mapping.time)

@@ -38,7 +38,7 @@ class RecordedTable(NamedTuple):
     omissions: list[str]
     counted: str = "line"
 
-    def place(self, row: int) -> str:
+    def format_place(self, row: int) -> str:
         """Return where a row stands in the file, such as "line 3"."""
         return f"{self.counted} {self.lines[row]}"
 
@@ -51,7 +51,7 @@ class RecordedTable(NamedTuple):
         if column not in self.header:
             meant = suggest_known_name(column, self.header)
             raise self.refuse(
-                self.place(0) if self.lines else "line 1",
+                self.format_place(0) if self.lines else "line 1",
                 f"there is no column {column!r} for {of}",
                 f"{meant}the columns are {join_names(self.header)}",
             )
@@ -63,7 +63,7 @@ class RecordedTable(NamedTuple):
                 wrong.append(row)
         if wrong:
             more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
-            first = self.place(wrong[0])
+            first = self.format_place(wrong[0])
             what = f"{self.cells[wrong[0]][at]!r:.40}{more} is no number; taken as absent"
             if not quiet:
                 self.omissions.append(f"{self.path} at {first}, column {column!r}: {what}")
@@ -82,8 +82,9 @@ def _parse(cell: Any) -> float:
     return value if isfinite(value) else nan
 
 
-def read_table(path: Path) -> RecordedTable:
+def read_table(path: Path | str) -> RecordedTable:
     """Read a table: JSON lines or Parquet if the name of the file says so, CSV otherwise."""
+    path = Path(path)
     suffix = path.suffix.lower()
     if suffix == PARQUET_SUFFIX:
         return _read_parquet(path)

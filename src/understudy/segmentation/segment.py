@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError
 from understudy.model.features import BoundFeature
 from understudy.segmentation.alternation import (
-    Fitted,
+    DriverFit,
     SwitchRules,
     choose_labels,
     fit_driver,
@@ -24,7 +24,7 @@ from understudy.segmentation.candidates import Candidate, CommandModel
 from understudy.segmentation.driver_model import DriverModel
 from understudy.segmentation.lattice import find_states
 from understudy.segmentation.posterior import compute_posteriors
-from understudy.segmentation.recorded_drive import Episode, RecordedDrive, join_drives, sample_drive
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive, join_drives, sample_drive
 from understudy.segmentation.switch_model import SwitchModel, learn_switches
 
 Floats = NDArray[np.float64]
@@ -106,7 +106,7 @@ class Segmentation:
         """The probability of the label of each tick, shape [T]."""
         return self.posteriors[np.arange(len(self.labels)), self.labels]
 
-    def list_spans(self, episode: Episode) -> list[Span]:
+    def list_spans(self, episode: DriveEpisode) -> list[Span]:
         """List the spans of an episode in order.
 
         Parameters
@@ -137,7 +137,7 @@ def segment(
 ) -> Segmentation:
     """Find the behavior that explains each tick of a drive best.
 
-    Labels and the driver's noise, hand and unknown constants are estimated in turn until labels stay as they are.
+    Labels and the driver's gain and noise and unknown constants are estimated in turn until labels stay as they are.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def segment(
     return label_drive(drive, fitted.candidates, driver, switches=switches, options=chosen)
 
 
-def _fit(drive: RecordedDrive, candidates: Sequence[Candidate], rules: SwitchRules) -> Fitted:
+def _fit(drive: RecordedDrive, candidates: Sequence[Candidate], rules: SwitchRules) -> DriverFit:
     """Estimate the driver and unknown constants, from several starts if there are any."""
     ranges = {
         name: span

@@ -34,7 +34,7 @@ class SpanRow:
 
 @dataclass(frozen=True, slots=True)
 class ChannelRow:
-    """A driver's hand on one channel: noise, share of the way in a tick, and the farthest that it moves in a tick."""
+    """The driver on one channel: noise, share of the way to an aim in a tick, and the largest step in a tick."""
 
     channel: str
     noise: float
@@ -54,7 +54,7 @@ class DriveReport:
     tick_s: float
     labels: list[LabelShare]
     spans: list[SpanRow]
-    hand: list[ChannelRow]
+    driver: list[ChannelRow]
     dead_s: float
     constants: dict[str, dict[str, float]]
     examples: dict[str, int]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.runtime.feature_columns import read_feature_column
-from understudy.segmentation.recorded_drive import Episode, RecordedDrive
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 
 Floats = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ ROUNDS = 24
 STEPS = 100
 RIDGE = 0.1
 """Weight of the squares of the coefficients in a regression, for features in units of their spread."""
-FREE = 0.02
+CONSTANT_SHARE = 0.02
 """The share of that weight that the constant term gets."""
 FIRST_PRICE = 1.5
 """What a switch costs in the first round, before anything is known about switches, as the price of a switch."""
@@ -135,7 +135,7 @@ def learn_switches(
     return SwitchModel(scale, weights)
 
 
-def count_switches(fit: Floats, chances: Floats, episode: Episode) -> Floats:
+def count_switches(fit: Floats, chances: Floats, episode: DriveEpisode) -> Floats:
     """Return how probable each label [K, K] before and at each tick of an episode is; zero at its first tick."""
     near = np.exp(fit[episode.ticks] - fit[episode.ticks].max(axis=1, keepdims=True))
     moves = np.exp(chances[episode.ticks])
@@ -164,7 +164,7 @@ def _regress(inputs: Floats, expected: Floats, weights: Floats) -> Floats:
     if not used.any():
         return weights
     inputs, expected, total = inputs[used], expected[used], total[used]
-    penalty = RIDGE * np.append(np.ones(len(weights) - 1), FREE)
+    penalty = RIDGE * np.append(np.ones(len(weights) - 1), CONSTANT_SHARE)
     bound = np.linalg.inv(0.5 * (inputs * total[:, None]).T @ inputs + np.diag(penalty))
     for _ in range(STEPS):
         scores = inputs @ weights

@@ -12,7 +12,7 @@ from understudy.model.binding import NOTHING_BOUND
 from understudy.runtime.body import Channel
 from understudy.runtime.program import GroundBehavior
 from understudy.segmentation.candidates import BehaviorCandidate
-from understudy.segmentation.recorded_drive import Episode, RecordedDrive
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.segmentation.segment import segment
 from understudy_lab.bench.learning import medians
 
@@ -48,7 +48,14 @@ def make_drive(ticks: int = TICKS) -> RecordedDrive:
         moved[tick] = hand + noise[tick]
     channels = (Channel("drive"), Channel("turn"))
     return RecordedDrive(
-        np.arange(ticks) * TICK_S, {}, moved, channels, (), (), TICK_S, (Episode("drive", 0, ticks),)
+        np.arange(ticks, dtype=np.float64) * TICK_S,
+        {},
+        moved,
+        channels,
+        (),
+        (),
+        TICK_S,
+        (DriveEpisode("drive", 0, ticks),),
     )
 
 

@@ -17,14 +17,14 @@ from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.segmentation.drive_kit import list_drive_features, make_candidates
 from understudy.segmentation.lesson_from_drive import to_lesson
-from understudy.segmentation.recorded_drive import Episode, RecordedDrive
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.segmentation.segment import segment
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.world import World
 from understudy_lab.behavior_suite.task import rover
 from understudy_lab.behavior_suite.waypoints import GOTO
 from understudy_lab.behavior_suite.waypoints import SCENARIO as POSTS
-from understudy_lab.recordings.stick_driver import Stick, StickHand, draw_hand
+from understudy_lab.recordings.stick_driver import Stick, StickSettings, draw_stick_settings
 from understudy_lab.tasks.forage_teacher import WATCHED
 from understudy_lab.teachers.teacher import ScriptedTeacher
 
@@ -69,7 +69,7 @@ def intend(intent: NDArray[np.int64], distance: NDArray[np.float64], off: NDArra
             intent[world] = FORWARD if ahead < FACING else intent[world]
 
 
-def drive(hand: StickHand, seeds: Sequence[int]) -> tuple[RecordedDrive, NDArray[np.int64]]:
+def drive(hand: StickSettings, seeds: Sequence[int]) -> tuple[RecordedDrive, NDArray[np.int64]]:
     """Drive to the post in each world; return the recording and what the driver meant in each tick."""
     world, keys = World(SCENARIO, seeds), (("range", POST), ("bearing", POST))
     random = np.random.default_rng([seeds[0], 17])
@@ -101,14 +101,16 @@ def drive(hand: StickHand, seeds: Sequence[int]) -> tuple[RecordedDrive, NDArray
         tuple(each for each in world.readings if each.name in ("range", "bearing")),
         (POST,),
         world.tick_s,
-        tuple(Episode(f"world {seed}", a, a + n) for seed, a, n in zip(seeds, firsts, stops, strict=False)),
+        tuple(
+            DriveEpisode(f"world {seed}", a, a + n) for seed, a, n in zip(seeds, firsts, stops, strict=False)
+        ),
     )
     return recording, join(np.array(meant)).astype(np.int64)
 
 
 def learn_from_drives(seed: int) -> DrivenLesson:
     """Drive with the hand of a seed, segment the drives, and learn GoTo from them."""
-    hand = draw_hand(seed)
+    hand = draw_stick_settings(seed)
     recording, meant = drive(hand, range(1000 * seed, 1000 * seed + DRIVES))
     library = Library(KIT)
     features = list_drive_features(library, recording)

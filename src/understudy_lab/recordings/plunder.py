@@ -16,7 +16,7 @@ from understudy.model.features import ReadingsView
 from understudy.model.kinds import Column, Continuous
 from understudy.runtime.body import Channel, Reading
 from understudy.segmentation.candidates import CommandModel
-from understudy.segmentation.recorded_drive import Episode, RecordedDrive
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 
 TRUTH, COMMAND = "HA", "LA."
 
@@ -46,7 +46,7 @@ def read_demonstration(path: Path) -> Demonstration:
         tuple(Reading(name, Continuous()) for name in named),
         (),
         1.0,
-        (Episode(path.name, 0, len(table)),),
+        (DriveEpisode(path.name, 0, len(table)),),
     )
     return Demonstration(drive, columns[TRUTH])
 
@@ -125,7 +125,7 @@ def turn_right(
 def move_to_cube(
     robot: ReadingsView, last: ReadingsView, *, gain: float = 5.0, wide: float = 0.6
 ) -> Mapping[str, Column]:
-    """Move to the cube with an open hand."""
+    """Move to the cube with an open gripper."""
     return {
         "vx": gain * (robot.bx - robot.x),
         "vy": gain * (robot.by - robot.y),
@@ -138,7 +138,7 @@ def move_to_target(
     robot: ReadingsView, last: ReadingsView, *, gain: float = 5.0, wide: float = 0.6, close: float = 0.3,
     shut: float = -0.3,
 ) -> Mapping[str, Column]:  # fmt: skip
-    """Close the hand, then move to the target."""
+    """Close the gripper, then move to the target."""
     closed = last.end < shut
     goal = {axis: np.where(closed, getattr(robot, f"t{axis}"), getattr(robot, f"b{axis}")) for axis in "xyz"}
     return {

@@ -1,4 +1,4 @@
-"""A simulated driver with an analog stick: what the hand makes of what the driver means."""
+"""A simulated driver with an analog stick, which the hand moves late and inexactly to what the driver means."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class StickHand:
-    """A hand on a stick.
+class StickSettings:
+    """Settings of a hand that moves a stick.
 
     Parameters
     ----------
@@ -39,10 +39,10 @@ class StickHand:
 OVERSHOOT_TICKS = 2
 
 
-def draw_hand(seed: int) -> StickHand:
-    """Draw one of the hands of the experiment; the same seed gives the same hand."""
+def draw_stick_settings(seed: int) -> StickSettings:
+    """Draw how one of the hands of the experiment moves a stick; the same seed gives the same hand."""
     random = np.random.default_rng([seed, 16])
-    return StickHand(
+    return StickSettings(
         gain=float(random.uniform(0.4, 1.0)),
         noise=float(random.uniform(0.01, 0.08)),
         dead_ticks=int(random.integers(0, 3)),
@@ -54,7 +54,7 @@ def draw_hand(seed: int) -> StickHand:
 class Stick:
     """A stick with C axes that one driver holds in each of N worlds."""
 
-    def __init__(self, hand: StickHand, worlds: int, axes: int, random: np.random.Generator) -> None:
+    def __init__(self, hand: StickSettings, worlds: int, axes: int, random: np.random.Generator) -> None:
         self._hand, self._random = hand, random
         self._speed = random.uniform(hand.slowest, 1.0, (worlds, 1))
         self._queue = deque([np.zeros((worlds, axes))] * hand.dead_ticks)

@@ -103,11 +103,11 @@ def print_drive_report(report: DriveReport) -> None:
             f"{row.from_s:.2f}", f"{row.to_s:.2f}", escape(row.label) + doubt, f"{100 * row.certainty:.0f} %"
         )
     out.print(spans)
-    for hand in report.hand:
-        limit = "" if hand.rate is None else f", at most {hand.rate:.3g} a tick"
+    for channel in report.driver:
+        limit = "" if channel.rate is None else f", at most {each.rate:.3g} a tick"
         out.print(
-            f"Driver on {escape(hand.channel)}: noise {hand.noise:.3g}, "
-            f"{100 * hand.gain:.0f} % of the way in a tick{limit}"
+            f"Driver on {escape(channel.channel)}: noise {each.noise:.3g}, "
+            f"{100 * channel.gain:.0f} % of the way in a tick{limit}"
         )
     counted = ", ".join(format_count(number, f"{kind} example") for kind, number in report.examples.items())
     doubtful = f"; {report.quarantined} left out as doubtful" if report.quarantined else ""
