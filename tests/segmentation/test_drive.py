@@ -58,6 +58,17 @@ def test_a_drive_becomes_an_automaton(tmp_path: Path) -> None:
     assert stays == "stays otherwise"
 
 
+def test_the_report_is_printed(tmp_path: Path) -> None:
+    drive, mapping = write(tmp_path / "drive.csv", make_drive()), tmp_path / "map.toml"
+    mapping.write_text(MAP)
+    done = CliRunner().invoke(
+        make_command_line(), ["learn", "--recording", str(drive), "--map", str(mapping)]
+    )
+    assert done.exit_code == 0, done.output
+    assert "Driver on drive: noise 0.03" in done.stdout
+    assert "100 % of the way in a tick" in done.stdout
+
+
 SAID = [  # row that is changed, what it becomes, what is said about it, episodes
     (100, "9.9,abc,0.8", "line 101, column 'range(ball)': 'abc' is no number; taken as absent", 1),
     (100, "9.9,2.0,nan", "line 101: no time or no command; left out", 1),

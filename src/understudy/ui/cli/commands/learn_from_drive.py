@@ -104,9 +104,9 @@ def print_drive_report(report: DriveReport) -> None:
         )
     out.print(spans)
     for channel in report.driver:
-        limit = "" if channel.rate is None else f", at most {each.rate:.3g} a tick"
+        limit = "" if channel.rate is None else f", at most {channel.rate:.3g} a tick"
         out.print(
-            f"Driver on {escape(channel.channel)}: noise {each.noise:.3g}, "
+            f"Driver on {escape(channel.channel)}: noise {channel.noise:.3g}, "
             f"{100 * channel.gain:.0f} % of the way in a tick{limit}"
         )
     counted = ", ".join(format_count(number, f"{kind} example") for kind, number in report.examples.items())
