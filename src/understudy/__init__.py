@@ -77,6 +77,18 @@ if TYPE_CHECKING:
     from understudy.runtime.run_loop import Run as Run
     from understudy.runtime.team.coordinator_body import CoordinatorBody as CoordinatorBody
     from understudy.runtime.team.team import Team as Team
+    from understudy.segmentation.candidates import CommandModel as CommandModel
+    from understudy.segmentation.drive_kit import make_candidates as make_candidates
+    from understudy.segmentation.drive_kit import make_drive_kit as make_drive_kit
+    from understudy.segmentation.drive_table import read_recorded_drive as read_recorded_drive
+    from understudy.segmentation.lesson_from_drive import DriveLesson as DriveLesson
+    from understudy.segmentation.lesson_from_drive import to_lesson as to_lesson
+    from understudy.segmentation.mapping_file import RecordingMap as RecordingMap
+    from understudy.segmentation.mapping_file import load_recording_map as load_recording_map
+    from understudy.segmentation.recorded_drive import RecordedDrive as RecordedDrive
+    from understudy.segmentation.segment import Segmentation as Segmentation
+    from understudy.segmentation.segment import SegmentOptions as SegmentOptions
+    from understudy.segmentation.segment import segment as segment
     from understudy.sim.forage import Forage as Forage
     from understudy.sim.forage import ForageSettings as ForageSettings
     from understudy.sim.scenario.files import load_scenario as load_scenario
@@ -167,6 +179,18 @@ _MODULES = {
     "Run": "runtime.run_loop",
     "CoordinatorBody": "runtime.team.coordinator_body",
     "Team": "runtime.team.team",
+    "CommandModel": "segmentation.candidates",
+    "make_candidates": "segmentation.drive_kit",
+    "make_drive_kit": "segmentation.drive_kit",
+    "read_recorded_drive": "segmentation.drive_table",
+    "DriveLesson": "segmentation.lesson_from_drive",
+    "to_lesson": "segmentation.lesson_from_drive",
+    "RecordingMap": "segmentation.mapping_file",
+    "load_recording_map": "segmentation.mapping_file",
+    "RecordedDrive": "segmentation.recorded_drive",
+    "Segmentation": "segmentation.segment",
+    "SegmentOptions": "segmentation.segment",
+    "segment": "segmentation.segment",
     "Forage": "sim.forage",
     "ForageSettings": "sim.forage",
     "load_scenario": "sim.scenario.files",

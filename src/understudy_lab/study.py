@@ -109,6 +109,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "unlearning": "Can bad examples be found from the corrections that they made necessary?",
         "slips": "How many corrections does unlearning save people who press wrong buttons and press late?",
         "transfer": "Do behaviors taught in the 2-D world work in simulated physics with rendered cameras?",
+        "recordings": "Can a robot be taught by recordings of a stick, without any press?",
         "small": "How small are the lessons from which robots learn?",
     }
 )

@@ -107,6 +107,7 @@ COMMANDS = {
     "bench million": "--json",
     "bench patrol": "--json",
     "bench robots": "--json",
+    "bench segmentation": "--json",
     "bench squads": "--json",
     "bench start": "--json",
     "bench swarm": "--json",
@@ -121,7 +122,8 @@ COMMANDS = {
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "
     "--cluster-option --json",
     "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "
-    "--parameters --targets --reaction --agent -a --session --kit --json",
+    "--parameters --targets --reaction --agent -a --session --map "
+    "--behaviors --kit --json",
     "list": "--library -l --world -w --kit --json",
     "prepare": "[SCENARIO]... --json",
     "rebuild": "[NAME]... --library -l --world -w --kit --json",

@@ -47,6 +47,12 @@ def looks(as_json: Json = False) -> None:
     _measure("looks", as_json=as_json)
 
 
+@app.command("segmentation")
+def segmentation(as_json: Json = False) -> None:
+    """Measure the time to find behaviors in an hour of driving."""
+    _measure("segmentation", as_json=as_json)
+
+
 @app.command("interpreter")
 def interpreter(as_json: Json = False) -> None:
     """Compare one update of a three-level automaton with one of a py_trees tree of 11 nodes."""
@@ -145,6 +151,16 @@ def _looks(result: dict[str, Any]) -> None:
     made = make_table("", "#ms", "#at most", "reached", title=title)
     for row in result["looks"]:
         made.add_row(row["what"], f"{row['ms']:.3g}", f"{row['goal_ms']:g}", _mark(row["passed"]))
+    make_console().print(made)
+
+
+def _segmentation(result: dict[str, Any]) -> None:
+    from understudy.ui.cli.output import make_console, make_table
+
+    made = make_table("", "#behaviors", "#s", "#at most", "reached", title="Segmenting a recording")
+    what = f"{result['hours']:g} h, {result['ticks']} ticks"
+    times = f"{result['s']:.3g}", f"{result['goal_s']:g}"
+    made.add_row(what, str(result["behaviors"]), *times, _mark(result["passed"]))
     make_console().print(made)
 
 
@@ -250,6 +266,7 @@ MEASUREMENTS: Mapping[str, Callable[[dict[str, Any]], None]] = MappingProxyType(
     {
         "learning": _learning,
         "looks": _looks,
+        "segmentation": _segmentation,
         "interpreter": _interpreter,
         "start": _start,
         "robots": _robots,

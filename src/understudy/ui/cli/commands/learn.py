@@ -18,10 +18,12 @@ if TYPE_CHECKING:
     from understudy.model.lesson import Lesson
     from understudy.model.library import Library, TrainedAutomaton
     from understudy.robots.recording.reader import RecordedPress
+    from understudy.segmentation.segmentation_report import DriveReport
 
 
 OF_RECORDINGS = (
-    "presses", "states", "features", "flags", "parameters", "targets", "reaction", "agent", "session", "kit",
+    "presses", "states", "features", "flags", "parameters", "targets", "reaction", "agent", "session", "kit", "map",
+    "behaviors",
 )  # fmt: skip
 """Options that only apply to recordings."""
 
@@ -44,7 +46,10 @@ def learn_lesson(
     recording: Annotated[
         Path | None,
         typer.Option(
-            "--recording", metavar="FILE.mcap", help="Take examples from a recording instead of a table."
+            "--recording",
+            metavar="FILE",
+            help="Take examples from a recording instead of a table: MCAP of `understudy run` with presses, or a "
+            "drive without presses: CSV, JSON lines or Parquet, or with --map MCAP or a bag of ROS.",
         ),
     ] = None,
     presses: Annotated[
@@ -62,7 +67,12 @@ def learn_lesson(
         ),
     ] = None,
     features: Annotated[
-        str | None, typer.Option("--features", metavar="A,B(C)", help="Features that decisions depend on.")
+        str | None,
+        typer.Option(
+            "--features",
+            metavar="A,B(C)",
+            help="Features that decisions depend on; those of a drive also help to find when its driver switched.",
+        ),
     ] = None,
     flags: Annotated[
         str | None,
@@ -97,10 +107,26 @@ def learn_lesson(
             "--session", min=1, help="Number of the session in the recording, from 1; the last if left out."
         ),
     ] = None,
+    mapping: Annotated[
+        Path | None,
+        typer.Option(
+            "--map",
+            metavar="MAP.toml",
+            help="Which columns, or fields of messages, of a recording are readings and commands.",
+        ),
+    ] = None,
+    behaviors: Annotated[
+        str | None,
+        typer.Option(
+            "--behaviors",
+            metavar="A,B(C)",
+            help="Behaviors and automata that may explain the commands of a recording without presses.",
+        ),
+    ] = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Learn an automaton's transition functions from a table of examples, or from a recording and presses.
+    """Learn an automaton's transition functions from a table of examples, or from a recording with or without presses.
 
     Columns are state, next, kind (directive, default, confirmation or watched), and one for each feature. The header
     of a feature includes its kind: distance:continuous, bearing:toroidal(6.283185307179586),
@@ -111,12 +137,17 @@ def learn_lesson(
     Presses over a recording have the same effect as in a session: each gives a directive and a default.
 
     [dim]understudy learn --recording drive.mcap --presses presses.csv --features 'distance_to(station)'[/]
+
+    Without presses, the commands of a drive say which behavior the driver meant at each tick.
+
+    [dim]understudy learn --recording drive.csv --map map.toml --behaviors forward,left,right[/]
     """
     from understudy.errors import SettingError
     from understudy.learning.csv_table import read_lesson_table, read_query_rows
     from understudy.learning.fit import predict_next_states as predicted
     from understudy.learning.report import learn_and_report
     from understudy.model.library import TrainedAutomaton
+    from understudy.ui.cli.commands.learn_from_drive import DriveOptions, learn_from_drive, print_drive_report
     from understudy.ui.cli.output import print_json
 
     if (library is None) != (name is None):
@@ -124,9 +155,16 @@ def learn_lesson(
             ("--name", "give --name X too") if name is None else ("--library", "give --library DIR too")
         )
         raise SettingError(where="learn", setting=missing, problem="is missing", remedy=remedy)
+    drive: DriveReport | None = None
     if lesson is not None and recording is None:
         _only_table(context)
         shown = read_lesson_table(lesson, name=name)
+    elif recording is not None and lesson is None and _is_drive(recording, mapping, behaviors):
+        _refuse_presses(context)
+        shown, drive = learn_from_drive(
+            recording,
+            DriveOptions(name, library, mapping, behaviors, features, reaction, kit),
+        )
     elif recording is not None and lesson is None:
         asked = LearnOptions(
             name,
@@ -145,7 +183,7 @@ def learn_lesson(
         shown = learn_from_recording(recording, asked)
     else:
         problem = "is missing" if lesson is None else "is one too many beside a recording"
-        remedy = "give either a table, or --recording FILE.mcap"
+        remedy = "give either a table, or --recording FILE"
         raise SettingError(where="learn", setting="LESSON.csv", problem=problem, remedy=remedy)
     rows = None if predict is None else read_query_rows(predict, shown)
     result = learn_and_report(shown)
@@ -153,10 +191,31 @@ def learn_lesson(
     saved = None if library is None else _saved(library, TrainedAutomaton(automaton, shown))
     following = None if rows is None else predicted(result.transitions, automaton.state_names, rows)
     if not as_json:
+        if drive is not None:
+            print_drive_report(drive)
         _show(result, rows, following, saved)
         return
-    told = {"states": result.states, "predictions": following or []}
+    told: dict[str, object] = {"states": result.states, "predictions": following or []}
+    if drive is not None:
+        told["drive"] = drive
     print_json(told if saved is None else {**told, "saved": str(saved)})
+
+
+def _is_drive(recording: Path, mapping: Path | None, behaviors: str | None) -> bool:
+    """Return whether a recording is to be segmented, because nothing else says what its driver meant."""
+    return mapping is not None or behaviors is not None or recording.suffix.lower() != ".mcap"
+
+
+def _refuse_presses(context: typer.Context) -> None:
+    """Refuse options that only apply to recordings with presses."""
+    from understudy.errors import SettingError
+
+    for option in ("presses", "states", "flags", "parameters", "targets", "agent", "session"):
+        source = context.get_parameter_source(option)
+        if source is not None and source.name == "COMMANDLINE":
+            problem = "is not used with a recording whose behaviors are found from its commands"
+            remedy = "leave it out, or give neither --map nor --behaviors"
+            raise SettingError(where="learn", setting=f"--{option}", problem=problem, remedy=remedy)
 
 
 def _only_table(context: typer.Context) -> None:

@@ -1,0 +1,300 @@
+"""Alternation between labels and what they depend on: the driver's reaction and noise, and unknown constants."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.segmentation.candidates import Candidate, CommandModel
+from understudy.segmentation.driver_model import DriverModel, estimate_gain, estimate_noise, guess_driver
+from understudy.segmentation.lattice import Lattice, find_states
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+MOST_ROUNDS = 15
+STEPS = (-1.0, -0.5, -0.25, -0.1, -0.03, 0.0, 0.03, 0.1, 0.25, 0.5, 1.0)
+"""The changes of a constant that are tried, as shares of how far it is still looked for."""
+NARROWER = 0.75
+"""By how much the range narrows in which a constant is looked for, from one round to the next."""
+
+LEARNED_PRICE = 2.0
+"""The price of a switch beside its chance, where this was learned from few switches."""
+
+
+@dataclass(frozen=True, slots=True)
+class SwitchRules:
+    """The price of a switch, and the fewest ticks of a stay."""
+
+    price: float
+    shortest: int
+
+
+@dataclass(frozen=True, slots=True)
+class PredictionStack:
+    """The predictions of all candidates: X states of K candidates, and a last state and label for none of them.
+
+    Parameters
+    ----------
+    commands
+        Commands in each state, shape [X, T, C].
+    labels
+        Label of each state, shape [X + 1].
+    follows_last
+        Which states give commands rather than aims, shape [X].
+    entry
+        State in which each label begins at each tick, shape [T, K + 1].
+    following
+        State after each state, shape [T, X + 1]. None: states never change.
+    """
+
+    commands: Floats
+    labels: Ints
+    follows_last: NDArray[np.bool_]
+    entry: Ints
+    following: Ints | None
+
+
+def stack_predictions(drive: RecordedDrive, candidates: Sequence[Candidate]) -> PredictionStack:
+    """Predict the commands of all candidates, and number their states."""
+    predictions = [each.predict(drive) for each in candidates]
+    counts = [len(each.commands) for each in predictions]
+    firsts, states = np.cumsum([0, *counts]), sum(counts) + 1
+    entry = np.empty((drive.ticks, len(candidates) + 1), np.int64)
+    entry[:, -1] = states - 1
+    plain = all(each.following is None for each in predictions)
+    following = None if plain else np.tile(np.arange(states), (drive.ticks, 1))
+    for label, (each, first) in enumerate(zip(predictions, firsts.tolist(), strict=False)):
+        entry[:, label] = first + (0 if each.entry is None else each.entry)
+        if following is not None and each.following is not None:
+            following[:, first : first + counts[label]] = first + each.following
+    return PredictionStack(
+        np.concatenate([each.commands for each in predictions]),
+        np.repeat(np.arange(len(candidates) + 1), [*counts, 1]),
+        np.repeat([each.follows_last for each in candidates], counts),
+        entry,
+        following,
+    )
+
+
+def measure_residuals(drive: RecordedDrive, stack: PredictionStack, driver: DriverModel) -> Floats:
+    """Return the difference of the commands from those expected in each state, shape [X, T, C].
+
+    A driver with a dead time answers to a tick so many ticks later; answers after the end of an episode are NaN.
+    """
+    last, commands = drive.list_last_commands(), drive.commands
+    if driver.dead_ticks and not stack.follows_last.all():
+        last_answer, answer = (_shift(each, driver.dead_ticks, drive.episodes) for each in (last, commands))
+    else:
+        last_answer, answer = last, commands
+    residuals = np.empty(stack.commands.shape)
+    for state, aims in enumerate(stack.commands):
+        if stack.follows_last[state]:
+            residuals[state] = commands - aims
+        else:
+            residuals[state] = answer - driver.expect_commands(aims, last_answer)
+    return residuals
+
+
+def _shift(columns: Floats, ticks: int, episodes: Sequence[DriveEpisode]) -> Floats:
+    """Return columns [T, C] so many ticks later, NaN beyond the end of an episode."""
+    found = np.full(columns.shape, np.nan)
+    for each in episodes:
+        if each.end - each.first > ticks:
+            found[each.first : each.end - ticks] = columns[each.first + ticks : each.end]
+    return found
+
+
+def measure_fit(driver: DriverModel, residuals: Floats) -> Floats:
+    """Return the fit [T, X + 1] of each tick in each state, the last of which stands for no candidate."""
+    states, ticks, _ = residuals.shape
+    fit = np.full((ticks, states + 1), driver.baseline_fit)
+    fit[:, :states] = driver.measure_fit(residuals).T
+    return fit
+
+
+def measure_drive_fit(drive: RecordedDrive, stack: PredictionStack, driver: DriverModel) -> Floats:
+    """Measure the fit [T, X + 1] of a drive; ticks whose answer the end of an episode cuts off fit all states alike."""
+    fit = measure_fit(driver, measure_residuals(drive, stack, driver))
+    if driver.dead_ticks and not stack.follows_last.all():
+        for each in drive.episodes:
+            fit[max(each.first, each.end - driver.dead_ticks) : each.end] = 0.0
+    return fit
+
+
+def choose_labels(fit: Floats, stack: PredictionStack) -> Floats:
+    """Return the fit [T, K] of each candidate: that of the state that fits best."""
+    count = int(stack.labels[-1])
+    return np.column_stack([fit[:, stack.labels == label].max(axis=1) for label in range(count)])
+
+
+def make_lattices(
+    drive: RecordedDrive,
+    stack: PredictionStack,
+    fit: Floats,
+    rules: SwitchRules,
+    chances: Floats | None = None,
+) -> list[Lattice]:
+    """Make the lattice of each episode.
+
+    Parameters
+    ----------
+    drive
+        The drive.
+    stack
+        The predictions of the candidates.
+    fit
+        Fit of each tick in each state, shape [T, X + 1].
+    rules
+        The price of a switch, also to and from the label for none of the candidates, and the shortest stay.
+    chances
+        Logarithm of the chance of each next candidate after each, shape [T, K, K], instead of the price. None: unknown.
+
+    Returns
+    -------
+    list
+        A lattice for each episode.
+    """
+    moves = None
+    if chances is not None:
+        count = chances.shape[1]
+        stays = np.zeros((drive.ticks, count + 1))
+        stays[:, :count] = np.diagonal(chances, axis1=1, axis2=2)
+        moves = np.full((drive.ticks, count + 1, count + 1), -rules.price)
+        moves[:, :count, :count] = chances
+        moves -= stays[:, None, :]
+        stays[[each.first for each in drive.episodes]] = 0.0
+        fit = fit + stays[:, stack.labels]
+        rules = replace(rules, price=LEARNED_PRICE)
+    return [
+        Lattice(
+            fit[each.ticks],
+            stack.labels,
+            stack.entry[each.ticks],
+            None if stack.following is None else stack.following[each.ticks],
+            rules.price,
+            rules.shortest,
+            None if moves is None else moves[each.ticks],
+        )
+        for each in drive.episodes
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class DriverFit:
+    """Candidates with their constants, the driver, the states that follow, and their likelihood less the prices."""
+
+    candidates: tuple[Candidate, ...]
+    driver: DriverModel
+    states: Ints
+    likelihood: float
+
+
+def fit_driver(
+    drive: RecordedDrive, candidates: Sequence[Candidate], rules: SwitchRules, *, width: float = 0.0
+) -> DriverFit:
+    """Alternate between the labels of a drive and the driver until the labels stay as they are.
+
+    Parameters
+    ----------
+    drive
+        The drive.
+    candidates
+        The candidates, whose unknown constants begin at the values that they have.
+    rules
+        The price of a switch, and the fewest ticks of a stay.
+    width
+        How far unknown constants are looked for at first, as a share of their ranges. 0: they stay as they are.
+
+    Returns
+    -------
+    DriverFit
+        Candidates, driver and states of the last round.
+    """
+    found = tuple(candidates)
+    stack = stack_predictions(drive, found)
+    driver = guess_driver(drive.commands, stack.commands)
+    fit, states, former = np.zeros((0, 0)), np.zeros(0, np.int64), np.zeros(0, np.int64)
+    for turn in range(MOST_ROUNDS):
+        residuals = measure_residuals(drive, stack, driver)
+        fit = measure_fit(driver, residuals)
+        states = np.concatenate([find_states(each) for each in make_lattices(drive, stack, fit, rules)])
+        settled = np.array_equal(states, former)
+        if settled and width * NARROWER**turn < 1e-3:
+            break
+        former = states
+        if width:
+            labels = stack.labels[states]
+            found = find_constants(drive, found, labels, driver, width * NARROWER**turn)
+            stack = stack_predictions(drive, found)
+        driver = _estimate_driver(drive, stack, driver, states)
+    likelihood = float(fit[np.arange(drive.ticks), states].sum())
+    labels = stack.labels[states]
+    switches = sum(np.count_nonzero(np.diff(labels[each.ticks])) for each in drive.episodes)
+    return DriverFit(found, driver, states, likelihood - rules.price * switches)
+
+
+def _estimate_driver(
+    drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, states: Ints
+) -> DriverModel:
+    """Estimate gain and noise from ticks whose states are known."""
+    explained = np.flatnonzero(states < len(stack.commands))
+    aimed = explained[~stack.follows_last[states[explained]]]
+    if len(aimed):
+        last = _shift(drive.list_last_commands(), driver.dead_ticks, drive.episodes)
+        answer = _shift(drive.commands, driver.dead_ticks, drive.episodes)
+        aims = stack.commands[states[aimed], aimed]
+        driver = replace(driver, gain=estimate_gain(driver, aims, last[aimed], answer[aimed]))
+    residuals = measure_residuals(drive, stack, driver)[states[explained], explained]
+    return replace(driver, noise=estimate_noise(driver, residuals))
+
+
+def find_constants(
+    drive: RecordedDrive, candidates: Sequence[Candidate], labels: Ints, driver: DriverModel, width: float
+) -> tuple[Candidate, ...]:
+    """Change unknown constants, one after the other, to the values with which known labels fit best.
+
+    Parameters
+    ----------
+    drive
+        The drive.
+    candidates
+        The candidates.
+    labels
+        Label of each tick, shape [T].
+    driver
+        The driver's noise.
+    width
+        How far from its value a constant is looked for, as a share of its range.
+
+    Returns
+    -------
+    tuple
+        The candidates with their constants changed.
+    """
+    found = list(candidates)
+    models = {index: each for index, each in enumerate(found) if isinstance(each, CommandModel)}
+    ranges = {name: span for each in models.values() for name, span in each.unknown.items()}
+    for name, (low, high) in ranges.items():
+        users = [index for index, each in models.items() if name in each.constants]
+        used = {index: np.flatnonzero(labels == index) for index in users}
+        if not any(map(len, used.values())):
+            continue
+        middle = models[users[0]].constants[name]
+        values = np.unique(np.clip(middle + width * (high - low) * np.array(STEPS), low, high)).tolist()
+        fits = []
+        for value in values:
+            total = 0.0
+            for index in users:
+                model = models[index].with_constants({name: value})
+                residuals = drive.commands - model.predict(drive).commands[0]
+                total += float(driver.measure_fit(residuals[used[index]]).sum())
+            fits.append(total)
+        best = values[int(np.argmax(fits))] if max(fits) > min(fits) else middle
+        for index in users:
+            found[index] = models[index] = models[index].with_constants({name: best})
+    return tuple(found)

@@ -1,0 +1,344 @@
+"""Lessons from segmented drives: a session over the recorded readings, with a press at each switch of the labels.
+
+Directives, defaults and watched examples then mean the same as in any session, because one is run (ARCHITECTURE
+section 3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from understudy.errors import DefinitionError, UnknownName
+from understudy.model.automaton import START, State
+from understudy.model.behaviors import Behavior
+from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, ReadingKey, TimerFeature
+from understudy.model.lesson import (
+    LONGEST_REACTION_S,
+    Example,
+    ExampleKind,
+    LearnerOptions,
+    Lesson,
+    TreeOptions,
+)
+from understudy.model.library import Library
+from understudy.robots.recording.header import RecordingHeader, RunInfo
+from understudy.robots.recording.reader import Recording
+from understudy.robots.recording.replay import ReplayBody
+from understudy.segmentation.automaton_candidate import AutomatonCandidate
+from understudy.segmentation.candidates import BehaviorCandidate, Candidate
+from understudy.segmentation.drive_kit import list_drive_features, make_drive_kit, remove_functions
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.segmentation.segment import UNEXPLAINED, Segmentation, Span
+from understudy.training.feature_values import (
+    compute_example_values,
+    find_shifted_row,
+    list_steady_readings,
+)
+from understudy.training.lesson_design import new_lesson
+from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
+from understudy.training.session import Session
+
+DOUBT = 0.8
+"""The certainty of a span below which the switch to it and the switch from it are left out of learning."""
+SURE = 0.9
+"""The certainty of a tick below which it does not become a watched example."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExampleSource:
+    """Where an example comes from: the file, the time in it (s), the tick of the drive, and how certain it is."""
+
+    file: str
+    time_s: float
+    tick: int
+    certainty: float
+
+
+@dataclass(frozen=True, slots=True)
+class DriveLesson:
+    """A lesson that was made of a drive.
+
+    Parameters
+    ----------
+    lesson
+        The lesson. Examples that the drive leaves in doubt are in quarantine, with the reason.
+    library
+        The library in which its behaviors are found.
+    sources
+        Where each example comes from, by its number.
+    reaction
+        The estimate of the driver's reaction time, which the lesson is set to. None: too few switches to tell.
+    """
+
+    lesson: Lesson
+    library: Library
+    sources: Mapping[int, ExampleSource] = field(default_factory=lambda: MappingProxyType({}))
+    reaction: ReactionEstimate | None = None
+
+
+def to_lesson(
+    segmentation: Segmentation,
+    *,
+    name: str = "driven",
+    library: Library | None = None,
+    features: Sequence[str | BoundFeature] | None = None,
+    watched: bool = True,
+    reaction_s: float | None = None,
+    learner: TreeOptions | None = None,
+) -> DriveLesson:
+    """Make a lesson of a segmented drive, which shows when the driver switched from one behavior to another.
+
+    Parameters
+    ----------
+    segmentation
+        The drive with its labels.
+    name
+        Name of the automaton.
+    library
+        The features and behaviors that the automaton uses. None: a feature for each reading, and the candidates.
+    features
+        Features that decisions depend on, such as "range(ball)". None: all readings of the drive that the kit has.
+    watched
+        Whether ticks without a switch become watched examples.
+    reaction_s
+        The driver's reaction time, s. None: estimated from the drive.
+    learner
+        How trees are learned; long drives give so many examples that pruning helps. None: as in any lesson.
+
+    Returns
+    -------
+    DriveLesson
+        The lesson, and where its examples come from.
+
+    Raises
+    ------
+    DefinitionError
+        If no candidate explains any tick.
+    UnknownName
+        If the library does not have a feature or a behavior.
+    """
+    drive = segmentation.drive
+    used = [
+        each for index, each in enumerate(segmentation.candidates) if (segmentation.labels == index).any()
+    ]
+    if not used:
+        raise DefinitionError(
+            what="recording",
+            problem="none of the candidates explains any of its commands",
+            remedy="give other behaviors, or check scales and signs of the commands",
+        )
+    library = Library(make_drive_kit(drive, {})) if library is None else library
+    library = _with_behaviors(library, used)
+    chosen = list_drive_features(library, drive) if features is None else features
+    states = [_make_state(each) for each in used]
+    empty = new_lesson(
+        library,
+        name,
+        states=states,
+        features=chosen,
+        options=LearnerOptions(
+            watched=watched, reaction_s=reaction_s or 0.0, learner=learner or TreeOptions()
+        ),
+        live=False,
+    )
+    lesson, sources = _teach(segmentation, library, empty)
+    estimate = None
+    steady = list_steady_readings(ReplayBody(make_recording(drive, drive.episodes[0])))
+    if reaction_s is None:
+        estimate = estimate_reaction_time(lesson, steady=steady)
+        if estimate is not None and estimate.reaction_s:
+            # Once more, because a session discards as many watched ticks before a press as this time says.
+            late = replace(empty.options, reaction_s=estimate.reaction_s)
+            lesson, sources = _teach(segmentation, library, replace(empty, options=late))
+    if watched:
+        lesson = _add_last_stays(segmentation, lesson, sources, steady)
+    return DriveLesson(lesson, library, MappingProxyType(sources), estimate)
+
+
+def _teach(
+    segmentation: Segmentation, library: Library, lesson: Lesson
+) -> tuple[Lesson, dict[int, ExampleSource]]:
+    """Add the examples of all episodes to a lesson; return it, and where each example comes from."""
+    sources: dict[int, ExampleSource] = {}
+    bare = remove_functions(library)
+    for episode in segmentation.drive.episodes:
+        for spans in _list_pieces(segmentation, episode):
+            begins = spans[0].first == episode.first
+            shown = spans[1:] if begins and _is_before_motion(segmentation, spans) else spans
+            lesson = _teach_piece(segmentation, bare, lesson, shown, sources, begins=begins)
+    return lesson, sources
+
+
+def _with_behaviors(library: Library, used: Sequence[Candidate]) -> Library:
+    """Return the library with a behavior for each candidate that it lacks, such as a command model."""
+    behaviors = dict(library.kit.behaviors)
+    for each in used:
+        if not isinstance(each, BehaviorCandidate | AutomatonCandidate):
+            behaviors.setdefault(each.name, Behavior(each.name))
+        elif isinstance(each, BehaviorCandidate):
+            behaviors.setdefault(each.ground.behavior.name, each.ground.behavior)
+        elif each.behavior not in library.taught:
+            where = "the library of the lesson"
+            raise UnknownName(what="automaton", name=each.behavior, where=where, known=list(library.taught))
+    return replace(library, kit=replace(library.kit, behaviors=MappingProxyType(behaviors)))
+
+
+def _make_state(candidate: Candidate) -> State:
+    """Make the state of a label; its name is that of the label, without parentheses."""
+    name = name_state(candidate.name)
+    if isinstance(candidate, BehaviorCandidate):
+        return State(name, candidate.ground.behavior.name, candidate.ground.binding)
+    if isinstance(candidate, AutomatonCandidate):
+        return State(name, candidate.behavior, candidate.binding)
+    return State(name, candidate.name)
+
+
+def name_state(label: str) -> str:
+    """Return the name of the state that a label becomes: goto_ball for "goto(ball)"."""
+    name = label.replace("(", "_").replace(")", "").replace(",", "_").replace(" ", "").replace("=", "_")
+    return f"{name}_" if name == START.name else name
+
+
+def _list_pieces(segmentation: Segmentation, episode: DriveEpisode) -> Iterator[list[Span]]:
+    """Yield the spans of an episode in pieces, which are parted by ticks that nothing explains."""
+    piece: list[Span] = []
+    for span in segmentation.list_spans(episode):
+        if span.label != UNEXPLAINED:
+            piece.append(span)
+        elif piece:
+            yield piece
+            piece = []
+    if piece:
+        yield piece
+
+
+def _is_before_motion(segmentation: Segmentation, spans: Sequence[Span]) -> bool:
+    """Return whether the first of several spans is a short rest, in which the driver had not begun."""
+    drive, ticks = segmentation.drive, slice(spans[0].first, spans[0].end)
+    if len(spans) < 2 or (spans[0].end - spans[0].first) * drive.tick_s > LONGEST_REACTION_S:
+        return False
+    away = drive.commands[ticks] - [each.rest for each in drive.channels]
+    return bool((np.abs(away) <= 4 * segmentation.driver.noise).all())
+
+
+def _teach_piece(
+    segmentation: Segmentation,
+    library: Library,
+    lesson: Lesson,
+    spans: Sequence[Span],
+    sources: dict[int, ExampleSource],
+    *,
+    begins: bool,
+) -> Lesson:
+    """Add the examples of spans in a row, which may begin an episode, to a lesson, and note where they come from."""
+    drive = segmentation.drive
+    episode = drive.find_episode(spans[0].first)
+    first, end = spans[0].first, spans[-1].end
+    body = ReplayBody(make_recording(drive, DriveEpisode(episode.source, first, end)))
+    session = Session(body, library, lesson)
+    session.train()
+    starts = {span.first: span for span in spans}
+    for tick in range(first, end):
+        if tick in starts:
+            session.direct(name_state(starts[tick].label))
+        session.tick()
+    taught = session.lesson
+    known = {each.number for each in lesson.examples}
+    examples = []
+    for example in taught.examples:
+        if example.number in known:
+            examples.append(example)
+            continue
+        # Pressing start is no decision of a driver who was driving already.
+        if example.state == START.name and not begins:
+            continue
+        moment = float(taught.record.seconds[example.moment or 0])
+        tick = first + int(np.searchsorted(drive.times[first:end], moment - 1e-9))
+        certainty = _measure_certainty(segmentation, example, spans, tick)
+        if example.kind is ExampleKind.WATCHED and certainty < SURE:
+            continue
+        reason = ""
+        if certainty < DOUBT and example.kind is ExampleKind.DIRECTIVE:
+            reason = f"the recording leaves this switch in doubt (certainty {certainty:.2f})"
+        examples.append(replace(example, quarantined=reason))
+        sources[example.number] = ExampleSource(Path(episode.source).name, moment, tick, certainty)
+    return replace(taught, examples=tuple(examples))
+
+
+def _measure_certainty(
+    segmentation: Segmentation, example: Example, spans: Sequence[Span], tick: int
+) -> float:
+    """Return how certain an example is: of a switch, the less certain of the two spans that it parts."""
+    if example.kind is ExampleKind.WATCHED:
+        return float(segmentation.certainties[tick])
+    at = max(index for index, span in enumerate(spans) if span.first <= tick)
+    sides = spans[max(0, at - 1) : at + 1] if example.kind is ExampleKind.DIRECTIVE else spans[at : at + 1]
+    return min(float(segmentation.certainties[span.first : span.end].max()) for span in sides)
+
+
+def _add_last_stays(
+    segmentation: Segmentation, lesson: Lesson, sources: dict[int, ExampleSource], steady: frozenset[str]
+) -> Lesson:
+    """Add the last tick before each switch that is sure, as a watched example.
+
+    A session discards the ticks before a press, in which a demonstrator may have been deciding. The labels of a drive
+    say that the former behavior went on in them.
+    """
+    own = (FlagFeature, CounterFeature, TimerFeature)
+    if any(isinstance(each.feature, own) for each in lesson.automaton.features):
+        return lesson
+    record, added = lesson.record, []
+    number = max((each.number for each in lesson.examples), default=0)
+    for example in lesson.examples:
+        if example.kind is not ExampleKind.DIRECTIVE or example.state == START.name or example.quarantined:
+            continue
+        shifted, source = (
+            find_shifted_row(example, record, lesson.options.reaction_s),
+            sources[example.number],
+        )
+        moment = example.moment or 0
+        for row in range(shifted - 1, moment - example.window - 1, -1):
+            tick = source.tick - (moment - row)
+            stayed_s = example.own.get("time_in_state", 0.0) - float(
+                record.seconds[moment] - record.seconds[row]
+            )
+            if stayed_s <= 0:
+                break
+            if segmentation.certainties[tick] < SURE:
+                continue
+            number += 1
+            stay = replace(
+                example, number=number, next=example.state, kind=ExampleKind.WATCHED, moment=row, window=0,
+                own={**example.own, "time_in_state": stayed_s},
+            )  # fmt: skip
+            added.append(replace(stay, values=compute_example_values(stay, lesson, record, steady=steady)))
+            certainty = float(segmentation.certainties[tick])
+            sources[number] = ExampleSource(source.file, float(record.seconds[row]), tick, certainty)
+            break
+    return replace(lesson, examples=(*lesson.examples, *added))
+
+
+def make_recording(drive: RecordedDrive, episode: DriveEpisode) -> Recording:
+    """Make a recording of the readings of an episode, which sessions replay; readings that a drive lacks are absent."""
+    ticks = episode.ticks
+    keys: list[ReadingKey] = [
+        (each.name, target)
+        for each in drive.readings
+        for target in (drive.targets if each.of_targets else (None,))
+    ]
+    count = episode.end - episode.first
+    absent = np.full(count, np.nan)
+    columns = [drive.values[key][ticks] if key in drive.values else absent for key in keys]
+    head = RecordingHeader(
+        ("",), drive.tick_s, float(drive.times[episode.first]), drive.readings, drive.targets, drive.channels,
+        RunInfo(), {},
+    )  # fmt: skip
+    values = np.stack(columns, axis=1)[:, :, None] if columns else np.zeros((count, 0, 1))
+    return Recording(
+        Path(episode.source), head, drive.times[ticks], tuple(keys), values, [[()] * count], [()], whole=True
+    )

@@ -1,0 +1,208 @@
+"""Recorded drives: the readings of a robot and the commands that a person gave it, tick by tick.
+
+A drive has episodes, one for each file, and for each piece between gaps of a file. Nothing is known about what
+happened between two episodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import DefinitionError, join_names
+from understudy.model.features import Percept, ReadingKey
+from understudy.model.kinds import Column
+from understudy.runtime.body import Channel, Reading
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class DriveEpisode:
+    """A piece of a drive without a gap.
+
+    Parameters
+    ----------
+    source
+        Name of the file that it was read from.
+    first
+        Its first tick in the drive.
+    end
+        The tick after its last one.
+    """
+
+    source: str
+    first: int
+    end: int
+
+    @property
+    def ticks(self) -> slice:
+        """The ticks of the episode, to index columns of the drive with."""
+        return slice(self.first, self.end)
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedDrive:
+    """A recording of a robot that a person drove, as columns of T ticks.
+
+    Parameters
+    ----------
+    times
+        Time of each tick in s, shape [T]; it rises within an episode.
+    values
+        Readings by name and target, shape [T] each; NaN where absent.
+    commands
+        Commands by channel, shape [T, C], in the order of `channels`.
+    channels
+        The command channels.
+    readings
+        The readings with their kinds and units.
+    targets
+        Names of the targets that readings are about.
+    tick_s
+        Nominal length of a tick, s.
+    episodes
+        The pieces without gaps, in order; together they have all ticks.
+    omissions
+        Sentences about what was left out when it was read.
+    """
+
+    times: Column
+    values: Mapping[ReadingKey, Column]
+    commands: Floats
+    channels: tuple[Channel, ...]
+    readings: tuple[Reading, ...]
+    targets: tuple[str, ...]
+    tick_s: float
+    episodes: tuple[DriveEpisode, ...]
+    omissions: tuple[str, ...] = field(default=())
+
+    @property
+    def ticks(self) -> int:
+        """The number of ticks, T."""
+        return len(self.times)
+
+    @property
+    def percept(self) -> Percept:
+        """All readings as columns over ticks, for functions that take columns over agents."""
+        return self.values
+
+    def list_last_commands(self) -> Floats:
+        """Return the command of the tick before each tick.
+
+        Returns
+        -------
+        array, shape [T, C]
+            The commands; at rest before an episode.
+        """
+        last = np.roll(self.commands, 1, axis=0)
+        last[[each.first for each in self.episodes]] = [channel.rest for channel in self.channels]
+        return last
+
+    def find_episode(self, tick: int) -> DriveEpisode:
+        """Return the episode of a tick.
+
+        Parameters
+        ----------
+        tick
+            Number of the tick in the drive, from 0.
+
+        Returns
+        -------
+        DriveEpisode
+            The episode.
+        """
+        return next(each for each in self.episodes if each.first <= tick < each.end)
+
+
+def sample_drive(drive: RecordedDrive, *, most: int, piece: int = 400) -> RecordedDrive:
+    """Take pieces of a drive, spread evenly over it; a drive of at most `most` ticks stays whole.
+
+    Parameters
+    ----------
+    drive
+        The drive.
+    most
+        About how many ticks to take.
+    piece
+        Ticks of a piece; the last one of an episode may be shorter.
+
+    Returns
+    -------
+    RecordedDrive
+        A drive whose episodes are the pieces.
+    """
+    if drive.ticks <= most:
+        return drive
+    pieces = [
+        DriveEpisode(each.source, first, min(first + piece, each.end))
+        for each in drive.episodes
+        for first in range(each.first, each.end, piece)
+    ]
+    count = max(1, most * len(pieces) // drive.ticks)
+    taken = [pieces[index] for index in np.linspace(0, len(pieces) - 1, count).round().astype(int).tolist()]
+    ticks = np.concatenate([np.arange(each.first, each.end) for each in taken])
+    starts = np.cumsum([0, *(each.end - each.first for each in taken)]).tolist()
+    return replace(
+        drive,
+        times=drive.times[ticks],
+        values={key: column[ticks] for key, column in drive.values.items()},
+        commands=drive.commands[ticks],
+        episodes=tuple(
+            DriveEpisode(each.source, first, end)
+            for each, (first, end) in zip(taken, pairwise(starts), strict=True)
+        ),
+    )
+
+
+def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:
+    """Join drives of the same robot to one, whose episodes follow each other.
+
+    Parameters
+    ----------
+    drives
+        At least one drive. All have the same readings, targets and channels.
+
+    Returns
+    -------
+    RecordedDrive
+        One drive with the episodes of all.
+
+    Raises
+    ------
+    DefinitionError
+        If there is none, or two have different readings, channels or lengths of a tick.
+    """
+    if not drives:
+        raise DefinitionError(what="recordings", problem="there are none", remedy="give at least one")
+    first = drives[0]
+    for other in drives[1:]:
+        for what, ours, theirs in (
+            ("readings", [*map(str, first.values)], [*map(str, other.values)]),
+            ("channels", [each.name for each in first.channels], [each.name for each in other.channels]),
+            ("ticks", [f"{first.tick_s:g} s"], [f"{other.tick_s:g} s"]),
+        ):
+            if ours != theirs:
+                raise DefinitionError(
+                    what=f"recording {other.episodes[0].source}",
+                    problem=f"its {what} are {join_names(theirs)}, but those of {first.episodes[0].source} are "
+                    f"{join_names(ours)}",
+                    remedy="segment recordings of different robots one by one",
+                )
+    starts = np.cumsum([0, *(each.ticks for each in drives)])
+    return replace(
+        first,
+        times=np.concatenate([each.times for each in drives]),
+        values={key: np.concatenate([each.values[key] for each in drives]) for key in first.values},
+        commands=np.concatenate([each.commands for each in drives]),
+        episodes=tuple(
+            DriveEpisode(episode.source, episode.first + start, episode.end + start)
+            for drive, start in zip(drives, starts.tolist(), strict=False)
+            for episode in drive.episodes
+        ),
+        omissions=tuple(each for drive in drives for each in drive.omissions),
+    )

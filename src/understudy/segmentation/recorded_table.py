@@ -1,0 +1,184 @@
+"""Tables of recordings: CSV files, JSON lines whose objects are rows, and Parquet.
+
+A row that cannot be read is left out, and a cell that is no number is absent. A sentence says so, with the place.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from math import isfinite, nan
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from understudy.errors import FileError, join_names, suggest_known_name
+from understudy.extras import format_install_command
+from understudy.model.kinds import Column
+
+TIME = "time_s"
+"""The column of times in a table that needs no mapping file, and in all tables of messages."""
+JSON_SUFFIXES = (".jsonl", ".ndjson")
+PARQUET_SUFFIX = ".parquet"
+
+
+class RecordedTable(NamedTuple):
+    """Rows of cells with the number of each in the file, and sentences about what was left out.
+
+    `counted` is what the numbers count: lines, or messages.
+    """
+
+    path: Path
+    header: tuple[str, ...]
+    lines: Sequence[int]
+    cells: Sequence[Sequence[Any]]
+    omissions: list[str]
+    counted: str = "line"
+
+    def format_place(self, row: int) -> str:
+        """Return where a row stands in the file, such as "line 3"."""
+        return f"{self.counted} {self.lines[row]}"
+
+    def refuse(self, place: str, problem: str, remedy: str) -> FileError:
+        """Make the error that something at a place of the file cannot be used."""
+        return FileError(path=self.path, place=place, problem=problem, remedy=remedy)
+
+    def read_numbers(self, column: str, *, of: str, quiet: bool = False) -> Column:
+        """Read a column; what is no number is NaN, and said once unless `quiet`."""
+        if column not in self.header:
+            meant = suggest_known_name(column, self.header)
+            raise self.refuse(
+                self.format_place(0) if self.lines else "line 1",
+                f"there is no column {column!r} for {of}",
+                f"{meant}the columns are {join_names(self.header)}",
+            )
+        at = self.header.index(column)
+        found, wrong = np.empty(len(self.cells)), []
+        for row, cells in enumerate(self.cells):
+            found[row] = value = _parse(cells[at])
+            if not isfinite(value) and cells[at] not in ("", None):
+                wrong.append(row)
+        if wrong:
+            more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+            first = self.format_place(wrong[0])
+            what = f"{self.cells[wrong[0]][at]!r:.40}{more} is no number; taken as absent"
+            if not quiet:
+                self.omissions.append(f"{self.path} at {first}, column {column!r}: {what}")
+            if len(wrong) == len(found):
+                raise self.refuse(f"{first}, column {column!r}", "no cell is a number", "map another column")
+        return found
+
+
+def _parse(cell: Any) -> float:
+    if isinstance(cell, bool):
+        return float(cell)
+    try:
+        value = float(cell)
+    except (TypeError, ValueError):
+        return nan
+    return value if isfinite(value) else nan
+
+
+def read_table(path: Path | str) -> RecordedTable:
+    """Read a table: JSON lines or Parquet if the name of the file says so, CSV otherwise."""
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix == PARQUET_SUFFIX:
+        return _read_parquet(path)
+    return _read_lines(path) if suffix in JSON_SUFFIXES else _read_rows(path)
+
+
+def _read_rows(path: Path) -> RecordedTable:
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.reader(file)
+            rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if row]
+    except (OSError, ValueError, csv.Error) as error:
+        raise _unreadable(path, error) from None
+    if not rows:
+        raise FileError(path=path, place="", problem="it is empty", remedy="give a table of a drive")
+    (_, header), *rest = rows
+    table = RecordedTable(path, tuple(header), [], [], [])
+    kept = list(_whole_rows(table, rest))
+    return table._replace(lines=[line for line, _ in kept], cells=[row for _, row in kept])
+
+
+def _whole_rows(
+    table: RecordedTable, rows: Sequence[tuple[int, list[str]]]
+) -> Iterator[tuple[int, list[str]]]:
+    """Yield rows that have all cells; the last one of a file that was cut short has fewer."""
+    for line, row in rows:
+        if len(row) == len(table.header):
+            yield line, row
+        else:
+            end = "the file ends in the middle of it" if line == rows[-1][0] else "it is left out"
+            table.omissions.append(
+                f"{table.path} at line {line}: {len(row)} cells instead of {len(table.header)}; {end}"
+            )
+
+
+def _read_lines(path: Path) -> RecordedTable:
+    try:
+        lines = path.read_text("utf-8-sig").splitlines()
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from None
+    rows: list[tuple[int, dict[str, Any]]] = []
+    omissions = []
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            found = json.loads(line)
+        except (ValueError, RecursionError):
+            found = None
+        if isinstance(found, dict):
+            rows.append((number, dict(_flatten(found))))
+        else:
+            end = "the file ends in the middle of it" if number == len(lines) else "it is left out"
+            omissions.append(f"{path} at line {number}: no JSON object; {end}")
+    if not rows:
+        raise FileError(
+            path=path, place="", problem="no line has a JSON object", remedy="give JSON lines of a drive"
+        )
+    header = tuple(dict.fromkeys(key for _, row in rows for key in row))
+    cells = [[row.get(key) for key in header] for _, row in rows]
+    return RecordedTable(path, header, [number for number, _ in rows], cells, omissions)
+
+
+def _read_parquet(path: Path) -> RecordedTable:
+    """Read a Parquet file; its rows count as lines, from 1."""
+    try:
+        duckdb = import_module("duckdb")
+    except ImportError:
+        raise FileError(
+            path=path,
+            place="",
+            problem="it is Parquet, which needs DuckDB",
+            remedy=format_install_command("parquet"),
+        ) from None
+    try:
+        with duckdb.connect() as database, path.open("rb"):
+            result = database.execute("SELECT * FROM read_parquet(?)", [str(path)])
+            header = tuple(each[0] for each in result.description)
+            cells = result.fetchall()
+    except (OSError, duckdb.Error) as error:
+        raise _unreadable(path, error) from None
+    return RecordedTable(path, header, range(1, len(cells) + 1), cells, [])
+
+
+def _flatten(found: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of an object by path, with dots between the keys."""
+    for key, value in found.items():
+        if isinstance(value, dict):
+            yield from _flatten(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _unreadable(path: Path, error: Exception) -> FileError:
+    gone = isinstance(error, FileNotFoundError)
+    problem = "there is no such file" if gone else f"it cannot be read ({error})"
+    return FileError(path=path, place="", problem=problem, remedy="give a CSV file, JSON lines or Parquet")

@@ -1,0 +1,118 @@
+"""Part of `understudy learn`: make a lesson of a recording without presses, and print how it was segmented."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from understudy.model.lesson import Lesson
+    from understudy.model.library import Library
+    from understudy.segmentation.mapping_file import RecordingMap
+    from understudy.segmentation.recorded_drive import RecordedDrive
+    from understudy.segmentation.segmentation_report import DriveReport
+
+
+class DriveOptions(NamedTuple):
+    """Options of `understudy learn` for a drive; None for those that were not given."""
+
+    name: str | None
+    library: Path | None
+    mapping: Path | None
+    behaviors: str | None
+    features: str | None
+    reaction_s: float | None
+    kit: str | None
+
+
+def learn_from_drive(path: Path, asked: DriveOptions) -> tuple[Lesson, DriveReport]:
+    """Segment a drive, and return the lesson made of it with a report."""
+    from understudy.segmentation.drive_kit import make_candidates
+    from understudy.segmentation.lesson_from_drive import to_lesson
+    from understudy.segmentation.mapping_file import load_recording_map
+    from understudy.segmentation.segment import segment
+    from understudy.segmentation.segmentation_report import make_drive_report
+    from understudy.training.lesson_design import parse_feature
+    from understudy.ui.cli.options import parse_names
+
+    mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
+    drive, library = _open(path, asked, mapping)
+    candidates = make_candidates(library, drive, parse_names(asked.behaviors))
+    if not candidates:
+        raise _no_behaviors(path)
+    names = parse_names(asked.features)
+    features = None if names is None else [parse_feature(library, each) for each in names]
+    # The readings say nothing about features of the automaton itself, such as the time in a state.
+    sensed = [each for each in features or () if not each.is_own]
+    found = segment(drive, candidates, features=sensed)
+    made = to_lesson(
+        found,
+        name=asked.name or "driven",
+        library=library,
+        features=features,
+        reaction_s=asked.reaction_s,
+    )
+    return made.lesson, make_drive_report(found, made)
+
+
+def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> tuple[RecordedDrive, Library]:
+    """Read a drive, and find the library whose behaviors may explain it."""
+    from understudy.model.library import Library
+    from understudy.segmentation.drive_kit import make_drive_kit
+    from understudy.segmentation.drive_table import read_recorded_drive
+    from understudy.ui.cli.options import WORLD, find_kit, open_behavior_library
+
+    drive = read_recorded_drive(path, mapping)
+    behaviors = {} if mapping is None else mapping.behaviors
+    kit = make_drive_kit(drive, behaviors) if asked.kit is None else find_kit(asked.kit, WORLD)
+    if asked.library is not None and asked.library.is_dir():
+        return drive, open_behavior_library(None, asked.library, kit)
+    return drive, Library(kit)
+
+
+def _no_behaviors(path: Path) -> Exception:
+    from understudy.errors import SettingError
+
+    return SettingError(
+        where=str(path),
+        setting="--behaviors",
+        problem="are none that could explain its commands",
+        remedy="give [behaviors.NAME] in the mapping file, or --kit MODULE:NAME with your own",
+    )
+
+
+def print_drive_report(report: DriveReport) -> None:
+    """Print the labels of a drive, the driver, and what was left out."""
+    from rich.markup import escape
+
+    from understudy.ui.cli.output import format_count, make_console, make_table
+
+    out = make_console()
+    for sentence in report.omissions:
+        out.print(f"[yellow]{escape(sentence)}.[/]", soft_wrap=True)
+    shares = make_table("behavior", "#seconds", "#spans", "#certainty")
+    for each in report.labels:
+        shares.add_row(
+            escape(each.label), f"{each.seconds:.1f}", str(each.spans), f"{100 * each.certainty:.0f} %"
+        )
+    out.print(shares)
+    spans = make_table("#from, s", "#to, s", "behavior", "#certainty")
+    for row in report.spans:
+        doubt = " [yellow]doubtful[/]" if row.doubtful else ""
+        spans.add_row(
+            f"{row.from_s:.2f}", f"{row.to_s:.2f}", escape(row.label) + doubt, f"{100 * row.certainty:.0f} %"
+        )
+    out.print(spans)
+    for channel in report.driver:
+        limit = "" if channel.rate is None else f", at most {channel.rate:.3g} a tick"
+        out.print(
+            f"Driver on {escape(channel.channel)}: noise {channel.noise:.3g}, "
+            f"{100 * channel.gain:.0f} % of the way in a tick{limit}"
+        )
+    counted = ", ".join(format_count(number, f"{kind} example") for kind, number in report.examples.items())
+    doubtful = f"; {report.quarantined} left out as doubtful" if report.quarantined else ""
+    out.print(f"Lesson: {counted}{doubtful}")
+    if report.reaction_s is not None:
+        out.print(
+            f"Reaction time {report.reaction_s:g} s. {escape(report.reaction_evidence)}", soft_wrap=True
+        )
