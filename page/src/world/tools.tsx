@@ -30,7 +30,7 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
   return (
     <>
       <div class="tools overlays" role="toolbar" aria-label="Overlays">
-        {OVERLAYS.filter((each) => has[each]).map((each) => (
+        {OVERLAYS.filter((each) => live.mapped && has[each]).map((each) => (
           <button
             type="button"
             key={each}
@@ -44,7 +44,7 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
           </button>
         ))}
       </div>
-      <div class="tools zoom" role="toolbar" aria-label="View">
+      <div class="tools zoom" role="toolbar" aria-label="View" hidden={scene.drawing === "none"}>
         <button type="button" aria-label="Nearer" onClick={() => stage.zoom(1.4)}>
           +
         </button>
@@ -55,7 +55,7 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
           ⤢
         </button>
       </div>
-      {directs && !live.real && (
+      {directs && !live.fixed && (
         <select
           class="tools add"
           aria-label="Add to the world"

@@ -29,7 +29,7 @@ AGENT = "agent"
 class BodyWorld:
     """A body of the user's own, in one world.
 
-    Of where its agents are, nothing is known: only readings are shown, and the pictures that its method `render` returns,
+    Where its agents are is unknown: it is shown by its readings, and by the pictures that its method `render` returns,
     if it has one. It can be reset, but neither rewound nor changed by hand. A body without a method `reset` is made
     anew instead.
 

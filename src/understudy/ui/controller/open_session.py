@@ -11,6 +11,7 @@ from understudy.robots.recording.header import RunInfo
 from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.body import Body
 from understudy.runtime.team.coordinator_body import CoordinatorBody
+from understudy.sim.body_world import BodyWorld
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.ui.controller.clock import RealTimeClock, WallClock, choose_clock
@@ -82,7 +83,7 @@ def resume_session(
 def find_ground(body: Body) -> Ground:
     """Return the body to display: for squads, that of their robots. SessionError if there is no picture of it."""
     ground = body.ground if isinstance(body, CoordinatorBody) else body
-    if not isinstance(ground, World | DigitalTwin):
+    if not isinstance(ground, World | DigitalTwin | BodyWorld):
         raise SessionError(
             f"there is no picture of a {type(ground).__name__}: give the session a body that is a World, or robots "
             "of one"

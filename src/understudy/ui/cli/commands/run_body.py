@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from understudy.adapters.body_maker import BodyMaker
-    from understudy.runtime.body import Reading
     from understudy.runtime.run_loop import Run
     from understudy.sim.body_world import BodyWorld
     from understudy.ui.cli.commands.run import SimulatedRunOptions
@@ -197,11 +196,11 @@ def _watch(running: BodyRunSession, speed: float) -> None:
 
     from understudy.ui.cli.output import make_console
 
-    world, step = running.world, speed / REFRESHES_PER_S
-    with Live(console=make_console(), auto_refresh=False, transient=False) as live:
+    out, world, step = make_console(), running.world, speed / REFRESHES_PER_S
+    with Live(console=out, auto_refresh=False, transient=False) as live:
         due = monotonic()
         while True:
-            live.update(render_body_screen(running), refresh=True)
+            live.update(render_body_screen(running, lines=out.height - 4), refresh=True)
             if running.is_over:
                 return
             until = world.time_s + step
@@ -211,31 +210,18 @@ def _watch(running: BodyRunSession, speed: float) -> None:
             sleep(max(0.0, due - monotonic()))
 
 
-def render_body_screen(running: BodyRunSession) -> RenderableType:
+def render_body_screen(running: BodyRunSession, *, lines: int) -> RenderableType:
     """Render the active states and the readings; of several agents, those of the first one."""
     from rich.console import Group
     from rich.text import Text
 
-    units = {reading.name: reading for reading in running.world.readings}
-    rows = [
-        Text.assemble((f"{name:<16} ", "dim"), _format_reading(values[0], units.get(name.partition("(")[0])))
-        for name, values in running.list_readings().items()
-    ]
-    more = f"  the first of {running.world.agents} agents" if running.world.agents > 1 else ""
+    from understudy.ui.tui.body_readings import render_body_readings
+
+    world = running.world
+    more = f"  the first of {world.agents} agents" if world.agents > 1 else ""
     return Group(
         Text(" > ".join(running.paths[0]), style="bold", no_wrap=True, overflow="ellipsis"),
-        Text.assemble((f"{running.world.time_s:6.1f} s", "bold"), (more, "dim")),
-        *rows,
+        Text.assemble((f"{world.time_s:6.1f} s", "bold"), (more, "dim")),
+        render_body_readings(world, 0, lines=lines),
         Text("Ctrl-C ends it", style="dim"),
     )
-
-
-def _format_reading(value: float | None, reading: Reading | None) -> str:
-    from understudy.model.kinds import Categorical
-
-    if value is None:
-        return "-"
-    if reading is not None and isinstance(reading.kind, Categorical):
-        return reading.kind.labels[int(value)]
-    unit = f" {reading.unit}" if reading is not None and reading.unit else ""
-    return f"{value:.2f}{unit}"
