@@ -84,21 +84,23 @@ def test_an_environment_is_drawn_and_taught(
     page = visit()
     page.wait_for_function(f"({BROWN})() > 50")
     snap(page, "own_body_welcome")
+    page.get_by_label("Speed").select_option(label="0.25×")
     teacher = begin(page, states=["push_left", "push_right"], features=["angle", "spin"])
-    page.keyboard.press("Space")
-    before = page.evaluate(PICTURE)
     teacher.directing("push_right").click()
-    page.get_by_role("button", name="Step").click()
+    page.keyboard.press("Space")  # it begins paused
+    expect(teacher.directing("push_right")).to_have_attribute("aria-pressed", "true")
+    before = page.evaluate(PICTURE)
     page.wait_for_function(f"({PICTURE})() !== {before}")
     assert teacher.examples >= 1
     snap(page, "own_body_taught")
-    page.keyboard.press("Space")
     expect(page.get_by_role("status")).to_contain_text("The episode is over")
     snap(page, "own_body_over")
     teacher.new_world()
-    expect(page.get_by_text("World 1")).to_be_visible()
+    expect(page.get_by_role("status")).to_contain_text("World 1")
     teacher.click("Save")
     expect(page.get_by_text("in the library")).to_be_visible()
+    for hidden in ("Add to the world", "Rewind", "Overlays"):
+        expect(page.get_by_label(hidden)).not_to_be_visible()
 
 
 @pytest.mark.parametrize("world", ["make_blind"])
@@ -106,6 +108,8 @@ def test_without_pictures_the_page_says_so(
     visit: Callable[[], Page], snap: Callable[[Page, str], None]
 ) -> None:
     page = visit()
-    expect(page.get_by_role("img")).to_have_accessible_name("The world carts_of_tests:make_blind draws no picture.")
+    expect(page.get_by_role("img")).to_have_accessible_name(
+        "The world carts_of_tests:make_blind draws no picture."
+    )
     begin(page, states=["action_0", "action_1"], features=["obs_2"])
     snap(page, "own_body_blind")

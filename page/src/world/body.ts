@@ -2,7 +2,7 @@
 
 import { letters, spot, type Picture } from "./picture";
 
-const NONE = "This world draws no picture. Its readings are at the left.";
+const NONE = "This world draws no picture: teach by the values of its features.";
 
 export function drawBody(picture: Picture, image: ImageBitmap | null): void {
   const { pen, screen, scene, palette } = picture;
@@ -10,7 +10,7 @@ export function drawBody(picture: Picture, image: ImageBitmap | null): void {
   pen.fillRect(0, 0, screen.width, screen.height);
   if (scene.drawing === "none") {
     pen.textAlign = "center";
-    letters(picture, NONE, screen.width / 2, screen.height / 2, palette.wall);
+    letters(picture, NONE, screen.width / 2, screen.height / 2, palette.soft);
     pen.textAlign = "start";
     return;
   }

@@ -44,17 +44,19 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
           </button>
         ))}
       </div>
-      <div class="tools zoom" role="toolbar" aria-label="View" hidden={scene.drawing === "none"}>
-        <button type="button" aria-label="Nearer" onClick={() => stage.zoom(1.4)}>
-          +
-        </button>
-        <button type="button" aria-label="Farther" onClick={() => stage.zoom(1 / 1.4)}>
-          −
-        </button>
-        <button type="button" aria-label="All of it" title="All of it" onClick={() => stage.fit()}>
-          ⤢
-        </button>
-      </div>
+      {scene.drawing !== "none" && (
+        <div class="tools zoom" role="toolbar" aria-label="View">
+          <button type="button" aria-label="Nearer" onClick={() => stage.zoom(1.4)}>
+            +
+          </button>
+          <button type="button" aria-label="Farther" onClick={() => stage.zoom(1 / 1.4)}>
+            −
+          </button>
+          <button type="button" aria-label="All of it" title="All of it" onClick={() => stage.fit()}>
+            ⤢
+          </button>
+        </div>
+      )}
       {directs && !live.fixed && (
         <select
           class="tools add"

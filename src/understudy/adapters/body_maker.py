@@ -146,6 +146,9 @@ def _make_body(made: Any, seed: int, name: str) -> Body:
     if missing:
         remedy = "let it return a body, as the protocol understudy.Body says"
         raise _wrong(name, f"returned a {type(made).__name__} without {missing[0]!r}", remedy)
+    worlds = getattr(made, "worlds", 1)
+    if worlds != 1:
+        raise _wrong(name, f"makes {worlds} worlds", "let it make one, since the seed is that of one world")
     body: Body = made
     return body
 

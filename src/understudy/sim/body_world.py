@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import DefinitionError, SettingError
+from understudy.errors import DefinitionError
 from understudy.model.features import Percept, ReadingKey
 from understudy.runtime.body import Body, Channel, Commands, Reading, Resettable
 from understudy.sim.params import ScenarioNames
@@ -44,8 +44,6 @@ class BodyWorld:
 
     Raises
     ------
-    SettingError
-        If the body has several worlds.
     DefinitionError
         If its `render` fails or returns no picture.
     """
@@ -57,14 +55,6 @@ class BodyWorld:
         self.name = name
         self.body = make(seed)
         self._seed = seed
-        worlds = getattr(self.body, "worlds", 1)
-        if worlds != 1:
-            raise SettingError(
-                where="world",
-                setting=repr(name),
-                problem=f"makes {worlds} worlds",
-                remedy="let it make one, since one world is shown",
-            )
         self.agents = self.robots = self.body.agents
         picture = self.render()
         self.has_picture = picture is not None

@@ -44,7 +44,10 @@ def begin_session(
     agent: int = 0,
     now: datetime | None = None,
 ) -> OpenSession:
-    """Begin a session with a new journal, in a world of its own or in an existing one as it is."""
+    """Begin a session with a new journal, in a world of its own or in an existing one as it is.
+
+    A body of the user's own begins paused, since its episode may be over within a moment.
+    """
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = find_ground(body)
     pace = RealTimeClock(choose_clock(ground, wall), tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
@@ -60,6 +63,8 @@ def begin_session(
         about={"world": plan.world.name, "seed": plan.seed},
     )
     trainer = Trainer(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
+    if isinstance(ground, BodyWorld):
+        trainer.pause()
     trainer.status = StatusMessage(_welcome(trainer))
     _follow(session, ground)
     return OpenSession(trainer, journal)

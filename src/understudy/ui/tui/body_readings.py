@@ -19,7 +19,7 @@ ABSENT = "–"
 def render_body_readings(body: BodyWorld, agent: int, *, lines: int) -> Text:
     """Render all readings of an agent, as far as there are lines, and say that there is no drawing."""
     known = {reading.name: reading for reading in body.readings}
-    text = Text("No drawing here. Readings:\n" if lines > 2 else "", DIM)
+    text = Text.assemble(("No drawing here. Readings:\n" if lines > 2 else "", DIM))
     keys = list_reading_keys(body)
     shown = keys[: max(0, lines - 2)]
     percept = body.sense(shown)
