@@ -24,7 +24,8 @@ async def test_taught_by_keys(tmp_path: Path) -> None:
     async with trainer(plan, ground=world) as hand:
         assert "No drawing here. Readings:\nx                  7.00 m" in hand.shown("world")
         assert hand.trainer.paused
-        await hand.press(hand.trainer.keys.label("ahead"), "full_stop", "full_stop")
+        ahead = next(key for key, state in hand.trainer.keys.leads.items() if state == "ahead")
+        await hand.press(ahead, "full_stop", "full_stop")
         assert "8.00 m" in hand.shown("world")
         for _ in range(4):
             await hand.press("full_stop")

@@ -102,15 +102,19 @@ def teach(
     with ExitStack() as leaving:
         ground: Ground | None = None
         if real(robot, None, world=world) is not None:
-            ground = leaving.enter_context(connect_twin(robot, None, record=None, recorded=not no_record))
-            _see_hold(ground)
-            opened: Scenario | BodyMaker = ground.scenario
+            ground = twin = leaving.enter_context(
+                connect_twin(robot, None, record=None, recorded=not no_record)
+            )
+            _see_hold(twin)
+            opened: Scenario | BodyMaker = twin.scenario
         else:
             opened = open_world(world or WORLD)
         known = _library(library, kit, opened)
-        if not isinstance(opened, Scenario):
+        if isinstance(opened, Scenario):
+            where = opened
+        else:
             ground = leaving.enter_context(closing(BodyWorld(opened, seed, name=opened.name)))
-        where = opened if isinstance(opened, Scenario) else ground.scenario
+            where = ground.scenario
         plan = TrainingPlan(name, library, where, known, choices, seed)
         make_session_start(plan)
         _see_terminal()
