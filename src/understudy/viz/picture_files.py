@@ -25,7 +25,7 @@ def encode_jpeg(picture: NDArray[np.uint8]) -> bytes:
     return encoded.getvalue()
 
 
-def write_picture_gif(pictures: Sequence[NDArray[np.uint8]], path: Path, *, per_s: float) -> None:
+def write_picture_gif(pictures: Sequence[NDArray[np.uint8]], path: Path | str, *, per_s: float) -> None:
     """Write pictures [height, width, 3] as an animated GIF, `per_s` of them a second; there must be at least one."""
     from PIL import Image
 
@@ -33,13 +33,13 @@ def write_picture_gif(pictures: Sequence[NDArray[np.uint8]], path: Path, *, per_
     times = [round(1000 / per_s / 10) * 10] * len(others) + [LAST_MS]
     encoded = BytesIO()
     first.save(encoded, "GIF", save_all=True, append_images=others, duration=times, loop=0)
-    write_atomically(path, encoded.getvalue())
+    write_atomically(Path(path), encoded.getvalue())
 
 
-def write_picture_png(picture: NDArray[np.uint8], path: Path) -> None:
+def write_picture_png(picture: NDArray[np.uint8], path: Path | str) -> None:
     """Write a picture [height, width, 3] as a PNG."""
     from PIL import Image
 
     encoded = BytesIO()
     Image.fromarray(picture).save(encoded, "PNG")
-    write_atomically(path, encoded.getvalue())
+    write_atomically(Path(path), encoded.getvalue())
