@@ -29,8 +29,8 @@ ScenarioName: TypeAlias = Annotated[
     str | None,
     typer.Argument(
         metavar="[SCENARIO]",
-        help="Scenario: a name (see understudy worlds) or a file; or MODULE:NAME of a function that makes a scenario, a "
-        "body or a Gymnasium environment; forage if left out.",
+        help="Scenario: a name (see understudy worlds) or a file; or MODULE:NAME of a function that makes a scenario, "
+        "a body or a Gymnasium environment; forage if left out.",
         show_default=False,
     ),
 ]
