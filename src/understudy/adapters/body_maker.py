@@ -18,8 +18,8 @@ from understudy.sim.scenario.files import add_markers
 from understudy.sim.scenario.schema import Scenario
 
 REMEDY = (
-    "name a function, as MODULE:NAME, that returns a Scenario, a body or a Gymnasium environment, and takes nothing or "
-    "the seed of the world"
+    "name a function, as MODULE:NAME, that returns a Scenario, a body or an environment of Gymnasium or PettingZoo, "
+    "and takes nothing or the seed of the world"
 )
 
 
@@ -31,7 +31,8 @@ class BodyMaker:
     ----------
     name
         MODULE:NAME of the function, or its name among the entry points `understudy.worlds`. It takes the seed or
-        nothing, and returns a `Body`, or a Gymnasium environment, which becomes a `GymnasiumBody`.
+        nothing, and returns a `Body`; or an environment of Gymnasium, or a parallel one of PettingZoo, of which a
+        `GymnasiumBody` or `PettingZooBody` is made.
     """
 
     name: str
@@ -74,7 +75,8 @@ def find_world(name: str | Path) -> Scenario | BodyMaker:
     Parameters
     ----------
     name
-        What `find_scenario` takes; or a function as MODULE:NAME that returns a body or a Gymnasium environment.
+        What `find_scenario` takes; or a function as MODULE:NAME that returns a body, or an environment of Gymnasium or
+        PettingZoo.
 
     Returns
     -------
@@ -140,6 +142,11 @@ def _make_body(made: Any, seed: int, name: str) -> Body:
         from understudy.adapters.gymnasium import GymnasiumBody
 
         return GymnasiumBody(made, [seed])
+    pettingzoo: Any = sys.modules.get("pettingzoo")
+    if pettingzoo is not None and isinstance(made, pettingzoo.ParallelEnv):
+        from understudy.adapters.pettingzoo import PettingZooBody
+
+        return PettingZooBody(made, [seed])
     missing = [each for each in BODY_ATTRIBUTES if not hasattr(made, each)]
     if len(missing) == len(BODY_ATTRIBUTES):
         raise _wrong(name, f"returned a {type(made).__name__}")
