@@ -7,6 +7,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import pettingzoo
 
 from understudy import Behavior, Channel, Command, Continuous, Feature, Forage, Kit, Reading
 from understudy.adapters.gymnasium import GymnasiumBody
@@ -119,6 +120,10 @@ def make_forage_body() -> Forage:
 
 def make_cart() -> gymnasium.Env[Any, Any]:
     return gymnasium.make("CartPole-v1")
+
+
+def make_pursuit() -> Any:
+    return pettingzoo.make("parallel", "sisl/pursuit-v5", n_pursuers=3, n_evaders=4, render_mode="rgb_array")
 
 
 def make_carts() -> GymnasiumBody:

@@ -8,6 +8,7 @@ from tests.own_worlds import NAME, Slope
 
 from understudy.adapters.body_maker import BodyMaker, find_world
 from understudy.adapters.gymnasium import GymnasiumBody
+from understudy.adapters.pettingzoo import PettingZooBody
 from understudy.errors import UnderstudyError
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.schema import Scenario
@@ -34,6 +35,13 @@ def test_an_environment_becomes_a_body_that_is_reset_with_the_seed() -> None:
     body, keys = maker(5), [("obs_2", None)]
     assert isinstance(body, GymnasiumBody)
     assert body.sense(keys) == GymnasiumBody("CartPole-v1", [5]).sense(keys) != maker(6).sense(keys)
+
+
+def test_a_parallel_environment_becomes_a_body_with_an_agent_per_robot() -> None:
+    world = make("make_pursuit", 5)
+    assert isinstance(world.body, PettingZooBody)
+    assert (world.agents, world.robots, len(world.view().robots), world.seeds) == (3, 3, 3, (5,))
+    assert world.has_picture
 
 
 def test_scenarios_are_found_as_before() -> None:
