@@ -37,6 +37,7 @@ def test_an_environment_becomes_a_body_that_is_reset_with_the_seed() -> None:
     assert body.sense(keys) == GymnasiumBody("CartPole-v1", [5]).sense(keys) != maker(6).sense(keys)
 
 
+@pytest.mark.filterwarnings("ignore:The system font")  # which pursuit asks for
 def test_a_parallel_environment_becomes_a_body_with_an_agent_per_robot() -> None:
     world = make("make_pursuit", 5)
     assert isinstance(world.body, PettingZooBody)

@@ -93,7 +93,7 @@ def test_agents_leave_one_by_one() -> None:
     assert body.returns.tolist() == [4, 4]
     assert body.time_s == 2.5
     body.reset([1])
-    assert (read(body, "height"), body.is_over.any(), body.time_s) == ([1.0, 1.0], False, 0.0)
+    assert (read(body, "height"), bool(body.is_over.any()), body.time_s) == ([1.0, 1.0], False, 0.0)
 
 
 def test_worlds_are_rows_after_each_other() -> None:
@@ -174,10 +174,11 @@ def make_in_turns() -> Any:
     return pettingzoo.make("aec", "sisl/pursuit-v5")
 
 
+NUMBER: Any = 3
 one_environment = Stairs()
-REFUSALS = [
-    (lambda: PettingZooBody(3), "make is a int; give a function that makes a parallel environment"),
-    (lambda: PettingZooBody(lambda: 4), "make returned a int; return a pettingzoo.ParallelEnv"),
+REFUSALS: list[tuple[Any, str]] = [
+    (lambda: PettingZooBody(NUMBER), "make is a int; give a function that makes a parallel environment"),
+    (lambda: PettingZooBody(lambda: NUMBER), "make returned a int; return a pettingzoo.ParallelEnv"),
     (
         lambda: PettingZooBody(partial(pettingzoo.make, "aec", "sisl/pursuit-v5")),
         "make returned a OrderEnforcingWrapper; return a pettingzoo",
