@@ -34,10 +34,14 @@ def function() -> str:
 
 @pytest.fixture
 def made(tmp_path: Path, function: str) -> StudioServer:
+    return make_studio(tmp_path / "mine", function)
+
+
+def make_studio(folder: Path, function: str) -> StudioServer:
     """A studio with a body that begins at 7 m."""
     maker = BodyMaker(f"{NAME}:{function}")
     world = BodyWorld(maker, 7, name=maker.name)
-    host = SessionHost(world.scenario, tmp_path / "mine", maker.find_kit(), wall=Wall(), ground=world)
+    host = SessionHost(world.scenario, folder, maker.find_kit(), wall=Wall(), ground=world)
     return StudioServer(host, wall=Wall(glance=0.01))
 
 
@@ -85,6 +89,22 @@ def test_teaching_ends_with_the_episode_and_begins_again(made: StudioServer, per
     assert len(made.host.active_trainer.session.examples) == 2
     person.done("save")
     assert "climb" in made.host.library_view.library.taught
+
+
+def test_an_interrupted_session_goes_on(made: StudioServer, tmp_path: Path, function: str) -> None:
+    """Its lesson is there again; the body begins anew."""
+    with served(made) as client, page(client) as person:
+        person.done(**CLIMB)
+        person.done("press", state="ahead")
+        person.done("step")
+    again = make_studio(tmp_path / "mine", function)
+    assert list(again.host.cut_off) == ["climb"]
+    with served(again) as client, page(client) as person:
+        person.done("open", name="climb")
+        assert len(again.host.active_trainer.session.examples) == 2
+        person.done("press", state="back")
+        person.done("step")
+        assert len(again.host.active_trainer.session.examples) == 4
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [
