@@ -66,6 +66,14 @@ def test_evaluated(folder: Path) -> None:
     assert two["success"] == found["success"]
 
 
+def test_its_library_is_shown(folder: Path, tmp_path: Path) -> None:
+    assert said("show", "climb", "--library", folder, *SLOPE)["features"][0]["unit"] == "m"
+    assert [row["name"] for row in said("list", "--library", folder, *SLOPE)["automata"]] == ["climb"]
+    out = tmp_path / "climb.svg"
+    assert run("draw", "climb", "--library", folder, *SLOPE, "--out", out).exit_code == 0
+    assert out.is_file()
+
+
 REFUSED = [  # words of the command, what is said
     (["eval", *SLOPE, "--behavior", "ahead"], "--limit is missing"),
     (["eval", *SLOPE, "--behavior", "ahead", "--limit", "3"], "goal is missing"),

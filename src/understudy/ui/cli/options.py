@@ -108,6 +108,14 @@ def open_world(name: str) -> Scenario | BodyMaker:
     return find_world(name)
 
 
+def find_optional_scenario(name: str | None) -> Scenario | None:
+    """Return the scenario of this name; None if there is no name, or if it is a function that makes a body."""
+    from understudy.sim.scenario.schema import Scenario
+
+    found = None if name is None else open_world(name)
+    return found if isinstance(found, Scenario) else None
+
+
 def choose_scenario_name(argument: str | None, option: str | None) -> str:
     """Return the scenario given as argument or as option, or the default if neither was given.
 
