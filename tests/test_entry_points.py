@@ -121,7 +121,7 @@ def test_an_experiment_of_another_package(installed: Path) -> None:
 
 
 MISTAKES = [
-    ("mylab_of_tests:make_nothing", "is a int; name a function"),
+    ("mylab_of_tests:make_nothing", "returned a int; name a function"),
     ("mylab_of_tests:fail", "raised RuntimeError: no meadow today; name a function"),
     ("mylab_of_tests:nothing", "cannot be imported: AttributeError"),
     ("no_such_module:make", "cannot be imported: ModuleNotFoundError"),

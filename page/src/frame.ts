@@ -43,6 +43,12 @@ export interface Frame {
   delivered: number;
 }
 
+/** What a body of one's own draws of itself, where that is what the server sent; null where it sent a frame. */
+export function pictureIn(buffer: ArrayBuffer): Blob | null {
+  const isPicture = new Uint8Array(buffer, 0, 1)[0] === 2;
+  return isPicture ? new Blob([new Uint8Array(buffer, 1)], { type: "image/jpeg" }) : null;
+}
+
 export function decode(buffer: ArrayBuffer): Frame {
   const view = new DataView(buffer);
   if (view.getUint8(0) !== 1) throw new RangeError(`a frame of kind ${view.getUint8(0)}, not 1`);

@@ -103,7 +103,7 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
           </select>
         </label>
       ) : (
-        <span class="cut">in {plain(scenario)},</span>
+        <span class="cut">in {studio.live.mapped ? plain(scenario) : scenario},</span>
       )}
       <label>
         seed{" "}

@@ -17,6 +17,16 @@ export class Live {
     return (this.studio.scene?.real.length ?? 0) > 0;
   }
 
+  /** Whether the world cannot be changed by hand, nor the run rewound: with real robots, or a body of one's own. */
+  get fixed(): boolean {
+    return this.real || !this.mapped;
+  }
+
+  /** Whether the world is shown as a map, which a body of one's own has not. */
+  get mapped(): boolean {
+    return (this.studio.scene?.drawing ?? "map") === "map";
+  }
+
   /** Begin to tell the server, and to listen; what ends that. */
   begin(): () => void {
     const beat = setInterval(() => this.tell(), EVERY_MS);

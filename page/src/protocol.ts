@@ -469,6 +469,7 @@ export interface Scene {
   height: number;
   tick_s: number;
   seed: number;
+  drawing: Drawing;
   /** The names of the real robots; empty in simulation. */
   real: readonly string[];
   /** The numbers of the real robots that have a camera. */
@@ -647,6 +648,9 @@ export interface Moments {
   all: number;
   changed: number;
 }
+
+/** How a world is shown: as a map, by the pictures that a body of the user's own draws, or by readings alone. */
+export type Drawing = "map" | "none" | "pictures";
 
 /** A type of robots, for drawing. */
 export interface RobotType {

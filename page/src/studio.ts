@@ -1,6 +1,6 @@
 /** All the page knows: what the server told, and what it asks of it. */
 
-import { decode } from "./frame";
+import { decode, pictureIn } from "./frame";
 import { Link, type Listener } from "./link";
 import { Live } from "./live";
 import { Memory } from "./memory";
@@ -85,6 +85,10 @@ export class Studio implements Listener {
   version = "";
   /** The targets that automata can be exported to. */
   exports: readonly string[] = [];
+  /** What a body of one's own draws of itself, the newest. */
+  image: ImageBitmap | null = null;
+  private pictures = 0;
+  private shown = 0;
   private back: Request | null = null;
   private readonly link = new Link(this);
 
@@ -166,11 +170,28 @@ export class Studio implements Listener {
   }
 
   saw(buffer: ArrayBuffer): void {
+    const picture = pictureIn(buffer);
+    if (picture !== null) {
+      void this.look(picture);
+      return;
+    }
     const frame = decode(buffer);
     this.current = true;
     this.motion.take(frame, performance.now());
     this.memory.see(frame.tick, frame.features);
     this.past.see(frame.time);
+    this.framed.tell();
+  }
+
+  /** Show a picture, unless a newer one came while this one was decoded. */
+  private async look(picture: Blob): Promise<void> {
+    this.pictures += 1;
+    const number = this.pictures;
+    const image = await createImageBitmap(picture);
+    if (number < this.shown) return;
+    this.shown = number;
+    this.image?.close();
+    this.image = image;
     this.framed.tell();
   }
 

@@ -13,7 +13,7 @@ export function Timeline() {
   useSlowNews(studio.framed, 100);
   const asked = useRef(false);
   const { past, desk } = studio;
-  if (desk === null || studio.live.real) return null; // real robots cannot go back
+  if (desk === null || studio.live.fixed) return null; // real robots cannot go back, nor can a body of one's own
 
   const goBack = async (time: number): Promise<void> => {
     if (asked.current) return; // the last one counts, when the server is ready for it

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { decode, NONE } from "../src/frame";
+import { decode, NONE, pictureIn } from "../src/frame";
 
 /** A frame of two robots, one object, two features and so many sonars, as the server packs it. */
 function packed(sonars = 1): ArrayBuffer {
@@ -36,6 +36,13 @@ function packed(sonars = 1): ArrayBuffer {
   view.setUint32(82 + 4 * sonars, 70_000, true);
   return buffer;
 }
+
+test("a picture is told from a frame by its first byte", async () => {
+  const picture = pictureIn(new Uint8Array([2, 255, 216]).buffer);
+  expect(picture?.type).toBe("image/jpeg");
+  expect([...new Uint8Array((await picture?.arrayBuffer()) ?? new ArrayBuffer(0))]).toEqual([255, 216]);
+  expect(pictureIn(packed())).toBeNull();
+});
 
 test("a frame is read as it was packed", () => {
   const frame = decode(packed());

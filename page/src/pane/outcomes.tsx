@@ -88,6 +88,7 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
 /** What is trained, tried in worlds that it was not taught in. */
 function UnseenWorlds({ desk, studio }: { desk: Session; studio: Studio }) {
   const { evaluation } = desk;
+  if (!studio.live.mapped) return null; // what success is in a body of one's own only the command line is told
   const running = evaluation !== undefined && evaluation.result === null && evaluation.problem === "";
   return (
     <section class="outcomes" aria-label="Unseen worlds">

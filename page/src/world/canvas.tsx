@@ -2,6 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { useStudio } from "../context";
+import type { Scene } from "../protocol";
 import { Latency } from "../latency";
 import { PadHint } from "../padhint";
 import { Toast } from "../toast";
@@ -49,7 +50,7 @@ export function WorldView() {
         ref={canvas}
         tabIndex={0}
         role="img"
-        aria-label={described(studio.scene?.scenario, studio.scene?.robots)}
+        aria-label={described(studio.scene)}
         onKeyDown={(event) => {
           if (event.key === "+" || event.key === "=") stage?.zoom(1.25);
           else if (event.key === "-") stage?.zoom(0.8);
@@ -80,7 +81,10 @@ export function WorldView() {
   );
 }
 
-function described(scenario: string | undefined, robots: number | undefined): string {
-  if (scenario === undefined || robots === undefined) return "The world";
+function described(scene: Scene | null): string {
+  if (scene === null) return "The world";
+  const { scenario, robots, drawing } = scene;
+  if (drawing === "none") return `The world ${scenario} draws no picture.`;
+  if (drawing === "pictures") return `The world ${scenario} as it draws itself. Turn the wheel to zoom.`;
   return `The world ${scenario} with ${robots} ${robots === 1 ? "robot" : "robots"}. Drag to pan, turn the wheel to zoom.`;
 }

@@ -160,7 +160,7 @@ function handleUnder({ handle }: Stage, { offsetX, offsetY }: PointerEvent): Han
 function under(stage: Stage, event: PointerEvent): Mark | null {
   const { scene, motion } = stage.studio;
   const frame = motion.last;
-  if (scene === null || frame === null) return null;
+  if (scene === null || frame === null || scene.drawing !== "map") return null;
   const [x, y] = toWorld(stage.view, stage.screen, event.offsetX, event.offsetY);
   const reach = REACH_PX / stage.view.scale;
   const least = LEAST_PX[means(event)] / stage.view.scale;

@@ -1,6 +1,7 @@
 /** The canvas: draws when there is something new to see, and eases the view to where it is wanted. */
 
 import type { Studio } from "../studio";
+import { drawBody } from "./body";
 import { between, fitted, panned, type Size, type View, zoomed } from "./geometry";
 import { drawGround } from "./ground";
 import { drawHandle, type Handle } from "./handle";
@@ -136,11 +137,13 @@ export class Stage {
       marked: this.marked,
       dragged: this.dragged,
     };
-    drawGround(picture);
-    drawOverlays(picture);
-    drawThings(picture);
-    drawRobots(picture);
-    const turns = this.studio.directs && !this.studio.live.real;
+    if (scene.drawing === "map") {
+      drawGround(picture);
+      drawOverlays(picture);
+      drawThings(picture);
+      drawRobots(picture);
+    } else drawBody(picture, this.studio.image);
+    const turns = this.studio.directs && !this.studio.live.fixed;
     this.handle = turns ? drawHandle(picture, this.turning ? this.handle : null) : null;
     this.spent.push(performance.now() - now);
     if (this.spent.length > 300) this.spent.shift();

@@ -30,7 +30,7 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
   return (
     <>
       <div class="tools overlays" role="toolbar" aria-label="Overlays">
-        {OVERLAYS.filter((each) => has[each]).map((each) => (
+        {OVERLAYS.filter((each) => live.mapped && has[each]).map((each) => (
           <button
             type="button"
             key={each}
@@ -44,18 +44,20 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
           </button>
         ))}
       </div>
-      <div class="tools zoom" role="toolbar" aria-label="View">
-        <button type="button" aria-label="Nearer" onClick={() => stage.zoom(1.4)}>
-          +
-        </button>
-        <button type="button" aria-label="Farther" onClick={() => stage.zoom(1 / 1.4)}>
-          −
-        </button>
-        <button type="button" aria-label="All of it" title="All of it" onClick={() => stage.fit()}>
-          ⤢
-        </button>
-      </div>
-      {directs && !live.real && (
+      {scene.drawing !== "none" && (
+        <div class="tools zoom" role="toolbar" aria-label="View">
+          <button type="button" aria-label="Nearer" onClick={() => stage.zoom(1.4)}>
+            +
+          </button>
+          <button type="button" aria-label="Farther" onClick={() => stage.zoom(1 / 1.4)}>
+            −
+          </button>
+          <button type="button" aria-label="All of it" title="All of it" onClick={() => stage.fit()}>
+            ⤢
+          </button>
+        </div>
+      )}
+      {directs && !live.fixed && (
         <select
           class="tools add"
           aria-label="Add to the world"

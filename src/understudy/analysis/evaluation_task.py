@@ -19,7 +19,7 @@ from understudy.analysis.world_run import format_exception, name_value
 from understudy.errors import SettingError, UnderstudyError
 from understudy.model.kinds import Column
 from understudy.model.library import Library
-from understudy.runtime.body import Body
+from understudy.runtime.body import BODY_ATTRIBUTES, Body
 from understudy.runtime.program import Program, link
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries, list_running_sorts, make_team
@@ -30,8 +30,6 @@ MakeBody: TypeAlias = Callable[[int], Body]
 
 WORLDS_AT_ONCE = 5_000
 """The largest number of worlds that are simulated together, to bound memory."""
-
-BODY_ATTRIBUTES = ("agents", "readings", "targets", "channels", "tick_s", "time_s", "sense", "act")
 
 
 class EvaluationFailed(UnderstudyError, json_type="EvaluationFailed"):

@@ -21,6 +21,7 @@ from understudy.robots.robot_file import POSE, TargetPlaceSpec
 from understudy.robots.ros.state_topic import StateChangePublisher
 from understudy.robots.skills.stand_ins import add_robot_skills
 from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys
+from understudy.sim.body_world import BodyWorld
 from understudy.sim.params import ScenarioNames
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import RobotGroup, Scenario
@@ -274,8 +275,8 @@ class DigitalTwin:
         thing["x"], thing["y"], thing["present"] = x, y, 1
 
 
-Ground: TypeAlias = World | DigitalTwin
-"""The world that is drawn while robots are taught: simulated, or a twin of real robots."""
+Ground: TypeAlias = World | DigitalTwin | BodyWorld
+"""The world that is shown while robots are taught: simulated, a twin of real robots, or a body of the user's own."""
 
 
 def skip_note(agent: int, state: str | None = None, *, step: str = "press") -> None:
@@ -283,8 +284,8 @@ def skip_note(agent: int, state: str | None = None, *, step: str = "press") -> N
 
 
 def find_drawn_world(ground: Ground) -> World:
-    """Return the world that is drawn for a simulated world or a twin."""
-    return ground.display_world if isinstance(ground, DigitalTwin) else ground
+    """Return the world that is drawn for a simulated world or a twin; an empty one for a body of the user's own."""
+    return ground if isinstance(ground, World) else ground.display_world
 
 
 def _cast(fleet: Fleet, scenario: Scenario) -> Scenario:

@@ -116,6 +116,10 @@ class Body(Protocol):
         ...
 
 
+BODY_ATTRIBUTES = ("agents", "readings", "targets", "channels", "tick_s", "time_s", "sense", "act")
+"""The names of what every body has."""
+
+
 @runtime_checkable
 class Rewindable(Protocol):
     """A body whose state can be stored and restored, such as a simulated one."""

@@ -12,7 +12,7 @@ from textual.pilot import Pilot
 from understudy.errors import UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.library import Library
-from understudy.robots.twin import DigitalTwin
+from understudy.robots.twin import Ground
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import open_library
@@ -140,7 +140,7 @@ async def trainer(
     *,
     size: tuple[int, int] = (80, 24),
     offer: bool = False,
-    twin: DigitalTwin | None = None,
+    ground: Ground | None = None,
 ) -> AsyncIterator[Hand]:
     """The trainer on a screen nobody sees."""
     wall = Wall()
@@ -149,7 +149,7 @@ async def trainer(
         if offer
         else None
     )
-    app = TrainerApp(made, unfinished=left, wall=wall, twin=twin)
+    app = TrainerApp(made, unfinished=left, wall=wall, ground=ground)
     try:
         async with app.run_test(size=size) as pilot:
             await pilot.pause()

@@ -37,7 +37,7 @@ async def wait(hand: Hand, rig: Rig, seconds: float) -> None:
 async def test_a_real_robot_is_armed_taught_and_stopped(tmp_path: Path) -> None:
     rig = Rig(("one",))
     rig.seen()
-    async with trainer(plan(rig, tmp_path), twin=rig.twin) as hand:
+    async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await wait(hand, rig, 0.2)
         assert hand.teaching.query_one("#world").border_title == "one: not armed (y)"
         await hand.press("y", "up")
@@ -65,7 +65,7 @@ async def test_help_and_questions_stop_it_not(tmp_path: Path) -> None:
     """Another screen on top lets time stand still: the robot rests, and is armed still."""
     rig = Rig(("one",))
     rig.seen()
-    async with trainer(plan(rig, tmp_path), twin=rig.twin) as hand:
+    async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await hand.press("y", "up")
         await wait(hand, rig, 0.2)
         teaching = hand.teaching
@@ -83,7 +83,7 @@ async def test_escape_stops_it_whatever_lies_on_top(tmp_path: Path) -> None:
     """Without that, it would close the help, and the robot would go on."""
     rig = Rig(("one",))
     rig.seen()
-    async with trainer(plan(rig, tmp_path), twin=rig.twin) as hand:
+    async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         for key in ("h", "l", "c"):
             await hand.press("y", "up", key, "escape")
             await wait(hand, rig, 0.2)

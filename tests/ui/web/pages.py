@@ -23,6 +23,8 @@ from understudy.ui.web.app import make_app
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
 
+PICTURE = 2
+"""The first byte of a picture."""
 HOME = "http://127.0.0.1"
 GOTO: dict[str, Any] = {
     "do": "new",
@@ -104,6 +106,7 @@ class Page:
     scene: dict[str, Any] = field(default_factory=dict)
     desk: dict[str, Any] = field(default_factory=dict)
     frame: Frame | None = None
+    picture: bytes | None = None
     answers: dict[int | None, dict[str, Any]] = field(default_factory=dict)
     numbers: Iterator[int] = field(default_factory=lambda: count(1))
 
@@ -112,6 +115,9 @@ class Page:
         received = self.socket.receive()
         if received["type"] == "websocket.close":
             raise ConnectionError(received)
+        if (data := received.get("bytes")) is not None and data[0] == PICTURE:
+            self.picture = data[1:]
+            return {"is": "picture"}
         if received.get("bytes") is not None:
             self.frame = Frame.read(received["bytes"])
             return {"is": "frame"}

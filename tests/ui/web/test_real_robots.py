@@ -40,7 +40,9 @@ class Lab:
     ) -> None:
         self.rig, self.wall = Rig(names, world=world, recorder=recorder), Wall()
         twin = self.rig.twin
-        host = SessionHost(twin.scenario, folder, make_scenario_kit(twin.scenario), wall=self.wall, twin=twin)
+        host = SessionHost(
+            twin.scenario, folder, make_scenario_kit(twin.scenario), wall=self.wall, ground=twin
+        )
         self.studio = StudioServer(host, wall=self.wall)
         self.page = self.studio.connect(None)
         self.rig.seen()

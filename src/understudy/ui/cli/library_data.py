@@ -324,13 +324,9 @@ def make_example_row(example: Example, automaton: Automaton) -> ExampleRow:
     )
 
 
-ALONE = "robot"
-"""Name used for the sort of a robot that has no scenario."""
-
-
 def load_current_libraries(where: Scenario | None, behavior: str | None, folder: Path, kit: Kit) -> Libraries:
     """Load the current library of every sort of agents in a scenario, or of a single robot without one."""
-    from understudy.ui.cli.options import open_behavior_library, open_team_libraries
+    from understudy.ui.cli.options import ALONE, open_behavior_library, open_team_libraries
 
     if where is None:
         return {ALONE: open_behavior_library(behavior, folder, kit)}

@@ -14,6 +14,7 @@ from understudy.errors import SettingError, join_names
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from understudy.adapters.body_maker import BodyMaker
     from understudy.model.automaton import Transition
     from understudy.model.lesson import Lesson
     from understudy.model.library import Kit
@@ -28,7 +29,8 @@ ScenarioName: TypeAlias = Annotated[
     str | None,
     typer.Argument(
         metavar="[SCENARIO]",
-        help="Scenario: a name (see understudy worlds), a file, or MODULE:NAME of a function; forage if left out.",
+        help="Scenario: a name (see understudy worlds) or a file; or MODULE:NAME of a function that makes a scenario, "
+        "a body or a Gymnasium environment; forage if left out.",
         show_default=False,
     ),
 ]
@@ -87,6 +89,8 @@ Bind: TypeAlias = Annotated[
 LIBRARY = Path("library")
 WORLD = "forage"
 MAIN = "forage"
+ALONE = "robot"
+"""Name of the sort of robots that have no scenario."""
 KIT_REMEDY = "name a Kit as MODULE:NAME, such as mylab.robots:kit, that Python finds from this folder"
 
 
@@ -95,6 +99,21 @@ def open_scenario(name: str) -> Scenario:
     from understudy.sim.catalog import find_scenario as find
 
     return find(name)
+
+
+def open_world(name: str) -> Scenario | BodyMaker:
+    """Return what `open_scenario` returns, or the function MODULE:NAME if it makes a body or an environment."""
+    from understudy.adapters.body_maker import find_world
+
+    return find_world(name)
+
+
+def find_optional_scenario(name: str | None) -> Scenario | None:
+    """Return the scenario of this name; None if there is no name, or if it is a function that makes a body."""
+    from understudy.sim.scenario.schema import Scenario
+
+    found = None if name is None else open_world(name)
+    return found if isinstance(found, Scenario) else None
 
 
 def choose_scenario_name(argument: str | None, option: str | None) -> str:
@@ -113,19 +132,25 @@ def choose_scenario_name(argument: str | None, option: str | None) -> str:
 
 
 def find_kit(named: str | None, world: str) -> Kit:
-    """Return the kit named as MODULE:NAME or by its entry point, or that of the scenario `world` if `named` is None."""
+    """Return the kit named as MODULE:NAME or by its entry point, or that of the world if `named` is None."""
     from understudy.entry_points import KITS, load_object
     from understudy.model.library import Kit
 
     if named is None:
-        from understudy.sim.kit import make_scenario_kit
-
-        return make_scenario_kit(open_scenario(world))
+        return make_world_kit(open_world(world))
     found = load_object(named, KITS, where="--kit", remedy=KIT_REMEDY)
     if not isinstance(found, Kit):
         problem = f"is a {type(found).__name__}"
         raise SettingError(where="--kit", setting=repr(named), problem=problem, remedy=KIT_REMEDY)
     return found
+
+
+def make_world_kit(world: Scenario | BodyMaker) -> Kit:
+    """Return the kit of a scenario, or that of the body that a function makes; SettingError if the body has none."""
+    from understudy.sim.kit import make_scenario_kit
+    from understudy.sim.scenario.schema import Scenario
+
+    return make_scenario_kit(world) if isinstance(world, Scenario) else world.find_kit()
 
 
 def find_optional_kit(named: str | None, world: str | None) -> Kit | None:
@@ -223,7 +248,7 @@ class RunAssignment:
 
 
 def assign_run(
-    scenario: Scenario,
+    world: Scenario | BodyMaker,
     behavior: str | None,
     folder: Path,
     kit: Kit,
@@ -238,10 +263,14 @@ def assign_run(
     and `link`.
     """
     from understudy.runtime.program import link
+    from understudy.sim.scenario.schema import Scenario
     from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
 
     bound = parse_bindings(bind)
-    known = open_team_libraries(scenario, behavior, folder, kit)
+    if isinstance(world, Scenario):
+        known = open_team_libraries(world, behavior, folder, kit)
+    else:
+        known = {ALONE: open_behavior_library(behavior, folder, kit)}
     sort = find_behavior_sort(known, behavior)
     found = choose_behavior(known[sort], behavior and behavior.removeprefix(f"{sort}/"), folder)
     if bound_for_others:

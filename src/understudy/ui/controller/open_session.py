@@ -11,6 +11,7 @@ from understudy.robots.recording.header import RunInfo
 from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.body import Body
 from understudy.runtime.team.coordinator_body import CoordinatorBody
+from understudy.sim.body_world import BodyWorld
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.ui.controller.clock import RealTimeClock, WallClock, choose_clock
@@ -43,7 +44,10 @@ def begin_session(
     agent: int = 0,
     now: datetime | None = None,
 ) -> OpenSession:
-    """Begin a session with a new journal, in a world of its own or in an existing one as it is."""
+    """Begin a session with a new journal, in a world of its own or in an existing one as it is.
+
+    A body of the user's own begins paused, since its episode may be over within a moment.
+    """
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = find_ground(body)
     pace = RealTimeClock(choose_clock(ground, wall), tick_s=body.tick_s, live=isinstance(ground, DigitalTwin))
@@ -59,6 +63,8 @@ def begin_session(
         about={"world": plan.world.name, "seed": plan.seed},
     )
     trainer = Trainer(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
+    if isinstance(ground, BodyWorld):
+        trainer.pause()
     trainer.status = StatusMessage(_welcome(trainer))
     _follow(session, ground)
     return OpenSession(trainer, journal)
@@ -82,7 +88,7 @@ def resume_session(
 def find_ground(body: Body) -> Ground:
     """Return the body to display: for squads, that of their robots. SessionError if there is no picture of it."""
     ground = body.ground if isinstance(body, CoordinatorBody) else body
-    if not isinstance(ground, World | DigitalTwin):
+    if not isinstance(ground, World | DigitalTwin | BodyWorld):
         raise SessionError(
             f"there is no picture of a {type(ground).__name__}: give the session a body that is a World, or robots "
             "of one"

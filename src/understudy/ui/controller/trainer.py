@@ -17,6 +17,7 @@ from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.robots.twin import DigitalTwin, Ground, find_drawn_world, skip_note
+from understudy.sim.body_world import BodyWorld
 from understudy.sim.target_lookup import find_target_place
 from understudy.sim.view import WorldView
 from understudy.storage.library_folder import save_automaton
@@ -124,9 +125,9 @@ class Trainer:
         return self.session.agent % self.body.robots
 
     def list_target_places(self) -> list[tuple[float, float]]:
-        """List the places (m) of the targets of the parameters; none for a squad, which is in no one place."""
+        """List the places (m) of the targets of the parameters; none for a squad or a body of the user's own."""
         session, body = self.session, self.body
-        if session.body is not body:
+        if session.body is not body or isinstance(body, BodyWorld):
             return []
         places = (
             find_target_place(find_drawn_world(body), target, session.agent)
@@ -183,6 +184,16 @@ class Trainer:
             self.status = StatusMessage(formatting.format_recorded_press(shown, self.features), tone)
         elif said := formatting.format_switch(self.name, before, after, driving=self.driving):
             self.status = StatusMessage(said)
+        if isinstance(self.body, BodyWorld) and self.body.is_over:
+            self._pause_at_end(self.body)
+
+    def _pause_at_end(self, body: BodyWorld) -> None:
+        """Pause at the end of an episode, after which a body stays as it is."""
+        if not self.paused:
+            self.pause()
+        self.status = StatusMessage(
+            f"The episode is over after {body.time_s:.1f} s. Begin a new world, or reset this one"
+        )
 
     @keep_status
     def pause(self) -> StatusMessage:

@@ -16,7 +16,7 @@ from textual import events
 from textual.app import App
 
 from understudy.errors import UnderstudyError
-from understudy.robots.twin import DigitalTwin
+from understudy.robots.twin import Ground
 from understudy.ui.controller import interrupted_sessions
 from understudy.ui.controller.clock import WallClock
 from understudy.ui.controller.interrupted_sessions import InterruptedSession
@@ -59,10 +59,10 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         *,
         unfinished: InterruptedSession | None = None,
         wall: WallClock = monotonic,
-        twin: DigitalTwin | None = None,
+        ground: Ground | None = None,
     ) -> None:
         super().__init__(ansi_color=True)
-        self.twin = twin
+        self.ground = ground
         self.plan, self.unfinished, self.wall = plan, unfinished, wall
         self.open_session: OpenSession | None = None
         self.theme = "ansi-dark"  # the terminal's own colors, so that it looks right on light and dark ones
@@ -93,7 +93,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         if self.unfinished is None or way == "escape":
             self.exit(None)
         elif way == "enter":
-            self._teach(partial(resume_session, self.plan, self.unfinished.path, self.wall, body=self.twin))
+            self._teach(partial(resume_session, self.plan, self.unfinished.path, self.wall, body=self.ground))
         else:
             interrupted_sessions.finish_journal(self.unfinished.path, self.plan.folder, self.plan.name)
             self._begin()
@@ -115,7 +115,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
             self._start(start)
 
     def _start(self, start: SessionStart) -> None:
-        self._teach(partial(begin_session, self.plan, start, self.wall, body=self.twin))
+        self._teach(partial(begin_session, self.plan, start, self.wall, body=self.ground))
 
     def _teach(self, opening: Callable[[], OpenSession]) -> None:
         try:

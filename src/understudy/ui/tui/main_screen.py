@@ -16,6 +16,7 @@ from textual.widgets import Static
 
 from understudy.errors import UnderstudyError
 from understudy.model.plain_names import format_names
+from understudy.sim.body_world import BodyWorld
 from understudy.ui.controller.arming import RobotArming
 from understudy.ui.controller.coach import go_to_next_situation, set_up_advised_situation, skip_ahead
 from understudy.ui.controller.status import StatusMessage
@@ -23,6 +24,7 @@ from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices
 from understudy.ui.tui import panels
 from understudy.ui.tui.advice_screen import AdviceScreen
+from understudy.ui.tui.body_readings import render_body_readings
 from understudy.ui.tui.dialogs import HelpScreen, QuestionDialog
 from understudy.ui.tui.lesson_form import LessonForm
 from understudy.ui.tui.lesson_screen import LessonScreen
@@ -261,6 +263,9 @@ class TeachingScreen(Screen[str]):
         self._show("keys", panels.render_commands(trainer, width))
         middle = self.query_one("#middle")
         lines = max(5, middle.size.height)
+        if isinstance(trainer.body, BodyWorld):
+            self._draw_body(trainer.body, lines)
+            return
         world = self.query_one("#world", Static)
         view = trainer.view
         columns, tall = fit_arena(view, max(10, width - LEAST_SIDE - 4), lines - 2)
@@ -280,6 +285,15 @@ class TeachingScreen(Screen[str]):
         )
         self._show("world", drawn)
         self._draw_side(width - columns - 4, lines)
+
+    def _draw_body(self, body: BodyWorld, lines: int) -> None:
+        """Show the readings of a body of the user's own, which cannot be drawn here."""
+        trainer, world = self.trainer, self.query_one("#world", Static)
+        width = min(LEAST_SIDE, self.size.width // 2)
+        world.styles.width, world.styles.height = width, lines
+        world.border_title = body.name if trainer.seed is None else f"{body.name} {trainer.seed}"
+        self._show("world", render_body_readings(body, trainer.session.agent, lines=lines - 2))
+        self._draw_side(self.size.width - width - 2, lines)
 
     def _standing(self) -> str:
         """Return whether real robots are armed, and the key that changes it."""

@@ -22,7 +22,7 @@ MOST_KEYS = 1_000
 
 
 class Client:
-    """A connected page with its queued messages: all answers, and the newest scene, news and frame.
+    """A connected page with its queued messages: all answers, and the newest scene, news, frame and picture.
 
     A page that reads slowly skips frames; it does not delay other pages.
     """
@@ -39,6 +39,8 @@ class Client:
         self._news: bytes | None = None
         self._team: bytes | None = None
         self._frame: bytes | None = None
+        self._picture: bytes | None = None
+        self._sent_frame = False  # last of the two, which take turns
 
     def allow_message(self) -> bool:
         """Count a received message and return whether it is within the message rate.
@@ -71,10 +73,12 @@ class Client:
         news: bytes | None = None,
         team: bytes | None = None,
         frame: bytes | None = None,
+        picture: bytes | None = None,
     ) -> None:
-        """Queue a scene, news of the session or the team, or a frame in place of an unsent one of the same sort."""
+        """Queue a scene, news, a frame or a picture in place of an unsent one of the same sort."""
         self._scene, self._news = scene or self._scene, news or self._news
         self._team, self._frame = team or self._team, frame or self._frame
+        self._picture = picture or self._picture
         self.waits.set()
 
     def close(self) -> None:
@@ -95,8 +99,11 @@ class Client:
         if self._team is not None:
             sent, self._team = self._team, None
             return sent, False
-        if self._frame is not None:
-            sent, self._frame = self._frame, None
+        if self._frame is not None and not (self._sent_frame and self._picture is not None):
+            sent, self._frame, self._sent_frame = self._frame, None, True
+            return sent, True
+        if self._picture is not None:
+            sent, self._picture, self._sent_frame = self._picture, None, False
             return sent, True
         return None
 

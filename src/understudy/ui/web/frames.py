@@ -2,6 +2,8 @@
 
 header, N robots, K objects, F feature values (f32, absent is NaN), the number of sonar readings (u16), those (f32),
 and the food that all robots brought home (u32)
+
+A body that draws itself has pictures as well: one byte, PICTURE, and a JPEG.
 """
 
 from __future__ import annotations
@@ -13,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.sim.view import WorldView
+from understudy.viz.picture_files import encode_jpeg
 
-KIND = 1
+KIND, PICTURE = 1, 2
 PAUSED, TESTING, OPEN = 1, 2, 4
 NONE = 65535
 """No state."""
@@ -73,6 +76,11 @@ def encode_frame(
     parts = (header, robots, objects, _floats(features))
     sonars, home = len(sonar).to_bytes(2, "little"), int(view.robots.delivered.sum()).to_bytes(4, "little")
     return b"".join([*(part.tobytes() for part in parts), sonars, _floats(sonar).tobytes(), home])
+
+
+def encode_picture(picture: NDArray[np.uint8]) -> bytes:
+    """Encode a picture [height, width, 3] as bytes."""
+    return bytes([PICTURE]) + encode_jpeg(picture)
 
 
 def _small(numbers: NDArray[np.integer[Any]]) -> NDArray[np.uint16]:

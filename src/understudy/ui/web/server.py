@@ -33,6 +33,8 @@ from understudy.ui.web.views.watched_team import TeamData, describe_team, drive_
 FRAME_S = 1 / 60
 REST_S = 0.002
 """The least pause (s) between two steps of the main loop, in which messages are received."""
+PICTURE_S = 1 / 30
+"""The least time (s) between two pictures of a body that draws itself."""
 SESSION_S = 1 / 20
 """The least time (s) between two updates of the session, except after a message."""
 TEAM_S = 1 / 10
@@ -119,7 +121,8 @@ class StudioServer:
         self._team: TeamData | None = None if watch is None else describe_team(watch)
         self._team_due_s = 0.0
         self._frame = b""
-        self._moved = self._rebuilt = -1
+        self._moved = self._rebuilt = self._pictured = -1
+        self._picture_due_s = 0.0
         self._seen: tuple[SceneData, LibraryData] | None = None
         self._shown: SessionNewsData | None = None
         self._directed: Client | None = None
@@ -177,6 +180,7 @@ class StudioServer:
         viewer.send_reply(_encode(hello))
         shown = self._show_session(library)
         viewer.show(news=_encode(_to(shown, directs=directs)), frame=self.host.frame())
+        self._pictured = -1
         return viewer
 
     def disconnect(self, viewer: Client) -> None:
@@ -294,6 +298,17 @@ class StudioServer:
                 self._frame = frame
                 for viewer in self.viewers:
                     viewer.show(frame=frame)
+        self._show_picture()
+
+    def _show_picture(self) -> None:
+        """Send every page the picture of a body that draws itself, if it may have changed."""
+        if self.host.frame_version == self._pictured or self._wall() < self._picture_due_s:
+            return
+        self._pictured, self._picture_due_s = self.host.frame_version, self._wall() + PICTURE_S
+        picture = self.host.picture()
+        if picture is not None:
+            for viewer in self.viewers:
+                viewer.show(picture=picture)
 
     def _see_rebuilt(self) -> tuple[SceneData, LibraryData]:
         """Return the present scene and library; send pages the scene if it changed."""

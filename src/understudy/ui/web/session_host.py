@@ -18,6 +18,7 @@ from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.team.coordinator_body import CoordinatorBody
+from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.sensing.sensor_table import list_range_scans
 from understudy.sim.world import World
@@ -107,7 +108,7 @@ class UnseenWorldsEvaluation:
 
 
 class SessionHost:
-    """The world, the library and the trainer of one studio.
+    """The world, the library and the trainer of one studio; without a `ground`, the world is that of the scenario.
 
     `frame_version` grows whenever the frame changes, `scene_version` whenever the scene or the library changes.
     """
@@ -120,13 +121,13 @@ class SessionHost:
         *,
         seed: int = 0,
         wall: WallClock = monotonic,
-        twin: DigitalTwin | None = None,
+        ground: Ground | None = None,
     ) -> None:
         self.wall, self._speed = wall, 1.0
         self.open_session: OpenSession | None = None
         self.frame_version = self.scene_version = 0
         self.places = Places(scenario, kit, folder)
-        self._place(twin or World(scenario, [seed]), folder, kit)
+        self._place(ground or World(scenario, [seed]), folder, kit)
         self._status = StatusMessage(NOTHING)
         self._picture: SessionViewBuilder | None = None
         self.rewind_buffer, self.unsure = RewindBuffer(), UncertainMoments()
@@ -267,6 +268,13 @@ class SessionHost:
         percept = self.world.sense(keys) if self.trainer is None else self.trainer.session.percept
         return tuple(float(percept[key][self.agent]) for key in keys)
 
+    def picture(self) -> bytes | None:
+        """Encode the picture of a body that draws itself; None for any other world."""
+        if not (isinstance(self.world, BodyWorld) and self.world.has_picture):
+            return None
+        picture = self.world.render()
+        return None if picture is None else frames.encode_picture(picture)
+
     # Time
 
     def run_due_ticks(self) -> None:
@@ -381,9 +389,11 @@ class SessionHost:
 
     @keep_status
     def edit_world(self, change: Callable[[World], object], what: str) -> StatusMessage:
-        """Change the simulated world by hand and return `what` as the message; SessionError for real robots."""
+        """Change the simulated world by hand and return `what` as the message; SessionError for any other."""
         if isinstance(self.world, DigitalTwin):
             raise SessionError(f"real robots and objects cannot be moved here: {CARRY}")
+        if isinstance(self.world, BodyWorld):
+            raise SessionError(f"{self.world.name} cannot be changed by hand: only its own code knows how")
         try:
             change(self.world)
         except SettingError as error:

@@ -41,7 +41,7 @@ def draw_automata(
     from understudy.errors import FileError
     from understudy.storage.atomic_write import convert_os_errors, write_atomically
     from understudy.ui.cli.library_data import find_listed, open_all_libraries
-    from understudy.ui.cli.options import find_optional_kit, import_learner, open_scenario
+    from understudy.ui.cli.options import find_optional_kit, find_optional_scenario, import_learner
     from understudy.ui.cli.output import make_console, print_json
     from understudy.viz.automaton_file import check_picture_name, render_automata
 
@@ -49,7 +49,7 @@ def draw_automata(
     if out.exists() and not force:
         problem, remedy = "this file exists already", "name another file, or give --force to overwrite it"
         raise FileError(path=out, place="", problem=problem, remedy=remedy)
-    where = None if world is None else open_scenario(world)
+    where = find_optional_scenario(world)
     listings = open_all_libraries(library, where, find_optional_kit(kit, world), import_learner())
     prefix, name = find_listed(listings, name)
     listing = listings[prefix]

@@ -27,6 +27,12 @@ from understudy.ui.cli.options import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from understudy.adapters.body_maker import BodyMaker
+    from understudy.model.library import Library
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.sim.team.libraries import Libraries
+    from understudy.ui.cli.options import RunAssignment
+
 MOST_SEEDS = 1_000_000
 
 
@@ -97,6 +103,8 @@ def evaluate_behavior(
 ) -> None:
     """Evaluate a behavior in many worlds of a scenario; all its robots run it, or follow their coordinators.
 
+    The world can be a body of your own, too, such as a Gymnasium environment; give --goal and --limit then.
+
     A world is a success if the behavior raises its flag done, or its only one, within the scenario's time limit. A
     behavior without such a flag has to reach the scenario's goal by then. Where there is a hand-written controller to
     compare with, as for foraging by a single robot, the limit is three times its time in the same world. --goal and
@@ -109,18 +117,28 @@ def evaluate_behavior(
 
     [dim]understudy eval arena --library mine --behavior goto --bind A=red_flag[/]
 
+    [dim]understudy eval --world cart_pole:make --behavior balance --goal truncated --limit 11[/]
+
     [dim]understudy eval --library mine --against demo/library --behavior forage --metric food_stored --format latex[/]
     """
     from understudy.analysis.comparison import compare
     from understudy.analysis.evaluate import evaluate
     from understudy.analysis.evaluation import Evaluation
     from understudy.ui.cli import evaluation_output as output
-    from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
+    from understudy.ui.cli.options import (
+        assign_run,
+        choose_scenario_name,
+        find_kit,
+        make_world_kit,
+        open_world,
+    )
     from understudy.ui.cli.output import print_json, show_progress
 
     _check_layout(layout, as_json=as_json)
     chosen, named = parse_seeds(seeds), choose_scenario_name(scenario, world)
-    where, parts = open_scenario(named), find_kit(kit, named)
+    where = open_world(named)
+    _check_limit(where, limit_s)
+    parts = make_world_kit(where) if kit is None else find_kit(kit, named)
     assigned = [assign_run(where, behavior, library, parts, bind)]
     if against is not None or against_behavior is not None:
         second = against_behavior or behavior, against or library
@@ -134,8 +152,7 @@ def evaluate_behavior(
             before = len(judged) * len(chosen)
             judged.append(
                 evaluate(
-                    ran.libraries,
-                    f"{ran.sort}/{ran.behavior}",
+                    *_choose_library(ran, where),
                     where,
                     chosen,
                     binding=ran.binding,
@@ -167,6 +184,26 @@ def evaluate_behavior(
     if compared is not None:
         output.show_comparison(compared, names)
     raise typer.Exit(0)
+
+
+def _choose_library(ran: RunAssignment, where: Scenario | BodyMaker) -> tuple[Library | Libraries, str]:
+    """Return the library and the name of a behavior: of all sorts of agents, or of a body's only one."""
+    from understudy.sim.scenario.schema import Scenario
+
+    if isinstance(where, Scenario):
+        return ran.libraries, f"{ran.sort}/{ran.behavior}"
+    return ran.libraries[ran.sort], ran.behavior
+
+
+def _check_limit(where: Scenario | BodyMaker, limit_s: float | None) -> None:
+    """Refuse a body of the user's own without a limit: that of a scenario is known."""
+    from understudy.sim.scenario.schema import Scenario
+
+    if not isinstance(where, Scenario) and limit_s is None:
+        problem = f"is missing, and {where.name} makes a body, which has none"
+        raise SettingError(
+            where="eval", setting="--limit", problem=problem, remedy="give the time limit in s: --limit 20"
+        )
 
 
 def _report_after(before: int, total: int, report: Callable[[int, int], None], through: int, _: int) -> None:

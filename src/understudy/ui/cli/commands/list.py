@@ -28,7 +28,7 @@ def list_automata(
     from rich.markup import escape
 
     from understudy.ui.cli.library_data import open_all_libraries, summarize_automaton
-    from understudy.ui.cli.options import find_optional_kit, open_scenario
+    from understudy.ui.cli.options import find_optional_kit, find_optional_scenario
     from understudy.ui.cli.output import (
         format_count,
         format_saved_time,
@@ -37,7 +37,7 @@ def list_automata(
         print_json,
     )
 
-    where = None if world is None else open_scenario(world)
+    where = find_optional_scenario(world)
     listings = open_all_libraries(
         library, where, find_optional_kit(kit, world), lambda _: {}
     )  # it needs no trees

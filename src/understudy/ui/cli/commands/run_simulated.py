@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from understudy.analysis.run_trace import TraceWriter
     from understudy.robots.recording.header import RunInfo
     from understudy.runtime.team.team import Team
-    from understudy.sim.scenario.schema import Goal
+    from understudy.sim.scenario.schema import Goal, Scenario
     from understudy.sim.view import RunFrame, WorldView
     from understudy.ui.cli.commands.run import SimulatedRunOptions
     from understudy.ui.cli.options import RunAssignment
@@ -28,12 +28,20 @@ IDLES = "idles"
 
 def run_simulated(options: SimulatedRunOptions) -> None:
     """Run a behavior in a simulated world; show it in the terminal, or draw, record or trace it."""
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.ui.cli.options import choose_scenario_name, open_world
     from understudy.ui.cli.output import make_console, print_json
     from understudy.ui.cli.recordings import is_recording, record_team_ticks
 
     record = options.record
+    world = open_world(choose_scenario_name(options.scenario, options.world))
+    if not isinstance(world, Scenario):
+        from understudy.ui.cli.commands.run_body import run_body
+
+        run_body(options, world)
+        return
     _check_record(record)
-    running = RunSession.from_options(options)
+    running = RunSession.from_options(options, world)
     shown = record is None and not options.as_json and make_console().is_terminal
     with (
         record_team_ticks(record, running.team, ran=running.make_run_info) as running.tick_team,
@@ -108,13 +116,13 @@ class RunSession:
         self._flags = assigned.flags
 
     @classmethod
-    def from_options(cls, options: SimulatedRunOptions) -> RunSession:
-        """Make the run that the options describe, before its first tick."""
+    def from_options(cls, options: SimulatedRunOptions, where: Scenario) -> RunSession:
+        """Make the run that the options describe in a scenario, before its first tick."""
         from understudy.sim.team.libraries import make_team
-        from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, open_scenario
+        from understudy.ui.cli.options import assign_run, choose_scenario_name, find_kit, make_world_kit
 
         named = choose_scenario_name(options.scenario, options.world)
-        where, kit = open_scenario(named), find_kit(options.kit, named)
+        kit = make_world_kit(where) if options.kit is None else find_kit(options.kit, named)
         assigned = assign_run(where, options.behavior, options.library, kit, options.bind)
         team = make_team(where, [options.seed], assigned.libraries, assigned.roots)
         return cls(options, named, team, assigned)

@@ -38,10 +38,10 @@ def show_automaton(
     [dim]understudy show goto --library demo/library[/]
     """
     from understudy.ui.cli.library_data import describe_automaton, find_listed, open_all_libraries
-    from understudy.ui.cli.options import find_optional_kit, import_learner, open_scenario
+    from understudy.ui.cli.options import find_optional_kit, find_optional_scenario, import_learner
     from understudy.ui.cli.output import make_console, print_json
 
-    where = None if world is None else open_scenario(world)
+    where = find_optional_scenario(world)
     listings = open_all_libraries(library, where, find_optional_kit(kit, world), import_learner())
     prefix, name = find_listed(listings, name)
     listing = listings[prefix]

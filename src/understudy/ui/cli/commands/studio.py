@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SameWorld, ScenarioName
 from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, TeamFileOption, connect_twin
 from understudy.ui.cli.robot_options import find_robots_file as real
+
+if TYPE_CHECKING:
+    from understudy.robots.twin import Ground
 
 
 def start_studio(
@@ -38,6 +41,8 @@ def start_studio(
 
     [dim]understudy studio forage[/]
 
+    [dim]understudy studio --world cart_pole:make[/]
+
     [dim]understudy studio --robot rover.toml[/]
 
     If the file of a team has agents, the studio opens the running team: it shows what each agent does, and trains
@@ -45,10 +50,12 @@ def start_studio(
 
     [dim]understudy studio --team team.toml --library library[/]
     """
-    from contextlib import ExitStack
+    from contextlib import ExitStack, closing
 
+    from understudy.sim.body_world import BodyWorld
     from understudy.sim.kit import make_scenario_kit
-    from understudy.ui.cli.options import choose_scenario_name, find_kit, open_scenario
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.ui.cli.options import choose_scenario_name, find_kit, make_world_kit, open_world
     from understudy.ui.cli.output import print_json
     from understudy.ui.cli.running_team import has_agents, watch_team
     from understudy.ui.web.access import listen
@@ -60,19 +67,26 @@ def start_studio(
     with ExitStack() as leaving:
         watch = None
         if real(robot, team, world=scenario or world) is None:
-            name, twin = choose_scenario_name(scenario, world), None
-            found, parts = open_scenario(name), find_kit(kit, name)
+            name = choose_scenario_name(scenario, world)
+            opened = open_world(name)
+            parts = make_world_kit(opened) if kit is None else find_kit(kit, name)
+            ground: Ground | None = None
+            if isinstance(opened, Scenario):
+                found = opened
+            else:
+                ground = leaving.enter_context(closing(BodyWorld(opened, seed, name=name)))
+                found = ground.scenario
         elif team is not None and has_agents(team):
             watch, twin = leaving.enter_context(watch_team(team))
-            found = twin.scenario
+            ground, found = twin, twin.scenario
             parts = make_scenario_kit(found) if kit is None else find_kit(kit, found.name)
         else:
             twin = leaving.enter_context(connect_twin(robot, team, record=None, recorded=not no_record))
-            found = twin.scenario
+            ground, found = twin, twin.scenario
             parts = make_scenario_kit(found) if kit is None else find_kit(kit, found.name)
         check_folder(library)
         address = listen(host, port, token)
-        session_host = SessionHost(found, library, parts, seed=seed, twin=twin)
+        session_host = SessionHost(found, library, parts, seed=seed, ground=ground)
         if as_json:
             print_json({"world": found.name, "library": library, "link": address.link})
         else:

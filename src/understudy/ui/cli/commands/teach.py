@@ -15,8 +15,9 @@ from understudy.ui.cli.robot_options import find_robots_file as real
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from understudy.adapters.body_maker import BodyMaker
     from understudy.model.library import Library as Opened
-    from understudy.robots.twin import DigitalTwin
+    from understudy.robots.twin import DigitalTwin, Ground
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.controller.training_plan import TrainingPlan
 
@@ -78,11 +79,15 @@ def teach(
     [dim]understudy teach goto --parameters A --states forward,rotate_left,rotate_right --flags done --features
     'distance_to(A),angle_to(A)' --targets A=station[/]
 
+    [dim]understudy teach balance --world cart_pole:make[/]
+
     [dim]understudy teach servo --robot rover.toml[/]
     """
-    from contextlib import ExitStack
+    from contextlib import ExitStack, closing
 
-    from understudy.ui.cli.options import open_scenario, parse_names, parse_targets
+    from understudy.sim.body_world import BodyWorld
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.ui.cli.options import open_world, parse_names, parse_targets
     from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan, make_session_start
 
     choices = LessonChoices(
@@ -95,15 +100,25 @@ def teach(
         reaction_s=reaction,
     )
     with ExitStack() as leaving:
-        twin = None
+        ground: Ground | None = None
         if real(robot, None, world=world) is not None:
-            twin = leaving.enter_context(connect_twin(robot, None, record=None, recorded=not no_record))
+            ground = twin = leaving.enter_context(
+                connect_twin(robot, None, record=None, recorded=not no_record)
+            )
             _see_hold(twin)
-        where = open_scenario(world or WORLD) if twin is None else twin.scenario
-        plan = TrainingPlan(name, library, where, _library(library, kit, where), choices, seed)
+            opened: Scenario | BodyMaker = twin.scenario
+        else:
+            opened = open_world(world or WORLD)
+        known = _library(library, kit, opened)
+        if isinstance(opened, Scenario):
+            where = opened
+        else:
+            ground = leaving.enter_context(closing(BodyWorld(opened, seed, name=opened.name)))
+            where = ground.scenario
+        plan = TrainingPlan(name, library, where, known, choices, seed)
         make_session_start(plan)
         _see_terminal()
-        _teach(plan, twin, as_json=as_json)
+        _teach(plan, ground, as_json=as_json)
 
 
 def _see_hold(twin: DigitalTwin) -> None:
@@ -131,7 +146,7 @@ class TeachResult:
     """Path of the session's journal; None if no session began."""
 
 
-def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> None:
+def _teach(plan: TrainingPlan, ground: Ground | None, *, as_json: bool) -> None:
     from understudy.errors import UnderstudyError
     from understudy.ui.cli.error_reporting import FAULT
     from understudy.ui.cli.output import format_count, make_console, print_json
@@ -141,7 +156,7 @@ def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> No
     left = interrupted_sessions.find_interrupted_session(
         plan.folder, plan.name, plan.world.name, plan.library
     )
-    trainer = TrainerApp(plan, unfinished=left, twin=twin)
+    trainer = TrainerApp(plan, unfinished=left, ground=ground)
     ended = trainer.run()
     if isinstance(ended, UnderstudyError):
         raise ended
@@ -169,13 +184,12 @@ def _teach(plan: TrainingPlan, twin: DigitalTwin | None, *, as_json: bool) -> No
         make_console().print(f"[bold]{plan.name}[/] was not saved.")
 
 
-def _library(folder: Path, kit: str | None, where: Scenario) -> Opened:
+def _library(folder: Path, kit: str | None, world: Scenario | BodyMaker) -> Opened:
     """Open the library, or return an empty one if its folder does not exist yet."""
     from understudy.model.library import Library
-    from understudy.sim.kit import make_scenario_kit
-    from understudy.ui.cli.options import find_kit, open_library_with_notes
+    from understudy.ui.cli.options import find_kit, make_world_kit, open_library_with_notes
 
-    found = make_scenario_kit(where) if kit is None else find_kit(kit, where.name)
+    found = make_world_kit(world) if kit is None else find_kit(kit, world.name)
     return open_library_with_notes(folder, found).library if folder.exists() else Library(found)
 
 

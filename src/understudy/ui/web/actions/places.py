@@ -7,6 +7,7 @@ from pathlib import Path
 
 from understudy.errors import SessionError, UnderstudyError
 from understudy.model.library import Kit
+from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.scenario_snapshot import make_scenario_snapshot
 from understudy.sim.world import World
@@ -19,7 +20,7 @@ from understudy.ui.web.views.library import check_folder
 
 def handle_open_world(host: SessionHost, message: m.OpenWorld) -> StatusMessage:
     """Go to a world of another scenario; what is trained goes along where it can."""
-    _refuse_real(host)
+    _refuse_fixed(host)
     refuse_unsaved(host, discard=message.discard)
     scenario, kit = host.places.open_world(message.name)
     return _enter(host, scenario, host.folder, kit, f"World {scenario.name}")
@@ -27,7 +28,7 @@ def handle_open_world(host: SessionHost, message: m.OpenWorld) -> StatusMessage:
 
 def handle_open_library(host: SessionHost, message: m.OpenLibrary) -> StatusMessage:
     """Use another library; an automaton of the same name is opened from it."""
-    _refuse_real(host)
+    _refuse_fixed(host)
     refuse_unsaved(host, discard=message.discard)
     folder = host.places.open_library(message.name, host.folder)
     check_folder(folder)
@@ -48,7 +49,7 @@ def _enter(host: SessionHost, scenario: Scenario, folder: Path, kit: Kit, said: 
 
 def handle_save_world(host: SessionHost, message: m.SaveWorld) -> StatusMessage:
     """Save the world as it stands as a scenario, which is offered from then on."""
-    _refuse_real(host)
+    _refuse_fixed(host)
     about = f"Saved in the studio: {host.scenario.name}, world {host.seed}, as it stood then."
     made = make_scenario_snapshot(host.scenario, host.world.view(), name=message.name, about=about)
     path = host.places.save_world(made)
@@ -56,6 +57,10 @@ def handle_save_world(host: SessionHost, message: m.SaveWorld) -> StatusMessage:
     return StatusMessage(f"The world is saved as {made.name}, in {path.parent.name}/{path.name}", "recorded")
 
 
-def _refuse_real(host: SessionHost) -> None:
+def _refuse_fixed(host: SessionHost) -> None:
+    if isinstance(host.world, BodyWorld):
+        raise SessionError(
+            f"{host.world.name} is a body of your own: start the studio again for another world"
+        )
     if not isinstance(host.world, World):
         raise SessionError(f"real robots are where they are, with the library that was chosen: {CARRY}")

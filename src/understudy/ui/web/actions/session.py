@@ -10,6 +10,7 @@ from msgspec import structs
 
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
 from understudy.model.binding import Binding, format_bound_name
+from understudy.sim.body_world import BodyWorld
 from understudy.sim.world import World
 from understudy.training.journal import LessonChanged, PressReceived, SnapshotTaken, read_journal
 from understudy.training.other_agents import SessionSnapshot
@@ -295,6 +296,8 @@ def handle_reset(host: SessionHost, message: m.ResetWorld) -> None:
 
 def handle_rewind(host: SessionHost, message: m.Rewind) -> None:
     """Go back to a time of the run (s), or to just before an example was given."""
+    if isinstance(host.world, BodyWorld):
+        raise SessionError(f"{host.world.name} cannot be rewound: reset the world instead")
     if (message.time_s is None) == (message.example is None):
         problem, remedy = "gives neither or both of a time and an example", "give one of them"
         raise SettingError(where="the studio", setting="rewind", problem=problem, remedy=remedy)

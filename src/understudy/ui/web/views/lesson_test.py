@@ -19,6 +19,7 @@ from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
 from understudy.model.binding import format_bound_name
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.world import World
 from understudy.storage.library_folder import list_versions, load_version
@@ -131,6 +132,10 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
     if not 1 <= message.count <= MOST_WORLDS:
         problem, remedy = f"is {message.count}", f"give one from 1 to {MOST_WORLDS}"
         raise SettingError(where="the studio", setting="number of worlds", problem=problem, remedy=remedy)
+    if isinstance(host.world, BodyWorld):
+        raise SessionError(
+            f"{host.world.name} is a body of your own: test it in other worlds with understudy eval"
+        )
     if not isinstance(host.world, World):
         raise SessionError("real robots cannot be tested in other worlds")
     if host.sort is not None:

@@ -10,11 +10,14 @@ from msgspec import UNSET, UnsetType
 from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
+from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.files import MARKER
 from understudy.sim.scenario.schema import MOUSE, Camera, RobotType
 from understudy.sim.sensing.sensor_table import list_range_scans
 from understudy.ui.web.messages.base import Data
 
+Drawing: TypeAlias = Literal["map", "pictures", "none"]
+"""How a world is shown: as a map, by the pictures that a body of the user's own draws, or by readings alone."""
 KindName: TypeAlias = Literal["continuous", "toroidal", "categorical"]
 
 
@@ -112,6 +115,7 @@ class SceneData(Data, frozen=True, kw_only=True):
     height: float
     tick_s: float
     seed: int
+    drawing: Drawing
     real: list[str]
     """The names of the real robots; empty in simulation."""
     eyes: list[int]
@@ -147,6 +151,7 @@ def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> Scen
         height=view.height,
         tick_s=world.tick_s,
         seed=world.seeds[0],
+        drawing=_choose_drawing(world),
         real=[robot.file.name for robot in world.fleet] if isinstance(world, DigitalTwin) else [],
         eyes=_eyes(world),
         holds=isinstance(world, DigitalTwin) and world.fleet.needs_hold_to_run,
@@ -181,6 +186,12 @@ def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> Scen
         ],
         squads=squads,
     )
+
+
+def _choose_drawing(world: Ground) -> Drawing:
+    if not isinstance(world, BodyWorld):
+        return "map"
+    return "pictures" if world.has_picture else "none"
 
 
 def _eyes(world: Ground) -> list[int]:
