@@ -1,4 +1,4 @@
-"""Command `understudy test`: test a library on its own lessons, and compare it with former versions."""
+"""Command `understudy test`: test a library on its lessons and properties, and compare it with former versions."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
     from understudy.analysis.lesson_tests import LessonTestResult
     from understudy.model.library import Kit, Library, TrainedAutomaton
+    from understudy.properties.library_properties import FittingLibraries
+    from understudy.properties.run_property import PropertyResult
     from understudy.sim.scenario.schema import Scenario
 
 
@@ -38,10 +40,11 @@ def run_library_tests(
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Test a library on its own lessons: every recorded moment and every expected outcome.
+    """Test a library: every recorded moment of its lessons, and every property.
 
-    Each automaton is compared with its last former version. The exit code is 1 if something that worked no longer
-    does, or if an expected outcome does not occur.
+    Each automaton is compared with its last former version. Properties are those stored in lessons, and those of the
+    file properties.toml in the library's folder. The exit code is 1 if something that worked no longer does, or if a
+    property fails.
 
     [dim]understudy test demo/library[/]
     """
@@ -73,7 +76,11 @@ def run_library_tests(
                 (_make_row(label, seen, version), list(describe_test_result(seen, f"version {version}")))
             )
     rows = [row for row, _ in found]
-    result = LibraryTestResult(library, where.name, all(row.works for row in rows), rows)
+    tested = list(_run_properties(library, kit, quiet=as_json))
+    works = all(row.works for row in rows) and all(each.was_met for each in tested)
+    result = LibraryTestResult(
+        library, where.name, works, rows, [_make_property_row(each) for each in tested]
+    )
     if as_json:
         print_json(result)
     else:
@@ -128,6 +135,83 @@ class LibraryTestResult:
     world: str
     works: bool
     automata: Sequence[AutomatonTestRow]
+    properties: Sequence[PropertyRow]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PropertyRow:
+    """Test results of one property of the library's file."""
+
+    name: str
+    property: str
+    """The property in words."""
+    behavior: str
+    world: str
+    verdict: str
+    """"holds", "fails" or "undecided"."""
+    at_least: float | None
+    """The share of worlds that it claims to hold in; None for all."""
+    worlds: int
+    failures: int
+    failure_rate_low: float
+    """The lower limit of the 95 % interval of the failure rate, from 0 to 1."""
+    failure_rate_high: float
+    """The upper limit of that interval; without a failure and `at_least`, the one-sided limit of 95 %."""
+    least_robustness: float | None
+    failed: Sequence[FailedWorldRow]
+    """The worlds in which it failed."""
+    sentences: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class FailedWorldRow:
+    """World in which a property failed: its seed, when (s), and how clearly (below 0)."""
+
+    seed: int
+    failed_s: float
+    robustness: float
+
+
+def _run_properties(library: Path, kit: str | None, *, quiet: bool) -> Iterator[PropertyResult]:
+    """Test the properties of a library's file, if there is one."""
+    from understudy.properties.library_properties import FittingLibraries, run_library_properties
+    from understudy.properties.property_file import FILE
+    from understudy.ui.cli.options import find_kit, open_scenario, open_team_libraries
+    from understudy.ui.cli.output import show_progress
+
+    def open_world(world: str) -> FittingLibraries:
+        where = open_scenario(world)
+        return FittingLibraries(where, open_team_libraries(where, None, library, find_kit(kit, world)))
+
+    if (library / FILE).exists():
+        with show_progress("Worlds run", quiet=quiet) as report:
+            yield from run_library_properties(library / FILE, open_world, progress=report)
+
+
+def _make_property_row(result: PropertyResult) -> PropertyRow:
+    from understudy.properties.run_property import describe_result
+
+    tested, outcomes = result.tested, result.outcomes
+    low, high = result.failure_interval
+    return PropertyRow(
+        name=tested.name,
+        property=tested.claim,
+        behavior=tested.behavior,
+        world=tested.start.world,
+        verdict=result.verdict,
+        at_least=tested.at_least,
+        worlds=result.worlds,
+        failures=result.failures,
+        failure_rate_low=low,
+        failure_rate_high=high,
+        least_robustness=float(outcomes.robustness.min()) if result.worlds else None,
+        failed=[
+            FailedWorldRow(seed, float(outcomes.failed_s[row]), float(outcomes.robustness[row]))
+            for row, seed in enumerate(result.seeds)
+            if not outcomes.held[row]
+        ],
+        sentences=list(describe_result(result)),
+    )
 
 
 def _places(
@@ -203,6 +287,12 @@ def _show(result: LibraryTestResult, found: list[tuple[AutomatonTestRow, list[st
         out.print(f"{mark} [bold]{escape(each.name)}[/] [dim]{about}[/]")
         for line in lines:
             out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
+    for row in result.properties:
+        mark = {"fails": "[red]✗[/]", "undecided": "[yellow]•[/]"}.get(row.verdict, "[green]✓[/]")
+        about = f"{row.behavior} in {row.world}: {row.property}"
+        out.print(f"{mark} [bold]{escape(row.name)}[/] [dim]{escape(about)}[/]", soft_wrap=True)
+        for line in row.sentences:
+            out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
     bad = sum(not each.works for each, _ in found)
     said = (
         f"[red]{format_count(bad, 'does', 'do')} not do what was shown[/]"
@@ -211,3 +301,20 @@ def _show(result: LibraryTestResult, found: list[tuple[AutomatonTestRow, list[st
     )
     tested = format_count(len(found), "automaton", "automata")
     out.print(f"{escape(str(result.library))}, in {escape(result.world)}: {tested}, {said}", soft_wrap=True)
+    if result.properties:
+        out.print(_count_verdicts(result.properties), soft_wrap=True)
+
+
+def _count_verdicts(rows: Sequence[PropertyRow]) -> str:
+    """Return how many properties hold, fail, and are undecided, with colors."""
+    from understudy.ui.cli.output import format_count
+
+    verdicts = [row.verdict for row in rows]
+    parts = []
+    if fails := verdicts.count("fails"):
+        parts.append(f"[red]{format_count(fails, 'fails', 'fail')}[/]")
+    if undecided := verdicts.count("undecided"):
+        parts.append(f"[yellow]{undecided} undecided[/]")
+    if holds := verdicts.count("holds"):
+        parts.append(f"[green]{format_count(holds, 'holds', 'hold')}[/]")
+    return f"{format_count(len(rows), 'property', 'properties')}: {', '.join(parts)}"
