@@ -11,8 +11,8 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 from tests.browser.test_doubt import show, taught
 
-from understudy.analysis.expectations import add_expectation
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.properties.stored_moments import add_moment_property
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson
@@ -49,7 +49,7 @@ def fetches(library: Library) -> Session:
     session.direct("done")
     session.tick()
     session.reset(WORLD)
-    add_expectation(session, flag="done", within_s=60.0)
+    add_moment_property(session, flag="done", within_s=60.0)
     return session
 
 
@@ -131,7 +131,7 @@ def test_a_promise_is_kept_and_a_broken_one_is_told_before_it_is_saved(teacher: 
     expect(saving).to_be_disabled()
 
     outcomes.get_by_role("button", name="Close what was tested").click()
-    outcomes.get_by_role("button", name=re.compile("Remove expectation")).click()
+    outcomes.get_by_role("button", name=re.compile("Remove property")).click()
     expect(outcomes).not_to_contain_text("done within 30 s")
     teacher.press("Control+z")
     expect(outcomes).to_contain_text("done within 30 s")

@@ -14,6 +14,8 @@ LONGEST_S = 86_400.0
 
 GOAL = "goal is reached"
 """The condition that the goal of the scenario is reached."""
+RAISED = " is raised"
+"""The end of the condition that a flag is raised, after the flag's name."""
 PROGRESS = "progress"
 """What a property that limits the time without progress toward the scenario's goal is about."""
 
@@ -38,7 +40,7 @@ class StoredMoment:
 
     `snapshot` is the state of the world, `scenario` the content of that world's scenario file, and `world` the
     world's name. `agent` is the number of the robot that is tested or, if `sort` is not empty, of the coordinator of a
-    squad of the sort `sort`.
+    squad of the sort `sort`. The run lasts at most `limit_s`, s; None: the scenario's limit.
     """
 
     world: str
@@ -46,6 +48,7 @@ class StoredMoment:
     snapshot: bytes
     agent: int = 0
     sort: str = ""
+    limit_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +100,14 @@ class Property:
                 problem=f"it is to hold in a share of {self.at_least:g}",
                 remedy="give a share between 0 and 1, or leave it out for all worlds",
             )
+
+    @property
+    def flag(self) -> str | None:
+        """The flag that must be raised in time; None if the property claims something else."""
+        flag = self.what.removesuffix(RAISED)
+        single = not any(f" {word} " in flag for word in ("and", "or", "is"))
+        is_flag = self.kind is PropertyKind.ALWAYS and flag != self.what and single
+        return flag if is_flag else None
 
     @property
     def claim(self) -> str:

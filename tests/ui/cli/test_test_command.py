@@ -12,11 +12,12 @@ from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.commands import run, said
 from tests.ui.cli.forage_parts import goto
 
-from understudy.analysis.expectations import add_expectation, make_expectation
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.property import StoredMoment
 from understudy.model.tree import Tree, make_leaf
+from understudy.properties.stored_moments import add_moment_property, make_moment_property
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.kit import make_scenario_kit
@@ -40,7 +41,7 @@ def fetching(library: Path) -> Path:
     session.direct("done")
     session.tick()
     session.reset(11)
-    add_expectation(session, flag="done", within_s=60.0)
+    add_moment_property(session, flag="done", within_s=60.0)
     save_automaton(library, session.make_trained_automaton())
     return library
 
@@ -67,7 +68,7 @@ def test_all_as_shown(fetching: Path) -> None:
     assert fetch["outcomes"][0]["took_s"] > 1.0
     text = run("test", fetching)
     assert text.exit_code == 0
-    assert "✓ fetch 3 examples, 1 outcome\n" in text.stdout
+    assert "✓ fetch 3 examples, 1 property\n" in text.stdout
     assert "✓ goto nothing recorded\n" in text.stdout
     assert text.stdout.endswith("library, in forage: 5 automata, all as shown\n")
 
@@ -77,12 +78,12 @@ def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
     save_automaton(fetching, TrainedAutomaton(replace(goto, transitions={"start": Tree((make_leaf(0),))})))
     told, text = failed(fetching)
     assert told["fetch"]["failed"] == [
-        {"outcome": "done within 60 s in forage", "problem": None, "comes_with_former": ["goto"]}
+        {"outcome": "done is raised within 60 s in forage", "problem": None, "comes_with_former": ["goto"]}
     ]
     assert (told["goto"]["works"], told["goto"]["former"]) == (True, 1)
     assert told["goto"]["affected"] == ["deposit", "fetch", "harvest", "forage"]
     assert (
-        "promised, and did not come: done within 60 s in forage; it does with the former version of goto"
+        "property fails: done is raised within 60 s in forage; it holds with the former version of goto"
         in text
     )
     assert "changed since version 1; deposit, fetch, harvest and forage run it" in text
@@ -93,10 +94,12 @@ def test_two_outcomes_of_one_wording(fetching: Path) -> None:
     """Each says what is wrong with itself."""
     taught = open_library(fetching, FORAGE_KIT).library.taught["fetch"]
     assert taught.lesson is not None
-    (fine,) = taught.lesson.outcomes
-    slow, broken = replace(fine, within_s=0.2), replace(fine, within_s=0.2, snapshot=b"nothing")
+    (fine,) = taught.lesson.properties
+    assert isinstance(fine.start, StoredMoment)
+    slow = replace(fine, seconds=0.2)
+    broken = replace(slow, start=replace(fine.start, snapshot=b"nothing"))
     save_automaton(
-        fetching, TrainedAutomaton(taught.automaton, replace(taught.lesson, outcomes=(slow, broken)))
+        fetching, TrainedAutomaton(taught.automaton, replace(taught.lesson, properties=(slow, broken)))
     )
     told, text = failed(fetching)
     first, second = told["fetch"]["failed"]
@@ -110,7 +113,7 @@ def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
     assert taught.lesson is not None
     first = taught.lesson.examples[0]
     against = [replace(first, number=number, next="done") for number in (8, 9)]
-    lesson = replace(taught.lesson, examples=(*taught.lesson.examples, *against), outcomes=())
+    lesson = replace(taught.lesson, examples=(*taught.lesson.examples, *against), properties=())
     save_automaton(fetching, TrainedAutomaton(learn_automaton(lesson), lesson))
     told, text = failed(fetching)
     assert told["fetch"]["no_longer"] == [
@@ -134,9 +137,10 @@ def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     session.run_for(1.0)
     session.direct("done")
     session.tick()
-    outcome = make_expectation(session, flag="done", within_s=3.0)
-    assert (outcome.sort, outcome.agent) == ("patrol", 0)
-    add_expectation(session, flag="done", within_s=3.0)
+    outcome = make_moment_property(session, flag="done", within_s=3.0)
+    assert isinstance(outcome.start, StoredMoment)
+    assert (outcome.start.sort, outcome.start.agent) == ("patrol", 0)
+    add_moment_property(session, flag="done", within_s=3.0)
     save_automaton(tmp_path / "patrol", session.make_trained_automaton())
     told = found(tmp_path)
     assert set(told) == {"wander", "servo", "patrol", "patrol/out"}

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
-    from understudy.analysis.lesson_tests import LessonTestResult
     from understudy.model.library import Kit, Library, TrainedAutomaton
+    from understudy.properties.lesson_tests import LessonTestResult
     from understudy.properties.library_properties import FittingLibraries
     from understudy.properties.run_property import PropertyResult
     from understudy.sim.scenario.schema import Scenario
@@ -48,8 +48,8 @@ def run_library_tests(
 
     [dim]understudy test demo/library[/]
     """
-    from understudy.analysis.lesson_tests import describe_test_result, run_lesson_test
     from understudy.errors import SettingError
+    from understudy.properties.lesson_tests import describe_test_result, run_lesson_test
     from understudy.storage.library_folder import list_documents
     from understudy.ui.cli.library_data import find_fitting_world
     from understudy.ui.cli.options import find_kit, open_scenario, open_team_libraries
@@ -89,17 +89,18 @@ def run_library_tests(
 
 
 @dataclass(frozen=True, slots=True)
-class OutcomeRow:
-    """Expected outcome of a lesson, the time until it occurred (s), and why it could not be tested."""
+class LessonPropertyRow:
+    """Property of a lesson, the time until it was reached (s), why it could not be tested, and whether it held."""
 
     outcome: str
     took_s: float | None
     problem: str | None
+    held: bool
 
 
 @dataclass(frozen=True, slots=True)
-class FailedOutcomeRow:
-    """Expected outcome that did not occur, and the automata whose former versions would reach it."""
+class FailedPropertyRow:
+    """Property of a lesson that failed, and the automata with whose former versions it holds."""
 
     outcome: str
     problem: str | None
@@ -123,8 +124,8 @@ class AutomatonTestRow:
     otherwise: Sequence[int]
     """Numbers of the examples that are decided differently than shown."""
     changes_before: Sequence[DecisionChange]
-    outcomes: Sequence[OutcomeRow]
-    failed: Sequence[FailedOutcomeRow]
+    outcomes: Sequence[LessonPropertyRow]
+    failed: Sequence[FailedPropertyRow]
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,7 +251,7 @@ def _former(place: Path, library: Library) -> dict[str, tuple[int, TrainedAutoma
 
 
 def _make_row(label: str, seen: LessonTestResult, former: int | None) -> AutomatonTestRow:
-    from understudy.analysis.lesson_tests import describe_lost_decisions
+    from understudy.properties.lesson_tests import describe_lost_decisions
 
     replay = seen.replayed
     return AutomatonTestRow(
@@ -265,9 +266,12 @@ def _make_row(label: str, seen: LessonTestResult, former: int | None) -> Automat
         different=replay.different,
         otherwise=[each.number for each in replay.mismatches],
         changes_before=replay.changes,
-        outcomes=[OutcomeRow(str(each.outcome), each.took_s, each.problem or None) for each in seen.outcomes],
+        outcomes=[
+            LessonPropertyRow(str(each.tested), each.took_s, each.problem or None, each.was_met)
+            for each in seen.properties
+        ],
         failed=[
-            FailedOutcomeRow(str(each.tried.outcome), each.tried.problem or None, each.since)
+            FailedPropertyRow(str(each.result.tested), each.result.problem or None, each.since)
             for each in seen.failed
         ],
     )
@@ -283,7 +287,7 @@ def _show(result: LibraryTestResult, found: list[tuple[AutomatonTestRow, list[st
         mark = "[red]✗[/]" if not each.works else "[yellow]•[/]" if lines else "[green]✓[/]"
         about = format_count(each.examples, "example") if each.examples else "nothing recorded"
         if each.outcomes:
-            about += f", {format_count(len(each.outcomes), 'outcome')}"
+            about += f", {format_count(len(each.outcomes), 'property', 'properties')}"
         out.print(f"{mark} [bold]{escape(each.name)}[/] [dim]{about}[/]")
         for line in lines:
             out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
