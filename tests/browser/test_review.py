@@ -105,7 +105,7 @@ def test_a_promise_is_kept_and_a_broken_one_is_told_before_it_is_saved(teacher: 
     outcomes.get_by_role("button", name="+ expected outcome").click()
     outcomes.get_by_label("seconds").fill("30")
     outcomes.get_by_role("button", name="Expect it", exact=True).click()
-    expect(outcomes).to_contain_text("done within 30 s in forage, A = station")
+    expect(outcomes).to_contain_text("done is raised within 30 s in forage, A = station")
     outcomes.get_by_role("button", name="Test lessons").click()
     expect(outcomes).to_contain_text("Everything as shown and expected")
     expect(outcomes).to_contain_text(re.compile(r"✓ \d+\.\d s"))
@@ -118,12 +118,14 @@ def test_a_promise_is_kept_and_a_broken_one_is_told_before_it_is_saved(teacher: 
     tested = page.get_by_role("region", name="Tested")
     expect(tested).to_contain_text("Not as shown or expected: 2 of 2")
     expect(tested).to_contain_text("changed since it was saved; fetch runs it")
-    expect(tested).to_contain_text("done within 60 s in forage; it does with the former version of goto")
+    expect(tested).to_contain_text(
+        "done is raised within 60 s in forage; it holds with the former version of goto"
+    )
     snap(page, "tested")
     saving.click()
     warning = page.get_by_role("alert", name="Before it is saved")
-    expect(warning).to_contain_text("goto no longer reaches done within 30 s")
-    expect(warning).to_contain_text("fetch no longer reaches done within 60 s")
+    expect(warning).to_contain_text("goto no longer has the property: done is raised within 30 s")
+    expect(warning).to_contain_text("fetch no longer has the property: done is raised within 60 s")
     expect(saving).to_be_enabled()
     snap(page, "saving")
     teacher.press("Control+z")
@@ -132,9 +134,9 @@ def test_a_promise_is_kept_and_a_broken_one_is_told_before_it_is_saved(teacher: 
 
     outcomes.get_by_role("button", name="Close what was tested").click()
     outcomes.get_by_role("button", name=re.compile("Remove property")).click()
-    expect(outcomes).not_to_contain_text("done within 30 s")
+    expect(outcomes).not_to_contain_text("done is raised within 30 s")
     teacher.press("Control+z")
-    expect(outcomes).to_contain_text("done within 30 s")
+    expect(outcomes).to_contain_text("done is raised within 30 s")
 
 
 def test_what_moved_between_two_versions(teacher: Teacher, snap: Snap) -> None:

@@ -90,7 +90,7 @@ class Condition:
 _NUMBER = r"[-−+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _COMPARED = re.compile(rf"(below|at most|at least|above)\s+({_NUMBER})\s*(\S*)")
 _IN = re.compile(r"(not\s+)?in\s+([\w-]+)")
-_WORD = re.compile(r"(not\s+)?([\w-]+)")
+_WORD = re.compile(r"(not\s+)?(?!(?:below|above|in)$)([\w-]+)")
 _BETWEEN = re.compile(r"\bbetween (.+?) and ((?:(?! and | or ).)+)")
 _REMEDY = (
     "write it as 'front is below 0.2 m', 'distance(robot, food) is at least 1 m', 'at_station is yes', "

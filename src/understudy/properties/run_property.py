@@ -23,7 +23,7 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
 
 FEWEST_MORE = 50
-"""The least number of worlds that a sequential test adds at a time."""
+"""The number of worlds that a sequential test begins with, and the least that it adds at a time."""
 
 
 class Verdict(StrEnum):
@@ -224,15 +224,17 @@ def run_property(
 
 def _divide(subject: Property, total: int) -> Iterator[tuple[int, int]]:
     """Yield the parts of the seeds that are run together: first and one after the last."""
-    first, size = 0, WORLDS_AT_ONCE
-    if subject.at_least is not None:
-        size = count_fewest_trials(subject.at_least)
+    first = 0
+    fewest = 0 if subject.at_least is None else count_fewest_trials(subject.at_least)
     while first < total:
+        size = WORLDS_AT_ONCE
+        if first < fewest:  # failures may decide already; then the first time that none at all do
+            size = min(max(FEWEST_MORE, first), fewest - first)
+        elif subject.at_least is not None:
+            size = max(FEWEST_MORE, first // 4)
         last = min(total, first + min(size, WORLDS_AT_ONCE))
         yield first, last
         first = last
-        if subject.at_least is not None:
-            size = max(FEWEST_MORE, last // 4)
 
 
 def describe_result(result: PropertyResult) -> Iterator[str]:

@@ -165,10 +165,10 @@ def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
     assert goto["else"] == ["changed since it was saved; fetch runs it"]
     fetch = person.done("test", name="fetch")["tested"]
     assert fetch["worse"] == [
-        "promised, and did not come: done within 3 s in forage; it does with the former version of goto"
+        "property fails: done is raised within 3 s in forage; it holds with the former version of goto"
     ]
     answer = person.done("save")
-    assert answer["worse"] == ["fetch no longer reaches done within 3 s in forage"]
+    assert answer["worse"] == ["fetch no longer has the property: done is raised within 3 s in forage"]
     assert session_data(made)["unsaved"]
     assert "not saved yet" in made.host.status.text
     assert "worse" not in person.done("save", anyway=True)
