@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace as replace_fields
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.commands import run, said
 from tests.ui.cli.forage_parts import goto
@@ -21,6 +22,7 @@ from understudy.properties.stored_moments import add_moment_property, make_momen
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.files import format_scenario
 from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
@@ -212,3 +214,61 @@ def test_the_one_bad_file_is_named(library: Path) -> None:
     assert refused.exit_code == 2
     assert "goto.json" in refused.output
     assert "feature" not in refused.output
+
+
+PROPERTIES = """understudy = "properties"
+version = 1
+[delivers]
+behavior = "forage"
+world = "forage"
+seeds = 5
+always = "goal"
+within_s = 600
+[hurries]
+behavior = "forage"
+world = "forage"
+seeds = 5
+always = "goal"
+within_s = 30
+"""
+
+
+def test_properties_in_worlds(library: Path) -> None:
+    (library / "properties.toml").write_text(PROPERTIES.partition("[hurries]")[0])
+    told = said("test", library)
+    assert told["works"]
+    (delivers,) = told["properties"]
+    assert (delivers["verdict"], delivers["worlds"], delivers["failed"]) == ("holds", 5, [])
+    (library / "properties.toml").write_text(PROPERTIES)
+    result = run("test", library, "--json")
+    assert result.exit_code == 1
+    told = json.loads(result.stdout)
+    assert not told["works"]
+    hurries = told["properties"][1]
+    assert (hurries["property"], hurries["failures"]) == ("goal is reached within 30 s", 5)
+    assert hurries["failed"][0]["failed_s"] == pytest.approx(30.0)
+    text = run("test", library)
+    assert text.exit_code == 1
+    assert "✗ hurries forage in forage: goal is reached within 30 s\n" in text.stdout
+    assert "2 properties: 1 fails, 1 holds\n" in text.stdout
+
+
+MISTAKES = [  # what is written instead, the key that is named
+    (('"goal"', '"front is below 1 m"'), "delivers.always: the body has no feature or reading 'front'"),
+    (('"goal"', '"distance_to(station) is below 1"'), "delivers.always: '1' has no unit"),
+    (('"goal"', '"failed is raised"'), "delivers.always: the behavior has no flag 'failed'"),
+    (('behavior = "forage"', 'behavior = "fly"'), "delivers.behavior: "),
+    (('world = "forage"', 'world = "mars"'), "delivers.world: "),
+    (('world = "forage"', 'world = "plain.toml"'), "delivers.always: scenario 'plain': goal is missing"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), MISTAKES)
+def test_a_mistake_in_properties(change: tuple[str, str], said: str, library: Path) -> None:
+    plain = replace_fields(find_scenario("forage"), goal=None, name="plain")
+    (library / "plain.toml").write_text(format_scenario(plain))
+    (library / "properties.toml").write_text(PROPERTIES.replace(*change, 1))
+    refused = run("test", library)
+    assert refused.exit_code == 2
+    assert f"properties.toml at {said}" in " ".join(refused.output.split())
+    assert "Traceback" not in refused.output
