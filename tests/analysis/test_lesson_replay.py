@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from understudy.analysis.lesson_replay import DecisionChange, replay_lesson
-from understudy.analysis.lesson_tests import describe_lost_decisions
+from understudy.properties.lesson_tests import describe_lost_decisions
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeInState

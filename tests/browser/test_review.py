@@ -101,13 +101,13 @@ def test_a_promise_is_kept_and_a_broken_one_is_told_before_it_is_saved(teacher: 
     page = teacher.page
     saving = page.get_by_role("button", name="Save", exact=True)
     tab(page, "Lesson")
-    outcomes = page.get_by_role("region", name="Outcomes")
-    outcomes.get_by_role("button", name="+ expected outcome").click()
+    outcomes = page.get_by_role("region", name="Properties")
+    outcomes.get_by_role("button", name="+ property").click()
     outcomes.get_by_label("seconds").fill("30")
-    outcomes.get_by_role("button", name="Expect it", exact=True).click()
+    outcomes.get_by_role("button", name="Add property", exact=True).click()
     expect(outcomes).to_contain_text("done is raised within 30 s in forage, A = station")
     outcomes.get_by_role("button", name="Test lessons").click()
-    expect(outcomes).to_contain_text("Everything as shown and expected")
+    expect(outcomes).to_contain_text("Everything as shown, all properties hold")
     expect(outcomes).to_contain_text(re.compile(r"✓ \d+\.\d s"))
     saving.click()
     expect(saving).to_be_disabled()
@@ -116,7 +116,7 @@ def test_a_promise_is_kept_and_a_broken_one_is_told_before_it_is_saved(teacher: 
     expect(outcomes).to_contain_text("before the lesson changed")
     outcomes.get_by_role("button", name="Test lessons").click()
     tested = page.get_by_role("region", name="Tested")
-    expect(tested).to_contain_text("Not as shown or expected: 2 of 2")
+    expect(tested).to_contain_text("Not as shown, or a property fails: 2 of 2")
     expect(tested).to_contain_text("changed since it was saved; fetch runs it")
     expect(tested).to_contain_text(
         "done is raised within 60 s in forage; it holds with the former version of goto"

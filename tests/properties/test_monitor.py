@@ -78,9 +78,10 @@ def vars_of(subject: Property) -> dict[str, Any]:
     return {name: getattr(subject, name) for name in Property.__slots__}
 
 
-def test_it_fails_in_the_tick_in_which_the_condition_first_holds() -> None:
+@pytest.mark.parametrize("limit", [0.5, 0.05])
+def test_it_fails_in_the_tick_in_which_the_condition_first_holds(limit: float) -> None:
     """The distance is read again, tick by tick, from another run of the same worlds."""
-    subject = make("never", "distance(robot, station) is below 50 cm")
+    subject = make("never", f"distance(robot, station) is below {limit} m")
     found = watch(subject, fused=True)
     run = make_property_task(subject, LIBRARY, FORAGE).make_run(FORAGE, SEEDS)
     distance = run.find_reading("distance_to(station)")
@@ -88,14 +89,39 @@ def test_it_fails_in_the_tick_in_which_the_condition_first_holds() -> None:
     for _ in range(1200):
         run.advance(1)
         apart.append(distance.read()[:, 0])
-    near = np.array(apart) < 0.5
+    near = np.array(apart) < limit
     first = np.where(near.any(axis=0), near.argmax(axis=0) * 0.1, np.nan)
-    assert not found.held.all()
+    assert found.held.all() == (limit < 0.1)
     assert found.failed_s == pytest.approx(first, nan_ok=True)
     least = np.min(apart, axis=0)
     for held, value, robustness in zip(found.held, least, found.robustness, strict=True):
         if held:
-            assert robustness == pytest.approx((value - 0.5) / (0.5 + abs(value - 0.5)))
+            assert robustness == pytest.approx((value - limit) / (limit + abs(value - limit)))
+
+
+@pytest.mark.parametrize(
+    ("what", "held"),
+    [
+        ("food_stored is above 0 units", True),
+        ("food_stored is at least 0 units", False),
+        ("food_stored is below 0 units", True),
+        ("food_stored is at most 0 units", False),
+        ("food_stored is not absent and at_station is maybe or food_stored is absent", None),
+        ("food_left is yes and food_stored is above 0 units", True),
+        ("food_left is yes or food_stored is above 0 units", False),
+        ("robot is in west and robot is not in west", True),
+        ("robot is in west or robot is not in west", False),
+    ],
+)
+def test_at_the_first_moment(what: str, held: bool | None) -> None:
+    """The robot has no food yet, and there is some."""
+    if held is None:
+        with pytest.raises(UnknownName):
+            watch(make("never", what, limit_s=0.0), fused=True)
+        return
+    found = watch(make("never", what, limit_s=0.0), fused=True)
+    assert found.held.tolist() == [held] * len(SEEDS)
+    assert ((found.robustness > 0) == found.held).all()
 
 
 def test_robustness_of_times() -> None:
