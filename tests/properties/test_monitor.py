@@ -166,7 +166,7 @@ def test_in_a_team() -> None:
     assert run_property(near, known, SCENARIO).outcomes.failed_s == pytest.approx(0.0)
 
 
-REFUSED = [  # condition, what is said
+REFUSED: list[tuple[str, type[UnderstudyError], str]] = [  # condition, what is said
     ("front is below 1 m", UnknownName, "has no feature or reading 'front'"),
     ("distance_to(moon) is below 1 m", UnknownName, "has no target 'moon'"),
     ("distance_to(station) is below 1", SettingError, "'1' has no unit"),

@@ -47,7 +47,8 @@ class GoalProgress:
         if self._goal.target is not None:
             return self._measure_distance(self._goal.target)
         if self._goal.gathered:
-            return np.maximum(0.0, float(self._goal.gathered) - self.world.gathered)
+            missing = float(self._goal.gathered) - self.world.gathered.astype(np.float64)
+            return np.where(missing > 0.0, missing, 0.0)
         return self._total - self.world.delivered
 
     def _measure_distance(self, target: str) -> NDArray[np.float64]:

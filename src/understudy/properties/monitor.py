@@ -302,7 +302,7 @@ class DurationWatch(Watch):
         if self._since is None:
             self._since = np.full(holds.shape, np.nan)
         self._since = np.where(holds, np.where(np.isnan(self._since), tick, self._since), np.nan)
-        lasted = np.nan_to_num(tick - self._since).max(axis=1, initial=0.0) * self.tick_s
+        lasted: Column = np.nan_to_num(tick - self._since).max(axis=1, initial=0.0) * self.tick_s
         update_longest(self, lasted, self._longest, self._seconds, tick)
 
     def finish(self, last: int) -> NDArray[np.float64]:
@@ -325,7 +325,7 @@ class ProgressWatch(Watch):
         left = self._goal.left()
         nearer = left <= self._least - self._goal.step
         self._least[nearer], self._since[nearer | (left <= 0)] = left[nearer], tick
-        lasted = (tick - self._since) * self.tick_s
+        lasted = (tick - self._since).astype(np.float64) * self.tick_s
         update_longest(self, lasted, self._longest, self._seconds, tick)
 
     def finish(self, last: int) -> NDArray[np.float64]:

@@ -209,6 +209,7 @@ def run_property(
         raise TypeError("a property from a stored moment has no seeds")
     task = make_property_task(subject, library, scenario)
     seeds, done = subject.start.seeds, list[PropertyOutcomes]()
+    last = 0
     for first, last in _divide(subject, len(seeds)):
 
         def report(through: int, _: int, first: int = first) -> None:
@@ -216,10 +217,16 @@ def run_property(
 
         run = task.make_run(scenario, seeds[first:last])
         done.append(monitor_property(subject, run, task.criteria.flags, progress=report))
-        result = PropertyResult(subject, seeds[:last], PropertyOutcomes.concatenate(done))
-        if result.is_sequential and result.verdict is not Verdict.UNDECIDED:
+        if (
+            subject.at_least is not None
+            and _join(subject, seeds[:last], done).verdict is not Verdict.UNDECIDED
+        ):
             break
-    return result
+    return _join(subject, seeds[:last], done)
+
+
+def _join(subject: Property, seeds: tuple[int, ...], parts: list[PropertyOutcomes]) -> PropertyResult:
+    return PropertyResult(subject, seeds, PropertyOutcomes.concatenate(parts))
 
 
 def _divide(subject: Property, total: int) -> Iterator[tuple[int, int]]:
