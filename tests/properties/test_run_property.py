@@ -15,7 +15,7 @@ from understudy.properties.monitor import PropertyOutcomes
 from understudy.properties.run_property import (
     PropertyResult,
     Verdict,
-    bound_failure_rate,
+    compute_failure_bound,
     describe_result,
     run_property,
 )
@@ -58,7 +58,7 @@ def test_verdicts(failures: int, worlds: int, at_least: float | None, verdict: V
 @pytest.mark.parametrize("worlds", [1, 10, 300])
 def test_no_failure_in_so_many_worlds(worlds: int) -> None:
     """A larger rate would have shown a failure with more than 95 %; it is the exact limit of one side."""
-    bound = bound_failure_rate(worlds)
+    bound = compute_failure_bound(worlds)
     assert (1 - bound) ** worlds == pytest.approx(0.05)
     assert 1 - exact_interval_of_share(worlds, worlds, level=0.9)[0] == pytest.approx(bound)
 
@@ -93,4 +93,4 @@ def test_its_seeds_are_those_of_an_evaluation() -> None:
     for row, seed in enumerate((7, 3, 11)):
         alone = run_property(replace(some, start=SeededWorlds("forage", (seed,))), LIBRARY, FORAGE)
         assert alone.outcomes.robustness[0] == together.outcomes.robustness[row]
-        assert (seed in together.failed_seeds) == bool(alone.failures)
+        assert (seed in together.failure_seeds) == bool(alone.failures)

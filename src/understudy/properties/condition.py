@@ -13,7 +13,7 @@ from enum import StrEnum
 from understudy.errors import SettingError
 
 
-class Comparison(StrEnum):
+class ClauseTest(StrEnum):
     """The test that a clause makes of its subject."""
 
     BELOW = "below"
@@ -29,7 +29,7 @@ class Comparison(StrEnum):
     @property
     def is_of_number(self) -> bool:
         """True if the subject is compared with a number."""
-        return self in (Comparison.BELOW, Comparison.AT_MOST, Comparison.AT_LEAST, Comparison.ABOVE)
+        return self in (ClauseTest.BELOW, ClauseTest.AT_MOST, ClauseTest.AT_LEAST, ClauseTest.ABOVE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class Clause:
     """
 
     subject: str
-    comparison: Comparison
+    comparison: ClauseTest
     number: float = 0.0
     unit: str = ""
     name: str = ""
@@ -65,9 +65,9 @@ class Clause:
         if self.comparison.is_of_number:
             unit = "" if not self.unit else self.unit if self.unit == "°" else f" {self.unit}"
             return f"{self.subject} is {self.comparison} {self.number:g}{unit}"
-        if self.comparison is Comparison.IN:
+        if self.comparison is ClauseTest.IN:
             return f"{self.subject} is {no}in {self.name}"
-        word = self.name if self.comparison is Comparison.LABEL else self.comparison
+        word = self.name if self.comparison is ClauseTest.LABEL else self.comparison
         return f"{self.subject} is {no}{word}"
 
 
@@ -138,14 +138,14 @@ def _parse_clause(part: str, subject: str, whole: str) -> Clause:
     rest = rest.strip()
     if subject and (match := _COMPARED.fullmatch(rest)):
         number = float(match[2].replace("−", "-"))
-        return Clause(subject, Comparison(match[1]), number=number, unit=match[3])
+        return Clause(subject, ClauseTest(match[1]), number=number, unit=match[3])
     if subject and (match := _IN.fullmatch(rest)):
-        return Clause(subject, Comparison.IN, name=match[2], negated=bool(match[1]))
+        return Clause(subject, ClauseTest.IN, name=match[2], negated=bool(match[1]))
     if subject and (match := _WORD.fullmatch(rest)):
         word, negated = match[2], bool(match[1])
-        for comparison in (Comparison.ABSENT, Comparison.RAISED, Comparison.REACHED):
+        for comparison in (ClauseTest.ABSENT, ClauseTest.RAISED, ClauseTest.REACHED):
             if word == comparison:
                 return Clause(subject, comparison, negated=negated)
-        return Clause(subject, Comparison.LABEL, name=word, negated=negated)
+        return Clause(subject, ClauseTest.LABEL, name=word, negated=negated)
     shown = f"in {whole!r:.80}, {part!r:.60}" if part != whole else f"{whole!r:.80}"
     raise SettingError(where="condition", setting=shown, problem="cannot be understood", remedy=_REMEDY)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.properties.margins import check_goal
-from understudy.properties.places import ROBOT, make_distance
+from understudy.properties.thing_positions import ROBOT, make_distance
 from understudy.sim.world import World
 
 NEARER_M = 0.1
@@ -28,18 +28,18 @@ class GoalProgress:
     def __init__(self, world: World | None) -> None:
         self.world, self._goal = check_goal(world)
         self._total = self.world.total.astype(np.float64)
-        self._first = self.left()
+        self._first = self.measure_remainder()
         self.step = 1.0 if self._goal.target is None else NEARER_M
         """The least decrease of what is left that counts as progress."""
 
-    def left(self) -> NDArray[np.float64]:
+    def measure_remainder(self) -> NDArray[np.float64]:
         """Return what is left [B]: units, boxes or m; 0 where the goal is reached."""
         finished = self.world.state.finished >= 0
         return np.where(finished, 0.0, self._measure())
 
     def share_left(self) -> NDArray[np.float64]:
         """Return what is left as a share of what was left at first [B], from 0 to 1."""
-        now = self.left()
+        now = self.measure_remainder()
         share: NDArray[np.float64] = np.divide(now, self._first, out=np.ones_like(now), where=self._first > 0)
         return np.clip(share, 0.0, 1.0)
 

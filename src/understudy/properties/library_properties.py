@@ -32,7 +32,7 @@ OpenWorld = Callable[[str], FittingLibraries]
 """A function that opens a scenario by name or path, and the libraries for it."""
 
 
-def open_properties(path: Path, open_world: OpenWorld) -> list[tuple[Property, FittingLibraries]]:
+def open_properties(path: Path | str, open_world: OpenWorld) -> list[tuple[Property, FittingLibraries]]:
     """Load a file of properties, and check that its scenarios and behaviors have all that it names.
 
     Parameters
@@ -69,7 +69,7 @@ def open_properties(path: Path, open_world: OpenWorld) -> list[tuple[Property, F
 
 
 def run_library_properties(
-    path: Path, open_world: OpenWorld, *, progress: Progress = skip_progress
+    path: Path | str, open_world: OpenWorld, *, progress: Progress = skip_progress
 ) -> Iterator[PropertyResult]:
     """Test the properties of a file one after the other; nothing is run before all have been checked.
 

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from understudy.analysis.behavior_run import BehaviorRun
 from understudy.errors import SettingError, UnknownName
 from understudy.model.kinds import Categorical, Column, Toroidal
-from understudy.properties.condition import Clause, Comparison, Condition
-from understudy.properties.places import (
+from understudy.properties.condition import Clause, ClauseTest, Condition
+from understudy.properties.thing_positions import (
     find_things,
     is_distance,
     make_distance,
@@ -89,11 +89,11 @@ def get_world(run: BehaviorRun) -> World | None:
 
 def _bind_clause(clause: Clause, run: BehaviorRun, flags: Collection[str]) -> Margin:
     world = get_world(run)
-    if clause.comparison is Comparison.RAISED:
+    if clause.comparison is ClauseTest.RAISED:
         return _bind_flag(clause, run, flags)
-    if clause.comparison is Comparison.REACHED:
+    if clause.comparison is ClauseTest.REACHED:
         return _bind_goal(clause, world)
-    if clause.comparison is Comparison.IN:
+    if clause.comparison is ClauseTest.IN:
         return _bind_region(clause, _simulated(world, clause))
     if is_distance(clause.subject):
         return _bind_distance(clause, _simulated(world, clause))
@@ -182,7 +182,7 @@ def _bind_reading(clause: Clause, run: BehaviorRun) -> Margin:
             what="feature or reading", name=clause.subject, where=error.where, known=known
         ) from None
     kind = found.reading.kind
-    if clause.comparison is Comparison.ABSENT:
+    if clause.comparison is ClauseTest.ABSENT:
         return lambda: _sign(np.isnan(found.read()), negated=clause.negated)
     if isinstance(kind, Categorical):
         if clause.comparison.is_of_number:
@@ -219,8 +219,8 @@ def _bind_number(
         raise _wrong(clause, "compares a number with a word", f"write '{clause.subject} is below …'")
     limit = convert_threshold(clause.number, clause.unit, of=clause.subject, to=unit)
     size = scale if scale is not None else abs(limit) or 1.0
-    upward = clause.comparison in (Comparison.AT_LEAST, Comparison.ABOVE)
-    strict = clause.comparison in (Comparison.BELOW, Comparison.ABOVE)
+    upward = clause.comparison in (ClauseTest.AT_LEAST, ClauseTest.ABOVE)
+    strict = clause.comparison in (ClauseTest.BELOW, ClauseTest.ABOVE)
 
     def margin() -> NDArray[np.float64]:
         values = read()

@@ -16,7 +16,7 @@ from understudy.analysis.measurement import TICKS_AT_ONCE, Progress, skip_progre
 from understudy.errors import SettingError
 from understudy.model.kinds import Column
 from understudy.model.property import Property, PropertyKind, StoredMoment
-from understudy.properties.condition import Comparison, Condition, parse_condition
+from understudy.properties.condition import ClauseTest, Condition, parse_condition
 from understudy.properties.goal_progress import GoalProgress
 from understudy.properties.margins import NEXT_TO_NOTHING, Margin, bind_condition, check_goal, get_world
 
@@ -123,14 +123,14 @@ def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> W
 
 def _get_flag(condition: Condition) -> str | None:
     clause = condition.single
-    raised = clause is not None and clause.comparison is Comparison.RAISED and not clause.negated
+    raised = clause is not None and clause.comparison is ClauseTest.RAISED and not clause.negated
     return clause.subject if clause is not None and raised else None
 
 
 def is_goal(condition: Condition) -> bool:
     """Return whether a condition is that the goal of the scenario is reached."""
     clause = condition.single
-    return clause is not None and clause.comparison is Comparison.REACHED and not clause.negated
+    return clause is not None and clause.comparison is ClauseTest.REACHED and not clause.negated
 
 
 class Watch:
@@ -317,12 +317,12 @@ class ProgressWatch(Watch):
         super().__init__(run, ends=ends)
         self._seconds, self._goal = seconds, GoalProgress(self.world)
         self.stride = max(1, round(LOOK_S / self.tick_s))
-        self._least, self._since = self._goal.left(), np.zeros(self.worlds, np.int64)
+        self._least, self._since = self._goal.measure_remainder(), np.zeros(self.worlds, np.int64)
         self._longest = np.zeros(self.worlds)
 
     def look(self, tick: int) -> None:
         """Observe the worlds after so many ticks."""
-        left = self._goal.left()
+        left = self._goal.measure_remainder()
         nearer = left <= self._least - self._goal.step
         self._least[nearer], self._since[nearer | (left <= 0)] = left[nearer], tick
         lasted = (tick - self._since).astype(np.float64) * self.tick_s

@@ -71,7 +71,7 @@ class PropertyResult:
         return int((~self.outcomes.held).sum())
 
     @property
-    def failed_seeds(self) -> tuple[int, ...]:
+    def failure_seeds(self) -> tuple[int, ...]:
         """The seeds of the worlds in which it failed, in order."""
         return tuple(seed for seed, held in zip(self.seeds, self.outcomes.held, strict=False) if not held)
 
@@ -96,7 +96,7 @@ class PropertyResult:
     def failure_interval(self) -> tuple[float, float]:
         """The 95 % interval of the failure rate; with no failure in a fixed number of worlds, that of one side."""
         if not self.is_sequential and not self.failures:
-            return 0.0, bound_failure_rate(self.worlds)
+            return 0.0, compute_failure_bound(self.worlds)
         low, high = self.share_interval
         return 1.0 - high, 1.0 - low
 
@@ -125,7 +125,7 @@ class PropertyResult:
         return round(float(self.outcomes.reached_s[0]), 6)
 
 
-def bound_failure_rate(worlds: int, *, level: float = LEVEL) -> float:
+def compute_failure_bound(worlds: int, *, level: float = LEVEL) -> float:
     """Compute the largest failure rate that is compatible with no failure in so many worlds.
 
     A larger rate would have given a failure with a probability of more than `level` (the exact one-sided limit).
