@@ -133,10 +133,7 @@ class RecordDoc(DocStruct, omit_defaults=False, kw_only=True):
 
 
 class OutcomeDoc(DocStruct, kw_only=True):
-    """A property of the lesson from a stored moment; `scenario` and `snapshot` are base64 of zlib.
-
-    `flag` is raised within `within_s`; or instead of `flag`, the property is of a `kind` and about `what`.
-    """
+    """A property from a stored moment: a `flag` in time, or a `kind` with `what`. Packed parts are base64 of zlib."""
 
     flag: DocName | UnsetType = UNSET
     kind: Literal["never", "always", "never longer", "progress"] | UnsetType = UNSET
