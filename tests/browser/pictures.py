@@ -157,7 +157,7 @@ def outcomes(person: Forager, take: Take) -> None:
         page.get_by_role("button", name="Delete", exact=True).click()
         expect(flags).to_have_count(left - 1)
     page.get_by_role("button", name="Test lessons").click()
-    expect(page.get_by_role("region", name="Tested")).to_contain_text("Not as shown, or a property fails")
+    expect(page.get_by_role("region", name="Tested")).to_contain_text("Failed: ")
     page.get_by_role("button", name="Save", exact=True).click()
     expect(page.get_by_role("alert", name="Before it is saved")).to_be_visible()
     page.locator("#tab-panel").evaluate("each => each.scrollTo(0, 0)")

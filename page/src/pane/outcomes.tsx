@@ -311,8 +311,8 @@ function Results({ studio }: { studio: Studio }) {
           {trial.testing !== null
             ? "Testing"
             : bad === 0
-              ? "Everything as shown, all properties hold"
-              : `Not as shown, or a property fails: ${bad} of ${found.length}`}
+              ? "All as shown, all properties hold"
+              : `Failed: ${bad} of ${found.length}`}
         </b>
         {trial.testing === null && !trial.fresh && (
           <span class="tiny">before the lesson changed; test it again</span>
