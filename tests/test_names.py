@@ -97,6 +97,7 @@ METHODS_ALLOWED = {
     "finished": "which worlds have reached their goal, in all results",
     "finished_s": "when a world reached its goal",
     "gathered": "a count that a scenario's goal has under this name",
+    "held": "in which runs a property held, in all results",
     "paused": "the state of a clock",
 }
 """Participles that are a field's own term for a state or a result, and which."""

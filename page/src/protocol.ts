@@ -19,11 +19,11 @@ export type Request =
   | { do: "stand_by"; number: Index }
   /** Explain the current decisions on all levels, and the last switch. */
   | { do: "why" }
-  /** Expect the automaton to raise a flag in time, from the present moment on. */
+  /** Add the property that the automaton raises a flag in time, from the present moment on. */
   | { do: "promise"; flag: NameField; within_s: Seconds }
-  /** Remove an expectation, given by its position in the lesson. */
+  /** Remove a property, given by its position in the lesson. */
   | { do: "withdraw"; outcome: Index }
-  /** Go to the moment of an expectation. */
+  /** Go to the moment of a property. */
   | { do: "visit"; outcome: Index }
   /** Test an automaton on its lesson, with the unsaved state of what is in training. */
   | { do: "test"; name: NameField }
@@ -433,7 +433,7 @@ export interface Tested {
   works: boolean;
   examples: number;
   /** In the order of the lesson. */
-  outcomes: readonly PromiseTested[];
+  outcomes: readonly PropertyTested[];
   /** The regressions: what worked before and no longer does. */
   worse: readonly string[];
   /** The other decisions that differ from the former version. */
@@ -600,11 +600,13 @@ export interface Behind {
   more: number;
 }
 
-/** The result of testing an expected outcome of the lesson. */
-export interface PromiseTested {
+/** The result of testing a property of the lesson. */
+export interface PropertyTested {
   said: string;
+  held: boolean;
+  /** The time until what it demands was reached, s; null where it was not, or the property demands nothing. */
   took_s: number | null;
-  /** Why the outcome did not occur; empty if it did. */
+  /** Why it could not be tested; empty if it could. */
   problem: string;
 }
 
@@ -792,7 +794,7 @@ export interface Lesson {
   live: boolean;
   /** The flags that it can raise: done, failed, or any name. */
   flags: readonly string[];
-  /** The expected outcomes, such as "done within 20 s in forage, A = station". */
+  /** The properties, such as "done is raised within 20 s in forage, A = station". */
   outcomes: readonly string[];
   /** How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees. */
   pruning: number | null;

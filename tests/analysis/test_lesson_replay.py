@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from understudy.analysis.lesson_replay import DecisionChange, replay_lesson
-from understudy.analysis.lesson_tests import describe_lost_decisions
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeInState
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
+from understudy.properties.lesson_tests import describe_lost_decisions
 
 NEAR = Feature("near", Continuous(), reading="range", unit="m")
 BARE = Automaton(

@@ -11,8 +11,8 @@ from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 from tests.browser.test_doubt import show, taught
 
-from understudy.analysis.expectations import add_expectation
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.properties.stored_moments import add_moment_property
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson
@@ -49,7 +49,7 @@ def fetches(library: Library) -> Session:
     session.direct("done")
     session.tick()
     session.reset(WORLD)
-    add_expectation(session, flag="done", within_s=60.0)
+    add_moment_property(session, flag="done", within_s=60.0)
     return session
 
 
@@ -101,13 +101,13 @@ def test_a_promise_is_kept_and_a_broken_one_is_told_before_it_is_saved(teacher: 
     page = teacher.page
     saving = page.get_by_role("button", name="Save", exact=True)
     tab(page, "Lesson")
-    outcomes = page.get_by_role("region", name="Outcomes")
-    outcomes.get_by_role("button", name="+ expected outcome").click()
+    outcomes = page.get_by_role("region", name="Properties")
+    outcomes.get_by_role("button", name="+ property").click()
     outcomes.get_by_label("seconds").fill("30")
-    outcomes.get_by_role("button", name="Expect it", exact=True).click()
-    expect(outcomes).to_contain_text("done within 30 s in forage, A = station")
+    outcomes.get_by_role("button", name="Add property", exact=True).click()
+    expect(outcomes).to_contain_text("done is raised within 30 s in forage, A = station")
     outcomes.get_by_role("button", name="Test lessons").click()
-    expect(outcomes).to_contain_text("Everything as shown and expected")
+    expect(outcomes).to_contain_text("All as shown, all properties hold")
     expect(outcomes).to_contain_text(re.compile(r"✓ \d+\.\d s"))
     saving.click()
     expect(saving).to_be_disabled()
@@ -116,14 +116,16 @@ def test_a_promise_is_kept_and_a_broken_one_is_told_before_it_is_saved(teacher: 
     expect(outcomes).to_contain_text("before the lesson changed")
     outcomes.get_by_role("button", name="Test lessons").click()
     tested = page.get_by_role("region", name="Tested")
-    expect(tested).to_contain_text("Not as shown or expected: 2 of 2")
+    expect(tested).to_contain_text("Failed: 2 of 2")
     expect(tested).to_contain_text("changed since it was saved; fetch runs it")
-    expect(tested).to_contain_text("done within 60 s in forage; it does with the former version of goto")
+    expect(tested).to_contain_text(
+        "done is raised within 60 s in forage; it holds with the former version of goto"
+    )
     snap(page, "tested")
     saving.click()
     warning = page.get_by_role("alert", name="Before it is saved")
-    expect(warning).to_contain_text("goto no longer reaches done within 30 s")
-    expect(warning).to_contain_text("fetch no longer reaches done within 60 s")
+    expect(warning).to_contain_text("goto no longer has the property: done is raised within 30 s")
+    expect(warning).to_contain_text("fetch no longer has the property: done is raised within 60 s")
     expect(saving).to_be_enabled()
     snap(page, "saving")
     teacher.press("Control+z")
@@ -131,10 +133,10 @@ def test_a_promise_is_kept_and_a_broken_one_is_told_before_it_is_saved(teacher: 
     expect(saving).to_be_disabled()
 
     outcomes.get_by_role("button", name="Close what was tested").click()
-    outcomes.get_by_role("button", name=re.compile("Remove expectation")).click()
-    expect(outcomes).not_to_contain_text("done within 30 s")
+    outcomes.get_by_role("button", name=re.compile("Remove property")).click()
+    expect(outcomes).not_to_contain_text("done is raised within 30 s")
     teacher.press("Control+z")
-    expect(outcomes).to_contain_text("done within 30 s")
+    expect(outcomes).to_contain_text("done is raised within 30 s")
 
 
 def test_what_moved_between_two_versions(teacher: Teacher, snap: Snap) -> None:

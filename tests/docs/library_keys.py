@@ -91,7 +91,7 @@ PARTS: Parts = {
             "examples": "the examples made by presses, in the order of their numbers",
             "watched": "the watched examples, in groups with the same `binding` and the same keys of `own`",
             "record": "all readings around the presses, from which features added later get their values",
-            "outcomes": "what the automaton must reach, which `understudy test` checks",
+            "outcomes": "properties that start at a stored moment, which `understudy test` checks",
         },
     ),
     OptionsDoc: (
@@ -171,8 +171,11 @@ PARTS: Parts = {
     OutcomeDoc: (
         "Outcome",
         {
-            "flag": "flag that the automaton must raise",
-            "within_s": "time limit, s; positive",
+            "flag": "flag that the automaton must raise in time",
+            "kind": "without a flag: form of the property",
+            "what": "without a flag: its [condition](../properties.md#conditions), or `progress`",
+            "within_s": "its time, s; positive; left out for the kind `never` only",
+            "limit_s": "for how long it runs, s; by default the scenario's limit",
             "world": "name of the scenario",
             "agent": "index of the robot that runs the automaton, from 0",
             "sort": "sort of squads that a coordinator was taught to; empty for a robot",

@@ -13,9 +13,9 @@ from tests.sim.patrollers import ROBOTS
 from tests.training.test_squad_session import SQUAD
 from tests.ui.cli.commands import said
 
-from understudy.analysis.expectations import run_expectation
 from understudy.learning.fit import learn, learn_automaton
 from understudy.model.library import Kit, TrainedAutomaton
+from understudy.properties.stored_moments import run_moment_property
 from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.document import encode_document
 from understudy.storage.library_folder import (
@@ -98,9 +98,9 @@ def test_its_outcomes_come_about() -> None:
     library = open_library(FOLDER / "library", FORAGE_KIT, learn).library
     lesson = library.taught["fetch"].lesson
     assert lesson is not None
-    (outcome,) = lesson.outcomes
-    assert (outcome.flag, outcome.within_s, outcome.world) == ("done", 60.0, "forage")
-    assert run_expectation(outcome, "fetch", library).problem == ""
+    (outcome,) = lesson.properties
+    assert (outcome.flag, outcome.seconds, outcome.start.world) == ("done", 60.0, "forage")
+    assert run_moment_property(outcome, "fetch", library).problem == ""
 
 
 def test_the_commands_read_it(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.expectation import Expectation
 from understudy.model.features import (
     AnyFeature,
     BoundFeature,
@@ -32,6 +31,7 @@ from understudy.model.lesson import (
     TreeOptions,
 )
 from understudy.model.library import Kit, TrainedAutomaton
+from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 
 names = st.one_of(
@@ -143,7 +143,7 @@ def taught(draw: Any) -> TrainedAutomaton:
     parameters = tuple(draw(st.lists(names, max_size=2, unique=True)))
     bare = Automaton(draw(names), tuple(states), features, parameters, draw(st.booleans()))
     record = draw(records())
-    promised = tuple(draw(st.lists(outcomes(), max_size=2)))
+    promised = tuple(draw(st.lists(properties(), max_size=2)))
     lesson = Lesson(bare, draw(examples(bare, len(record))), draw(options()), record, promised)
     movable = [state.name for state in states if state.flag is None]
     return TrainedAutomaton(
@@ -175,11 +175,19 @@ def examples(draw: Any, automaton: Automaton, moments: int) -> tuple[Example, ..
     return tuple(made)
 
 
-def outcomes() -> st.SearchStrategy[Expectation]:
+@st.composite
+def properties(draw: st.DrawFn) -> Property:
     text = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
-    seconds, bindings = st.floats(1e-3, 1e4), st.dictionaries(names, names, max_size=2).map(Binding)
-    return st.builds(
-        Expectation, names, seconds, text, text, st.binary(max_size=40), st.integers(0, 9), text, bindings
+    limits = st.none() | st.floats(1.0, 1e4)
+    moments = st.builds(StoredMoment, text, text, st.binary(max_size=40), st.integers(0, 9), text, limits)
+    kind = draw(st.sampled_from(PropertyKind))
+    what = draw(names.map(lambda flag: f"{flag} is raised") | text)
+    return Property(
+        kind=kind,
+        what=what,
+        seconds=None if kind is PropertyKind.NEVER else draw(st.floats(1e-3, 1e4)),
+        start=draw(moments),
+        targets=Binding(draw(st.dictionaries(names, names, max_size=2))),
     )
 
 

@@ -1,5 +1,5 @@
 /**
- * What a lesson promises: from here, done within so many seconds; whether all lessons still hold; and in how many
+ * The properties of a lesson: from here, done within so many seconds; whether all lessons still hold; and in how many
  * unseen worlds what is trained succeeds.
  */
 
@@ -27,26 +27,26 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
   const { trial, directs } = studio;
   const tested = trial.fresh ? trial.found?.find(({ name }) => name === desk.name) : undefined;
   return (
-    <section class="outcomes" aria-label="Outcomes">
+    <section class="outcomes" aria-label="Properties">
       <div class="outcomes-head">
-        <h3>Outcomes</h3>
+        <h3>Properties</h3>
         {desk.flags.length > 0 && (
           <button
             type="button"
             class="link"
             aria-expanded={adding}
             disabled={!directs}
-            title="Expected outcome from this moment (checked by Test lessons)"
+            title="What must happen from this moment on (tested by Test lessons)"
             onClick={() => add(!adding)}
           >
-            + expected outcome
+            + property
           </button>
         )}
         <button
           type="button"
           class="small"
           disabled={trial.testing !== null}
-          title="All recorded moments and outcomes of the library, as everything is now"
+          title="All recorded moments and properties of the library, as everything is now"
           onClick={() => void trial.test()}
         >
           {trial.testing === null ? "Test lessons" : `Testing ${plain(trial.testing)} …`}
@@ -71,8 +71,8 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
               type="button"
               class="link"
               disabled={!directs}
-              aria-label={`Remove expectation: ${said}`}
-              title="Remove expectation"
+              aria-label={`Remove property: ${said}`}
+              title="Remove property"
               onClick={() => void studio.change({ do: "withdraw", outcome: index }, { do: "undo" })}
             >
               ×
@@ -237,18 +237,22 @@ function Failed({
   );
 }
 
-/** How an outcome came out in the last test. */
+/** The result of a property in the last test. */
 function Came({ outcome }: { outcome: Tested["outcomes"][number] | undefined }) {
   if (outcome === undefined) return null;
-  if (outcome.took_s === null) {
+  if (!outcome.held) {
     return (
-      <span class="warn" title={outcome.problem === "" ? "It did not come" : outcome.problem}>
+      <span class="warn" title={outcome.problem === "" ? "It failed" : outcome.problem}>
         ✗
       </span>
     );
   }
-  return (
-    <span class="came" title="Time until the outcome">
+  return outcome.took_s === null ? (
+    <span class="came" title="It held">
+      ✓
+    </span>
+  ) : (
+    <span class="came" title="Time until it was reached">
       ✓ {outcome.took_s.toFixed(1)} s
     </span>
   );
@@ -286,7 +290,7 @@ function Promising({ desk, studio, close }: { desk: Session; studio: Studio; clo
         s
       </label>
       <button type="submit" class="small primary" disabled={!studio.directs || !sensible}>
-        Expect it
+        Add property
       </button>
       <p class="tiny">
         Where everything stands now is kept with the lesson; the automaton starts afresh there.
@@ -308,8 +312,8 @@ function Results({ studio }: { studio: Studio }) {
           {trial.testing !== null
             ? "Testing"
             : bad === 0
-              ? "Everything as shown and expected"
-              : `Not as shown or expected: ${bad} of ${found.length}`}
+              ? "All as shown, all properties hold"
+              : `Failed: ${bad} of ${found.length}`}
         </b>
         {trial.testing === null && !trial.fresh && (
           <span class="tiny">before the lesson changed; test it again</span>
@@ -340,7 +344,7 @@ function Result({ tested }: { tested: Tested }) {
         <b>{plain(name)}</b>{" "}
         <span class="tiny">
           {examples === 0 ? "nothing recorded" : counted(examples, "moment")}
-          {outcomes.length > 0 && `, ${counted(outcomes.length, "outcome")}`}
+          {outcomes.length > 0 && `, ${outcomes.length} ${outcomes.length === 1 ? "property" : "properties"}`}
         </span>
       </p>
       {worse.map((line) => (

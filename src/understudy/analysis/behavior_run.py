@@ -73,8 +73,16 @@ class BehaviorRun(Protocol):
         """Run ticks; worlds may stop where they reach the scenario's goal."""
         ...
 
+    def advance_all(self, ticks: int) -> None:
+        """Run ticks in all worlds, also in those that have reached the scenario's goal."""
+        ...
+
     def find_raised(self, flag: str) -> NDArray[np.bool_]:
         """Return in which worlds [B] all agents that run the behavior have raised a flag."""
+        ...
+
+    def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
+        """Return which of the n agents of each world that run the behavior have raised a flag [B, n]."""
         ...
 
     def find_reading(self, text: str) -> RunReading:
@@ -101,8 +109,15 @@ class ProgramRun:
 
     def advance(self, ticks: int) -> None:
         """Run ticks; worlds of a scenario stop where they reach its goal if the whole program can be compiled."""
+        self._advance(ticks, until_finished=True)
+
+    def advance_all(self, ticks: int) -> None:
+        """Run ticks in all worlds, also in those that have reached the scenario's goal."""
+        self._advance(ticks, until_finished=False)
+
+    def _advance(self, ticks: int, *, until_finished: bool) -> None:
         if self._plan is not None and isinstance(self.body, World):
-            self.body.advance(self._plan, ticks, until_finished=True)
+            self.body.advance(self._plan, ticks, until_finished=until_finished)
             return
         for _ in range(ticks):
             self.engine.tick()
@@ -114,8 +129,15 @@ class ProgramRun:
 
     def find_raised(self, flag: str) -> NDArray[np.bool_]:
         """Return in which worlds [B] all agents have raised a flag."""
-        raised = self.engine.find_raised(flag).reshape(self.worlds, -1)
-        return np.asarray(raised.all(axis=1))
+        return np.asarray(self.find_raised_agents(flag).all(axis=1))
+
+    def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
+        """Return which of the n agents of each world have raised a flag [B, n]."""
+        return self.engine.find_raised(flag).reshape(self.worlds, -1)
+
+    def find_raised_s(self, flag: str) -> NDArray[np.float64]:
+        """Return when each of the n agents of each world raised a flag [B, n], s; NaN where one has not."""
+        return find_raised_times(self.engine, flag, worlds=self.worlds)
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading by its name."""
@@ -147,9 +169,17 @@ class TeamRun:
         for _ in range(ticks):
             self.team.tick()
 
+    def advance_all(self, ticks: int) -> None:
+        """Run ticks one by one."""
+        self.advance(ticks)
+
     def find_raised(self, flag: str) -> NDArray[np.bool_]:
         """Return in which worlds [B] all agents that run the behavior have raised a flag."""
         return find_raised_by_all(self.team, self._roots, flag, self.worlds)
+
+    def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
+        """Return which of the n agents of each world that run the behavior have raised a flag [B, n]."""
+        return find_raised_members(self.team, self._roots, flag, self.worlds)
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading of those who run the behavior, or else of a type of robots."""
@@ -190,10 +220,24 @@ def select_type(team: Team, sort: str) -> NDArray[np.bool_]:
 
 def find_raised_by_all(team: Team, sorts: Collection[str], flag: str, worlds: int) -> NDArray[np.bool_]:
     """Return in which worlds [B] all agents of these sorts have raised a flag."""
-    found = np.ones(worlds, np.bool_)
+    return np.asarray(find_raised_members(team, sorts, flag, worlds).all(axis=1))
+
+
+def find_raised_members(team: Team, sorts: Collection[str], flag: str, worlds: int) -> NDArray[np.bool_]:
+    """Return which of the n agents of these sorts in each world have raised a flag [B, n]."""
+    found = [np.empty((worlds, 0), np.bool_)]
     for sort in sorts:
         raised = team.find_raised(sort, [flag]).reshape(worlds, -1)
-        if sort in team.tree.types:  # robots of all types are in one layer
-            raised = raised[:, select_type(team, sort)]
-        found &= raised.all(axis=1)
-    return found
+        # robots of all types are in one layer
+        found.append(raised[:, select_type(team, sort)] if sort in team.tree.types else raised)
+    return np.concatenate(found, axis=1)
+
+
+def find_raised_times(engine: Engine, flag: str, *, worlds: int) -> NDArray[np.float64]:
+    """Compute when each of the n agents of each world raised a flag [B, n], in s; NaN where one has not.
+
+    An agent stays in the state that raises the flag, so the time at which it entered that state can be read later.
+    """
+    tick_s = engine.body.tick_s
+    ticks = np.where(engine.find_raised(flag), np.rint(engine.stacks.entered[:, 0] / tick_s) + 1, np.nan)
+    return tick_s * ticks.reshape(worlds, -1)

@@ -138,7 +138,7 @@ def make_evaluation_task(
     limit_s: float | None = None,
 ) -> EvaluationTask:
     """Make the task of an evaluation; refuse, before anything runs, whatever can be seen to be wrong."""
-    libraries, sort, behavior, found = _find_sort(library, behavior, world)
+    libraries, sort, behavior, found = find_runners(library, behavior, world)
     link(found, behavior, binding)
     flags = find_flags(found, behavior)
     judged = find_success_flag(found, behavior) if goal is None else goal
@@ -156,7 +156,7 @@ def make_evaluation_task(
     return EvaluationTask(libraries, sort, behavior, world, dict(binding), criteria, limit_s)
 
 
-def _find_sort(
+def find_runners(
     libraries: Library | Libraries, behavior: str, world: Scenario | MakeBody
 ) -> tuple[Library | Libraries, str | None, str, Library]:
     """Return the libraries, the sort that runs a behavior, and its name and library; no sort if all robots run it."""

@@ -109,7 +109,7 @@ class EvaluationTask:
         """Refuse goals and metrics whose names the robots or the team of a scenario do not have."""
         if not isinstance(self.world, Scenario) or self.criteria.are_plain:
             return
-        run = self._make_run(self.world, [seed])
+        run = self.make_run(self.world, [seed])
         if isinstance(self.criteria.goal, str):
             find_goal(run, self.criteria.goal, self.criteria.flags)
         for metric in (*self.criteria.metrics.values(), *self.criteria.record.values()):
@@ -186,7 +186,7 @@ class EvaluationTask:
     ) -> Part:
         """Run simulated worlds side by side: many ticks at once where only time and success are asked for."""
         if not self.criteria.are_plain:
-            run = self._make_run(scenario, batch)
+            run = self.make_run(scenario, batch)
             return run_side_by_side(run, batch, self.criteria, limits, report)
         if not self.roots:
             world = World(scenario, batch)
@@ -196,7 +196,8 @@ class EvaluationTask:
         team = make_team(scenario, batch, self._get_libraries(), self.roots)
         return Part(measure_team_outcomes(team, self.roots, limit_s=limits, flag=self.flag, progress=report))
 
-    def _make_run(self, scenario: Scenario, batch: Sequence[int]) -> BehaviorRun:
+    def make_run(self, scenario: Scenario, batch: Sequence[int]) -> BehaviorRun:
+        """Make the run of the behavior in new worlds of a scenario, one for each seed of a batch."""
         if self.roots:
             libraries = self._get_libraries()
             return TeamRun(make_team(scenario, batch, libraries, self.roots), libraries, self.roots)
@@ -213,7 +214,7 @@ class EvaluationTask:
         body: Body | None = None
         try:
             if isinstance(self.world, Scenario):
-                run = self._make_run(self.world, [seed])
+                run = self.make_run(self.world, [seed])
             else:
                 body = self.world(seed)
                 check_body_attributes(body, name_value(self.world))

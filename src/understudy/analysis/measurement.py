@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.behavior_run import find_raised_by_all
+from understudy.analysis.behavior_run import find_raised_by_all, find_raised_times
 from understudy.analysis.outcomes import Outcomes
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
@@ -82,22 +82,13 @@ def measure_program_outcomes(
                 engine.tick()
 
     def finished_s() -> Column:
-        return world.finished_s if flag is None else _raised_s(world, engine, flag)
+        if flag is None:
+            return world.finished_s
+        last: Column = find_raised_times(engine, flag, worlds=world.worlds).max(axis=1)  # of all its robots
+        return last
 
     at_once = 1 if plan is None else TICKS_AT_ONCE
     return measure_worlds(world, advance, finished_s, limit_s, at_once=at_once, progress=progress)
-
-
-def _raised_s(world: World, engine: Engine, flag: str) -> Column:
-    """Compute when the last robot of each world raised a flag [B], in s; NaN if one has not.
-
-    A robot stays in the state that raises the flag, so the time at which it entered that state can be read later.
-    """
-    ticks = np.where(
-        engine.find_raised(flag), np.rint(engine.stacks.entered[:, 0] / world.tick_s) + 1, np.nan
-    )
-    last: Column = world.tick_s * ticks.reshape(world.worlds, -1).max(axis=1)
-    return last
 
 
 def measure_team_outcomes(

@@ -29,6 +29,7 @@ class NamedReading:
     keys: tuple[ReadingKey, ...]
     feature: FeatureColumns | None = None
     """How the feature is computed. None: it is a reading of the body."""
+    unit: str = ""
 
     def read(self, percept: Percept) -> Column:
         """Return its values [N] in a snapshot; NaN where it is absent."""
@@ -75,7 +76,7 @@ def find_reading(
     if name in features and _is_sensed(features[name], readings):
         bound = parse_feature(library, text)
         columns = FeatureColumns([BoundFeature(bound.feature, bound.binding.substitute(binding))], body)
-        return NamedReading(text, bound.kind, columns.keys, columns)
+        return NamedReading(text, bound.kind, columns.keys, columns, bound.feature.unit)
     if name not in readings:
         known = list(dict.fromkeys([*features, *readings]))
         raise UnknownName(what="feature or reading", name=name, where=where, known=known)
@@ -85,7 +86,7 @@ def find_reading(
         raise SettingError(where=where, setting=f"reading {text!r}", problem="is not one", remedy=remedy)
     target = call[2] and binding.get(call[2], call[2])
     check_reading_keys([(name, target)], readings=body.readings, targets=body.targets, where=where)
-    return NamedReading(text, readings[name].kind, ((name, target),))
+    return NamedReading(text, readings[name].kind, ((name, target),), unit=readings[name].unit)
 
 
 def _is_sensed(feature: Feature, readings: Mapping[str, Reading]) -> bool:

@@ -17,9 +17,9 @@ from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.drawing import Axes, call_markup, call_plot, format_number_of, format_repr
-from understudy.model.expectation import Expectation
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
+from understudy.model.property import Property
 
 if TYPE_CHECKING:
     import numpy as np
@@ -329,8 +329,8 @@ class Lesson:
         How to learn from the examples.
     record
         Readings at the moments of the examples, from which features can be computed again.
-    outcomes
-        Tests of what the learned automaton must achieve.
+    properties
+        What the learned automaton must do, or never do, from stored moments on.
 
     Raises
     ------
@@ -342,7 +342,7 @@ class Lesson:
     examples: tuple[Example, ...] = ()
     options: LearnerOptions = LearnerOptions()
     record: ReadingLog = field(default_factory=ReadingLog)
-    outcomes: tuple[Expectation, ...] = ()
+    properties: tuple[Property, ...] = ()
 
     def __post_init__(self) -> None:
         if self.automaton.transitions:

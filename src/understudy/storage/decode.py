@@ -7,10 +7,9 @@ from math import nan
 
 from msgspec import UnsetType
 
-from understudy.errors import join_names
+from understudy.errors import DefinitionError, join_names
 from understudy.model.automaton import Automaton, State
 from understudy.model.binding import Binding
-from understudy.model.expectation import Expectation
 from understudy.model.features import (
     AnyFeature,
     BoundFeature,
@@ -33,6 +32,7 @@ from understudy.model.lesson import (
     TreeOptions,
 )
 from understudy.model.library import Kit
+from understudy.model.property import RAISED, Property, PropertyKind, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.storage.encode import EVERY_STATE, format_feature_label
 from understudy.storage.json_text import JsonSteps, Source
@@ -52,6 +52,7 @@ from understudy.storage.schema import (
     LessonDoc,
     NodeDoc,
     OptionsDoc,
+    OutcomeDoc,
     RecordDoc,
     StayDoc,
     TreesDoc,
@@ -156,10 +157,10 @@ def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesso
 
 
 MOST_BYTES = 1 << 27
-"""The largest size in bytes of a part of an expectation, so that a damaged file cannot fill the memory."""
+"""The largest size in bytes of a part of a property, so that a damaged file cannot fill the memory."""
 
 
-def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Expectation, ...]:
+def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Property, ...]:
     found = []
     for index, each in enumerate([] if isinstance(doc.outcomes, UnsetType) else doc.outcomes):
         parts = []
@@ -174,12 +175,25 @@ def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Expectat
         with source.convert_errors((*here, index)):
             scenario, snapshot = parts[0].decode("utf-8", errors="replace"), parts[1]
             targets = Binding(each.targets)
-            found.append(
-                Expectation(
-                    each.flag, each.within_s, each.world, scenario, snapshot, each.agent, each.sort, targets
-                )
-            )
+            limit_s = None if isinstance(each.limit_s, UnsetType) else each.limit_s
+            start = StoredMoment(each.world, scenario, snapshot, each.agent, each.sort, limit_s)
+            found.append(_make_property(each, start, targets))
     return tuple(found)
+
+
+def _make_property(doc: OutcomeDoc, start: StoredMoment, targets: Binding) -> Property:
+    seconds = None if isinstance(doc.within_s, UnsetType) else doc.within_s
+    if not isinstance(doc.flag, UnsetType):
+        kind, what = PropertyKind.ALWAYS, f"{doc.flag}{RAISED}"
+    elif isinstance(doc.kind, UnsetType) or isinstance(doc.what, UnsetType):
+        raise DefinitionError(
+            what="a property",
+            problem="it has neither a flag nor a kind",
+            remedy="give it a flag, or kind and what",
+        )
+    else:
+        kind, what = PropertyKind(doc.kind), doc.what
+    return Property(kind=kind, what=what, seconds=seconds, start=start, targets=targets)
 
 
 def _options(doc: OptionsDoc) -> LearnerOptions:

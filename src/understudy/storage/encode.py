@@ -12,11 +12,11 @@ from msgspec import UNSET
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.binding import format_bound_name
-from understudy.model.expectation import Expectation
 from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimerFeature
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, LearnerOptions, Lesson, ReadingLog, TreeOptions
 from understudy.model.library import TrainedAutomaton
+from understudy.model.property import Property, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree
 from understudy.storage.packing import pack_bytes, pack_column
 from understudy.storage.schema import (
@@ -97,7 +97,7 @@ def format_feature_label(bound: BoundFeature) -> str:
 
 
 def encode_lesson(lesson: Lesson) -> LessonDoc:
-    """Encode a lesson's options, examples, record and expectations."""
+    """Encode a lesson's options, examples, record and properties."""
     features = lesson.automaton.features
     examples = sort_examples(lesson).examples
     return LessonDoc(
@@ -105,20 +105,29 @@ def encode_lesson(lesson: Lesson) -> LessonDoc:
         examples=[_example_doc(example, features) for example in examples if example.is_from_press],
         watched=_watched_docs([example for example in examples if not example.is_from_press], features),
         record=_record_doc(lesson.record),
-        outcomes=[_outcome_doc(outcome) for outcome in lesson.outcomes] or UNSET,
+        outcomes=[
+            _outcome_doc(each, each.start)
+            for each in lesson.properties
+            if isinstance(each.start, StoredMoment)
+        ]
+        or UNSET,
     )
 
 
-def _outcome_doc(outcome: Expectation) -> OutcomeDoc:
+def _outcome_doc(stored: Property, start: StoredMoment) -> OutcomeDoc:
+    by_flag = stored.flag is not None
     return OutcomeDoc(
-        flag=outcome.flag,
-        within_s=outcome.within_s,
-        world=outcome.world,
-        agent=outcome.agent,
-        sort=outcome.sort,
-        targets=dict(outcome.targets),
-        scenario=pack_bytes(outcome.scenario.encode()),
-        snapshot=pack_bytes(outcome.snapshot),
+        flag=stored.flag or UNSET,
+        kind=UNSET if by_flag else stored.kind.value,
+        what=UNSET if by_flag else stored.what,
+        within_s=UNSET if stored.seconds is None else stored.seconds,
+        limit_s=UNSET if start.limit_s is None else start.limit_s,
+        world=start.world,
+        agent=start.agent,
+        sort=start.sort,
+        targets=dict(stored.targets),
+        scenario=pack_bytes(start.scenario.encode()),
+        snapshot=pack_bytes(start.snapshot),
     )
 
 

@@ -133,10 +133,13 @@ class RecordDoc(DocStruct, omit_defaults=False, kw_only=True):
 
 
 class OutcomeDoc(DocStruct, kw_only=True):
-    """An expectation of the lesson; `scenario` and `snapshot` are base64 of zlib."""
+    """A property from a stored moment: a `flag` in time, or a `kind` with `what`. Packed parts are base64 of zlib."""
 
-    flag: DocName
-    within_s: float
+    flag: DocName | UnsetType = UNSET
+    kind: Literal["never", "always", "never longer", "progress"] | UnsetType = UNSET
+    what: str | UnsetType = UNSET
+    within_s: float | UnsetType = UNSET
+    limit_s: float | UnsetType = UNSET
     world: str
     agent: DocCount = 0
     sort: str = ""
@@ -146,7 +149,7 @@ class OutcomeDoc(DocStruct, kw_only=True):
 
 
 class LessonDoc(DocStruct, omit_defaults=False, kw_only=True):
-    """The lesson: options, examples and record; `outcomes`, its expectations, is left out if there are none."""
+    """The lesson: options, examples and record; `outcomes`, its properties, is left out if there are none."""
 
     options: OptionsDoc
     examples: list[ExampleDoc]

@@ -10,10 +10,10 @@ from understudy.errors import SessionError, UnknownName
 from understudy.learning.mislabels import list_press_examples
 from understudy.model.automaton import State
 from understudy.model.binding import Binding
-from understudy.model.expectation import Expectation
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson
 from understudy.model.library import Library
+from understudy.model.property import Property
 from understudy.training.lesson_design import (
     check_binding_names,
     parse_feature,
@@ -31,7 +31,7 @@ class DesignChange(TypedDict, total=False):
     parameters: Sequence[str]
     stateless: bool
     options: LearnerOptions
-    outcomes: Sequence[Expectation]
+    properties: Sequence[Property]
     names: Mapping[str, str]
 
 
@@ -146,7 +146,7 @@ def change_design(
         automaton=automaton,
         examples=kept,
         options=choice.get("options", lesson.options),
-        outcomes=tuple(choice.get("outcomes", lesson.outcomes)),
+        properties=tuple(choice.get("properties", lesson.properties)),
     )
 
 

@@ -8,18 +8,21 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace as replace_fields
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.commands import run, said
 from tests.ui.cli.forage_parts import goto
 
-from understudy.analysis.expectations import add_expectation, make_expectation
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.property import StoredMoment
 from understudy.model.tree import Tree, make_leaf
+from understudy.properties.stored_moments import add_moment_property, make_moment_property
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.files import format_scenario
 from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
@@ -40,7 +43,7 @@ def fetching(library: Path) -> Path:
     session.direct("done")
     session.tick()
     session.reset(11)
-    add_expectation(session, flag="done", within_s=60.0)
+    add_moment_property(session, flag="done", within_s=60.0)
     save_automaton(library, session.make_trained_automaton())
     return library
 
@@ -67,7 +70,7 @@ def test_all_as_shown(fetching: Path) -> None:
     assert fetch["outcomes"][0]["took_s"] > 1.0
     text = run("test", fetching)
     assert text.exit_code == 0
-    assert "✓ fetch 3 examples, 1 outcome\n" in text.stdout
+    assert "✓ fetch 3 examples, 1 property\n" in text.stdout
     assert "✓ goto nothing recorded\n" in text.stdout
     assert text.stdout.endswith("library, in forage: 5 automata, all as shown\n")
 
@@ -77,12 +80,12 @@ def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
     save_automaton(fetching, TrainedAutomaton(replace(goto, transitions={"start": Tree((make_leaf(0),))})))
     told, text = failed(fetching)
     assert told["fetch"]["failed"] == [
-        {"outcome": "done within 60 s in forage", "problem": None, "comes_with_former": ["goto"]}
+        {"outcome": "done is raised within 60 s in forage", "problem": None, "comes_with_former": ["goto"]}
     ]
     assert (told["goto"]["works"], told["goto"]["former"]) == (True, 1)
     assert told["goto"]["affected"] == ["deposit", "fetch", "harvest", "forage"]
     assert (
-        "promised, and did not come: done within 60 s in forage; it does with the former version of goto"
+        "property fails: done is raised within 60 s in forage; it holds with the former version of goto"
         in text
     )
     assert "changed since version 1; deposit, fetch, harvest and forage run it" in text
@@ -93,10 +96,12 @@ def test_two_outcomes_of_one_wording(fetching: Path) -> None:
     """Each says what is wrong with itself."""
     taught = open_library(fetching, FORAGE_KIT).library.taught["fetch"]
     assert taught.lesson is not None
-    (fine,) = taught.lesson.outcomes
-    slow, broken = replace(fine, within_s=0.2), replace(fine, within_s=0.2, snapshot=b"nothing")
+    (fine,) = taught.lesson.properties
+    assert isinstance(fine.start, StoredMoment)
+    slow = replace(fine, seconds=0.2)
+    broken = replace(slow, start=replace(fine.start, snapshot=b"nothing"))
     save_automaton(
-        fetching, TrainedAutomaton(taught.automaton, replace(taught.lesson, outcomes=(slow, broken)))
+        fetching, TrainedAutomaton(taught.automaton, replace(taught.lesson, properties=(slow, broken)))
     )
     told, text = failed(fetching)
     first, second = told["fetch"]["failed"]
@@ -110,7 +115,7 @@ def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
     assert taught.lesson is not None
     first = taught.lesson.examples[0]
     against = [replace(first, number=number, next="done") for number in (8, 9)]
-    lesson = replace(taught.lesson, examples=(*taught.lesson.examples, *against), outcomes=())
+    lesson = replace(taught.lesson, examples=(*taught.lesson.examples, *against), properties=())
     save_automaton(fetching, TrainedAutomaton(learn_automaton(lesson), lesson))
     told, text = failed(fetching)
     assert told["fetch"]["no_longer"] == [
@@ -134,9 +139,10 @@ def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     session.run_for(1.0)
     session.direct("done")
     session.tick()
-    outcome = make_expectation(session, flag="done", within_s=3.0)
-    assert (outcome.sort, outcome.agent) == ("patrol", 0)
-    add_expectation(session, flag="done", within_s=3.0)
+    outcome = make_moment_property(session, flag="done", within_s=3.0)
+    assert isinstance(outcome.start, StoredMoment)
+    assert (outcome.start.sort, outcome.start.agent) == ("patrol", 0)
+    add_moment_property(session, flag="done", within_s=3.0)
     save_automaton(tmp_path / "patrol", session.make_trained_automaton())
     told = found(tmp_path)
     assert set(told) == {"wander", "servo", "patrol", "patrol/out"}
@@ -208,3 +214,61 @@ def test_the_one_bad_file_is_named(library: Path) -> None:
     assert refused.exit_code == 2
     assert "goto.json" in refused.output
     assert "feature" not in refused.output
+
+
+PROPERTIES = """understudy = "properties"
+version = 1
+[delivers]
+behavior = "forage"
+world = "forage"
+seeds = 5
+always = "goal"
+within_s = 600
+[hurries]
+behavior = "forage"
+world = "forage"
+seeds = 5
+always = "goal"
+within_s = 30
+"""
+
+
+def test_properties_in_worlds(library: Path) -> None:
+    (library / "properties.toml").write_text(PROPERTIES.partition("[hurries]")[0])
+    told = said("test", library)
+    assert told["works"]
+    (delivers,) = told["properties"]
+    assert (delivers["verdict"], delivers["worlds"], delivers["failed"]) == ("holds", 5, [])
+    (library / "properties.toml").write_text(PROPERTIES)
+    result = run("test", library, "--json")
+    assert result.exit_code == 1
+    told = json.loads(result.stdout)
+    assert not told["works"]
+    hurries = told["properties"][1]
+    assert (hurries["property"], hurries["failures"]) == ("goal is reached within 30 s", 5)
+    assert hurries["failed"][0]["failed_s"] == pytest.approx(30.0)
+    text = run("test", library)
+    assert text.exit_code == 1
+    assert "✗ hurries forage in forage: goal is reached within 30 s\n" in text.stdout
+    assert "2 properties: 1 fails, 1 holds\n" in text.stdout
+
+
+MISTAKES = [  # what is written instead, the key that is named
+    (('"goal"', '"front is below 1 m"'), "delivers.always: the body has no feature or reading 'front'"),
+    (('"goal"', '"distance_to(station) is below 1"'), "delivers.always: '1' has no unit"),
+    (('"goal"', '"failed is raised"'), "delivers.always: the behavior has no flag 'failed'"),
+    (('behavior = "forage"', 'behavior = "fly"'), "delivers.behavior: "),
+    (('world = "forage"', 'world = "mars"'), "delivers.world: "),
+    (('world = "forage"', 'world = "plain.toml"'), "delivers.always: scenario 'plain': goal is missing"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), MISTAKES)
+def test_a_mistake_in_properties(change: tuple[str, str], said: str, library: Path) -> None:
+    plain = replace_fields(find_scenario("forage"), goal=None, name="plain")
+    (library / "plain.toml").write_text(format_scenario(plain))
+    (library / "properties.toml").write_text(PROPERTIES.replace(*change, 1))
+    refused = run("test", library)
+    assert refused.exit_code == 2
+    assert f"properties.toml at {said}" in " ".join(refused.output.split())
+    assert "Traceback" not in refused.output

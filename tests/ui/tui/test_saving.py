@@ -13,7 +13,7 @@ from understudy.errors import SessionError
 from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import list_versions, load_version, open_library
 from understudy.ui.controller.formatting import format_saved_message
-from understudy.ui.controller.lesson_actions import add_expectation_here
+from understudy.ui.controller.lesson_actions import add_property_here
 from understudy.ui.controller.open_session import begin_session
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices, make_session_start
@@ -62,8 +62,10 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         press(here, "done")
         here.reset_world()
         here.save()
-        add_expectation_here(here, "done", 1.0)
-        assert here.status.text.startswith("Expected from here: done within 1 s in forage, A = station")
+        add_property_here(here, "done", 1.0)
+        assert here.status.text.startswith(
+            "Property from here: done is raised within 1 s in forage, A = station"
+        )
         assert here.has_unsaved_changes
         here.save()
         saved = here.status
@@ -72,12 +74,15 @@ def test_a_promise_that_is_broken_is_said(tmp_path: Path) -> None:
         assert here.has_unsaved_changes
         here.save()
         assert here.status.tone == "error"
-        assert "goto no longer reaches done within 1 s in forage, A = station" in here.status.text
+        assert (
+            "goto no longer has the property: done is raised within 1 s in forage, A = station"
+            in here.status.text
+        )
         with pytest.raises(SessionError, match="its flags are done"):
-            add_expectation_here(here, "failed", 1.0)
+            add_property_here(here, "failed", 1.0)
     taught = open_library(tmp_path, FORAGE_KIT).library.taught["goto"]
     assert taught.lesson is not None
-    assert len(taught.lesson.outcomes) == 1
+    assert len(taught.lesson.properties) == 1
 
 
 def test_only_some_is_said() -> None:

@@ -117,14 +117,14 @@ def test_a_promise_is_listed_withdrawn_and_undone(made: StudioServer, person: Pa
     assert (session_data(made)["flags"], session_data(made)["outcomes"]) == (["done"], [])
     edition = session_data(made)["edition"]
     person.done("promise", flag="done", within_s=5)
-    assert session_data(made)["outcomes"] == ["done within 5 s in forage, A = station"]
+    assert session_data(made)["outcomes"] == ["done is raised within 5 s in forage, A = station"]
     assert session_data(made)["edition"] > edition
     assert session_data(made)["unsaved"]
     person.done("withdraw", outcome=0)
     assert session_data(made)["outcomes"] == []
     person.done("undo")
-    assert session_data(made)["outcomes"] == ["done within 5 s in forage, A = station"]
-    assert "has no outcome 2: it has 1" in person.say("withdraw", outcome=1)["error"]
+    assert session_data(made)["outcomes"] == ["done is raised within 5 s in forage, A = station"]
+    assert "has no property 2: it has 1" in person.say("withdraw", outcome=1)["error"]
     assert "its flags are done" in person.say("promise", flag="failed", within_s=5)["error"]
 
 
@@ -156,7 +156,7 @@ def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
     person.done("save")
     fetch = person.done("test", name="fetch")["tested"]
     assert (fetch["works"], fetch["worse"]) == (True, [])
-    assert fetch["outcomes"][0]["said"] == "done within 3 s in forage"
+    assert fetch["outcomes"][0]["said"] == "done is raised within 3 s in forage"
     assert fetch["outcomes"][0]["took_s"] > 0
     person.done("open", name="goto")
     person.done("delete", number=3)  # it is never done
@@ -165,10 +165,10 @@ def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
     assert goto["else"] == ["changed since it was saved; fetch runs it"]
     fetch = person.done("test", name="fetch")["tested"]
     assert fetch["worse"] == [
-        "promised, and did not come: done within 3 s in forage; it does with the former version of goto"
+        "property fails: done is raised within 3 s in forage; it holds with the former version of goto"
     ]
     answer = person.done("save")
-    assert answer["worse"] == ["fetch no longer reaches done within 3 s in forage"]
+    assert answer["worse"] == ["fetch no longer has the property: done is raised within 3 s in forage"]
     assert session_data(made)["unsaved"]
     assert "not saved yet" in made.host.status.text
     assert "worse" not in person.done("save", anyway=True)

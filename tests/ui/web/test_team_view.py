@@ -116,4 +116,4 @@ def test_a_coordinator_promises_and_says_why(made: StudioServer, person: Page) -
     last = plain(made.host.session_data())["examples"][-1]["number"]
     person.done("delete", number=last)
     (said,) = person.done("save")["worse"]
-    assert said.startswith("out no longer reaches done within 1 s in patrol")
+    assert said.startswith("out no longer has the property: done is raised within 1 s in patrol")

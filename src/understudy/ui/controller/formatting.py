@@ -107,7 +107,7 @@ def format_targets(view: SessionView) -> str:
 
 
 def format_saved_message(path: Path, worse: tuple[str, ...], others: tuple[str, ...] = ()) -> str:
-    """Say that the automaton is saved, which outcomes are no longer reached, and what others had saved meanwhile."""
+    """Say that the automaton is saved, what no longer holds, and what others had saved meanwhile."""
     if others:
         return "; ".join((format_saved_message(path, worse), *others))
     if not worse:

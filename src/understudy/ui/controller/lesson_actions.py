@@ -1,10 +1,9 @@
-"""Change a lesson outside of presses: quarantine examples, simplify trees, add and remove expectations."""
+"""Change a lesson outside of presses: quarantine examples, simplify trees, add and remove properties."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from understudy.analysis import expectations
 from understudy.analysis.simplify_preview import (
     SimplifyPreview,
     get_simplifiable_lesson,
@@ -12,7 +11,8 @@ from understudy.analysis.simplify_preview import (
 )
 from understudy.errors import SessionError, join_names
 from understudy.learning.pruning_suggestions import replace_pruning
-from understudy.model.expectation import Expectation
+from understudy.model.property import Property
+from understudy.properties import stored_moments
 from understudy.ui.controller.status import StatusMessage, keep_status
 from understudy.ui.controller.trainer import Trainer
 
@@ -45,28 +45,28 @@ def _examples(numbers: Sequence[int]) -> str:
 
 
 @keep_status
-def add_expectation_here(trainer: Trainer, flag: str, within_s: float) -> StatusMessage:
-    """Add an expected outcome: restarted at this moment, the automaton raises a flag in time."""
-    outcome = expectations.add_expectation(trainer.session, flag=flag, within_s=within_s)
+def add_property_here(trainer: Trainer, flag: str, within_s: float) -> StatusMessage:
+    """Add a property: restarted at this moment, the automaton raises a flag in time."""
+    added = stored_moments.add_moment_property(trainer.session, flag=flag, within_s=within_s)
     trainer.refresh_view()
-    return StatusMessage(f"Expected from here: {outcome}; undo reverts this")
+    return StatusMessage(f"Property from here: {added}; undo reverts this")
 
 
 @keep_status
-def remove_expectation(trainer: Trainer, number: int) -> StatusMessage:
-    """Remove the expected outcome with this number, from 0."""
-    outcome = find_expectation(trainer, number)
-    kept = trainer.session.lesson.outcomes
-    trainer.session.change_design(outcomes=(*kept[:number], *kept[number + 1 :]))
+def remove_property(trainer: Trainer, number: int) -> StatusMessage:
+    """Remove the property with this number, from 0."""
+    removed = find_property(trainer, number)
+    kept = trainer.session.lesson.properties
+    trainer.session.change_design(properties=(*kept[:number], *kept[number + 1 :]))
     trainer.refresh_view()
-    return StatusMessage(f"No longer expected: {outcome}; undo reverts this")
+    return StatusMessage(f"Property removed: {removed}; undo reverts this")
 
 
-def find_expectation(trainer: Trainer, number: int) -> Expectation:
-    """Find the expected outcome with this number; SessionError if there is none."""
-    kept = trainer.session.lesson.outcomes
+def find_property(trainer: Trainer, number: int) -> Property:
+    """Find the property with this number; SessionError if there is none."""
+    kept = trainer.session.lesson.properties
     if not 0 <= number < len(kept):
-        raise SessionError(f"{trainer.name} has no outcome {number + 1}: it has {len(kept)}")
+        raise SessionError(f"{trainer.name} has no property {number + 1}: it has {len(kept)}")
     return kept[number]
 
 

@@ -1,4 +1,4 @@
-"""Command `understudy test`: test a library on its own lessons, and compare it with former versions."""
+"""Command `understudy test`: test a library on its lessons and properties, and compare it with former versions."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
-    from understudy.analysis.lesson_tests import LessonTestResult
     from understudy.model.library import Kit, Library, TrainedAutomaton
+    from understudy.properties.lesson_tests import LessonTestResult
+    from understudy.properties.library_properties import FittingLibraries
+    from understudy.properties.run_property import PropertyResult
     from understudy.sim.scenario.schema import Scenario
 
 
@@ -38,15 +40,16 @@ def run_library_tests(
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Test a library on its own lessons: every recorded moment and every expected outcome.
+    """Test a library: every recorded moment of its lessons, and every property.
 
-    Each automaton is compared with its last former version. The exit code is 1 if something that worked no longer
-    does, or if an expected outcome does not occur.
+    Each automaton is compared with its last former version. Properties are those stored in lessons, and those of the
+    file properties.toml in the library's folder. The exit code is 1 if something that worked no longer does, or if a
+    property fails.
 
     [dim]understudy test demo/library[/]
     """
-    from understudy.analysis.lesson_tests import describe_test_result, run_lesson_test
     from understudy.errors import SettingError
+    from understudy.properties.lesson_tests import describe_test_result, run_lesson_test
     from understudy.storage.library_folder import list_documents
     from understudy.ui.cli.library_data import find_fitting_world
     from understudy.ui.cli.options import find_kit, open_scenario, open_team_libraries
@@ -73,7 +76,11 @@ def run_library_tests(
                 (_make_row(label, seen, version), list(describe_test_result(seen, f"version {version}")))
             )
     rows = [row for row, _ in found]
-    result = LibraryTestResult(library, where.name, all(row.works for row in rows), rows)
+    tested = list(_run_properties(library, kit, quiet=as_json))
+    works = all(row.works for row in rows) and all(each.was_met for each in tested)
+    result = LibraryTestResult(
+        library, where.name, works, rows, [_make_property_row(each) for each in tested]
+    )
     if as_json:
         print_json(result)
     else:
@@ -82,17 +89,18 @@ def run_library_tests(
 
 
 @dataclass(frozen=True, slots=True)
-class OutcomeRow:
-    """Expected outcome of a lesson, the time until it occurred (s), and why it could not be tested."""
+class LessonPropertyRow:
+    """Property of a lesson, the time until it was reached (s), why it could not be tested, and whether it held."""
 
     outcome: str
     took_s: float | None
     problem: str | None
+    held: bool
 
 
 @dataclass(frozen=True, slots=True)
-class FailedOutcomeRow:
-    """Expected outcome that did not occur, and the automata whose former versions would reach it."""
+class FailedPropertyRow:
+    """Property of a lesson that failed, and the automata with whose former versions it holds."""
 
     outcome: str
     problem: str | None
@@ -116,8 +124,8 @@ class AutomatonTestRow:
     otherwise: Sequence[int]
     """Numbers of the examples that are decided differently than shown."""
     changes_before: Sequence[DecisionChange]
-    outcomes: Sequence[OutcomeRow]
-    failed: Sequence[FailedOutcomeRow]
+    outcomes: Sequence[LessonPropertyRow]
+    failed: Sequence[FailedPropertyRow]
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +136,83 @@ class LibraryTestResult:
     world: str
     works: bool
     automata: Sequence[AutomatonTestRow]
+    properties: Sequence[PropertyRow]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PropertyRow:
+    """Test results of one property of the library's file."""
+
+    name: str
+    property: str
+    """The property in words."""
+    behavior: str
+    world: str
+    verdict: str
+    """"holds", "fails" or "undecided"."""
+    at_least: float | None
+    """The share of worlds that it claims to hold in; None for all."""
+    worlds: int
+    failures: int
+    failure_rate_low: float
+    """The lower limit of the 95 % interval of the failure rate, from 0 to 1."""
+    failure_rate_high: float
+    """The upper limit of that interval; without a failure and `at_least`, the one-sided limit of 95 %."""
+    least_robustness: float | None
+    failed: Sequence[FailedWorldRow]
+    """The worlds in which it failed."""
+    sentences: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class FailedWorldRow:
+    """World in which a property failed: its seed, when (s), and how clearly (below 0)."""
+
+    seed: int
+    failed_s: float
+    robustness: float
+
+
+def _run_properties(library: Path, kit: str | None, *, quiet: bool) -> Iterator[PropertyResult]:
+    """Test the properties of a library's file, if there is one."""
+    from understudy.properties.library_properties import FittingLibraries, run_library_properties
+    from understudy.properties.property_file import FILE
+    from understudy.ui.cli.options import find_kit, open_scenario, open_team_libraries
+    from understudy.ui.cli.output import show_progress
+
+    def open_world(world: str) -> FittingLibraries:
+        where = open_scenario(world)
+        return FittingLibraries(where, open_team_libraries(where, None, library, find_kit(kit, world)))
+
+    if (library / FILE).exists():
+        with show_progress("Worlds run", quiet=quiet) as report:
+            yield from run_library_properties(library / FILE, open_world, progress=report)
+
+
+def _make_property_row(result: PropertyResult) -> PropertyRow:
+    from understudy.properties.run_property import describe_result
+
+    tested, outcomes = result.tested, result.outcomes
+    low, high = result.failure_interval
+    return PropertyRow(
+        name=tested.name,
+        property=tested.claim,
+        behavior=tested.behavior,
+        world=tested.start.world,
+        verdict=result.verdict,
+        at_least=tested.at_least,
+        worlds=result.worlds,
+        failures=result.failures,
+        failure_rate_low=low,
+        failure_rate_high=high,
+        least_robustness=float(outcomes.robustness.min()) if result.worlds else None,
+        failed=[
+            FailedWorldRow(seed, float(outcomes.failed_s[row]), float(outcomes.robustness[row]))
+            for row, seed in enumerate(result.seeds)
+            if not outcomes.held[row]
+        ],
+        sentences=list(describe_result(result)),
+    )
 
 
 def _places(
@@ -166,7 +251,7 @@ def _former(place: Path, library: Library) -> dict[str, tuple[int, TrainedAutoma
 
 
 def _make_row(label: str, seen: LessonTestResult, former: int | None) -> AutomatonTestRow:
-    from understudy.analysis.lesson_tests import describe_lost_decisions
+    from understudy.properties.lesson_tests import describe_lost_decisions
 
     replay = seen.replayed
     return AutomatonTestRow(
@@ -181,9 +266,12 @@ def _make_row(label: str, seen: LessonTestResult, former: int | None) -> Automat
         different=replay.different,
         otherwise=[each.number for each in replay.mismatches],
         changes_before=replay.changes,
-        outcomes=[OutcomeRow(str(each.outcome), each.took_s, each.problem or None) for each in seen.outcomes],
+        outcomes=[
+            LessonPropertyRow(str(each.tested), each.took_s, each.problem or None, each.was_met)
+            for each in seen.properties
+        ],
         failed=[
-            FailedOutcomeRow(str(each.tried.outcome), each.tried.problem or None, each.since)
+            FailedPropertyRow(str(each.result.tested), each.result.problem or None, each.since)
             for each in seen.failed
         ],
     )
@@ -199,9 +287,15 @@ def _show(result: LibraryTestResult, found: list[tuple[AutomatonTestRow, list[st
         mark = "[red]✗[/]" if not each.works else "[yellow]•[/]" if lines else "[green]✓[/]"
         about = format_count(each.examples, "example") if each.examples else "nothing recorded"
         if each.outcomes:
-            about += f", {format_count(len(each.outcomes), 'outcome')}"
+            about += f", {format_count(len(each.outcomes), 'property', 'properties')}"
         out.print(f"{mark} [bold]{escape(each.name)}[/] [dim]{about}[/]")
         for line in lines:
+            out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
+    for row in result.properties:
+        mark = {"fails": "[red]✗[/]", "undecided": "[yellow]•[/]"}.get(row.verdict, "[green]✓[/]")
+        about = f"{row.behavior} in {row.world}: {row.property}"
+        out.print(f"{mark} [bold]{escape(row.name)}[/] [dim]{escape(about)}[/]", soft_wrap=True)
+        for line in row.sentences:
             out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
     bad = sum(not each.works for each, _ in found)
     said = (
@@ -211,3 +305,20 @@ def _show(result: LibraryTestResult, found: list[tuple[AutomatonTestRow, list[st
     )
     tested = format_count(len(found), "automaton", "automata")
     out.print(f"{escape(str(result.library))}, in {escape(result.world)}: {tested}, {said}", soft_wrap=True)
+    if result.properties:
+        out.print(_count_verdicts(result.properties), soft_wrap=True)
+
+
+def _count_verdicts(rows: Sequence[PropertyRow]) -> str:
+    """Return how many properties hold, fail, and are undecided, with colors."""
+    from understudy.ui.cli.output import format_count
+
+    verdicts = [row.verdict for row in rows]
+    parts = []
+    if fails := verdicts.count("fails"):
+        parts.append(f"[red]{format_count(fails, 'fails', 'fail')}[/]")
+    if undecided := verdicts.count("undecided"):
+        parts.append(f"[yellow]{undecided} undecided[/]")
+    if holds := verdicts.count("holds"):
+        parts.append(f"[green]{format_count(holds, 'holds', 'hold')}[/]")
+    return f"{format_count(len(rows), 'property', 'properties')}: {', '.join(parts)}"

@@ -1,4 +1,4 @@
-"""The requests of the page about explanations, expectations, tests, versions and pruning."""
+"""The requests of the page about explanations, properties, tests, versions and pruning."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, TypeAlias
 
 from msgspec import Meta
 
-from understudy.model.expectation import LONGEST_S
+from understudy.model.property import LONGEST_S
 from understudy.ui.web.messages.base import Index, Message, NameField
 
 Seconds: TypeAlias = Annotated[float, Meta(gt=0, le=LONGEST_S)]
@@ -20,21 +20,21 @@ class RequestExplanation(Message, frozen=True, kw_only=True, tag="why"):
     by_anyone: ClassVar[bool] = True
 
 
-class AddExpectation(Message, frozen=True, kw_only=True, tag="promise"):
-    """Expect the automaton to raise a flag in time, from the present moment on."""
+class AddProperty(Message, frozen=True, kw_only=True, tag="promise"):
+    """Add the property that the automaton raises a flag in time, from the present moment on."""
 
     flag: NameField
     within_s: Seconds
 
 
-class RemoveExpectation(Message, frozen=True, kw_only=True, tag="withdraw"):
-    """Remove an expectation, given by its position in the lesson."""
+class RemoveProperty(Message, frozen=True, kw_only=True, tag="withdraw"):
+    """Remove a property, given by its position in the lesson."""
 
     outcome: Index
 
 
-class GoToExpectation(Message, frozen=True, kw_only=True, tag="visit"):
-    """Go to the moment of an expectation."""
+class GoToProperty(Message, frozen=True, kw_only=True, tag="visit"):
+    """Go to the moment of a property."""
 
     outcome: Index
 

@@ -6,19 +6,20 @@ from itertools import count, islice
 
 from msgspec import field
 
-from understudy.analysis import lesson_tests
 from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, find_success_flag, make_evaluation_task
-from understudy.analysis.lesson_tests import (
-    LessonTestResult,
-    find_regressions_since_saved,
-    list_dependencies,
-    run_lesson_test,
-)
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
 from understudy.model.binding import format_bound_name
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.property import StoredMoment
+from understudy.properties import lesson_tests
+from understudy.properties.lesson_tests import (
+    LessonTestResult,
+    find_regressions_since_saved,
+    list_dependencies,
+    run_lesson_test,
+)
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.world import World
@@ -31,7 +32,7 @@ from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.review import (
     CancelEvaluation,
     EvaluateSession,
-    GoToExpectation,
+    GoToProperty,
     PreviewSimplify,
     TestLesson,
 )
@@ -43,13 +44,15 @@ MOST_WORLDS = 1000
 SAVED = "it was saved"
 
 
-class PromiseTestedData(Data, frozen=True, kw_only=True):
-    """The result of testing an expected outcome of the lesson."""
+class PropertyTestedData(Data, frozen=True, kw_only=True):
+    """The result of testing a property of the lesson."""
 
     said: str
+    held: bool
     took_s: float | None
+    """The time until what it demands was reached, s; null where it was not, or the property demands nothing."""
     problem: str
-    """Why the outcome did not occur; empty if it did."""
+    """Why it could not be tested; empty if it could."""
 
 
 class TestedData(Data, frozen=True, kw_only=True):
@@ -58,7 +61,7 @@ class TestedData(Data, frozen=True, kw_only=True):
     name: str
     works: bool
     examples: int
-    outcomes: list[PromiseTestedData]
+    outcomes: list[PropertyTestedData]
     """In the order of the lesson."""
     worse: list[str]
     """The regressions: what worked before and no longer does."""
@@ -111,8 +114,10 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
         works=seen.is_passing,
         examples=seen.replayed.examples,
         outcomes=[
-            PromiseTestedData(said=str(each.outcome), took_s=each.took_s, problem=each.problem)
-            for each in seen.outcomes
+            PropertyTestedData(
+                said=str(each.tested), held=each.was_met, took_s=each.took_s, problem=each.problem
+            )
+            for each in seen.properties
         ],
         worse=list(lesson_tests.describe_regressions(seen)),
         else_=list(lesson_tests.describe_other_differences(seen, former)),
@@ -173,21 +178,22 @@ def handle_cancel_evaluation(host: SessionHost, _: CancelEvaluation) -> StatusMe
     return StatusMessage("Test cancelled") if running else None
 
 
-def go_to_expectation(host: SessionHost, message: GoToExpectation) -> StatusMessage:
-    """Restore the moment at which an outcome was expected, with the automaton restarted; record nothing."""
+def go_to_property(host: SessionHost, message: GoToProperty) -> StatusMessage:
+    """Restore the moment from which a property starts, with the automaton restarted; record nothing."""
     trainer = host.active_trainer
-    outcome = lesson_actions.find_expectation(trainer, message.outcome)
-    if outcome.scenario != format_scenario(host.world.scenario) or outcome.sort != (host.sort or ""):
-        raise SessionError(f"this outcome is expected in another world: {outcome.world} as it was then")
-    if outcome.agent != trainer.session.agent:
-        raise SessionError(
-            f"this outcome is expected of robot {outcome.agent + 1}: train that robot to see it"
-        )
+    subject = lesson_actions.find_property(trainer, message.outcome)
+    start = subject.start
+    if not isinstance(start, StoredMoment):
+        raise SessionError("this property has no stored moment")
+    if start.scenario != format_scenario(host.world.scenario) or start.sort != (host.sort or ""):
+        raise SessionError(f"this property starts in another world: {start.world} as it was then")
+    if start.agent != trainer.session.agent:
+        raise SessionError(f"this property is about robot {start.agent + 1}: train that robot to see it")
     others = trainer.session.other_agents.snapshot()
-    host.go_back(SessionSnapshot(outcome.snapshot, (), trainer.session.mode, others))
-    if dict(outcome.targets) != dict(trainer.session_view.targets):
-        trainer.bind_targets(outcome.targets)
-    return StatusMessage(f"Expected from here: {outcome}")
+    host.go_back(SessionSnapshot(start.snapshot, (), trainer.session.mode, others))
+    if dict(subject.targets) != dict(trainer.session_view.targets):
+        trainer.bind_targets(subject.targets)
+    return StatusMessage(f"Property from here: {subject}")
 
 
 class LeavesData(Data, frozen=True, kw_only=True):

@@ -194,7 +194,7 @@ class LessonData(Data, frozen=True, kw_only=True):
     flags: list[str]
     """The flags that it can raise: done, failed, or any name."""
     outcomes: list[str]
-    """The expected outcomes, such as "done within 20 s in forage, A = station"."""
+    """The properties, such as "done is raised within 20 s in forage, A = station"."""
     pruning: float | None
     """How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees."""
     edition: int
@@ -330,7 +330,7 @@ class SessionViewBuilder:
                 unlearning=options.unlearning,
                 live=options.live,
                 flags=list(dict.fromkeys(state.flag for state in automaton.states if state.flag)),
-                outcomes=list(map(str, lesson.outcomes)),
+                outcomes=list(map(str, lesson.properties)),
                 pruning=options.learner.pruning if isinstance(options.learner, TreeOptions) else None,
                 edition=1 if self._lesson is None else self._lesson.edition + 1,
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,23 +13,27 @@ from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.training.lessons import session as scripted
 from tests.ui.cli.forage_parts import goto
 
-from understudy.analysis.expectations import add_expectation, make_expectation, run_expectation
-from understudy.analysis.lesson_tests import (
+from understudy.errors import DefinitionError, SessionError
+from understudy.learning.fit import learn_automaton
+from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature, Feature, ReadingsView
+from understudy.model.kinds import Column, Continuous
+from understudy.model.lesson import LearnerOptions, SklearnOptions
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.property import Property, PropertyKind, StoredMoment
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.properties.lesson_tests import (
     find_regressions,
     list_dependencies,
     list_dependents,
     run_lesson_test,
 )
-from understudy.errors import DefinitionError, SessionError
-from understudy.learning.fit import learn_automaton
-from understudy.model.automaton import START, Automaton, State
-from understudy.model.binding import Binding
-from understudy.model.expectation import Expectation
-from understudy.model.features import BoundFeature, Feature, ReadingsView
-from understudy.model.kinds import Column, Continuous
-from understudy.model.lesson import LearnerOptions, SklearnOptions
-from understudy.model.library import Library, TrainedAutomaton
-from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.properties.stored_moments import (
+    add_moment_property,
+    make_moment_property,
+    run_moment_property,
+)
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.storage.library_folder import open_document, save_automaton
@@ -58,45 +63,53 @@ def taught() -> Session:
     return made
 
 
+def at(subject: Property, **changes: Any) -> Property:
+    """Let a property start at a changed moment."""
+    assert isinstance(subject.start, StoredMoment)
+    return replace(subject, start=replace(subject.start, **changes))
+
+
 def test_it_comes_or_it_does_not() -> None:
     made = taught()
     fetch = made.make_trained_automaton()
     library = LIBRARY.with_automaton(fetch)
-    promised = make_expectation(made, flag="done", within_s=60.0)
-    came = run_expectation(promised, "fetch", library)
+    promised = make_moment_property(made, flag="done", within_s=60.0)
+    came = run_moment_property(promised, "fetch", library)
     assert came.was_met
     assert came.took_s is not None
-    assert came.took_s == run_expectation(promised, "fetch", library).took_s, "a world is the same every time"
-    assert run_expectation(replace(promised, within_s=came.took_s), "fetch", library).was_met
-    assert not run_expectation(replace(promised, within_s=came.took_s - 0.1), "fetch", library).was_met
-    assert not run_expectation(promised, "fetch", library.with_automaton(TrainedAutomaton(SITS))).was_met
+    assert came.took_s == run_moment_property(promised, "fetch", library).took_s, (
+        "a world is the same every time"
+    )
+    assert run_moment_property(replace(promised, seconds=came.took_s), "fetch", library).was_met
+    assert not run_moment_property(replace(promised, seconds=came.took_s - 0.1), "fetch", library).was_met
+    assert not run_moment_property(promised, "fetch", library.with_automaton(TrainedAutomaton(SITS))).was_met
 
 
 def test_another_flag_is_not_what_was_promised() -> None:
     """It gives up at once instead."""
-    promised = make_expectation(taught(), flag="done", within_s=5.0)
+    promised = make_moment_property(taught(), flag="done", within_s=5.0)
     states = (START, State("done", flag="done"), State("failed", flag="failed"))
     for index, came in ((1, True), (2, False)):
         fetch = Automaton("fetch", states, transitions={"start": Tree((make_leaf(index),))})
         assert (
-            run_expectation(promised, "fetch", LIBRARY.with_automaton(TrainedAutomaton(fetch))).was_met
+            run_moment_property(promised, "fetch", LIBRARY.with_automaton(TrainedAutomaton(fetch))).was_met
             is came
         )
 
 
 def test_what_cannot_be_tried_says_why() -> None:
     made = taught()
-    promised = make_expectation(made, flag="done", within_s=5.0)
-    assert "has no behavior 'fetch'" in run_expectation(promised, "fetch", LIBRARY).problem
+    promised = make_moment_property(made, flag="done", within_s=5.0)
+    assert "has no behavior 'fetch'" in run_moment_property(promised, "fetch", LIBRARY).problem
     library = LIBRARY.with_automaton(made.make_trained_automaton())
-    assert "snapshot" in run_expectation(replace(promised, snapshot=b"nothing"), "fetch", library).problem
-    assert "TOML" in run_expectation(replace(promised, scenario="nothing ="), "fetch", library).problem
+    assert "snapshot" in run_moment_property(at(promised, snapshot=b"nothing"), "fetch", library).problem
+    assert "TOML" in run_moment_property(at(promised, scenario="nothing ="), "fetch", library).problem
     for agent in (1, -1):
         assert (
             f"no agent {agent} in its world"
-            in run_expectation(replace(promised, agent=agent), "fetch", library).problem
+            in run_moment_property(at(promised, agent=agent), "fetch", library).problem
         )
-    assert "sort 'forager'" in run_expectation(replace(promised, sort="patrol"), "fetch", library).problem
+    assert "sort 'forager'" in run_moment_property(at(promised, sort="patrol"), "fetch", library).problem
 
 
 def test_what_breaks_on_the_way_says_why() -> None:
@@ -111,8 +124,8 @@ def test_what_breaks_on_the_way_says_why() -> None:
     cut = Tree((Node(TestKind.BELOW, 0, high=9.0, yes=1, no=2), make_leaf(1), make_leaf(2)))
     states = (START, State("forward", "forward"), State("done", flag="done"))
     fetch = Automaton("fetch", states, (feature,), transitions={"start": cut, "forward": cut})
-    found = run_expectation(
-        make_expectation(taught(), flag="done", within_s=5.0),
+    found = run_moment_property(
+        make_moment_property(taught(), flag="done", within_s=5.0),
         "fetch",
         LIBRARY.with_automaton(TrainedAutomaton(fetch)),
     )
@@ -124,42 +137,42 @@ def test_a_promise_is_a_step_that_is_kept_and_undone(tmp_path: Path) -> None:
     made = session(tmp_path / "journal")
     made.direct("goto")
     made.run_for(1.0)
-    first = add_expectation(made, flag="done", within_s=5.0)
+    first = add_moment_property(made, flag="done", within_s=5.0)
     made.run_for(1.0)
-    second = add_expectation(made, flag="done", within_s=7.0)
-    assert list(made.lesson.outcomes) == [first, second]
-    assert first.snapshot != second.snapshot
+    second = add_moment_property(made, flag="done", within_s=7.0)
+    assert list(made.lesson.properties) == [first, second]
+    assert first.start != second.start
     path = save_automaton(tmp_path, made.make_trained_automaton())
     assert '"within_s": 7' in path.read_text()
     kept = open_document(path, FORAGE_KIT).taught.lesson
     assert kept is not None
-    assert kept.outcomes == (first, second)
-    assert made.undo() == "choose outcomes"
-    assert list(made.lesson.outcomes) == [first]
+    assert kept.properties == (first, second)
+    assert made.undo() == "choose properties"
+    assert list(made.lesson.properties) == [first]
     made.close()
     again = Session.resume(tmp_path / "journal", Forage([9]), LIBRARY)
-    assert list(again.lesson.outcomes) == [first]
+    assert list(again.lesson.properties) == [first]
     again.redo()
-    assert list(again.lesson.outcomes) == [first, second]
+    assert list(again.lesson.properties) == [first, second]
     again.close()
 
 
 def test_what_cannot_be_promised() -> None:
     with pytest.raises(SessionError, match="its flags are done"):
-        make_expectation(session(), flag="failed", within_s=5.0)
+        make_moment_property(session(), flag="failed", within_s=5.0)
     with pytest.raises(DefinitionError, match="above 0"):
-        make_expectation(session(), flag="done", within_s=0.0)
+        make_moment_property(session(), flag="done", within_s=0.0)
     with pytest.raises(SessionError, match="simulated"):
-        make_expectation(scripted(flags=("done",)), flag="done", within_s=1.0)
+        make_moment_property(scripted(flags=("done",)), flag="done", within_s=1.0)
 
 
 def test_a_change_below_is_found_from_above() -> None:
     """GoTo changes so that it never arrives: what fetches with it no longer does, and its former version is named."""
     made = taught()
-    add_expectation(made, flag="done", within_s=60.0)
+    add_moment_property(made, flag="done", within_s=60.0)
     library = LIBRARY.with_automaton(made.make_trained_automaton())
     seen = run_lesson_test(library, "fetch", {})
-    assert (seen.is_passing, len(seen.outcomes), seen.affected) == (True, 1, ())
+    assert (seen.is_passing, len(seen.properties), seen.affected) == (True, 1, ())
     broken = library.with_automaton(TrainedAutomaton(SITS))
     seen = run_lesson_test(broken, "fetch", {"goto": TrainedAutomaton(goto)})
     assert not seen.is_passing
@@ -167,7 +180,7 @@ def test_a_change_below_is_found_from_above() -> None:
     seen = run_lesson_test(broken, "goto", {"goto": TrainedAutomaton(goto)})
     assert (seen.is_passing, seen.changed, seen.affected) == (True, True, ("fetch",))
     (said,) = find_regressions(library, TrainedAutomaton(SITS), TrainedAutomaton(goto))
-    assert said == "fetch no longer reaches done within 60 s in forage"
+    assert said == "fetch no longer has the property: done is raised within 60 s in forage"
     assert find_regressions(library, TrainedAutomaton(goto), TrainedAutomaton(goto)) == ()
     assert find_regressions(library, TrainedAutomaton(goto), None) == ()
 
@@ -183,20 +196,20 @@ def test_what_coordinators_promised_is_tried_with_what_everybody_knows() -> None
     made.run_for(1.0)
     made.direct("done")
     made.tick()
-    add_expectation(made, flag="done", within_s=3.0)
+    add_moment_property(made, flag="done", within_s=3.0)
     former = made.make_trained_automaton()
     made.delete(max(example.number for example in made.examples))
     coordinators = known["patrol"]
     assert find_regressions(coordinators, made.make_trained_automaton(), former) == ()
     assert find_regressions(coordinators, made.make_trained_automaton(), former, known) == (
-        "out no longer reaches done within 3 s in patrol",
+        "out no longer has the property: done is raised within 3 s in patrol",
     )
     known["patrol"] = coordinators.with_automaton(former)
     wander = ROBOTS.taught["wander"]
     unbound = TrainedAutomaton(replace(wander.automaton, parameters=("A",)))
     assert find_regressions(ROBOTS, unbound, wander) == ()
     assert find_regressions(ROBOTS, unbound, wander, known) == (
-        "patrol/out no longer reaches done within 3 s in patrol",
+        "patrol/out no longer has the property: done is raised within 3 s in patrol",
     )
     assert find_regressions(ROBOTS, wander, wander, known) == ()
 
@@ -233,7 +246,10 @@ def test_a_classifier_that_was_fitted_to_the_same_is_the_same() -> None:
         assert run_lesson_test(library, "goto", {"goto": former}).changed is expected
 
 
-def test_outcomes_are_compared() -> None:
-    one = Expectation("done", 5.0, "forage", "", b"")
-    assert str(one) == "done within 5 s in forage"
-    assert str(replace(one, targets=Binding(A="station"))) == "done within 5 s in forage, A = station"
+def test_properties_in_words() -> None:
+    start = StoredMoment("forage", "", b"")
+    one = Property(kind=PropertyKind.ALWAYS, what="done is raised", seconds=5.0, start=start)
+    assert str(one) == "done is raised within 5 s in forage"
+    assert (
+        str(replace(one, targets=Binding(A="station"))) == "done is raised within 5 s in forage, A = station"
+    )

@@ -7,14 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
-from understudy.analysis.expectations import ExpectationResult, run_expectation
 from understudy.analysis.lesson_replay import LessonReplay, replay_lesson
 from understudy.errors import UnderstudyError, join_names
 from understudy.learning.fit import learn
 from understudy.learning.training_set import select_teaching_examples
-from understudy.model.expectation import Expectation
 from understudy.model.lesson import Lesson, ReadingLog, SklearnOptions
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.property import Property, StoredMoment
+from understudy.properties.run_property import PropertyResult
+from understudy.properties.stored_moments import run_moment_property
 from understudy.sim.team.libraries import Libraries
 from understudy.storage.document import fingerprint_automaton
 from understudy.storage.library_folder import make_file_stem, read_document
@@ -25,13 +26,13 @@ MOST_NAMED = 3
 
 
 @dataclass(frozen=True, slots=True)
-class FailedExpectation:
-    """An expectation that was not met.
+class FailedProperty:
+    """A property of a lesson that failed.
 
-    `since` names the automata whose former version, put in the place of the current one, makes it met.
+    `since` names the automata whose former version, put in the place of the current one, makes it hold.
     """
 
-    tried: ExpectationResult
+    result: PropertyResult
     since: tuple[str, ...]
 
 
@@ -39,42 +40,42 @@ class FailedExpectation:
 class LessonTestResult:
     """The result of testing one automaton.
 
-    `replayed` compares its decisions with its lesson and its former version. `outcomes` are the results of its
-    expectations, and `failed` those that were not met. `changed` is True if the automaton or its transition functions
+    `replayed` compares its decisions with its lesson and its former version. `properties` are the results of its
+    properties, and `failed` those that failed. `changed` is True if the automaton or its transition functions
     differ from the former version; `affected` then names the automata that run it, directly or through others.
     """
 
     name: str
     replayed: LessonReplay
-    outcomes: tuple[ExpectationResult, ...]
-    failed: tuple[FailedExpectation, ...]
+    properties: tuple[PropertyResult, ...]
+    failed: tuple[FailedProperty, ...]
     changed: bool
     affected: tuple[str, ...]
 
     @property
     def is_passing(self) -> bool:
-        """True if no decision became wrong since the former version and all expectations were met."""
+        """True if no decision became wrong since the former version and no property failed."""
         return not self.replayed.regressions and not self.failed
 
 
 def run_lesson_test(
     library: Library, name: str, formers: Mapping[str, TrainedAutomaton], libraries: Libraries = NOBODY
 ) -> LessonTestResult:
-    """Test an automaton of a library on its lesson and its expectations.
+    """Test an automaton of a library on its lesson and the properties that are stored in it.
 
     `formers` has the former versions by name, for those automata that have one. `libraries` has the library of each
-    sort of agent, which is needed if the world of an expectation has coordinators.
+    sort of agent, which is needed if the world of a property has coordinators.
     """
     taught, former = library.taught[name], formers.get(name)
     changed = former is not None and has_changed(former, taught)
-    outcomes = [run_expectation(outcome, name, library, libraries) for outcome in _outcomes(taught)]
+    results = [run_moment_property(each, name, library, libraries) for each in _list_properties(taught)]
     return LessonTestResult(
         name,
         replay_lesson(taught, former),
-        tuple(outcomes),
+        tuple(results),
         tuple(
-            FailedExpectation(each, _since(each.outcome, name, library, formers, libraries))
-            for each in outcomes
+            FailedProperty(each, _since(each.tested, name, library, formers, libraries))
+            for each in results
             if not each.was_met
         ),
         changed,
@@ -104,28 +105,28 @@ def _bare(taught: TrainedAutomaton, lesson: Lesson) -> TrainedAutomaton:
         replace(each, moment=None, window=0, quarantined="") for each in select_teaching_examples(lesson)
     )
     return TrainedAutomaton(
-        taught.automaton, replace(lesson, examples=examples, record=ReadingLog(), outcomes=())
+        taught.automaton, replace(lesson, examples=examples, record=ReadingLog(), properties=())
     )
 
 
-def _outcomes(taught: TrainedAutomaton) -> tuple[Expectation, ...]:
-    return () if taught.lesson is None else taught.lesson.outcomes
+def _list_properties(taught: TrainedAutomaton) -> tuple[Property, ...]:
+    return () if taught.lesson is None else taught.lesson.properties
 
 
 def _since(
-    outcome: Expectation,
+    subject: Property,
     name: str,
     library: Library,
     formers: Mapping[str, TrainedAutomaton],
     libraries: Libraries,
 ) -> tuple[str, ...]:
-    """List the automata whose former version makes an expectation met."""
+    """List the automata whose former version makes a property hold."""
     found = []
     for each in list_dependencies(library, name):
         former = formers.get(each)
         if former is None or not has_changed(former, library.taught[each]):
             continue
-        if run_expectation(outcome, name, library.with_automaton(former), libraries).was_met:
+        if run_moment_property(subject, name, library.with_automaton(former), libraries).was_met:
             found.append(each)
     return tuple(found)
 
@@ -180,10 +181,10 @@ def _ordered(library: Library, name: str) -> Iterator[str]:
 def find_regressions(
     library: Library, taught: TrainedAutomaton, former: TrainedAutomaton | None, libraries: Libraries = NOBODY
 ) -> tuple[str, ...]:
-    """List, one sentence each, the presses and expectations that a new version of an automaton breaks.
+    """List, one sentence each, the presses and properties that a new version of an automaton breaks.
 
-    Each worked with the former version. Expectations of all automata that run the automaton are tested too.
-    `libraries` has the library of each sort of agent, including `library`; if it is empty, expectations of
+    Each worked with the former version. Properties of all automata that run the automaton are tested too.
+    `libraries` has the library of each sort of agent, including `library`; if it is empty, properties of
     coordinators are skipped.
     """
     if former is None:
@@ -191,10 +192,10 @@ def find_regressions(
     found = list(describe_lost_decisions(replay_lesson(taught, former)))
     now, before = (_AllLibraries(library, each, libraries) for each in (taught, former))
     for sort, each in now.list_runners(taught.automaton.name):
-        for outcome in _outcomes(now.find_library(sort).taught[each]):
-            known = not outcome.sort or libraries
-            if known and not now.run_outcome(outcome, sort, each) and before.run_outcome(outcome, sort, each):
-                found.append(f"{f'{sort}/' if sort else ''}{each} no longer reaches {outcome}")
+        for subject in _list_properties(now.find_library(sort).taught[each]):
+            known = not (isinstance(subject.start, StoredMoment) and subject.start.sort) or libraries
+            if known and not now.does_hold(subject, sort, each) and before.does_hold(subject, sort, each):
+                found.append(f"{f'{sort}/' if sort else ''}{each} no longer has the property: {subject}")
     return tuple(found)
 
 
@@ -218,9 +219,9 @@ class _AllLibraries:
         yield from (("", each) for each in running)
         yield from _ordering(set(running), self._own, self._known)
 
-    def run_outcome(self, outcome: Expectation, sort: str, name: str) -> bool:
-        """Return whether an expectation of an automaton is met with these libraries."""
-        return run_expectation(outcome, name, self.find_library(sort), self._known).was_met
+    def does_hold(self, subject: Property, sort: str, name: str) -> bool:
+        """Return whether a property of an automaton holds with these libraries."""
+        return run_moment_property(subject, name, self.find_library(sort), self._known).was_met
 
 
 def describe_lost_decisions(replay: LessonReplay) -> Iterator[str]:
@@ -249,9 +250,9 @@ def describe_test_result(seen: LessonTestResult, former: str) -> Iterator[str]:
 
 
 def describe_regressions(seen: LessonTestResult) -> Iterator[str]:
-    """Yield sentences about decisions that became wrong and expectations that were not met."""
+    """Yield sentences about decisions that became wrong and properties that failed."""
     yield from describe_lost_decisions(seen.replayed)
-    yield from map(describe_failed_expectation, seen.failed)
+    yield from map(describe_failed_property, seen.failed)
 
 
 def describe_other_differences(seen: LessonTestResult, former: str) -> Iterator[str]:
@@ -270,12 +271,12 @@ def describe_other_differences(seen: LessonTestResult, former: str) -> Iterator[
         yield f"changed since {former}" + (f"; {join_names(seen.affected)} {run} it" if seen.affected else "")
 
 
-def describe_failed_expectation(each: FailedExpectation) -> str:
-    """Describe an expectation that was not met: which former versions meet it, or why it could not be tested."""
-    why = f": {each.tried.problem}" if each.tried.problem else ""
+def describe_failed_property(each: FailedProperty) -> str:
+    """Describe a property that failed: with which former versions it holds, or why it could not be tested."""
+    why = f": {each.result.problem}" if each.result.problem else ""
     if each.since:
-        why = f"; it does with the former version of {join_names(each.since)}"
-    return f"promised, and did not come: {each.tried.outcome}{why}"
+        why = f"; it holds with the former version of {join_names(each.since)}"
+    return f"property fails: {each.result.tested}{why}"
 
 
 def _anew(replay: LessonReplay) -> str:
@@ -291,7 +292,7 @@ def _anew(replay: LessonReplay) -> str:
 def find_regressions_since_saved(
     folder: Path | str, library: Library, taught: TrainedAutomaton, libraries: Libraries = NOBODY
 ) -> tuple[str, ...]:
-    """List the presses and expected outcomes that an automaton no longer satisfies, although its saved version does.
+    """List the presses and properties that an automaton no longer satisfies, although its saved version does.
 
     There is one sentence for each. `taught` is the automaton, `folder` has its saved version, `library` the automata
     that it uses. See `find_regressions`.

@@ -1,0 +1,60 @@
+"""Progress toward the goal of a scenario: how much of it is left in each world."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.properties.margins import check_goal
+from understudy.properties.thing_positions import ROBOT, make_distance
+from understudy.sim.world import World
+
+NEARER_M = 0.1
+"""How much nearer than ever before robots have to come to a target, m, to count as progress."""
+
+
+class GoalProgress:
+    """How much of a scenario's goal is left in each of its worlds, since the object was made.
+
+    What is left is food that is not delivered (units), boxes that are not gathered, or the distance (m) that the
+    nearest robot, or with `all` the farthest, still has to go.
+
+    Parameters
+    ----------
+    world
+        The worlds, which have a goal; SettingError otherwise.
+    """
+
+    def __init__(self, world: World | None) -> None:
+        self.world, self._goal = check_goal(world)
+        self._total = self.world.total.astype(np.float64)
+        self._first = self.measure_remainder()
+        self.step = 1.0 if self._goal.target is None else NEARER_M
+        """The least decrease of what is left that counts as progress."""
+
+    def measure_remainder(self) -> NDArray[np.float64]:
+        """Return what is left [B]: units, boxes or m; 0 where the goal is reached."""
+        finished = self.world.state.finished >= 0
+        return np.where(finished, 0.0, self._measure())
+
+    def share_left(self) -> NDArray[np.float64]:
+        """Return what is left as a share of what was left at first [B], from 0 to 1."""
+        now = self.measure_remainder()
+        share: NDArray[np.float64] = np.divide(now, self._first, out=np.ones_like(now), where=self._first > 0)
+        return np.clip(share, 0.0, 1.0)
+
+    def _measure(self) -> NDArray[np.float64]:
+        if self._goal.target is not None:
+            return self._measure_distance(self._goal.target)
+        if self._goal.gathered:
+            missing = float(self._goal.gathered) - self.world.gathered.astype(np.float64)
+            return np.where(missing > 0.0, missing, 0.0)
+        return self._total - self.world.delivered
+
+    def _measure_distance(self, target: str) -> NDArray[np.float64]:
+        nearest = make_distance(f"distance({ROBOT}, {target})", self.world)()
+        of_robots = nearest.max(axis=1) if self._goal.all else np.fmin.reduce(nearest, axis=1)
+        absent = float(np.hypot(*self.world.scenario.size))
+        distance = np.where(np.isnan(of_robots), absent, of_robots)
+        left: NDArray[np.float64] = np.maximum(0.0, distance - self._goal.within)
+        return left

@@ -1,0 +1,99 @@
+"""Test all properties of a library's file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from understudy.analysis.measurement import Progress, skip_progress
+from understudy.errors import UnderstudyError
+from understudy.model.property import Property
+from understudy.properties.property_file import find_condition_key, load_properties, locate_errors
+from understudy.properties.run_property import (
+    PropertyResult,
+    check_property,
+    make_property_task,
+    run_property,
+)
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import Libraries
+
+
+@dataclass(frozen=True, slots=True)
+class FittingLibraries:
+    """A scenario, and the libraries of all sorts of its agents."""
+
+    scenario: Scenario
+    libraries: Libraries
+
+
+OpenWorld = Callable[[str], FittingLibraries]
+"""A function that opens a scenario by name or path, and the libraries for it."""
+
+
+def open_properties(path: Path | str, open_world: OpenWorld) -> list[tuple[Property, FittingLibraries]]:
+    """Load a file of properties, and check that its scenarios and behaviors have all that it names.
+
+    Parameters
+    ----------
+    path
+        The file.
+    open_world
+        Opens a scenario and the libraries for it.
+
+    Returns
+    -------
+    list[tuple[Property, FittingLibraries]]
+        Each property with its scenario and the libraries for that.
+
+    Raises
+    ------
+    FileError
+        If the file is not valid, or names something that does not exist. It names the table and the key.
+    """
+    opened: dict[str, FittingLibraries] = {}
+    found = []
+    for each in load_properties(path):
+        world = each.start.world
+        if world not in opened:
+            with locate_errors(path, each.name, "world"):
+                opened[world] = open_world(world)
+        where = opened[world]
+        with locate_errors(path, each.name, "behavior"):
+            task = make_property_task(each, where.libraries, where.scenario)
+        with locate_errors(path, each.name, find_condition_key(each.kind)):
+            check_property(each, task, where.scenario)
+        found.append((each, where))
+    return found
+
+
+def run_library_properties(
+    path: Path | str, open_world: OpenWorld, *, progress: Progress = skip_progress
+) -> Iterator[PropertyResult]:
+    """Test the properties of a file one after the other; nothing is run before all have been checked.
+
+    Parameters
+    ----------
+    path
+        The file.
+    open_world
+        Opens a scenario and the libraries for it.
+    progress
+        Function called repeatedly with the number of completed worlds of a property and their total.
+
+    Yields
+    ------
+    PropertyResult
+        The result of each property, in order.
+
+    Raises
+    ------
+    FileError
+        If the file is not valid, or names something that does not exist. It names the table and the key.
+    """
+    for subject, where in open_properties(path, open_world):
+        try:
+            yield run_property(subject, where.libraries, where.scenario, progress=progress)
+        except UnderstudyError as error:
+            yield PropertyResult.from_problem(subject, str(error))

@@ -1,0 +1,342 @@
+"""Monitors: whether a property holds in runs of a behavior, when it failed, and how near to failing each run came.
+
+Many worlds are watched side by side. What only concerns the scenario's goal or a flag is watched many ticks at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.analysis.behavior_run import BehaviorRun, ProgramRun
+from understudy.analysis.measurement import TICKS_AT_ONCE, Progress, skip_progress
+from understudy.errors import SettingError
+from understudy.model.kinds import Column
+from understudy.model.property import Property, PropertyKind, StoredMoment
+from understudy.properties.condition import ClauseTest, Condition, parse_condition
+from understudy.properties.goal_progress import GoalProgress
+from understudy.properties.margins import NEXT_TO_NOTHING, Margin, bind_condition, check_goal, get_world
+
+LOOK_S = 1.0
+"""How often progress toward a goal is looked at, s."""
+
+
+@dataclass(frozen=True)
+class PropertyOutcomes:
+    """The results of a property in B runs, as columns [B]."""
+
+    failed_s: Column
+    """When the property failed, s since the start of the run; NaN where it held."""
+    reached_s: Column
+    """When the condition of an "always" property held, s since the start of the run; NaN where it did not in time, and
+    for other kinds."""
+    robustness: Column
+    """How far the run was from the other result, from -1 to 1: negative where the property failed."""
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """True for each run in which the property held [B]."""
+        return np.isnan(self.failed_s)
+
+    @classmethod
+    def concatenate(cls, parts: Collection[PropertyOutcomes]) -> PropertyOutcomes:
+        """Join the outcomes of several batches, in order."""
+        return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
+
+
+def monitor_property(
+    subject: Property,
+    run: BehaviorRun,
+    flags: Collection[str],
+    *,
+    limit_s: float | None = None,
+    progress: Progress = skip_progress,
+) -> PropertyOutcomes:
+    """Run a behavior from the present moment on, until it is known in every world whether a property holds.
+
+    Parameters
+    ----------
+    subject
+        The property. Where its runs start is not looked at, except that runs from a stored moment do not end where the
+        scenario's goal is reached.
+    run
+        The behavior in B worlds.
+    flags
+        Names of the flags that the behavior can raise.
+    limit_s
+        The longest run, s. None: that of the property, or the scenario's. An "always" property needs none: its time
+        is the limit.
+    progress
+        Function called repeatedly with the number of completed worlds and their total.
+
+    Returns
+    -------
+    PropertyOutcomes
+        The results. The robustness of "never" is minus the largest margin of its condition over all ticks and agents
+        (see `margins`). That of "always" is (T - t) / T if the condition held after t of T seconds; if not, it is minus
+        the share of the goal that is left, or for another condition its largest margin. That of "never longer" and
+        "progress" is (T - t) / T for the longest time t; a run ends at the tick in which it fails.
+
+    Raises
+    ------
+    UnknownName
+        If the scenario, the robots or the behavior do not have something that the property names.
+    SettingError
+        If a unit does not fit, or the property needs a goal and the scenario has none.
+    """
+    watch = make_watch(subject, run, flags)
+    world = get_world(run)
+    if subject.kind is PropertyKind.ALWAYS:
+        limit_s = subject.seconds
+    elif limit_s is None:
+        limit_s = None if isinstance(subject.start, StoredMoment) else subject.start.limit_s
+    if limit_s is None and world is not None:
+        limit_s = world.scenario.limit_s
+    if limit_s is None:
+        raise SettingError(
+            where="property", setting="limit_s", problem="is missing", remedy="give the longest run in s"
+        )
+    return _watch(watch, run, limit_s, progress)
+
+
+def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> Watch:
+    """Make what observes a property during a run; see `monitor_property` for the errors."""
+    seconds = 0.0 if subject.seconds is None else subject.seconds
+    ends = not isinstance(subject.start, StoredMoment) and subject.kind is not PropertyKind.ALWAYS
+    if subject.kind is PropertyKind.PROGRESS:
+        return ProgressWatch(run, seconds, ends=ends)
+    condition = parse_condition(subject.what)
+    margin = bind_condition(condition, run, flags)
+    if subject.kind is PropertyKind.NEVER_LONGER:
+        return DurationWatch(run, margin, seconds, ends=ends)
+    if isinstance(run, ProgramRun) and run.is_fused and (flag := _get_flag(condition)) is not None:
+        return FlagWatch(run, flag, seconds, ends=ends, wanted=subject.kind is PropertyKind.ALWAYS)
+    if subject.kind is PropertyKind.ALWAYS and is_goal(condition):
+        return GoalWatch(run, seconds)
+    if subject.kind is PropertyKind.ALWAYS:
+        return EventWatch(run, margin, seconds)
+    return NeverWatch(run, margin, ends=ends)
+
+
+def _get_flag(condition: Condition) -> str | None:
+    clause = condition.single
+    raised = clause is not None and clause.comparison is ClauseTest.RAISED and not clause.negated
+    return clause.subject if clause is not None and raised else None
+
+
+def is_goal(condition: Condition) -> bool:
+    """Return whether a condition is that the goal of the scenario is reached."""
+    clause = condition.single
+    return clause is not None and clause.comparison is ClauseTest.REACHED and not clause.negated
+
+
+class Watch:
+    """What observes a property in B worlds, between steps of `stride` ticks.
+
+    `failed` and `reached` are the ticks [B] at which the property failed, or what it demands was reached; -1 before.
+    `over` are the worlds [B] about which nothing more can be learned. With `ends`, runs end at the scenario's goal.
+    """
+
+    stride = 1
+
+    def __init__(self, run: BehaviorRun, *, ends: bool) -> None:
+        self.run, self.ends, self.world = run, ends, get_world(run)
+        self.tick_s = run.body.tick_s
+        self.worlds = self.world.worlds if self.world is not None else 1
+        self.failed, self.reached = np.full(self.worlds, -1), np.full(self.worlds, -1)
+        self.over = np.zeros(self.worlds, np.bool_)
+
+    def look(self, tick: int) -> None:
+        """Observe the worlds after so many ticks, and update `failed`, `reached` and `over`."""
+        raise NotImplementedError
+
+    def finish(self, last: int) -> NDArray[np.float64]:
+        """Decide what is open after the last tick; return the robustness [B]."""
+        raise NotImplementedError
+
+    def find_ended(self) -> NDArray[np.bool_]:
+        """Return which worlds [B] have reached the scenario's goal, if that ends a run."""
+        if not self.ends or self.world is None:
+            return np.zeros(self.worlds, np.bool_)
+        ended: NDArray[np.bool_] = self.world.state.finished >= 0
+        return ended
+
+
+def _watch(watch: Watch, run: BehaviorRun, limit_s: float, progress: Progress) -> PropertyOutcomes:
+    last, tick = int(np.floor(limit_s / watch.tick_s + 1e-9)), 0
+    while True:
+        watch.look(tick)
+        ended = watch.find_ended()
+        through = int((watch.over | ended).sum())
+        progress(watch.worlds if tick >= last else through, watch.worlds)
+        if tick >= last or through == watch.worlds:
+            break
+        ticks = min(watch.stride, last - tick)
+        if watch.ends:
+            run.advance(ticks)
+        else:
+            run.advance_all(ticks)
+        tick += ticks
+        watch.over |= ended
+    robustness = watch.finish(tick)
+    failed, reached = (
+        np.where(each >= 0, each * watch.tick_s, np.nan) for each in (watch.failed, watch.reached)
+    )
+    size = np.maximum(np.abs(robustness), NEXT_TO_NOTHING)
+    return PropertyOutcomes(failed, reached, np.where(watch.failed >= 0, -size, size))
+
+
+class NeverWatch(Watch):
+    """Watch a condition that must never hold, for any agent."""
+
+    def __init__(self, run: BehaviorRun, margin: Margin, *, ends: bool) -> None:
+        super().__init__(run, ends=ends)
+        self._margin, self._worst = margin, np.full(self.worlds, -1.0)
+
+    def look(self, tick: int) -> None:
+        """Observe the worlds after so many ticks."""
+        largest = self._margin().max(axis=1, initial=-1.0)
+        running = ~self.over
+        self._worst[running] = np.maximum(self._worst, largest)[running]
+        self.failed[running & (largest > 0)] = tick
+        self.over |= largest > 0
+
+    def finish(self, last: int) -> NDArray[np.float64]:
+        """Return the robustness [B]."""
+        return -self._worst
+
+
+class TimedWatch(Watch):
+    """What observes that something is reached within a time."""
+
+    def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool) -> None:
+        super().__init__(run, ends=ends)
+        self._seconds = seconds
+
+    def fail_late(self, last: int, missed: Column) -> NDArray[np.float64]:
+        """Let worlds fail in which nothing was reached; return the robustness [B], that of failures being `missed`."""
+        late = self.reached < 0
+        self.failed[late] = last
+        return np.where(late, missed, (self._seconds - self.reached * self.tick_s) / self._seconds)
+
+
+class EventWatch(TimedWatch):
+    """Watch a condition that must hold within a time, for all agents at once."""
+
+    def __init__(self, run: BehaviorRun, margin: Margin, seconds: float) -> None:
+        super().__init__(run, seconds, ends=False)
+        self._margin, self._best = margin, np.full(self.worlds, -1.0)
+
+    def look(self, tick: int) -> None:
+        """Observe the worlds after so many ticks."""
+        least = self._margin().min(axis=1, initial=1.0)
+        self._best = np.maximum(self._best, least)
+        self.reached[~self.over & (least > 0)] = tick
+        self.over |= least > 0
+
+    def finish(self, last: int) -> NDArray[np.float64]:
+        """Let worlds fail in which it has not held; return the robustness [B]."""
+        return self.fail_late(last, self._best)
+
+
+class GoalWatch(TimedWatch):
+    """Watch that the goal of the scenario is reached within a time, many ticks at once."""
+
+    def __init__(self, run: BehaviorRun, seconds: float) -> None:
+        super().__init__(run, seconds, ends=True)
+        self._worlds, _ = check_goal(self.world)
+        self._left, self._first = GoalProgress(self.world), self._worlds.state.tick.copy()
+        self.stride = TICKS_AT_ONCE if run.is_fused else 1
+
+    def look(self, tick: int) -> None:
+        """Observe the worlds after so many ticks."""
+        finished = self._worlds.state.finished
+        now = ~self.over & (finished >= 0)
+        self.reached[now] = np.maximum(finished - self._first, 0)[now]
+        self.over |= now
+
+    def finish(self, last: int) -> NDArray[np.float64]:
+        """Let worlds fail that have not reached the goal; return the robustness [B]."""
+        return self.fail_late(last, -self._left.share_left())
+
+
+class FlagWatch(TimedWatch):
+    """Watch whether a flag is raised, many ticks at once: by all agents within a time if `wanted`, or never by any."""
+
+    def __init__(self, run: ProgramRun, flag: str, seconds: float, *, ends: bool, wanted: bool) -> None:
+        super().__init__(run, seconds, ends=ends)
+        self._run, self._flag, self._wanted = run, flag, wanted
+        self.stride = TICKS_AT_ONCE
+
+    def look(self, tick: int) -> None:
+        """Observe the worlds after so many ticks."""
+        times = self._run.find_raised_s(self._flag)
+        when = times.max(axis=1) if self._wanted else np.fmin.reduce(times, axis=1)
+        now = ~self.over & ~np.isnan(when)
+        found = self.reached if self._wanted else self.failed
+        found[now] = np.rint(when[now] / self.tick_s)
+        self.over |= now
+
+    def finish(self, last: int) -> NDArray[np.float64]:
+        """Let worlds fail without a wanted flag; return the robustness [B]."""
+        if self._wanted:
+            return self.fail_late(last, np.full(self.worlds, -1.0))
+        return np.ones(self.worlds)
+
+
+class DurationWatch(Watch):
+    """Watch a condition that must hold for no longer than a time without a break, for any agent."""
+
+    def __init__(self, run: BehaviorRun, margin: Margin, seconds: float, *, ends: bool) -> None:
+        super().__init__(run, ends=ends)
+        self._margin, self._seconds = margin, seconds
+        self._since: NDArray[np.float64] | None = None
+        self._longest = np.zeros(self.worlds)
+
+    def look(self, tick: int) -> None:
+        """Observe the worlds after so many ticks."""
+        holds = self._margin() > 0
+        if self._since is None:
+            self._since = np.full(holds.shape, np.nan)
+        self._since = np.where(holds, np.where(np.isnan(self._since), tick, self._since), np.nan)
+        lasted: Column = np.nan_to_num(tick - self._since).max(axis=1, initial=0.0) * self.tick_s
+        update_longest(self, lasted, self._longest, self._seconds, tick)
+
+    def finish(self, last: int) -> NDArray[np.float64]:
+        """Return the robustness [B]."""
+        return (self._seconds - self._longest) / self._seconds
+
+
+class ProgressWatch(Watch):
+    """Watch the time in which the scenario's goal comes no nearer, once a second."""
+
+    def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool) -> None:
+        super().__init__(run, ends=ends)
+        self._seconds, self._goal = seconds, GoalProgress(self.world)
+        self.stride = max(1, round(LOOK_S / self.tick_s))
+        self._least, self._since = self._goal.measure_remainder(), np.zeros(self.worlds, np.int64)
+        self._longest = np.zeros(self.worlds)
+
+    def look(self, tick: int) -> None:
+        """Observe the worlds after so many ticks."""
+        left = self._goal.measure_remainder()
+        nearer = left <= self._least - self._goal.step
+        self._least[nearer], self._since[nearer | (left <= 0)] = left[nearer], tick
+        lasted = (tick - self._since).astype(np.float64) * self.tick_s
+        update_longest(self, lasted, self._longest, self._seconds, tick)
+
+    def finish(self, last: int) -> NDArray[np.float64]:
+        """Return the robustness [B]."""
+        return (self._seconds - self._longest) / self._seconds
+
+
+def update_longest(watch: Watch, lasted: Column, longest: Column, seconds: float, tick: int) -> None:
+    """Note how long something has lasted in each world [B], s, and let worlds fail in which it was too long."""
+    running = ~watch.over
+    longest[running] = np.maximum(longest, lasted)[running]
+    late = running & (lasted > seconds + 1e-9)
+    watch.failed[late] = tick
+    watch.over |= late
