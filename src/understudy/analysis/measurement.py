@@ -82,13 +82,13 @@ def measure_program_outcomes(
                 engine.tick()
 
     def finished_s() -> Column:
-        return world.finished_s if flag is None else _raised_s(world, engine, flag)
+        return world.finished_s if flag is None else compute_raised_time(world, engine, flag)
 
     at_once = 1 if plan is None else TICKS_AT_ONCE
     return measure_worlds(world, advance, finished_s, limit_s, at_once=at_once, progress=progress)
 
 
-def _raised_s(world: World, engine: Engine, flag: str) -> Column:
+def compute_raised_time(world: World, engine: Engine, flag: str) -> Column:
     """Compute when the last robot of each world raised a flag [B], in s; NaN if one has not.
 
     A robot stays in the state that raises the flag, so the time at which it entered that state can be read later.

@@ -41,7 +41,11 @@ class Disturbance:
         """The key of the disturbance in the scenario."""
         if self.type is None:
             return f"radio.{self.field}"
-        return f"types.{self.type}." + (f"sensors[{self.sensor}]." if self.sensor is not None else "") + self.field
+        return (
+            f"types.{self.type}."
+            + (f"sensors[{self.sensor}]." if self.sensor is not None else "")
+            + self.field
+        )
 
     @property
     def default(self) -> float:

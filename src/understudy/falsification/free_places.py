@@ -82,7 +82,10 @@ class FreePlaces:
         """
         step = hypot(*self._size) / sqrt(TRIES)
         for number in range(TRIES):
-            away, angle = 0.5 * step * sqrt(number) if number < 300 else step * sqrt(number - 225), TURN * number
+            away, angle = (
+                0.5 * step * sqrt(number) if number < 300 else step * sqrt(number - 225),
+                TURN * number,
+            )
             x = min(max(wanted[0] + away * cos(angle), box[0]), box[2])
             y = min(max(wanted[1] + away * sin(angle), box[1]), box[3])
             if self._is_free(x, y, radius, apart, box, circle):

@@ -26,7 +26,8 @@ FIRST_BATCH = 100
 class RandomSearch:
     """What a search at random has found so far.
 
-    `failures` and `nearest` are seeds with their robustness, the worst first; `nearest` has those that did not fail.
+    `failures` has seeds with their robustness, the worst first; `nearest` those of runs that came closest to failing,
+    with their closeness.
     """
 
     runs: int = 0
@@ -45,10 +46,13 @@ class RandomSearch:
         failed = results.failed
         self.runs += len(seeds)
         self.failed += int(failed.sum())
-        for chosen, kept in ((failed, self.failures), (~failed, self.nearest)):
+        for chosen, kept, values in (
+            (failed, self.failures, results.robustness),
+            (~failed, self.nearest, results.closeness),
+        ):
             rows = np.flatnonzero(chosen)
-            worst = rows[np.argsort(results.robustness[rows], kind="stable")][:KEPT].tolist()
-            kept += [(float(results.robustness[row]), int(seeds[row])) for row in worst]
+            worst = rows[np.argsort(values[rows], kind="stable")][:KEPT].tolist()
+            kept += [(float(values[row]), int(seeds[row])) for row in worst]
             kept.sort()
             del kept[KEPT:]
 

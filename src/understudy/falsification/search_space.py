@@ -246,7 +246,9 @@ def _find_places(
     if group.section == "robots":
         rows = range(robot, robot + group.most)
         robots = view.robots
-        return [(float(robots.x[each]), float(robots.y[each]), float(robots.heading[each])) for each in rows], []
+        return [
+            (float(robots.x[each]), float(robots.y[each]), float(robots.heading[each])) for each in rows
+        ], []
     if group.section == "objects":
         objects = view.objects
         kind = view.names.classes.index(scenario.objects[group.index].name)

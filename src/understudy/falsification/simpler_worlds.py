@@ -53,7 +53,11 @@ def list_without_obstacles(scenario: Scenario) -> Iterator[tuple[str, Scenario]]
         if not isinstance(obstacle.at, tuple):
             continue
         for fewer in _remove_places(obstacle, least=0):
-            kept = rest if fewer is None else (*scenario.obstacles[:index], fewer, *scenario.obstacles[index + 1 :])
+            kept = (
+                rest
+                if fewer is None
+                else (*scenario.obstacles[:index], fewer, *scenario.obstacles[index + 1 :])
+            )
             yield "an obstacle left out", replace(scenario, obstacles=kept)
 
 
@@ -96,7 +100,11 @@ def list_smaller_amounts(scenario: Scenario, usual: Scenario) -> Iterator[tuple[
         least, most = ranges.get(thing.name, (0, 0))
         now = get_count_range(thing.amount)[1] if isinstance(thing.amount, int) else most + 1
         for amount in range(least, min(now, most + 1)):
-            objects = (*scenario.objects[:index], replace(thing, amount=amount), *scenario.objects[index + 1 :])
+            objects = (
+                *scenario.objects[:index],
+                replace(thing, amount=amount),
+                *scenario.objects[index + 1 :],
+            )
             yield f"{amount} units in each {thing.name}", replace(scenario, objects=objects)
 
 

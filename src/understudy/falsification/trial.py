@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from understudy.analysis.behavior_run import BehaviorRun, ProgramRun, TeamRun
 from understudy.analysis.evaluation_task import EvaluationTask
-from understudy.errors import SettingError
+from understudy.analysis.measurement import compute_raised_time
 from understudy.falsification.joint_worlds import Trial, group_alike, lay_out_each
 from understudy.falsification.progress import GoalProgress
 from understudy.model.kinds import Column
@@ -129,6 +129,9 @@ class GoalMeasure:
             if flag is None:
                 run.advance(ticks)
                 reached_s = world.finished_s
+            elif isinstance(run, ProgramRun) and (plan := run.engine.plan()) is not None:
+                world.advance(plan, ticks)
+                reached_s = compute_raised_time(world, run.engine, flag)
             else:
                 for step in range(1, ticks + 1):
                     run.tick()
@@ -146,15 +149,4 @@ class GoalMeasure:
             progress_s=np.where(reached, reached_s, progress.last_s),
             idle_s=idle_s,
             closeness=np.where(reached, robustness - idle_s / limit_s, robustness - 1.0),
-        )
-
-
-def check_trials(scenario: Scenario, limit_s: float) -> None:
-    """Refuse, with SettingError, a time limit in which nothing can run."""
-    if not limit_s >= scenario.tick_s:
-        raise SettingError(
-            where="falsify",
-            setting="--limit",
-            problem=f"is {limit_s:g} s, less than a tick of {scenario.tick_s:g} s",
-            remedy="give a longer time",
         )
