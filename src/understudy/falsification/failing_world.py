@@ -1,4 +1,4 @@
-"""Failing worlds in folders: the scenario, the seed, why it fails, and a picture; read back, they replay bit for bit."""
+"""Failing worlds in folders: the scenario, the seed, why it fails, and a picture; they replay bit for bit."""
 
 from __future__ import annotations
 

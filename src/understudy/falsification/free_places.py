@@ -107,9 +107,9 @@ class FreePlaces:
         box: tuple[float, float, float, float],
         circle: float | None,
     ) -> bool:
-        if circle is not None:
-            if hypot(x - 0.5 * (box[0] + box[2]), y - 0.5 * (box[1] + box[3])) > circle:
-                return False
+        x_middle, y_middle = 0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3])
+        if circle is not None and hypot(x - x_middle, y - y_middle) > circle:
+            return False
         for other_x, other_y, other_radius, other_apart in self._taken:
             least = radius + other_radius + max(apart, other_apart) + TINY
             if (x - other_x) ** 2 + (y - other_y) ** 2 < least * least:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -160,18 +161,15 @@ def _describe(
         if read := describe_values(reason):
             found.append(f"It read {read}.")
         if source := describe_source(reason):
-            found.append(
-                f"The decision was {source}."
-                if source.startswith("shown")
-                else f"{source[0].upper()}{source[1:]}."
-            )
+            shown = "The decision was " if source.startswith("shown") else "The robot's automaton: "
+            found.append(f"{shown}{source}.")
     if paths:
         found.append(_describe_states(paths, tick_s))
     return tuple(found)
 
 
 def _describe_states(paths: list[tuple[str, ...]], tick_s: float) -> str:
-    switches = sum(one != other for one, other in zip(paths, paths[1:], strict=False))
+    switches = sum(one != other for one, other in pairwise(paths))
     seconds = len(paths) * tick_s
     counts: dict[str, int] = {}
     for path in paths:

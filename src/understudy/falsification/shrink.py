@@ -59,7 +59,7 @@ def shrink_failure(
     most_runs: int = MOST_RUNS,
     progress: Callable[[Shrinking], None] = lambda found: None,
 ) -> Shrinking:
-    """Make a failing world simpler as long as it still fails, and no later than before.
+    """Make a failing world simpler as long as it still fails, no later, and in no other states than before.
 
     Numbers of objects and amounts stay within what the scenario can draw. Obstacles are left out, because that makes a
     world easier, and so are robots where each could do the task alone.
@@ -112,7 +112,7 @@ def shrink_failure(
 def _accept_first(
     measure: GoalMeasure, found: Shrinking, candidates: Sequence[Candidate], most_runs: int
 ) -> bool:
-    """Take the first candidate that fails as early, or earlier; return whether there is one."""
+    """Take the first candidate that fails as early and ends in the same states; return whether there is one."""
     possible = [each for each in candidates if each[1] != found.trial.scenario and _is_possible(each[1])]
     possible = possible[: max(0, most_runs - found.runs)]
     if not possible:
@@ -126,7 +126,8 @@ def _accept_first(
     tick_s = found.trial.scenario.tick_s
     latest = found.progress_s + TICKS_AT_ONCE * tick_s + 1e-9
     for row, (step, _) in enumerate(possible):
-        if results.robustness[row] < 0 and results.progress_s[row] <= latest:
+        ends_alike = results.last_states[row] <= found.results.last_states[0]
+        if results.robustness[row] < 0 and results.progress_s[row] <= latest and ends_alike:
             found.trial, found.results = trials[row], results.select([row])
             found.steps.append(step)
             return True

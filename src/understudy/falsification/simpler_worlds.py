@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from functools import partial
 from typing import TypeVar
 
 from msgspec import UNSET
@@ -13,7 +14,7 @@ from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.trial import GoalMeasure
 from understudy.sim.params import get_count_range
 from understudy.sim.scenario.files import remove_markers
-from understudy.sim.scenario.schema import ObjectClass, Placement, RobotGroup, Scenario
+from understudy.sim.scenario.schema import ObjectClass, Placement, Scenario
 from understudy.sim.scenario_snapshot import make_scenario_snapshot
 from understudy.sim.view import WorldView
 from understudy.sim.world import World
@@ -24,6 +25,9 @@ BEFORE_S = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0)
 GRIDS_M = (1.0, 0.5, 0.1, 0.01, 0.001)
 ANGLES_DEG = (90.0, 45.0, 15.0, 5.0, 1.0, 0.1)
 """The steps to which places and headings are rounded, the coarsest first."""
+
+MOST_ROUNDED = 12
+"""The largest number of things that are rounded one by one."""
 
 Thing = TypeVar("Thing", bound=Placement)
 
@@ -151,35 +155,28 @@ def _start_from(scenario: Scenario, view: WorldView) -> Iterator[Scenario]:
 
 
 def list_rounder(scenario: Scenario) -> Iterator[tuple[str, Scenario]]:
-    """Yield the scenario with rounder places and headings: of everything, then of each thing."""
-    for grid in GRIDS_M:
-        yield f"all places rounded to {grid:g} m", _map_places(scenario, lambda _, place: _snap(place, grid))
-    for angle in ANGLES_DEG:
-        yield (
-            f"all headings rounded to {angle:g}°",
-            _map_places(scenario, lambda _, place: _turn(place, angle)),
-        )
+    """Yield the scenario with rounder places and headings: of everything, then of each of a few things."""
     keys = [key for key, _ in _list_places(scenario)]
-    for one in keys if len(keys) <= 12 else ():
+    groups = [("all places", "all headings", frozenset(keys))]
+    if len(keys) <= MOST_ROUNDED:
+        groups += [(one, f"heading of {one}", frozenset([one])) for one in keys]
+    for place, heading, chosen in groups:
         for grid in GRIDS_M:
-            yield (
-                f"{one} rounded to {grid:g} m",
-                _map_places(scenario, lambda key, place: _snap(place, grid) if key == one else place),
-            )
+            yield f"{place} rounded to {grid:g} m", _map_places(scenario, chosen, partial(_snap, grid=grid))
         for angle in ANGLES_DEG:
             yield (
-                f"{one} turned to a multiple of {angle:g}°",
-                _map_places(scenario, lambda key, place: _turn(place, angle) if key == one else place),
+                f"{heading} rounded to {angle:g}°",
+                _map_places(scenario, chosen, partial(_turn, angle=angle)),
             )
 
 
-def _snap(place: tuple[float, ...], grid: float) -> tuple[float, ...]:
+def _snap(place: tuple[float, ...], *, grid: float) -> tuple[float, ...]:
     if _digits(place[:2]) <= _digits((grid,)):
         return place
     return (*(round(round(each / grid) * grid, 6) for each in place[:2]), *place[2:])
 
 
-def _turn(place: tuple[float, ...], angle: float) -> tuple[float, ...]:
+def _turn(place: tuple[float, ...], *, angle: float) -> tuple[float, ...]:
     if len(place) < 3 or (place[2] / angle).is_integer():
         return place
     return (*place[:2], round(round(place[2] / angle) * angle % 360.0, 6))
@@ -203,14 +200,18 @@ def _list_places(scenario: Scenario) -> Iterator[tuple[str, tuple[float, ...]]]:
 
 
 def _map_places(
-    scenario: Scenario, change: Callable[[str, tuple[float, ...]], tuple[float, ...]]
+    scenario: Scenario, chosen: Collection[str], change: Callable[[tuple[float, ...]], tuple[float, ...]]
 ) -> Scenario:
+    """Return the scenario with the places of the chosen keys changed."""
+
     def place(section: str, things: Sequence[Thing]) -> tuple[Thing, ...]:
         made = []
         for index, thing in enumerate(things):
             if isinstance(thing.at, tuple):
-                key = f"{section}[{index}].at"
-                at = tuple(change(f"{key}[{number}]", each) for number, each in enumerate(thing.at))
+                keys = (f"{section}[{index}].at[{number}]" for number in range(len(thing.at)))
+                at = tuple(
+                    change(each) if key in chosen else each for key, each in zip(keys, thing.at, strict=True)
+                )
                 thing = replace(thing, at=at)
             made.append(thing)
         return tuple(made)
@@ -241,17 +242,3 @@ def _get_least(thing: ObjectClass) -> int:
 def strip_for_file(scenario: Scenario, *, name: str, about: str) -> Scenario:
     """Return a scenario as it is written to a file, with a name and what it is about."""
     return remove_markers(replace(scenario, name=name, about=about))
-
-
-__all__ = [
-    "RobotGroup",
-    "list_earlier_starts",
-    "list_less_disturbed",
-    "list_rounder",
-    "list_smaller_amounts",
-    "list_without_objects",
-    "list_without_obstacles",
-    "list_without_robots",
-    "make_explicit",
-    "strip_for_file",
-]

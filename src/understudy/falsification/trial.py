@@ -26,6 +26,9 @@ WORLDS_AT_ONCE = 1_900
 TICKS_AT_ONCE = 50
 """The number of ticks between two looks at the progress of all worlds."""
 
+LOOKS = 20
+"""The number of last looks at which the states of runs that have not ended are noted."""
+
 LEAST_BADNESS = 1e-3
 """The distance from 0 of the robustness of a run that failed at the very end."""
 
@@ -43,6 +46,8 @@ class TrialResults:
     idle_s: Column
     """The longest time without progress, s."""
 
+    last_states: NDArray[np.object_]
+    """The names of the innermost states in the last moments of each run that failed, a frozenset; empty otherwise."""
     closeness: Column
     """How close a run came to failing, less for closer: what a directed search makes smaller."""
 
@@ -123,7 +128,7 @@ class GoalMeasure:
         last = int(limit_s / world.tick_s + 1e-9)
         progress = GoalProgress(world, scenario)
         reached_s = np.full(world.worlds, np.nan)
-        tick = 0
+        tick, seen = 0, dict[int, set[str]]()
         while tick < last and np.isnan(reached_s).any():
             ticks = min(TICKS_AT_ONCE, last - tick)
             if flag is None:
@@ -139,6 +144,8 @@ class GoalMeasure:
                     reached_s[now] = (tick + step) * world.tick_s
             tick += ticks
             progress.update(tick * world.tick_s, running=np.isnan(reached_s))
+            if last - tick < LOOKS * TICKS_AT_ONCE:
+                _note_states(run, np.isnan(reached_s), seen)
         reached = reached_s <= limit_s + 1e-9
         missing = np.maximum(1.0 - progress.best, LEAST_BADNESS)
         robustness = np.where(reached, (limit_s - np.nan_to_num(reached_s)) / limit_s, -missing)
@@ -148,5 +155,30 @@ class GoalMeasure:
             failed_s=np.where(reached, np.nan, limit_s),
             progress_s=np.where(reached, reached_s, progress.last_s),
             idle_s=idle_s,
+            last_states=_make_sets(seen, np.asarray(~reached)),
             closeness=np.where(reached, robustness - idle_s / limit_s, robustness - 1.0),
         )
+
+
+def _note_states(run: BehaviorRun, running: NDArray[np.bool_], seen: dict[int, set[str]]) -> None:
+    """Add the innermost states of the robots of all running worlds to what was seen of each world."""
+    worlds = np.flatnonzero(running).tolist()
+    if not worlds or not isinstance(run.body, World):
+        return
+    robots = run.body.robots
+    paths = None if run.team is None else run.team.paths
+    for world in worlds:
+        for row in range(world * robots, (world + 1) * robots):
+            path = (
+                run.engine.path(row)
+                if paths is None and isinstance(run, ProgramRun)
+                else (paths or [()])[row]
+            )
+            seen.setdefault(world, set()).update(path[-1:])
+
+
+def _make_sets(seen: dict[int, set[str]], failed: NDArray[np.bool_]) -> NDArray[np.object_]:
+    made = np.empty(len(failed), np.object_)
+    for world, each in enumerate(failed.tolist()):
+        made[world] = frozenset(seen.get(world, ()) if each else ())
+    return made
