@@ -1,30 +1,35 @@
-"""Directed search: an evolution strategy that varies worlds towards those in which a behavior nearly fails."""
+"""Directed search: CMA-ES moves worlds towards those in which a behavior nearly fails (extra `falsify`).
+
+CMA-ES is the evolution strategy with covariance matrix adaptation of Hansen (The CMA Evolution Strategy: A Tutorial,
+2016), from the package cma. It begins anew from time to time, because near a world that does not fail, there is often
+none that does.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import chain, count
+from math import nan
 from time import monotonic
+from typing import Any
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
 from understudy.errors import SettingError
+from understudy.extras import import_cma
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.search_space import SearchSpace
 from understudy.falsification.trial import Measure
 from understudy.model.kinds import Column
 
-PARENTS, CHILDREN = 8, 8
-"""The number of worlds from which new ones are made, and of new ones that are run side by side."""
+FIRST_SPREAD = 0.3
+"""The standard deviation of all numbers of a vector in the first worlds after a start."""
 
-STEPS = (0.3, 0.1, 0.03, 0.01, 0.003)
-"""The sizes of mutations, one of which is drawn for each new world."""
-
-FRESH = 0.2
-"""The share of new worlds that are drawn at random."""
-
-CROSSED = 0.3
-"""The share of the other new worlds that take some of their numbers from a second parent."""
+RUNS_PER_START = 300
+"""The number of runs after which the search begins anew."""
 
 
 @dataclass
@@ -38,12 +43,6 @@ class DirectedSearch:
     interrupted: bool = False
 
 
-@dataclass
-class _Individual:
-    vector: Column
-    closeness: float
-
-
 def search_directed(
     measure: Measure,
     space: SearchSpace,
@@ -55,7 +54,7 @@ def search_directed(
     most_failures: int = 1,
     progress: Callable[[DirectedSearch], None] = lambda found: None,
 ) -> DirectedSearch:
-    """Search for failing worlds by varying those that came nearest to failing, until enough, the time, or Ctrl-C.
+    """Search for failing worlds near those that came nearest to failing, until enough, the time, or Ctrl-C.
 
     Parameters
     ----------
@@ -66,7 +65,7 @@ def search_directed(
     seed
         The seed of all draws; the same seed gives the same search.
     start
-        Vectors [d] to begin with, such as those of the worst worlds of a search at random.
+        Vectors [d] to start from in turn, such as those of the worst worlds of a search at random; then random ones.
     most_runs
         The largest number of runs. None: until the time is over.
     seconds
@@ -80,25 +79,49 @@ def search_directed(
     -------
     DirectedSearch
         What was found, also if it was interrupted.
+
+    Raises
+    ------
+    ExtraMissing
+        If the package cma is not installed.
     """
+    import_cma()
     rng, found = np.random.default_rng(seed), DirectedSearch()
     end = None if seconds is None else monotonic() + seconds
-    parents: list[_Individual] = []
-    vectors = [*start] or [rng.random(len(space)) for _ in range(CHILDREN)]
+
+    def is_over() -> bool:
+        is_late = end is not None and monotonic() >= end
+        return is_late or len(found.failures) >= most_failures or found.runs == most_runs
+
     try:
-        while True:
-            if most_runs is not None:
-                vectors = vectors[: most_runs - found.runs]
-            made = _run_vectors(measure, space, vectors, rng, found)
-            parents = sorted([*parents, *made], key=lambda each: each.closeness)[:PARENTS]
-            progress(found)
-            is_over = end is not None and monotonic() >= end
-            if is_over or len(found.failures) >= most_failures or found.runs == most_runs:
-                return found
-            vectors = [_make_child(parents, rng, len(space)) for _ in range(CHILDREN)]
+        for first in chain(start, (rng.random(len(space)) for _ in count())):
+            strategy = _start_strategy(first, rng)
+            begun = found.runs
+            while found.runs < begun + RUNS_PER_START and not strategy.stop():
+                vectors = strategy.ask()
+                some = vectors if most_runs is None else vectors[: most_runs - found.runs]
+                robustness = _run_vectors(measure, space, some, rng, found)
+                progress(found)
+                if is_over():
+                    return found
+                strategy.tell(vectors, robustness)
     except KeyboardInterrupt:
         found.interrupted = True
     return found
+
+
+def _start_strategy(first: Column, rng: np.random.Generator) -> Any:
+    """Start CMA-ES at a vector, with draws of its own instead of NumPy's global ones."""
+    cma = import_cma()
+    settings = {
+        "bounds": [0.0, float(np.nextafter(1.0, 0.0))],
+        "randn": lambda *shape: rng.standard_normal(shape),
+        "seed": nan,
+        "verbose": -9,
+    }
+    with catch_warnings():
+        simplefilter("ignore")
+        return cma.CMAEvolutionStrategy(first, FIRST_SPREAD, settings)
 
 
 def _run_vectors(
@@ -107,38 +130,19 @@ def _run_vectors(
     vectors: Sequence[Column],
     rng: np.random.Generator,
     found: DirectedSearch,
-) -> list[_Individual]:
-    """Run the worlds of some vectors; leave out those in which things find no place."""
-    trials, known = list[Trial](), list[Column]()
-    for vector in vectors:
-        try:
-            trials.append(Trial(space.decode(vector), int(rng.integers(2**31))))
-        except SettingError:
-            continue
-        known.append(vector)
+) -> list[float]:
+    """Run the worlds of some vectors; return their robustness, 1 if things found no place."""
+    trials, rows = list[Trial](), list[int]()
+    for row, vector in enumerate(vectors):
+        with suppress(SettingError):
+            trials.append(Trial(space.decode(np.asarray(vector)), int(rng.integers(2**31))))
+            rows.append(row)
     found.runs += len(vectors)
-    if not trials:
-        return []
-    results = measure(trials)
-    for trial, robustness in zip(trials, results.robustness.tolist(), strict=True):
-        found.nearest = min(found.nearest, robustness)
-        if robustness < 0:
-            found.failures.append((robustness, trial))
-    closeness = results.closeness.tolist()
-    return [_Individual(vector, close) for vector, close in zip(known, closeness, strict=True)]
-
-
-def _make_child(parents: Sequence[_Individual], rng: np.random.Generator, size: int) -> Column:
-    """Return a new vector: a mutation of one of the parents, sometimes crossed with another, or a random one."""
-    if not parents or rng.random() < FRESH:
-        return rng.random(size)
-    first, second = (parents[int(rng.integers(len(parents)) * rng.random())] for _ in range(2))
-    vector = first.vector.copy()
-    if rng.random() < CROSSED:
-        taken = rng.random(size) < 0.5
-        vector[taken] = second.vector[taken]
-    moved = rng.random(size) < max(0.25, 2.0 / size)
-    moved[rng.integers(size)] = True
-    vector[moved] += STEPS[int(rng.integers(len(STEPS)))] * rng.standard_normal(int(moved.sum()))
-    reflected: Column = 1.0 - np.abs(1.0 - np.abs(vector) % 2.0)
-    return np.clip(reflected, 0.0, np.nextafter(1.0, 0.0))
+    robustness = [1.0] * len(vectors)
+    results = measure(trials).robustness.tolist() if trials else []
+    for row, trial, each in zip(rows, trials, results, strict=True):
+        robustness[row] = each
+        found.nearest = min(found.nearest, each)
+        if each < 0:
+            found.failures.append((each, trial))
+    return robustness

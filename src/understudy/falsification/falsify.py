@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from understudy.errors import SettingError
+from understudy.extras import ExtraMissing, import_cma
 from understudy.falsification.directed_search import DirectedSearch, search_directed
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.random_search import RandomSearch, search_at_random
@@ -138,7 +139,8 @@ def _search_directed(
     """Search from the worlds that came closest to failing; return the first failing one, None if there is none."""
     try:
         space = SearchSpace(scenario, vary)
-    except SettingError as error:
+        import_cma()
+    except (SettingError, ExtraMissing) as error:
         found.notes.append(str(error))
         return None
     rng = np.random.default_rng(seed)

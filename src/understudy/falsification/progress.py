@@ -35,20 +35,13 @@ class GoalProgress:
         self.last_s: Column = np.zeros(world.worlds)
         """The time at which the share last grew [B], s."""
         self._marked = self._measure_share()
-        self._idle_s: Column = np.zeros(world.worlds)
 
     def update(self, time_s: float, *, running: NDArray[np.bool_]) -> None:
         """Look at the worlds at a time (s); those that are not `running` [B] have ended."""
         share = self._measure_share()
         self.best = np.maximum(self.best, share)
         grew = running & (share > self._marked + LEAST_STEP)
-        self._idle_s[grew] = np.maximum(self._idle_s, time_s - self.last_s)[grew]
         self.last_s[grew], self._marked[grew] = time_s, share[grew]
-
-    def find_longest_idle(self, end_s: Column) -> Column:
-        """Return the longest time without progress [B], s, given when each world ended [B], s."""
-        longest: Column = np.maximum(self._idle_s, end_s - self.last_s)
-        return longest
 
     def _measure_share(self) -> Column:
         world, goal = self._world, self._goal

@@ -26,8 +26,7 @@ FIRST_BATCH = 100
 class RandomSearch:
     """What a search at random has found so far.
 
-    `failures` has seeds with their robustness, the worst first; `nearest` those of runs that came closest to failing,
-    with their closeness.
+    `failures` has seeds with their robustness, the worst first; `nearest` those of runs that came closest to failing.
     """
 
     runs: int = 0
@@ -46,10 +45,8 @@ class RandomSearch:
         failed = results.failed
         self.runs += len(seeds)
         self.failed += int(failed.sum())
-        for chosen, kept, values in (
-            (failed, self.failures, results.robustness),
-            (~failed, self.nearest, results.closeness),
-        ):
+        values = results.robustness
+        for chosen, kept in ((failed, self.failures), (~failed, self.nearest)):
             rows = np.flatnonzero(chosen)
             worst = rows[np.argsort(values[rows], kind="stable")][:KEPT].tolist()
             kept += [(float(values[row]), int(seeds[row])) for row in worst]

@@ -43,13 +43,9 @@ class TrialResults:
     """The time at which it was clear that the run had failed, s; NaN if it did not fail."""
     progress_s: Column
     """The time of the last progress towards the goal, s."""
-    idle_s: Column
-    """The longest time without progress, s."""
 
     last_states: NDArray[np.object_]
     """The names of the innermost states in the last moments of each run that failed, a frozenset; empty otherwise."""
-    closeness: Column
-    """How close a run came to failing, less for closer: what a directed search makes smaller."""
 
     @property
     def failed(self) -> NDArray[np.bool_]:
@@ -148,15 +144,11 @@ class GoalMeasure:
                 _note_states(run, np.isnan(reached_s), seen)
         reached = reached_s <= limit_s + 1e-9
         missing = np.maximum(1.0 - progress.best, LEAST_BADNESS)
-        robustness = np.where(reached, (limit_s - np.nan_to_num(reached_s)) / limit_s, -missing)
-        idle_s = progress.find_longest_idle(np.where(reached, reached_s, limit_s))
         return TrialResults(
-            robustness=robustness,
+            robustness=np.where(reached, (limit_s - np.nan_to_num(reached_s)) / limit_s, -missing),
             failed_s=np.where(reached, np.nan, limit_s),
             progress_s=np.where(reached, reached_s, progress.last_s),
-            idle_s=idle_s,
             last_states=_make_sets(seen, np.asarray(~reached)),
-            closeness=np.where(reached, robustness - idle_s / limit_s, robustness - 1.0),
         )
 
 
