@@ -20,9 +20,9 @@ from understudy.falsification.failing_world import (
     read_failing_world,
     write_failing_world,
 )
+from understudy.falsification.failure_replay import compute_end_hash, replay_failure
 from understudy.falsification.falsify import falsify
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.replay import compute_end_hash, replay_failure
 from understudy.falsification.shrink import shrink_failure
 from understudy.falsification.simpler_worlds import list_rounder, list_without_robots, strip_for_file
 from understudy.sim.catalog import find_scenario

@@ -9,8 +9,8 @@ import msgspec
 
 from understudy.errors import FileError
 from understudy.falsification.failure_picture import draw_failure
+from understudy.falsification.failure_replay import FailureReplay
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.replay import Replay
 from understudy.sim.scenario.files import format_scenario, load_scenario
 from understudy.storage.atomic_write import convert_os_errors, write_atomically
 from understudy.storage.json_text import convert_decode_errors
@@ -49,16 +49,16 @@ class FailingWorld:
     facts: FailureFacts
 
 
-def choose_folder(parent: Path, behavior: str) -> Path:
+def choose_folder(parent: Path | str, behavior: str) -> Path:
     """Return the first folder in `parent` that does not exist yet: BEHAVIOR-1, BEHAVIOR-2 and so on."""
     number = 1
-    while (folder := parent / f"{behavior}-{number}").exists():
+    while (folder := Path(parent) / f"{behavior}-{number}").exists():
         number += 1
     return folder
 
 
 def write_failing_world(
-    folder: Path, trial: Trial, facts: FailureFacts, replay: Replay, *, command: str
+    folder: Path | str, trial: Trial, facts: FailureFacts, replay: FailureReplay, *, command: str
 ) -> FailingWorld:
     """Write a failing world to a new folder.
 
@@ -80,6 +80,7 @@ def write_failing_world(
     FailingWorld
         The failing world.
     """
+    folder = Path(folder)
     title = f"{facts.behavior} fails in {trial.scenario.name}, seed {trial.seed}"
     picture = draw_failure(replay, title=title, tick_s=trial.scenario.tick_s)
     why = [title, "", *facts.why, "", "Simpler than the world that was found:"]

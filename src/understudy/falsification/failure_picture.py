@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from io import BytesIO
 
-from understudy.falsification.replay import Replay
+from understudy.falsification.failure_replay import FailureReplay
 from understudy.viz.palette import INK, PAPER
 from understudy.viz.path_png import draw_run, list_path_entries
 from understudy.viz.sheet import FigureSheet
@@ -12,7 +12,7 @@ from understudy.viz.sheet import FigureSheet
 MARK = "#c0392b"
 
 
-def draw_failure(replay: Replay, *, title: str, tick_s: float) -> bytes:
+def draw_failure(replay: FailureReplay, *, title: str, tick_s: float) -> bytes:
     """Draw the run of a failing world as a PNG, with a mark at the robot's place when its progress ended."""
     from matplotlib.lines import Line2D
 

@@ -16,7 +16,7 @@ from tests.falsification.planted import FORAGE, TOO_FAR, make_measure, plant_idl
 from tests.ui.cli.commands import ROOT, run, said
 
 from understudy.falsification.failing_world import read_failing_world
-from understudy.falsification.replay import compute_end_hash
+from understudy.falsification.failure_replay import compute_end_hash
 from understudy.model.library import TrainedAutomaton
 from understudy.sim.scenario.files import format_scenario
 from understudy.storage.library_folder import save_automaton

@@ -241,8 +241,8 @@ def _keep(
         choose_folder,
         write_failing_world,
     )
+    from understudy.falsification.failure_replay import compute_end_hash, replay_failure
     from understudy.falsification.joint_worlds import Trial
-    from understudy.falsification.replay import compute_end_hash, replay_failure
     from understudy.falsification.simpler_worlds import strip_for_file
 
     shrinking = found.shrinking

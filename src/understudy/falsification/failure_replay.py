@@ -29,7 +29,7 @@ MOST_STATES = 6
 
 
 @dataclass(frozen=True, slots=True)
-class Replay:
+class FailureReplay:
     """The run in a failing world until some time after its last progress.
 
     `wrong_s` is the time of the last progress, `robot` the explained robot, and `frames` the run tick by tick. `reason`
@@ -70,7 +70,7 @@ def replay_failure(
     roots: Mapping[str, tuple[str, Mapping[str, str]]],
     *,
     progress_s: float,
-) -> Replay:
+) -> FailureReplay:
     """Run a failing world again, and explain the decision at which its progress ended.
 
     Parameters
@@ -88,7 +88,7 @@ def replay_failure(
 
     Returns
     -------
-    Replay
+    FailureReplay
         The run and its explanation.
     """
     limit_s, tick_s = measure.get_limit(trial.scenario), trial.scenario.tick_s
@@ -113,7 +113,7 @@ def replay_failure(
             paths.append(states[robot])
         if tick <= wrong + 1 or reason is None or reason.time_s < wrong * tick_s:
             reason = find_latest_switch(chain, libraries) or reason
-    return Replay(
+    return FailureReplay(
         wrong * tick_s, robot, tuple(frames), reason, _describe(wrong * tick_s, reason, paths, tick_s)
     )
 
