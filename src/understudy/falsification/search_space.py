@@ -105,7 +105,7 @@ class SearchSpace:
     def decode(self, vector: Column) -> Scenario:
         """Return the scenario of a vector, with given places; things that would overlap move to free places nearby."""
         free = FreePlaces(self.scenario)
-        parts: dict[str, list[Obstacle | ObjectClass | RobotGroup]] = {
+        parts: dict[str, list[Placement]] = {
             "obstacles": list(self.scenario.obstacles),
             "objects": list(self.scenario.objects),
             "robots": list(self.scenario.robots),
@@ -193,11 +193,9 @@ class SearchSpace:
             self._add(f"{key}.amount") if isinstance(amount, tuple) and SIZES in vary else -1,
         )
 
-    def _place(
-        self, group: PlacedGroup, vector: Column, free: FreePlaces
-    ) -> Obstacle | ObjectClass | RobotGroup:
+    def _place(self, group: PlacedGroup, vector: Column, free: FreePlaces) -> Placement:
         """Return the group of things at the places that a vector says."""
-        sections = {
+        sections: dict[Section, tuple[Placement, ...]] = {
             "obstacles": self.scenario.obstacles,
             "objects": self.scenario.objects,
             "robots": self.scenario.robots,
