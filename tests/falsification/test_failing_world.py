@@ -34,9 +34,13 @@ MEASURE = make_measure()
 LIBRARIES, ROOTS = {"forager": make_library(TOO_FAR)}, {"forager": ("forage", dict[str, str]())}
 
 
-def find_failing_seed() -> int:
+def list_failing_seeds() -> list[int]:
     results = MEASURE([Trial(FORAGE, seed) for seed in range(200)])
-    return int(np.flatnonzero(results.failed)[-1])
+    return [int(row) for row in np.flatnonzero(results.failed)]
+
+
+def find_failing_seed() -> int:
+    return list_failing_seeds()[-1]
 
 
 def count_things(scenario: Scenario, seed: int) -> tuple[int, int, int]:
@@ -56,8 +60,9 @@ def keep(trial: Trial, folder: Path) -> FailingWorld:
     return write_failing_world(folder, trial, facts, replay, command="understudy run")
 
 
-def test_a_shrunk_world_still_fails_and_is_not_larger() -> None:
-    trial = Trial(FORAGE, find_failing_seed())
+@pytest.mark.parametrize("which", range(4))
+def test_a_shrunk_world_still_fails_and_is_not_larger(which: int) -> None:
+    trial = Trial(FORAGE, list_failing_seeds()[which])
     before = MEASURE([trial])
     found = shrink_failure(MEASURE, FORAGE, trial)
     after = MEASURE([found.trial])
@@ -70,9 +75,16 @@ def test_a_shrunk_world_still_fails_and_is_not_larger() -> None:
     assert found.steps
     (food,) = (thing for thing in found.trial.scenario.objects if thing.name == "food")
     assert get_count_range(food.amount)[0] >= 4 or any("later" in step for step in found.steps)
-    assert all(
-        isinstance(thing.at, tuple) for thing in found.trial.scenario.objects if thing.name != "marker"
-    )
+    things = (*found.trial.scenario.objects, *found.trial.scenario.robots)
+    assert all(isinstance(thing.at, tuple) or thing.count == 0 for thing in things)
+
+
+def test_a_world_that_is_too_large_shrinks_only_as_long_as_it_is() -> None:
+    """With the least food and rounder places the robot would be in time."""
+    hurried = make_measure(99.0, limit_s=100.0)
+    seed = int(np.flatnonzero(hurried([Trial(FORAGE, seed) for seed in range(60)]).failed)[0])
+    found = shrink_failure(hurried, FORAGE, Trial(FORAGE, seed))
+    assert hurried([found.trial]).failed.all()
 
 
 def test_shrinking_ends_after_its_runs() -> None:
