@@ -85,6 +85,7 @@ def test_a_world_that_is_too_large_shrinks_only_as_long_as_it_is() -> None:
     seed = int(np.flatnonzero(hurried([Trial(FORAGE, seed) for seed in range(60)]).failed)[0])
     found = shrink_failure(hurried, FORAGE, Trial(FORAGE, seed))
     assert hurried([found.trial]).failed.all()
+    assert "one food left out" not in found.steps  # it would have been in time then
 
 
 def test_shrinking_ends_after_its_runs() -> None:
