@@ -54,3 +54,12 @@ def import_narwhals() -> ModuleType:
         return import_module("narwhals")
     except ImportError:
         raise ExtraMissing(what="a data frame", extra="frames") from None
+
+
+@cache
+def import_cma() -> ModuleType:
+    """Import cma, which has the evolution strategy CMA-ES; raise ExtraMissing if it is not installed."""
+    try:
+        return import_module("cma")
+    except ImportError:
+        raise ExtraMissing(what="a directed search for failing worlds", extra="falsify") from None

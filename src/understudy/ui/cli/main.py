@@ -32,6 +32,7 @@ COMMANDS = (
     CommandEntry("validate", f"{HERE}.validate:validate", LIBRARY),
     CommandEntry("test", f"{HERE}.test:run_library_tests", LIBRARY),
     CommandEntry("check", f"{HERE}.check:check_automata", LIBRARY),
+    CommandEntry("falsify", f"{HERE}.falsify:falsify_behavior", LIBRARY),
     CommandEntry("simplify", f"{HERE}.simplify:simplify", LIBRARY),
     CommandEntry("export", f"{HERE}.export:app", LIBRARY),
     CommandEntry("rebuild", f"{HERE}.list:rebuild", LIBRARY),

@@ -1,0 +1,130 @@
+"""Failing worlds in folders: the scenario, the seed, why it fails, and a picture; they replay bit for bit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from understudy.errors import FileError
+from understudy.falsification.failure_picture import draw_failure
+from understudy.falsification.failure_replay import FailureReplay
+from understudy.falsification.joint_worlds import Trial
+from understudy.sim.scenario.files import format_scenario, load_scenario
+from understudy.storage.atomic_write import convert_os_errors, write_atomically
+from understudy.storage.json_text import convert_decode_errors
+
+FORMAT, VERSION = "failing world", 1
+SCENARIO_FILE, FACTS_FILE, PICTURE_FILE, WHY_FILE = "world.toml", "failure.json", "path.png", "why.txt"
+
+
+class FailureFacts(msgspec.Struct, frozen=True, kw_only=True):
+    """What is known about a failing world, as `failure.json` has it.
+
+    `wrong_s` is the time of the last progress, `end_hash` that of the world at the end of the run, and `limit_s` the
+    time limit, s. `found_by` is the search that found it, and `steps` says how it was shrunk.
+    """
+
+    understudy: str = FORMAT
+    version: int = VERSION
+    behavior: str
+    binding: dict[str, str]
+    seed: int
+    limit_s: float
+    robustness: float
+    wrong_s: float
+    end_hash: str
+    found_by: str
+    steps: tuple[str, ...]
+    why: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FailingWorld:
+    """A failing world in a folder."""
+
+    folder: Path
+    trial: Trial
+    facts: FailureFacts
+
+
+def choose_folder(parent: Path | str, behavior: str) -> Path:
+    """Return the first folder in `parent` that does not exist yet: BEHAVIOR-1, BEHAVIOR-2 and so on."""
+    number = 1
+    while (folder := Path(parent) / f"{behavior}-{number}").exists():
+        number += 1
+    return folder
+
+
+def write_failing_world(
+    folder: Path | str, trial: Trial, facts: FailureFacts, replay: FailureReplay, *, command: str
+) -> FailingWorld:
+    """Write a failing world to a new folder.
+
+    Parameters
+    ----------
+    folder
+        A folder that does not exist. FileError if it cannot be written.
+    trial
+        The scenario, as it is to be written, and the seed.
+    facts
+        What is known about it.
+    replay
+        The run, for the picture and the explanation.
+    command
+        The command that runs it again.
+
+    Returns
+    -------
+    FailingWorld
+        The failing world.
+    """
+    folder = Path(folder)
+    title = f"{facts.behavior} fails in {trial.scenario.name}, seed {trial.seed}"
+    picture = draw_failure(replay, title=title, tick_s=trial.scenario.tick_s)
+    why = [title, "", *facts.why, "", "Simpler than the world that was found:"]
+    why += [f"- {step}" for step in facts.steps] or ["- nothing: no simpler world failed"]
+    why += ["", "Run it again:", f"  {command}", ""]
+    with convert_os_errors(folder, "writing the failing world", remedy="name a folder that you may write to"):
+        folder.mkdir(parents=True)
+        write_atomically(folder / SCENARIO_FILE, format_scenario(trial.scenario).encode())
+        write_atomically(folder / PICTURE_FILE, picture)
+        write_atomically(folder / WHY_FILE, "\n".join(why).encode())
+        facts_text = msgspec.json.format(msgspec.json.encode(facts), indent=2) + b"\n"
+        write_atomically(folder / FACTS_FILE, facts_text)
+    return FailingWorld(folder, trial, facts)
+
+
+def read_failing_world(folder: Path | str) -> FailingWorld:
+    """Read a failing world from its folder.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+
+    Returns
+    -------
+    FailingWorld
+        The scenario with its seed, and what is known about it.
+
+    Raises
+    ------
+    FileError
+        If a file is missing or is not what it should be.
+    """
+    folder = Path(folder)
+    path = folder / FACTS_FILE
+    remedy = "name a folder that `understudy falsify` wrote"
+    with convert_os_errors(path, "reading the failing world", remedy=remedy):
+        content = path.read_bytes()
+    try:
+        with convert_decode_errors():
+            facts = msgspec.json.decode(content, type=FailureFacts)
+    except msgspec.DecodeError as error:
+        raise FileError(path=path, place="", problem=f"is not valid: {error}", remedy=remedy) from None
+    if facts.understudy != FORMAT or facts.version != VERSION:
+        problem = f"is {facts.understudy!r:.40}, version {facts.version}"
+        raise FileError(path=path, place="understudy", problem=problem, remedy=remedy)
+    return FailingWorld(folder, Trial(load_scenario(folder / SCENARIO_FILE), facts.seed), facts)

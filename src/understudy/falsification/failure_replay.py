@@ -1,0 +1,183 @@
+"""Replays of failing worlds: when exactly progress ended, the decision then, and what the robot did from there on."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from understudy.analysis.explain_run import DecisionReason, find_latest_switch
+from understudy.analysis.explanation_text import describe_source, describe_switch, describe_values
+from understudy.analysis.rerun import find_traced_run
+from understudy.analysis.tracing import list_chain_of_command, make_tracing_runner
+from understudy.errors import join_names
+from understudy.falsification.joint_worlds import Trial
+from understudy.falsification.progress import GoalProgress
+from understudy.falsification.trial import TICKS_AT_ONCE, GoalMeasure
+from understudy.sim.team.libraries import Libraries, make_scenario_team
+from understudy.sim.view import RunFrame
+from understudy.sim.world import World
+
+AFTER_S = 30.0
+"""The time that is shown after the last progress, s."""
+
+MOST_STATES = 6
+"""The largest number of states that a sentence names."""
+
+
+@dataclass(frozen=True, slots=True)
+class FailureReplay:
+    """The run in a failing world until some time after its last progress.
+
+    `wrong_s` is the time of the last progress, `robot` the explained robot, and `frames` the run tick by tick. `reason`
+    is the first switch from then on, or the last before; None if the robot never switched. `sentences` explain it.
+    """
+
+    wrong_s: float
+    robot: int
+    frames: tuple[RunFrame, ...]
+    reason: DecisionReason | None
+    sentences: tuple[str, ...]
+
+
+def compute_end_hash(measure: GoalMeasure, trial: Trial) -> str:
+    """Compute a hash of the world at the end of a run, by which another replay is compared bit for bit."""
+    run = measure.start([trial])
+    world = run.body
+    if not isinstance(world, World):
+        raise TypeError("a body that is not simulated")
+    last = int(measure.get_limit(trial.scenario) / world.tick_s + 1e-9)
+    for first in range(0, last, TICKS_AT_ONCE):
+        run.advance(min(TICKS_AT_ONCE, last - first))
+    robots, objects = world.state.robots, world.state.objects
+    digest = hashlib.sha256()
+    for rows, names in (
+        (robots, ("x", "y", "heading", "stored", "delivered")),
+        (objects, ("x", "y", "present", "amount")),
+    ):
+        for name in names:
+            digest.update(np.ascontiguousarray(rows[name]).tobytes())
+    return digest.hexdigest()
+
+
+def replay_failure(
+    measure: GoalMeasure,
+    trial: Trial,
+    libraries: Libraries,
+    roots: Mapping[str, tuple[str, Mapping[str, str]]],
+    *,
+    progress_s: float,
+) -> FailureReplay:
+    """Run a failing world again, and explain the decision at which its progress ended.
+
+    Parameters
+    ----------
+    measure
+        Runs the behavior.
+    trial
+        The failing world.
+    libraries
+        The library of each sort of agents.
+    roots
+        What each sort of agents runs by itself.
+    progress_s
+        About when progress ended, no earlier than that, s.
+
+    Returns
+    -------
+    FailureReplay
+        The run and its explanation.
+    """
+    limit_s, tick_s = measure.get_limit(trial.scenario), trial.scenario.tick_s
+    wrong = _find_last_progress(measure, trial, until_s=min(limit_s, progress_s + TICKS_AT_ONCE * tick_s))
+    robot = _choose_robot(trial)
+    world = World(trial.scenario, [trial.seed])
+    team = make_scenario_team(
+        world, trial.scenario, libraries, roots, seeds=[trial.seed], makes=make_tracing_runner
+    )
+    chain = list_chain_of_command(team, robot)
+    for post in chain:
+        find_traced_run(post).follow(post.agent)
+    frames = [RunFrame(world.view(), [path[0] if path else "" for path in team.paths])]
+    last = round(min(limit_s, wrong * tick_s + AFTER_S) / tick_s)
+    reason: DecisionReason | None = None
+    paths = list[tuple[str, ...]]()
+    for tick in range(1, last + 1):
+        team.tick()
+        states = team.paths
+        frames.append(RunFrame(world.view(), [path[0] if path else "" for path in states]))
+        if tick > wrong:
+            paths.append(states[robot])
+        if tick <= wrong + 1 or reason is None or reason.time_s < wrong * tick_s:
+            reason = find_latest_switch(chain, libraries) or reason
+    return FailureReplay(
+        wrong * tick_s, robot, tuple(frames), reason, _describe(wrong * tick_s, reason, paths, tick_s)
+    )
+
+
+def _find_last_progress(measure: GoalMeasure, trial: Trial, *, until_s: float) -> int:
+    """Return the tick at which progress ended."""
+    run = measure.start([trial])
+    world = run.body
+    if not isinstance(world, World):
+        raise TypeError("a body that is not simulated")
+    progress, running = GoalProgress(world, trial.scenario), np.ones(1, np.bool_)
+    for tick in range(1, round(until_s / world.tick_s) + 1):
+        run.tick()
+        progress.update(tick * world.tick_s, running=running)
+    return round(float(progress.last_s[0]) / world.tick_s)
+
+
+def _choose_robot(trial: Trial) -> int:
+    """Return the robot to explain: the one farthest from the goal's target if all have to be there, else the first."""
+    world, goal = World(trial.scenario, [trial.seed]), trial.scenario.goal
+    if goal is None or goal.target is None or not goal.all:
+        return 0
+    view = world.view()
+    rows = view.objects.kind == view.names.classes.index(goal.target)
+    if not rows.any():
+        return 0
+    x, y = view.objects.x[rows], view.objects.y[rows]
+    apart = np.hypot(view.robots.x[:, None] - x, view.robots.y[:, None] - y).min(axis=1)
+    return int(apart.argmax())
+
+
+def _describe(
+    wrong_s: float, reason: DecisionReason | None, paths: list[tuple[str, ...]], tick_s: float
+) -> tuple[str, ...]:
+    """Return sentences about the end of progress, the decision, and what followed."""
+    found = [
+        f"From {wrong_s:.1f} s on there was no more progress." if wrong_s else "There was never any progress."
+    ]
+    if reason is None:
+        found.append("The robot never changed its state.")
+    else:
+        explanation = reason.explanation
+        said = describe_switch(explanation.state, explanation.next, explanation)
+        found.append(f"At {reason.time_s:.1f} s {reason.automaton} {said}.")
+        if read := describe_values(reason):
+            found.append(f"It read {read}.")
+        if source := describe_source(reason):
+            shown = "The decision was " if source.startswith("shown") else "The robot's automaton: "
+            found.append(f"{shown}{source}.")
+    if paths:
+        found.append(_describe_states(paths, tick_s))
+    return tuple(found)
+
+
+def _describe_states(paths: list[tuple[str, ...]], tick_s: float) -> str:
+    switches = sum(one != other for one, other in pairwise(paths))
+    seconds = len(paths) * tick_s
+    counts: dict[str, int] = {}
+    for path in paths:
+        name = " > ".join(path) or "idle"
+        counts[name] = counts.get(name, 0) + 1
+    names = sorted(counts, key=lambda name: -counts[name])
+    if switches == 0:
+        return f"For {seconds:.0f} s it stayed in {names[0]}."
+    shown = join_names(names[:MOST_STATES]) + (", and others" if len(names) > MOST_STATES else "")
+    times = "once" if switches == 1 else f"{switches} times"
+    return f"In the next {seconds:.0f} s it changed its state {times}: {shown}."

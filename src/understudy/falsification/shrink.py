@@ -1,0 +1,142 @@
+"""Shrink a failing world: fewer things, less food, nearer to the usual, from shortly before the mistake, rounder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from understudy.errors import SettingError
+from understudy.falsification.joint_worlds import Trial
+from understudy.falsification.simpler_worlds import (
+    list_earlier_starts,
+    list_less_disturbed,
+    list_rounder,
+    list_smaller_amounts,
+    list_without_objects,
+    list_without_obstacles,
+    list_without_robots,
+    make_explicit,
+)
+from understudy.falsification.trial import TICKS_AT_ONCE, GoalMeasure, TrialResults
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.scenario.validation import check_scenario
+
+MOST_RUNS = 1_500
+"""The largest number of runs that shrinking may take."""
+
+ROUNDS = 3
+"""The largest number of times that all passes are repeated."""
+
+Candidate: TypeAlias = tuple[str, Scenario]
+"""A sentence about what is simpler, and the simpler scenario."""
+
+
+@dataclass
+class Shrinking:
+    """A failing world as it gets simpler.
+
+    `steps` says what was made simpler. `results` are those of the present trial.
+    """
+
+    trial: Trial
+    results: TrialResults
+    runs: int = 0
+    steps: list[str] = field(default_factory=list)
+    interrupted: bool = False
+
+    @property
+    def progress_s(self) -> float:
+        """The time of the last progress in the present world, s."""
+        return float(self.results.progress_s[0])
+
+
+def shrink_failure(
+    measure: GoalMeasure,
+    usual: Scenario,
+    trial: Trial,
+    *,
+    most_runs: int = MOST_RUNS,
+    progress: Callable[[Shrinking], None] = lambda found: None,
+) -> Shrinking:
+    """Make a failing world simpler as long as it still fails, no later, and in no other states than before.
+
+    Numbers of objects and amounts stay within what the scenario can draw. Obstacles are left out, because that makes a
+    world easier, and so are robots where each could do the task alone.
+
+    Parameters
+    ----------
+    measure
+        Runs the behavior.
+    usual
+        The scenario that was searched.
+    trial
+        A failing world of it.
+    most_runs
+        The largest number of runs.
+    progress
+        Called after each simplification.
+
+    Returns
+    -------
+    Shrinking
+        The simplest failing world found, also if it was interrupted.
+    """
+    found = Shrinking(trial, measure([trial]))
+    found.runs = 1
+    try:
+        explicit = make_explicit(trial)
+        if _accept_first(measure, found, [("", explicit)], most_runs):
+            found.steps.pop()
+        passes: Sequence[Callable[[Trial], Iterator[Candidate]]] = (
+            lambda now: list_without_obstacles(now.scenario),
+            lambda now: list_without_objects(now.scenario, usual),
+            lambda now: list_without_robots(now.scenario),
+            lambda now: list_less_disturbed(now.scenario, usual),
+            lambda now: list_smaller_amounts(now.scenario, usual),
+            lambda now: list_earlier_starts(measure, now, found.progress_s),
+            lambda now: list_rounder(now.scenario),
+        )
+        for _ in range(ROUNDS):
+            before = len(found.steps)
+            for list_candidates in passes:
+                while _accept_first(measure, found, list(list_candidates(found.trial)), most_runs):
+                    progress(found)
+            if len(found.steps) == before or found.runs >= most_runs:
+                break
+    except KeyboardInterrupt:
+        found.interrupted = True
+    return found
+
+
+def _accept_first(
+    measure: GoalMeasure, found: Shrinking, candidates: Sequence[Candidate], most_runs: int
+) -> bool:
+    """Take the first candidate that fails as early and ends in the same states; return whether there is one."""
+    possible = [each for each in candidates if each[1] != found.trial.scenario and _is_possible(each[1])]
+    possible = possible[: max(0, most_runs - found.runs)]
+    if not possible:
+        return False
+    trials = [Trial(scenario, found.trial.seed) for _, scenario in possible]
+    try:
+        results = measure(trials)
+    except SettingError:  # one of them is too crowded for this seed
+        return False
+    found.runs += len(trials)
+    tick_s = found.trial.scenario.tick_s
+    latest = found.progress_s + TICKS_AT_ONCE * tick_s + 1e-9
+    for row, (step, _) in enumerate(possible):
+        ends_alike = results.last_states[row] <= found.results.last_states[0]
+        if results.robustness[row] < 0 and results.progress_s[row] <= latest and ends_alike:
+            found.trial, found.results = trials[row], results.select([row])
+            found.steps.append(step)
+            return True
+    return False
+
+
+def _is_possible(scenario: Scenario) -> bool:
+    try:
+        check_scenario(scenario)
+    except SettingError:
+        return False
+    return True

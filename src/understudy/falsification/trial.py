@@ -1,0 +1,175 @@
+"""Runs in given worlds, with their robustness: how far each run was from failing, or how badly it failed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.analysis.behavior_run import BehaviorRun, ProgramRun, TeamRun, find_raised_times
+from understudy.analysis.evaluation_task import EvaluationTask
+from understudy.falsification.joint_worlds import Trial, group_alike, lay_out_each
+from understudy.falsification.progress import GoalProgress
+from understudy.model.kinds import Column
+from understudy.model.library import Library
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import make_team
+from understudy.sim.world import World
+
+WORLDS_AT_ONCE = 1_900
+"""The number of worlds that run side by side: so few that each process simulates them in one thread."""
+
+TICKS_AT_ONCE = 50
+"""The number of ticks between two looks at the progress of all worlds."""
+
+LOOKS = 20
+"""The number of last looks at which the states of runs that have not ended are noted."""
+
+LEAST_BADNESS = 1e-3
+"""The distance from 0 of the robustness of a run that failed at the very end."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrialResults:
+    """The results of n runs, as columns [n]."""
+
+    robustness: Column
+    """How far from failing: above 0 to 1 for success, the nearer to 0 the closer the limit; below 0 for failure."""
+    failed_s: Column
+    """The time at which it was clear that the run had failed, s; NaN if it did not fail."""
+    progress_s: Column
+    """The time of the last progress towards the goal, s."""
+
+    last_states: NDArray[np.object_]
+    """The names of the innermost states in the last moments of each run that failed, a frozenset; empty otherwise."""
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Which of the runs failed [n]."""
+        return np.asarray(self.robustness < 0)
+
+    def __len__(self) -> int:
+        return len(self.robustness)
+
+    def select(self, rows: Sequence[int] | NDArray[np.intp]) -> TrialResults:
+        """Return the results of some runs, given their rows."""
+        return TrialResults(*(getattr(self, each.name)[list(rows)] for each in fields(self)))
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[TrialResults]) -> TrialResults:
+        """Join the results of several batches, in order."""
+        return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
+
+
+Measure: TypeAlias = Callable[[Sequence[Trial]], TrialResults]
+"""A function that runs a behavior in the given worlds and returns the results in the same order."""
+
+
+@dataclass(frozen=True)
+class GoalMeasure:
+    """Runs of a behavior until it reaches its goal, the scenario's or its own flag, or the time limit.
+
+    The robustness of a run that reached the goal is the share of the limit that was left. Otherwise it is minus the
+    share of the goal that was missing: of food to deliver, boxes to gather or distance to a target.
+
+    Parameters
+    ----------
+    task
+        The behavior and its criteria, as `make_evaluation_task` returns them. Its world is not used.
+    limit_s
+        The time limit, s. None: that of each scenario.
+    """
+
+    task: EvaluationTask
+    limit_s: float | None = None
+
+    def __call__(self, trials: Sequence[Trial]) -> TrialResults:
+        """Run the behavior in the given worlds, as many side by side as differ only in places and amounts."""
+        parts: list[tuple[list[int], TrialResults]] = []
+        for rows in group_alike(trials):
+            for first in range(0, len(rows), WORLDS_AT_ONCE):
+                some = rows[first : first + WORLDS_AT_ONCE]
+                parts.append((some, self._run_together([trials[row] for row in some])))
+        order = np.argsort([row for rows, _ in parts for row in rows])
+        return TrialResults.concatenate([part for _, part in parts]).select(order)
+
+    def get_limit(self, scenario: Scenario) -> float:
+        """Return the time limit in a scenario, s."""
+        return scenario.limit_s if self.limit_s is None else self.limit_s
+
+    def start(self, trials: Sequence[Trial]) -> BehaviorRun:
+        """Start the behavior in new worlds that differ only in places and amounts, before the first tick."""
+        task, scenario, seeds = self.task, trials[0].scenario, [trial.seed for trial in trials]
+        run: BehaviorRun
+        if task.roots and not isinstance(task.libraries, Library):
+            team = make_team(scenario, seeds, task.libraries, task.roots)
+            run = TeamRun(team, task.libraries, task.roots)
+        else:
+            world = World(scenario, seeds)
+            run = ProgramRun(world, task.program, task.library, task.binding, worlds=len(seeds))
+        if isinstance(run.body, World):
+            lay_out_each(run.body, trials)
+        return run
+
+    def _run_together(self, trials: Sequence[Trial]) -> TrialResults:
+        run, scenario = self.start(trials), trials[0].scenario
+        world, flag = run.body, self.task.flag
+        if not isinstance(world, World):
+            raise TypeError("a body that is not simulated")
+        limit_s = self.get_limit(scenario)
+        last = int(limit_s / world.tick_s + 1e-9)
+        progress = GoalProgress(world, scenario)
+        reached_s = np.full(world.worlds, np.nan)
+        tick, seen = 0, dict[int, set[str]]()
+        while tick < last and np.isnan(reached_s).any():
+            ticks = min(TICKS_AT_ONCE, last - tick)
+            if flag is None:
+                run.advance(ticks)
+                reached_s = world.finished_s
+            elif isinstance(run, ProgramRun) and (plan := run.engine.plan()) is not None:
+                world.advance(plan, ticks)
+                reached_s = find_raised_times(run.engine, flag, worlds=world.worlds).max(axis=1)
+            else:
+                for step in range(1, ticks + 1):
+                    run.tick()
+                    now = np.isnan(reached_s) & run.find_raised(flag)
+                    reached_s[now] = (tick + step) * world.tick_s
+            tick += ticks
+            progress.update(tick * world.tick_s, running=np.isnan(reached_s))
+            if last - tick < LOOKS * TICKS_AT_ONCE:
+                _note_states(run, np.isnan(reached_s), seen)
+        reached = reached_s <= limit_s + 1e-9
+        missing = np.maximum(1.0 - progress.best, LEAST_BADNESS)
+        return TrialResults(
+            robustness=np.where(reached, (limit_s - np.nan_to_num(reached_s)) / limit_s, -missing),
+            failed_s=np.where(reached, np.nan, limit_s),
+            progress_s=np.where(reached, reached_s, progress.last_s),
+            last_states=_make_sets(seen, np.asarray(~reached)),
+        )
+
+
+def _note_states(run: BehaviorRun, running: NDArray[np.bool_], seen: dict[int, set[str]]) -> None:
+    """Add the innermost states of the robots of all running worlds to what was seen of each world."""
+    worlds = np.flatnonzero(running).tolist()
+    if not worlds or not isinstance(run.body, World):
+        return
+    robots = run.body.robots
+    paths = None if run.team is None else run.team.paths
+    for world in worlds:
+        for row in range(world * robots, (world + 1) * robots):
+            path = (
+                run.engine.path(row)
+                if paths is None and isinstance(run, ProgramRun)
+                else (paths or [()])[row]
+            )
+            seen.setdefault(world, set()).update(path[-1:])
+
+
+def _make_sets(seen: dict[int, set[str]], failed: NDArray[np.bool_]) -> NDArray[np.object_]:
+    made = np.empty(len(failed), np.object_)
+    for world, each in enumerate(failed.tolist()):
+        made[world] = frozenset(seen.get(world, ()) if each else ())
+    return made

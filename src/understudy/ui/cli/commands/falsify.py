@@ -1,0 +1,361 @@
+"""Command `understudy falsify`: look for worlds in which a behavior fails, and keep one, as simple as possible."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from understudy.errors import SettingError
+from understudy.ui.cli.options import WORLD, Bind, Json, KitName, WorldOption
+
+if TYPE_CHECKING:
+    from understudy.falsification.failing_world import FailingWorld
+    from understudy.falsification.falsify import Falsification
+    from understudy.falsification.trial import GoalMeasure
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.ui.cli.options import RunAssignment
+
+FOLDER = Path("failures")
+
+
+@dataclass(frozen=True, slots=True)
+class RandomResult:
+    """The search at random as `--json` prints it; `low` and `high` limit the share that fails, at 95 %."""
+
+    runs: int
+    failed: int
+    low: float
+    high: float
+    seeds: Sequence[int]
+
+
+@dataclass(frozen=True, slots=True)
+class DirectedResult:
+    """The directed search as `--json` prints it; `nearest` is the least robustness."""
+
+    runs: int
+    failed: int
+    nearest: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class FailureResult:
+    """A failing world as `--json` prints it."""
+
+    folder: str
+    scenario: str
+    seed: int
+    found_by: str
+    robustness: float
+    wrong_s: float
+    steps: Sequence[str]
+    why: Sequence[str]
+    command: str
+
+
+@dataclass(frozen=True, slots=True)
+class FalsifyResult:
+    """Result of a falsification as `--json` prints it; None where there was no directed search or no failure."""
+
+    behavior: str
+    world: str
+    limit_s: float
+    seconds: float
+    interrupted: bool
+    random: RandomResult
+    directed: DirectedResult | None
+    failure: FailureResult | None
+    notes: Sequence[str]
+
+
+def falsify_behavior(
+    library: Annotated[Path, typer.Argument(metavar="LIBRARY", help="Folder of the library.")],
+    behavior: Annotated[str, typer.Argument(metavar="NAME", help="Name of the behavior.")],
+    world: WorldOption = WORLD,
+    seconds: Annotated[
+        float, typer.Option("--seconds", metavar="S", help="Time to search, half of it at random, in s.")
+    ] = 60.0,
+    worlds: Annotated[
+        int | None,
+        typer.Option(
+            "--worlds",
+            metavar="N",
+            help="Number of worlds to run at random, instead of half of the time.",
+            show_default=False,
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the search.")] = 0,
+    limit_s: Annotated[
+        float | None,
+        typer.Option(
+            "--limit",
+            metavar="SECONDS",
+            help="Time limit of each world, in simulated s; the scenario's if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--vary",
+            metavar="WHAT",
+            help="What the directed search varies: places, sizes or disturbances; all if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    jobs: Annotated[
+        int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Processes for the search at random.")
+    ] = 1,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder that keeps failing worlds.")
+    ] = FOLDER,
+    bind: Bind = None,
+    kit: KitName = None,
+    as_json: Json = False,
+) -> None:
+    """Look for worlds in which a behavior fails to reach its goal in time; keep one, as simple as possible.
+
+    First it runs fresh worlds at random, and gives an exact interval of the share that fails. If none fails, it
+    varies places, sizes and disturbances from the worlds that came closest to failing. A failing world is made
+    simpler as long as it fails, and kept as a scenario with its seed, a picture, and the decision that went wrong.
+    Ctrl-C ends the search; what was found is kept.
+
+    The exit code is 1 if a world failed, 0 if none did, and 2 if something given cannot be used.
+
+    [dim]understudy falsify demo/library forage --seconds 60[/]
+
+    [dim]understudy falsify mine goto --world arena --bind A=red_flag --limit 60[/]
+    """
+    from understudy.falsification.falsify import falsify
+    from understudy.falsification.search_space import ASPECTS
+    from understudy.jit.settings import compile_on_first_call
+    from understudy.ui.cli import INTERRUPTED
+    from understudy.ui.cli.options import assign_run, find_kit, open_scenario
+    from understudy.ui.cli.output import print_json
+
+    _check_settings(seconds, worlds, vary, ASPECTS, out)
+    where = open_scenario(world)
+    assigned = assign_run(where, behavior, library, find_kit(kit, world), bind)
+    measure = _make_measure(assigned, where, limit_s)
+    compile_on_first_call()
+    with show_search(quiet=as_json) as report:
+        found = falsify(
+            measure,
+            where,
+            seed=seed,
+            seconds=seconds,
+            worlds=worlds,
+            jobs=jobs,
+            vary=vary or ASPECTS,
+            report=report,
+        )
+    kept, command = None, ""
+    if found.shrinking is not None:
+        kept, command = _keep(found, measure, assigned, out, library, world=world, kit=kit, bind=bind or [])
+    result = _make_result(found, kept, measure, assigned, where, command)
+    if as_json:
+        print_json(result)
+    else:
+        _show(result)
+    raise typer.Exit(1 if kept is not None else INTERRUPTED if found.interrupted else 0)
+
+
+def _check_settings(
+    seconds: float, worlds: int | None, vary: list[str] | None, known: Sequence[str], out: Path
+) -> None:
+    """Refuse settings that cannot be used, before anything runs."""
+
+    def refuse(option: str, problem: str, remedy: str) -> SettingError:
+        return SettingError(where="falsify", setting=option, problem=problem, remedy=remedy)
+
+    if not 0 < seconds < float("inf"):
+        raise refuse("--seconds", f"is {seconds:g}", "give a time in s")
+    if worlds is not None and not 1 <= worlds <= 1_000_000_000:
+        raise refuse("--worlds", f"is {worlds}", "give a number from 1 to 1000000000")
+    for name in vary or ():
+        if name not in known:
+            raise refuse("--vary", f"is {name!r:.60}", f"give {', '.join(known[:-1])} or {known[-1]}")
+    if out.exists() and not out.is_dir():
+        raise refuse("--out", f"is the file {out}", "name a folder")
+
+
+def _make_measure(assigned: RunAssignment, where: Scenario, limit_s: float | None) -> GoalMeasure:
+    from understudy.analysis.evaluate import make_evaluation_task
+    from understudy.falsification.trial import GoalMeasure
+
+    task = make_evaluation_task(
+        assigned.libraries,
+        f"{assigned.sort}/{assigned.behavior}",
+        where,
+        binding=assigned.binding,
+        limit_s=limit_s,
+    )
+    measure = GoalMeasure(task, limit_s)
+    if not measure.get_limit(where) >= where.tick_s:
+        problem = f"is {measure.get_limit(where):g} s, less than a tick"
+        raise SettingError(
+            where="falsify", setting="--limit", problem=problem, remedy=f"give at least {where.tick_s:g} s"
+        )
+    return measure
+
+
+@contextmanager
+def show_search(*, quiet: bool) -> Iterator[Callable[[str, int, int], None]]:
+    """Show the runs so far on stderr while the block runs; yield a function to call with (what, runs, failures)."""
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    from understudy.ui.cli.output import make_console
+
+    out = make_console(err=True)
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=out, transient=True, disable=quiet or not out.is_terminal) as bar:
+        task = bar.add_task("Starting", total=None)
+
+        def report(doing: str, runs: int, failed: int) -> None:
+            bar.update(task, description=f"{doing}: {runs} runs, {failed} failed")
+
+        yield report
+
+
+def _keep(
+    found: Falsification,
+    measure: GoalMeasure,
+    assigned: RunAssignment,
+    out: Path,
+    library: Path,
+    *,
+    world: str,
+    kit: str | None,
+    bind: Sequence[str],
+) -> tuple[FailingWorld, str]:
+    """Explain the failing world and write it to a new folder; return it with the command that runs it."""
+    from understudy.falsification.failing_world import (
+        SCENARIO_FILE,
+        FailureFacts,
+        choose_folder,
+        write_failing_world,
+    )
+    from understudy.falsification.failure_replay import compute_end_hash, replay_failure
+    from understudy.falsification.joint_worlds import Trial
+    from understudy.falsification.simpler_worlds import strip_for_file
+
+    shrinking = found.shrinking
+    if shrinking is None or found.found_by is None:
+        raise TypeError("nothing to keep")
+    folder = choose_folder(out, assigned.behavior)
+    seed = shrinking.trial.seed
+    about = f"{assigned.behavior} fails here with seed {seed}; found in {world} by a {found.found_by} search."
+    scenario = strip_for_file(shrinking.trial.scenario, name=shrinking.trial.scenario.name, about=about)
+    trial = Trial(scenario, seed)
+    replay = replay_failure(
+        measure, trial, assigned.libraries, assigned.roots, progress_s=shrinking.progress_s
+    )
+    words = ["understudy", "run", str(folder / SCENARIO_FILE), "--behavior", assigned.behavior]
+    words += ["--library", str(library), "--seed", str(seed)]
+    words += [] if kit is None else ["--kit", kit]
+    words += [word for pair in bind for word in ("--bind", pair)]
+    command = shlex.join(words)
+    facts = FailureFacts(
+        behavior=assigned.behavior,
+        binding=dict(assigned.binding),
+        seed=seed,
+        limit_s=measure.get_limit(scenario),
+        robustness=float(shrinking.results.robustness[0]),
+        wrong_s=replay.wrong_s,
+        end_hash=compute_end_hash(measure, trial),
+        found_by=found.found_by,
+        steps=tuple(shrinking.steps),
+        why=replay.sentences,
+    )
+    return write_failing_world(folder, trial, facts, replay, command=command), command
+
+
+def _make_result(
+    found: Falsification,
+    kept: FailingWorld | None,
+    measure: GoalMeasure,
+    assigned: RunAssignment,
+    where: Scenario,
+    command: str,
+) -> FalsifyResult:
+    low, high = found.random.interval
+    directed, failure = None, None
+    if found.directed is not None:
+        nearest = found.directed.nearest
+        directed = DirectedResult(
+            found.directed.runs, len(found.directed.failures), nearest if nearest < float("inf") else None
+        )
+    if kept is not None:
+        from understudy.falsification.failing_world import SCENARIO_FILE
+
+        facts = kept.facts
+        failure = FailureResult(
+            folder=str(kept.folder),
+            scenario=str(kept.folder / SCENARIO_FILE),
+            seed=facts.seed,
+            found_by=facts.found_by,
+            robustness=facts.robustness,
+            wrong_s=round(facts.wrong_s, 6),
+            steps=facts.steps,
+            why=facts.why,
+            command=command,
+        )
+    return FalsifyResult(
+        behavior=assigned.behavior,
+        world=where.name,
+        limit_s=measure.get_limit(where),
+        seconds=round(found.seconds, 3),
+        interrupted=found.interrupted,
+        random=RandomResult(
+            found.random.runs, found.random.failed, low, high, [seed for _, seed in found.random.failures]
+        ),
+        directed=directed,
+        failure=failure,
+        notes=found.notes,
+    )
+
+
+def _show(result: FalsifyResult) -> None:
+    """Print the result as text."""
+    from rich.markup import escape
+
+    from understudy.ui.cli.output import format_count, make_console
+
+    out, random = make_console(), result.random
+    if result.interrupted:
+        out.print("[yellow]Interrupted; this is what was found until then.[/]")
+    at_most = f"at most {random.high:.3g} of all worlds at 95 %"
+    share = at_most if not random.failed else f"{random.low:.3g} to {random.high:.3g} of all worlds at 95 %"
+    runs = format_count(random.runs, "world")
+    out.print(f"At random: {random.failed} of {runs} failed: {share}", soft_wrap=True)
+    if result.directed is not None:
+        nearest = result.directed.nearest
+        near = "" if nearest is None else f"; the least robustness was {nearest:.3g}"
+        out.print(
+            f"Directed: {result.directed.failed} of {format_count(result.directed.runs, 'world')} failed{near}",
+            soft_wrap=True,
+        )
+    for note in result.notes:
+        out.print(f"[dim]No directed search: {escape(note)}[/]", soft_wrap=True)
+    failure = result.failure
+    if failure is None:
+        out.print(
+            "[green]No failing world was found.[/] That is no proof that there is none.", soft_wrap=True
+        )
+        return
+    out.print(f"\n[bold]{escape(result.behavior)} fails in {escape(failure.scenario)}[/]", soft_wrap=True)
+    for sentence in failure.why:
+        out.print(f"  {escape(sentence)}", soft_wrap=True)
+    if failure.steps:
+        out.print(
+            f"[dim]  Simpler than the world that was found: {escape(', '.join(failure.steps))}.[/]",
+            soft_wrap=True,
+        )
+    out.print("\nRun it again:", soft_wrap=True)
+    out.print(f"  {failure.command}", markup=False, soft_wrap=True)

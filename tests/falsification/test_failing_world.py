@@ -1,0 +1,169 @@
+"""Failing worlds: as simple as possible, explained, kept in a folder, and replayed bit for bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from tests.falsification.planted import FORAGE, TOO_FAR, make_library, make_measure
+
+from understudy.errors import FileError
+from understudy.falsification.failing_world import (
+    FACTS_FILE,
+    SCENARIO_FILE,
+    FailingWorld,
+    FailureFacts,
+    choose_folder,
+    read_failing_world,
+    write_failing_world,
+)
+from understudy.falsification.failure_replay import compute_end_hash, replay_failure
+from understudy.falsification.falsify import falsify
+from understudy.falsification.joint_worlds import Trial
+from understudy.falsification.shrink import shrink_failure
+from understudy.falsification.simpler_worlds import list_rounder, list_without_robots, strip_for_file
+from understudy.sim.catalog import find_scenario
+from understudy.sim.params import get_count_range
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.world import World
+
+MEASURE = make_measure()
+LIBRARIES, ROOTS = {"forager": make_library(TOO_FAR)}, {"forager": ("forage", dict[str, str]())}
+
+
+def list_failing_seeds() -> list[int]:
+    results = MEASURE([Trial(FORAGE, seed) for seed in range(200)])
+    return [int(row) for row in np.flatnonzero(results.failed)]
+
+
+def find_failing_seed() -> int:
+    return list_failing_seeds()[-1]
+
+
+def count_things(scenario: Scenario, seed: int) -> tuple[int, int, int]:
+    view = World(scenario, [seed]).view()
+    return len(view.robots), len(view.objects), int(view.objects.amount.sum())
+
+
+def keep(trial: Trial, folder: Path) -> FailingWorld:
+    trial = Trial(strip_for_file(trial.scenario, name="forage", about="It fails."), trial.seed)
+    results = MEASURE([trial])
+    replay = replay_failure(MEASURE, trial, LIBRARIES, ROOTS, progress_s=float(results.progress_s[0]))
+    facts = FailureFacts(
+        behavior="forage", binding={}, seed=trial.seed, limit_s=600.0, robustness=float(results.robustness[0]),
+        wrong_s=replay.wrong_s, end_hash=compute_end_hash(MEASURE, trial), found_by="random", steps=(),
+        why=replay.sentences,
+    )  # fmt: skip
+    return write_failing_world(folder, trial, facts, replay, command="understudy run")
+
+
+@pytest.mark.parametrize("which", range(4))
+def test_a_shrunk_world_still_fails_and_is_not_larger(which: int) -> None:
+    trial = Trial(FORAGE, list_failing_seeds()[which])
+    before = MEASURE([trial])
+    found = shrink_failure(MEASURE, FORAGE, trial)
+    after = MEASURE([found.trial])
+    assert after.failed.all()
+    assert after.progress_s[0] <= before.progress_s[0] + 10.0
+    assert after.last_states[0] == before.last_states[0] == {"start"}
+    sizes = zip(count_things(*found.trial), count_things(*trial), strict=True)
+    assert all(now <= then for now, then in sizes)
+    assert count_things(*found.trial) != count_things(*trial)
+    assert found.steps
+    (food,) = (thing for thing in found.trial.scenario.objects if thing.name == "food")
+    assert get_count_range(food.amount)[0] >= 4 or any("later" in step for step in found.steps)
+    things = (*found.trial.scenario.objects, *found.trial.scenario.robots)
+    assert all(isinstance(thing.at, tuple) or thing.count == 0 for thing in things)
+
+
+def test_a_world_that_is_too_large_shrinks_only_as_long_as_it_is() -> None:
+    """With the least food and rounder places the robot would be in time."""
+    hurried = make_measure(99.0, limit_s=100.0)
+    seed = int(np.flatnonzero(hurried([Trial(FORAGE, seed) for seed in range(60)]).failed)[0])
+    found = shrink_failure(hurried, FORAGE, Trial(FORAGE, seed))
+    assert hurried([found.trial]).failed.all()
+    assert "one food left out" not in found.steps  # it would have been in time then
+
+
+def test_shrinking_ends_after_its_runs() -> None:
+    found = shrink_failure(MEASURE, FORAGE, Trial(FORAGE, find_failing_seed()), most_runs=5)
+    assert found.runs <= 5
+    assert MEASURE([found.trial]).failed.all()
+
+
+def test_robots_that_need_each_other_stay() -> None:
+    team, salvage, swarm = (find_scenario(name) for name in ("forage-team", "salvage", "swarm"))
+    placed = replace(team.robots[0], at=((1.0, 1.0, 0.0), (2.0, 2.0, 0.0)), count=msgspec.UNSET)
+    assert len(list(list_without_robots(replace(team, robots=(placed,))))) == 2
+    assert not list(list_without_robots(salvage))
+    assert not list(list_without_robots(swarm))
+
+
+def test_rounded_places_come_the_coarsest_first() -> None:
+    at = ((1.234567, 2.345678, 44.4),)
+    scenario = replace(FORAGE, objects=(), goal=None, robots=(replace(FORAGE.robots[0], at=at),))
+    places = [made.robots[0].at for _, made in list_rounder(scenario)]
+    assert places[0] == ((1.0, 2.0, 44.4),)
+    assert ((1.23, 2.35, 44.4),) in places
+    assert ((1.234567, 2.345678, 45.0),) in places
+
+
+def test_a_kept_world_replays_bit_for_bit(tmp_path: Path) -> None:
+    kept = keep(Trial(FORAGE, find_failing_seed()), tmp_path / "kept")
+    again = read_failing_world(tmp_path / "kept")
+    assert again == kept
+    assert compute_end_hash(MEASURE, again.trial) == kept.facts.end_hash
+    elsewhere = Trial(again.trial.scenario, again.trial.seed + 1)
+    assert compute_end_hash(MEASURE, elsewhere) != kept.facts.end_hash
+    assert (tmp_path / "kept" / "path.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_moment_is_explained(tmp_path: Path) -> None:
+    """The planted robot reads how far it is, and stays in the start of goto."""
+    kept = keep(Trial(FORAGE, find_failing_seed()), tmp_path / "kept")
+    text = " ".join(kept.facts.why)
+    assert "no more progress" in text or "never any progress" in text
+    assert "goto > start" in text
+    assert text in " ".join((tmp_path / "kept" / "why.txt").read_text().split("\n"))
+
+
+def test_a_directed_search_finds_what_chance_does_not() -> None:
+    found = falsify(make_measure(13.5), FORAGE, worlds=100, seconds=60.0, seed=1)
+    assert (found.random.runs, found.random.failed) == (100, 0)
+    assert found.found_by == "directed"
+    assert found.shrinking is not None
+    assert make_measure(13.5)([found.shrinking.trial]).failed.all()
+
+
+def test_folders_are_never_used_twice(tmp_path: Path) -> None:
+    assert choose_folder(tmp_path, "forage") == tmp_path / "forage-1"
+    (tmp_path / "forage-1").mkdir()
+    assert choose_folder(tmp_path, "forage") == tmp_path / "forage-2"
+
+
+BROKEN = [  # the content of failure.json, what the error says
+    ("{", "is not valid"),
+    ('{"understudy": "other"}', "is not valid"),
+    ("[]", "is not valid"),
+]
+
+
+@pytest.mark.parametrize(("content", "message"), BROKEN)
+def test_a_folder_that_is_no_failing_world(tmp_path: Path, content: str, message: str) -> None:
+    with pytest.raises(FileError, match="reading the failing world failed"):
+        read_failing_world(tmp_path)
+    (tmp_path / FACTS_FILE).write_text(content)
+    with pytest.raises(FileError, match=message):
+        read_failing_world(tmp_path)
+
+
+def test_a_failing_world_of_a_newer_version(tmp_path: Path) -> None:
+    keep(Trial(FORAGE, find_failing_seed()), tmp_path / "kept")
+    path = tmp_path / "kept" / FACTS_FILE
+    path.write_text(path.read_text().replace('"version": 1', '"version": 2'))
+    with pytest.raises(FileError, match="version 2"):
+        read_failing_world(tmp_path / "kept")
+    (tmp_path / "kept" / SCENARIO_FILE).unlink()

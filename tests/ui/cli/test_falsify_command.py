@@ -1,0 +1,130 @@
+"""`understudy falsify`: failing worlds from the command line."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+from tests.falsification.planted import FORAGE, TOO_FAR, make_measure, plant_idleness
+from tests.ui.cli.commands import ROOT, run, said
+
+from understudy.falsification.failing_world import read_failing_world
+from understudy.falsification.failure_replay import compute_end_hash
+from understudy.model.library import TrainedAutomaton
+from understudy.sim.scenario.files import format_scenario
+from understudy.storage.library_folder import save_automaton
+
+
+@pytest.fixture
+def planted(library: Path) -> Path:
+    """A library whose forager stays where it is if its target is 9 m away or more."""
+    save_automaton(library, TrainedAutomaton(plant_idleness(TOO_FAR)))
+    return library
+
+
+def test_a_failing_world_is_kept(planted: Path, tmp_path: Path) -> None:
+    out = tmp_path / "failures"
+    options = ("falsify", planted, "forage", "--worlds", 100, "--limit", 600, "-o", out)
+    result = run(*options, "--json")
+    assert result.exit_code == 1, result.output
+    found = json.loads(result.stdout)
+    assert found["random"]["runs"] == 100
+    assert found["random"]["low"] < found["random"]["failed"] / 100 < found["random"]["high"]
+    assert len(found["random"]["seeds"]) == found["random"]["failed"]
+    assert found["directed"] is None
+    failure = found["failure"]
+    kept = read_failing_world(failure["folder"])
+    assert kept.folder == out / "forage-1"
+    assert kept.trial.seed == failure["seed"]
+    assert compute_end_hash(make_measure(), kept.trial) == kept.facts.end_hash
+    again = said(*failure["command"].split()[1:])
+    assert again["success"] is False
+    text = run(*options)
+    assert text.exit_code == 1
+    assert "forage fails in" in text.stdout
+    assert sorted(each.name for each in out.iterdir()) == ["forage-1", "forage-2"]
+
+
+def test_no_failing_world(library: Path, tmp_path: Path) -> None:
+    options = ("falsify", library, "forage", "--worlds", 40, "--seconds", 1, "-o", tmp_path / "none")
+    found = said(*options)
+    assert found["failure"] is None
+    assert found["random"]["failed"] == 0
+    assert found["directed"]["runs"] > 0
+    assert found["directed"]["failed"] == 0
+    assert not (tmp_path / "none").exists()
+    result = run(*options)
+    assert result.exit_code == 0
+    assert "No failing world was found. That is no proof" in result.stdout
+
+
+MISTAKES = [
+    (("--seconds", "0"), "--seconds is 0"),
+    (("--worlds", "0"), "--worlds is 0"),
+    (("--vary", "walls"), "--vary is 'walls'"),
+    (("--limit", "0.01"), "--limit is 0.01 s"),
+    (("--world", "nowhere"), "nowhere"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), MISTAKES)
+def test_mistakes(library: Path, options: tuple[str, ...], message: str) -> None:
+    result = run("falsify", library, "forage", *options)
+    assert result.exit_code == 2
+    assert message in " ".join(result.stderr.split())
+
+
+def test_a_world_without_a_goal(library: Path, tmp_path: Path) -> None:
+    path = tmp_path / "endless.toml"
+    path.write_text(format_scenario(replace(FORAGE, goal=None)))
+    result = run("falsify", library, "forage", "--world", path)
+    assert result.exit_code == 2
+    assert "goal is missing" in " ".join(result.stderr.split())
+
+
+def test_a_file_where_failing_worlds_should_go(library: Path, tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("kept")
+    result = run("falsify", library, "forage", "-o", tmp_path / "taken")
+    assert result.exit_code == 2
+    assert "--out" in result.stderr
+    assert (tmp_path / "taken").read_text() == "kept"
+
+
+def test_a_behavior_that_does_not_exist(library: Path) -> None:
+    result = run("falsify", library, "forag")
+    assert result.exit_code == 2
+    assert "forag" in result.stderr
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.timed
+def test_an_interrupted_search_keeps_what_it_found(planted: Path, tmp_path: Path) -> None:
+    out = tmp_path / "failures"
+    command = [
+        sys.executable,
+        "-m",
+        "understudy.ui.cli",
+        "falsify",
+        str(planted),
+        "forage",
+        "--seconds",
+        "600",
+    ]
+    command += ["--limit", "600", "-o", str(out), "--json"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as begun:
+        time.sleep(20.0)
+        begun.send_signal(signal.SIGINT)
+        printed, _ = begun.communicate(timeout=120.0)
+    assert begun.returncode == 1
+    found = json.loads(printed)
+    assert found["interrupted"]
+    assert found["random"]["failed"] > 0
+    assert read_failing_world(found["failure"]["folder"]).facts.robustness < 0
