@@ -15,7 +15,7 @@ from understudy.analysis.rerun import find_traced_run
 from understudy.analysis.tracing import list_chain_of_command, make_tracing_runner
 from understudy.errors import join_names
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.progress import GoalProgress
+from understudy.falsification.progress import ProgressRecord
 from understudy.falsification.trial import TICKS_AT_ONCE, GoalMeasure
 from understudy.sim.team.libraries import Libraries, make_scenario_team
 from understudy.sim.view import RunFrame
@@ -124,7 +124,7 @@ def _find_last_progress(measure: GoalMeasure, trial: Trial, *, until_s: float) -
     world = run.body
     if not isinstance(world, World):
         raise TypeError("a body that is not simulated")
-    progress, running = GoalProgress(world, trial.scenario), np.ones(1, np.bool_)
+    progress, running = ProgressRecord(world, trial.scenario), np.ones(1, np.bool_)
     for tick in range(1, round(until_s / world.tick_s) + 1):
         run.tick()
         progress.update(tick * world.tick_s, running=running)

@@ -13,7 +13,7 @@ LEAST_STEP = 1e-3
 """The least increase of the share of the goal that counts as progress."""
 
 
-class GoalProgress:
+class ProgressRecord:
     """The largest share of the goal that each of B worlds has reached so far, and when it last grew.
 
     Loading a unit of food counts half of delivering it. Without a goal the share stays 0.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from understudy.analysis.behavior_run import BehaviorRun, ProgramRun, TeamRun, find_raised_times
 from understudy.analysis.evaluation_task import EvaluationTask
 from understudy.falsification.joint_worlds import Trial, group_alike, lay_out_each
-from understudy.falsification.progress import GoalProgress
+from understudy.falsification.progress import ProgressRecord
 from understudy.model.kinds import Column
 from understudy.model.library import Library
 from understudy.sim.scenario.schema import Scenario
@@ -121,7 +121,7 @@ class GoalMeasure:
             raise TypeError("a body that is not simulated")
         limit_s = self.get_limit(scenario)
         last = int(limit_s / world.tick_s + 1e-9)
-        progress = GoalProgress(world, scenario)
+        progress = ProgressRecord(world, scenario)
         reached_s = np.full(world.worlds, np.nan)
         tick, seen = 0, dict[int, set[str]]()
         while tick < last and np.isnan(reached_s).any():
