@@ -1,4 +1,4 @@
-"""Replays of failing worlds: when exactly progress ended, the decision then, and what the robot did from there on."""
+"""Replays of failing worlds: when exactly it went wrong, the decision then, and what the robot did from there on."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from understudy.analysis.rerun import find_traced_run
 from understudy.analysis.tracing import list_chain_of_command, make_tracing_runner
 from understudy.errors import join_names
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.progress import ProgressRecord
-from understudy.falsification.trial import TICKS_AT_ONCE, GoalMeasure
+from understudy.falsification.trial import TICKS_AT_ONCE, TrialMeasure
 from understudy.sim.team.libraries import Libraries, make_scenario_team
 from understudy.sim.view import RunFrame
 from understudy.sim.world import World
@@ -30,10 +29,10 @@ MOST_STATES = 6
 
 @dataclass(frozen=True, slots=True)
 class FailureReplay:
-    """The run in a failing world until some time after its last progress.
+    """The run in a failing world until some time after it went wrong.
 
-    `wrong_s` is the time of the last progress, `robot` the explained robot, and `frames` the run tick by tick. `reason`
-    is the first switch from then on, or the last before; None if the robot never switched. `sentences` explain it.
+    `wrong_s` is the time at which it went wrong, s, `robot` the explained robot, and `frames` the run tick by tick.
+    `reason` is the switch that explains it; None if the robot never switched. `sentences` put it in words.
     """
 
     wrong_s: float
@@ -43,7 +42,7 @@ class FailureReplay:
     sentences: tuple[str, ...]
 
 
-def compute_end_hash(measure: GoalMeasure, trial: Trial) -> str:
+def compute_end_hash(measure: TrialMeasure, trial: Trial) -> str:
     """Compute a hash of the world at the end of a run, by which another replay is compared bit for bit."""
     run = measure.start([trial])
     world = run.body
@@ -64,14 +63,14 @@ def compute_end_hash(measure: GoalMeasure, trial: Trial) -> str:
 
 
 def replay_failure(
-    measure: GoalMeasure,
+    measure: TrialMeasure,
     trial: Trial,
     libraries: Libraries,
     roots: Mapping[str, tuple[str, Mapping[str, str]]],
     *,
     progress_s: float,
 ) -> FailureReplay:
-    """Run a failing world again, and explain the decision at which its progress ended.
+    """Run a failing world again, and explain the decision with which it went wrong.
 
     Parameters
     ----------
@@ -84,7 +83,7 @@ def replay_failure(
     roots
         What each sort of agents runs by itself.
     progress_s
-        About when progress ended, no earlier than that, s.
+        About when it went wrong, no earlier than that, s.
 
     Returns
     -------
@@ -92,7 +91,7 @@ def replay_failure(
         The run and its explanation.
     """
     limit_s, tick_s = measure.get_limit(trial.scenario), trial.scenario.tick_s
-    wrong = _find_last_progress(measure, trial, until_s=min(limit_s, progress_s + TICKS_AT_ONCE * tick_s))
+    wrong = measure.find_wrong_tick(trial, until_s=min(limit_s, progress_s + TICKS_AT_ONCE * tick_s))
     robot = _choose_robot(trial)
     world = World(trial.scenario, [trial.seed])
     team = make_scenario_team(
@@ -111,24 +110,17 @@ def replay_failure(
         frames.append(RunFrame(world.view(), [path[0] if path else "" for path in states]))
         if tick > wrong:
             paths.append(states[robot])
-        if tick <= wrong + 1 or reason is None or reason.time_s < wrong * tick_s:
+        if tick <= wrong or (
+            measure.is_cause_later and (tick == wrong + 1 or reason is None or reason.time_s < wrong * tick_s)
+        ):
             reason = find_latest_switch(chain, libraries) or reason
     return FailureReplay(
-        wrong * tick_s, robot, tuple(frames), reason, _describe(wrong * tick_s, reason, paths, tick_s)
+        wrong * tick_s,
+        robot,
+        tuple(frames),
+        reason,
+        _describe(measure.describe_wrong_time(wrong * tick_s), reason, paths, tick_s),
     )
-
-
-def _find_last_progress(measure: GoalMeasure, trial: Trial, *, until_s: float) -> int:
-    """Return the tick at which progress ended."""
-    run = measure.start([trial])
-    world = run.body
-    if not isinstance(world, World):
-        raise TypeError("a body that is not simulated")
-    progress, running = ProgressRecord(world, trial.scenario), np.ones(1, np.bool_)
-    for tick in range(1, round(until_s / world.tick_s) + 1):
-        run.tick()
-        progress.update(tick * world.tick_s, running=running)
-    return round(float(progress.last_s[0]) / world.tick_s)
 
 
 def _choose_robot(trial: Trial) -> int:
@@ -146,12 +138,10 @@ def _choose_robot(trial: Trial) -> int:
 
 
 def _describe(
-    wrong_s: float, reason: DecisionReason | None, paths: list[tuple[str, ...]], tick_s: float
+    went_wrong: str, reason: DecisionReason | None, paths: list[tuple[str, ...]], tick_s: float
 ) -> tuple[str, ...]:
-    """Return sentences about the end of progress, the decision, and what followed."""
-    found = [
-        f"From {wrong_s:.1f} s on there was no more progress." if wrong_s else "There was never any progress."
-    ]
+    """Return sentences about what went wrong, the decision, and what followed."""
+    found = [went_wrong]
     if reason is None:
         found.append("The robot never changed its state.")
     else:

@@ -16,7 +16,7 @@ from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.random_search import RandomSearch, search_at_random
 from understudy.falsification.search_space import ASPECTS, SearchSpace
 from understudy.falsification.shrink import Shrinking, shrink_failure
-from understudy.falsification.trial import GoalMeasure
+from understudy.falsification.trial import TrialMeasure
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
@@ -57,7 +57,7 @@ class Falsification:
 
 
 def falsify(
-    measure: GoalMeasure,
+    measure: TrialMeasure,
     scenario: Scenario,
     *,
     seed: int = 0,
@@ -127,7 +127,7 @@ def falsify(
 
 
 def _search_directed(
-    measure: GoalMeasure,
+    measure: TrialMeasure,
     scenario: Scenario,
     found: Falsification,
     *,

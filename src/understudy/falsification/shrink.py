@@ -18,7 +18,7 @@ from understudy.falsification.simpler_worlds import (
     list_without_robots,
     make_explicit,
 )
-from understudy.falsification.trial import TICKS_AT_ONCE, GoalMeasure, TrialResults
+from understudy.falsification.trial import TICKS_AT_ONCE, TrialMeasure, TrialResults
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.scenario.validation import check_scenario
 
@@ -52,7 +52,7 @@ class Shrinking:
 
 
 def shrink_failure(
-    measure: GoalMeasure,
+    measure: TrialMeasure,
     usual: Scenario,
     trial: Trial,
     *,
@@ -110,7 +110,7 @@ def shrink_failure(
 
 
 def _accept_first(
-    measure: GoalMeasure, found: Shrinking, candidates: Sequence[Candidate], most_runs: int
+    measure: TrialMeasure, found: Shrinking, candidates: Sequence[Candidate], most_runs: int
 ) -> bool:
     """Take the first candidate that fails as early and ends in the same states; return whether there is one."""
     possible = [each for each in candidates if each[1] != found.trial.scenario and _is_possible(each[1])]

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from understudy.falsification.disturbances import apply_disturbances, list_disturbances
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.trial import GoalMeasure
+from understudy.falsification.trial import TrialMeasure
 from understudy.sim.params import get_count_range
 from understudy.sim.scenario.files import remove_markers
 from understudy.sim.scenario.schema import ObjectClass, Placement, Scenario
@@ -113,7 +113,7 @@ def list_smaller_amounts(scenario: Scenario, usual: Scenario) -> Iterator[tuple[
 
 
 def list_earlier_starts(
-    measure: GoalMeasure, trial: Trial, progress_s: float
+    measure: TrialMeasure, trial: Trial, progress_s: float
 ) -> Iterator[tuple[str, Scenario]]:
     """Yield scenarios that begin as the trial's world stands shortly before its last progress, the latest first."""
     tick_s = trial.scenario.tick_s

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,22 +70,21 @@ Measure: TypeAlias = Callable[[Sequence[Trial]], TrialResults]
 
 
 @dataclass(frozen=True)
-class GoalMeasure:
-    """Runs of a behavior until it reaches its goal, the scenario's or its own flag, or the time limit.
-
-    The robustness of a run that reached the goal is the share of the limit that was left. Otherwise it is minus the
-    share of the goal that was missing: of food to deliver, boxes to gather or distance to a target.
+class TrialMeasure(ABC):
+    """Runs of a behavior in given worlds, and how they are judged.
 
     Parameters
     ----------
     task
-        The behavior and its criteria, as `make_evaluation_task` returns them. Its world is not used.
+        The behavior and its criteria. Its world is not used.
     limit_s
         The time limit, s. None: that of each scenario.
     """
 
     task: EvaluationTask
     limit_s: float | None = None
+    is_cause_later: ClassVar[bool]
+    """True if the decision that explains a failure is the first after the run went wrong; else the last before it."""
 
     def __call__(self, trials: Sequence[Trial]) -> TrialResults:
         """Run the behavior in the given worlds, as many side by side as differ only in places and amounts."""
@@ -92,7 +92,7 @@ class GoalMeasure:
         for rows in group_alike(trials):
             for first in range(0, len(rows), WORLDS_AT_ONCE):
                 some = rows[first : first + WORLDS_AT_ONCE]
-                parts.append((some, self._run_together([trials[row] for row in some])))
+                parts.append((some, self.run_together([trials[row] for row in some])))
         order = np.argsort([row for rows, _ in parts for row in rows])
         return TrialResults.concatenate([part for _, part in parts]).select(order)
 
@@ -114,7 +114,52 @@ class GoalMeasure:
             lay_out_each(run.body, trials)
         return run
 
-    def _run_together(self, trials: Sequence[Trial]) -> TrialResults:
+    @abstractmethod
+    def run_together(self, trials: Sequence[Trial]) -> TrialResults:
+        """Run the behavior in worlds that differ only in places and amounts."""
+
+    @abstractmethod
+    def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
+        """Find the tick, until a time (s), at which the run of a failing world went wrong."""
+
+    @abstractmethod
+    def describe_wrong_time(self, wrong_s: float) -> str:
+        """Describe in a sentence what happened at the time (s) at which a run went wrong."""
+
+
+@dataclass(frozen=True)
+class GoalMeasure(TrialMeasure):
+    """Runs of a behavior until it reaches its goal, the scenario's or its own flag, or the time limit.
+
+    The robustness of a run that reached the goal is the share of the limit that was left. Otherwise it is minus the
+    share of the goal that was missing: of food to deliver, boxes to gather or distance to a target. A run went wrong
+    where its progress ended.
+    """
+
+    is_cause_later = True
+
+    def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
+        """Find the tick at which progress ended."""
+        run = self.start([trial])
+        world = run.body
+        if not isinstance(world, World):
+            raise TypeError("a body that is not simulated")
+        progress, running = ProgressRecord(world, trial.scenario), np.ones(1, np.bool_)
+        for tick in range(1, round(until_s / world.tick_s) + 1):
+            run.tick()
+            progress.update(tick * world.tick_s, running=running)
+        return round(float(progress.last_s[0]) / world.tick_s)
+
+    def describe_wrong_time(self, wrong_s: float) -> str:
+        """Describe the end of progress."""
+        return (
+            f"From {wrong_s:.1f} s on there was no more progress."
+            if wrong_s
+            else "There was never any progress."
+        )
+
+    def run_together(self, trials: Sequence[Trial]) -> TrialResults:
+        """Run the behavior in worlds that differ only in places and amounts, many ticks at once."""
         run, scenario = self.start(trials), trials[0].scenario
         world, flag = run.body, self.task.flag
         if not isinstance(world, World):

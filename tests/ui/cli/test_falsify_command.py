@@ -8,17 +8,21 @@ import signal
 import subprocess
 import sys
 import time
+from math import hypot
 from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
-from tests.falsification.planted import FORAGE, TOO_FAR, make_measure, plant_idleness
+from tests.falsification.planted import FORAGE, TOO_FAR, make_library, make_measure, plant_idleness
 from tests.ui.cli.commands import ROOT, run, said
 
 from understudy.falsification.failing_world import read_failing_world
 from understudy.falsification.failure_replay import compute_end_hash
 from understudy.model.library import TrainedAutomaton
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.program import link
 from understudy.sim.scenario.files import format_scenario
+from understudy.sim.world import World
 from understudy.storage.library_folder import save_automaton
 
 
@@ -65,7 +69,66 @@ def test_no_failing_world(library: Path, tmp_path: Path) -> None:
     assert "No failing world was found. That is no proof" in result.stdout
 
 
+PROPERTIES = """
+understudy = "properties"
+version = 1
+
+[arrives]
+behavior = "forage"
+world = "forage"
+seeds = 1
+always = "goal is reached"
+within_s = 600
+
+[stays_near]
+behavior = "forage"
+world = "forage"
+seeds = 1
+never = "distance(robot, station) is above 9 m"
+
+[dances]
+behavior = "forage"
+world = "forage"
+seeds = 1
+never = "waltz is raised"
+"""
+
+
+def test_a_world_in_which_a_property_fails(planted: Path, tmp_path: Path) -> None:
+    """That the goal is reached in time fails in the same worlds as the goal is missed; another property elsewhere."""
+    (planted / "properties.toml").write_text(PROPERTIES, encoding="utf-8")
+    options = ("falsify", planted, "forage", "--worlds", 100, "-o", tmp_path / "failures", "--json")
+    by_goal = json.loads(run(*options, "--limit", 600).stdout)
+    arrives = json.loads(run(*options, "--property", "arrives").stdout)
+    assert sorted(arrives["random"]["seeds"]) == sorted(by_goal["random"]["seeds"])
+    assert arrives["limit_s"] == 600.0
+    near = json.loads(run(*options, "--property", "stays_near").stdout)
+    assert sorted(near["random"]["seeds"]) != sorted(by_goal["random"]["seeds"])
+    wrong_s = near["failure"]["wrong_s"]
+    assert (
+        near["failure"]["why"][0]
+        == f"At {wrong_s:.1f} s it failed: never distance(robot, station) is above 9 m."
+    )
+    kept = read_failing_world(near["failure"]["folder"])
+    world = World(kept.trial.scenario, [kept.trial.seed])
+    engine = Engine.from_program(world, link(make_library(TOO_FAR), "forage", {}))
+    for _ in range(round(wrong_s / world.tick_s)):
+        assert measure_way_home(world) <= 9.0
+        engine.tick()
+    assert measure_way_home(world) > 9.0
+
+
+def measure_way_home(world: World) -> float:
+    """The distance of the robot from the station, m."""
+    view = world.view()
+    station = view.names.classes.index("station")
+    (x,), (y,) = (each[view.objects.kind == station] for each in (view.objects.x, view.objects.y))
+    return hypot(view.robots.x[0] - x, view.robots.y[0] - y)
+
+
 MISTAKES = [
+    (("--property", "sings"), "--property names 'sings'"),
+    (("--property", "dances"), "waltz"),
     (("--seconds", "0"), "--seconds is 0"),
     (("--worlds", "0"), "--worlds is 0"),
     (("--vary", "walls"), "--vary is 'walls'"),
@@ -76,6 +139,7 @@ MISTAKES = [
 
 @pytest.mark.parametrize(("options", "message"), MISTAKES)
 def test_mistakes(library: Path, options: tuple[str, ...], message: str) -> None:
+    (library / "properties.toml").write_text(PROPERTIES, encoding="utf-8")
     result = run("falsify", library, "forage", *options)
     assert result.exit_code == 2
     assert message in " ".join(result.stderr.split())

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from understudy.errors import SettingError
-from understudy.ui.cli.options import WORLD, Bind, Json, KitName, WorldOption
+from understudy.ui.cli.options import WORLD, Bind, Json, KitName
 
 if TYPE_CHECKING:
     from understudy.falsification.failing_world import FailingWorld
     from understudy.falsification.falsify import Falsification
-    from understudy.falsification.trial import GoalMeasure
+    from understudy.falsification.trial import TrialMeasure
+    from understudy.model.property import Property
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli.options import RunAssignment
 
@@ -77,7 +78,25 @@ class FalsifyResult:
 def falsify_behavior(
     library: Annotated[Path, typer.Argument(metavar="LIBRARY", help="Folder of the library.")],
     behavior: Annotated[str, typer.Argument(metavar="NAME", help="Name of the behavior.")],
-    world: WorldOption = WORLD,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            "--world",
+            "-w",
+            metavar="SCENARIO",
+            help=f"Scenario to search; that of the property, or {WORLD}, if left out.",
+            show_default=False,
+        ),
+    ] = None,
+    tested: Annotated[
+        str | None,
+        typer.Option(
+            "--property",
+            metavar="PROPERTY",
+            help="Property of the library's file that is to fail, instead of the goal.",
+            show_default=False,
+        ),
+    ] = None,
     seconds: Annotated[
         float, typer.Option("--seconds", metavar="S", help="Time to search, half of it at random, in s.")
     ] = 60.0,
@@ -119,7 +138,7 @@ def falsify_behavior(
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Look for worlds in which a behavior fails to reach its goal in time; keep one, as simple as possible.
+    """Look for worlds in which a behavior misses its goal, or a property fails; keep one, as simple as possible.
 
     First it runs fresh worlds at random, and gives an exact interval of the share that fails. If none fails, it
     varies places, sizes and disturbances from the worlds that came closest to failing. A failing world is made
@@ -131,6 +150,8 @@ def falsify_behavior(
     [dim]understudy falsify demo/library forage --seconds 60[/]
 
     [dim]understudy falsify mine goto --world arena --bind A=red_flag --limit 60[/]
+
+    [dim]understudy falsify demo/library forage --property keeps_clear[/]
     """
     from understudy.falsification.falsify import falsify
     from understudy.falsification.search_space import ASPECTS
@@ -140,9 +161,13 @@ def falsify_behavior(
     from understudy.ui.cli.output import print_json
 
     _check_settings(seconds, worlds, vary, ASPECTS, out)
-    where = open_scenario(world)
-    assigned = assign_run(where, behavior, library, find_kit(kit, world), bind)
-    measure = _make_measure(assigned, where, limit_s)
+    subject = None if tested is None else _find_property(library, behavior, tested)
+    named = world or (WORLD if subject is None else subject.start.world)
+    where = open_scenario(named)
+    if subject is not None:
+        bind = [f"{parameter}={target}" for parameter, target in subject.targets.items()] + (bind or [])
+    assigned = assign_run(where, behavior, library, find_kit(kit, named), bind)
+    measure = _make_measure(assigned, where, limit_s, subject)
     compile_on_first_call()
     with show_search(quiet=as_json) as report:
         found = falsify(
@@ -157,7 +182,7 @@ def falsify_behavior(
         )
     kept, command = None, ""
     if found.shrinking is not None:
-        kept, command = _keep(found, measure, assigned, out, library, world=world, kit=kit, bind=bind or [])
+        kept, command = _keep(found, measure, assigned, out, library, world=named, kit=kit, bind=bind or [])
     result = _make_result(found, kept, measure, assigned, where, command)
     if as_json:
         print_json(result)
@@ -185,18 +210,34 @@ def _check_settings(
         raise refuse("--out", f"is the file {out}", "name a folder")
 
 
-def _make_measure(assigned: RunAssignment, where: Scenario, limit_s: float | None) -> GoalMeasure:
-    from understudy.analysis.evaluate import make_evaluation_task
-    from understudy.falsification.trial import GoalMeasure
+def _find_property(library: Path, behavior: str, name: str) -> Property:
+    from understudy.falsification.property_measure import find_property
+    from understudy.properties.property_file import FILE, load_properties
 
-    task = make_evaluation_task(
-        assigned.libraries,
-        f"{assigned.sort}/{assigned.behavior}",
-        where,
-        binding=assigned.binding,
-        limit_s=limit_s,
-    )
-    measure = GoalMeasure(task, limit_s)
+    file = library / FILE
+    return find_property(load_properties(file), name, behavior=behavior, file=str(file))
+
+
+def _make_measure(
+    assigned: RunAssignment, where: Scenario, limit_s: float | None, subject: Property | None
+) -> TrialMeasure:
+    """Make what runs the behavior and judges it; everything that it names is checked here."""
+    from understudy.analysis.evaluate import make_evaluation_task
+    from understudy.falsification.property_measure import PropertyMeasure
+    from understudy.falsification.trial import GoalMeasure
+    from understudy.properties.run_property import check_property, make_property_task
+
+    measure: TrialMeasure
+    if subject is None:
+        name = f"{assigned.sort}/{assigned.behavior}"
+        task = make_evaluation_task(
+            assigned.libraries, name, where, binding=assigned.binding, limit_s=limit_s
+        )
+        measure = GoalMeasure(task, limit_s)
+    else:
+        task = make_property_task(subject, assigned.libraries, where)
+        check_property(subject, task, where)
+        measure = PropertyMeasure(task, limit_s, subject=subject)
     if not measure.get_limit(where) >= where.tick_s:
         problem = f"is {measure.get_limit(where):g} s, less than a tick"
         raise SettingError(
@@ -225,7 +266,7 @@ def show_search(*, quiet: bool) -> Iterator[Callable[[str, int, int], None]]:
 
 def _keep(
     found: Falsification,
-    measure: GoalMeasure,
+    measure: TrialMeasure,
     assigned: RunAssignment,
     out: Path,
     library: Path,
@@ -279,7 +320,7 @@ def _keep(
 def _make_result(
     found: Falsification,
     kept: FailingWorld | None,
-    measure: GoalMeasure,
+    measure: TrialMeasure,
     assigned: RunAssignment,
     where: Scenario,
     command: str,
