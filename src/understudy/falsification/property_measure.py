@@ -60,8 +60,8 @@ class PropertyMeasure(TrialMeasure):
         return f"At {wrong_s:.1f} s it failed: {self.subject.claim}."
 
 
-def find_property(properties: Sequence[Property], name: str, *, behavior: str, file: str) -> Property:
-    """Find a property of a behavior by its name.
+def choose_property(properties: Sequence[Property], name: str, *, behavior: str, file: str) -> Property:
+    """Choose a property of a behavior by its name.
 
     Parameters
     ----------

@@ -211,11 +211,11 @@ def _check_settings(
 
 
 def _find_property(library: Path, behavior: str, name: str) -> Property:
-    from understudy.falsification.property_measure import find_property
+    from understudy.falsification.property_measure import choose_property
     from understudy.properties.property_file import FILE, load_properties
 
     file = library / FILE
-    return find_property(load_properties(file), name, behavior=behavior, file=str(file))
+    return choose_property(load_properties(file), name, behavior=behavior, file=str(file))
 
 
 def _make_measure(
