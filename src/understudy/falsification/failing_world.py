@@ -22,8 +22,9 @@ SCENARIO_FILE, FACTS_FILE, PICTURE_FILE, WHY_FILE = "world.toml", "failure.json"
 class FailureFacts(msgspec.Struct, frozen=True, kw_only=True):
     """What is known about a failing world, as `failure.json` has it.
 
-    `wrong_s` is the time of the last progress, `end_hash` that of the world at the end of the run, and `limit_s` the
-    time limit, s. `found_by` is the search that found it, and `steps` says how it was shrunk.
+    `wrong_s` is the time at which it went wrong, `robot` the robot that is explained, `end_hash` that of the world at
+    the end of the run, and `limit_s` the time limit, s. `found_by` is the search that found it, and `steps` says how it
+    was shrunk.
     """
 
     understudy: str = FORMAT
@@ -35,6 +36,7 @@ class FailureFacts(msgspec.Struct, frozen=True, kw_only=True):
     robustness: float
     wrong_s: float
     end_hash: str
+    robot: int = 0
     found_by: str
     steps: tuple[str, ...]
     why: tuple[str, ...]

@@ -310,6 +310,7 @@ def _keep(
         robustness=float(shrinking.results.robustness[0]),
         wrong_s=replay.wrong_s,
         end_hash=compute_end_hash(measure, trial),
+        robot=replay.robot,
         found_by=found.found_by,
         steps=tuple(shrinking.steps),
         why=replay.sentences,

@@ -1,0 +1,109 @@
+"""A session that begins before a failure: the robot stands, reads and decides as it did in the run that failed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace as with_changes
+from tests.coaching.lessons import goto as goto_lesson
+from tests.falsification.planted import FORAGE
+from tests.ui.cli.forage_parts import AUTOMATA
+
+from understudy.analysis.evaluate import make_evaluation_task
+from understudy.errors import SessionError, UnknownName
+from understudy.falsification.failing_world import FailingWorld, FailureFacts
+from understudy.falsification.joint_worlds import Trial
+from understudy.falsification.open_failure import open_failure
+from understudy.falsification.trial import GoalMeasure
+from understudy.learning.fit import learn
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.runtime.engine.engine import Engine
+from understudy.runtime.program import link
+from understudy.sim.forage import FORAGE_KIT
+from understudy.sim.world import World
+from understudy.training.trainee import Mode
+
+SEED, BEFORE_S, LIMIT_S = 3, 2.0, 60.0
+
+
+@pytest.fixture
+def library() -> Library:
+    """A library whose goto was never shown a target to its right."""
+    lesson = goto_lesson()
+    taught = TrainedAutomaton(replace(lesson.automaton, transitions=dict(learn(lesson))), lesson)
+    whole = Library(FORAGE_KIT).with_automaton(taught)
+    for automaton in AUTOMATA[1:]:
+        whole = whole.with_automaton(TrainedAutomaton(automaton))
+    return whole
+
+
+@pytest.fixture
+def failing(library: Library) -> FailingWorld:
+    """A world in which its forager gets stuck after 5 s or later."""
+    measure = GoalMeasure(make_evaluation_task(library, "forage", FORAGE), LIMIT_S)
+    trial = Trial(FORAGE, SEED)
+    assert measure([trial]).failed.all()
+    facts = FailureFacts(
+        behavior="forage",
+        binding={},
+        seed=SEED,
+        limit_s=LIMIT_S,
+        robustness=-1.0,
+        wrong_s=5.0,
+        end_hash="",
+        found_by="random",
+        steps=(),
+        why=(),
+    )
+    return FailingWorld(Path("nowhere"), trial, facts)
+
+
+def place(world: World) -> tuple[float, float, float]:
+    """Where the robot is."""
+    robots = world.view().robots
+    return float(robots.x[0]), float(robots.y[0]), float(robots.heading[0])
+
+
+def test_it_begins_as_the_run_was_and_goes_on_like_it(library: Library, failing: FailingWorld) -> None:
+    session = open_failure(failing, library, before_s=BEFORE_S)
+    assert (session.automaton.name, session.mode, session.view().targets) == (
+        "goto",
+        Mode.LIVE,
+        {"A": "nearest_food"},
+    )
+    world = World(FORAGE, [SEED])
+    engine = Engine.from_program(world, link(library, "forage", {}))
+    for _ in range(round((5.0 - BEFORE_S) / world.tick_s)):
+        engine.tick()
+    assert isinstance(session.body, World)
+    for _ in range(20):
+        assert place(session.body) == place(world)
+        assert session.view().state == engine.path(0)[-1]
+        session.tick()
+        engine.tick()
+    assert session.lesson.examples == goto_lesson().examples
+
+
+def test_a_press_corrects_it(library: Library, failing: FailingWorld) -> None:
+    session = open_failure(failing, library, before_s=BEFORE_S)
+    before = session.view().state
+    session.direct("left" if before != "left" else "forward")
+    session.tick()
+    assert len(session.lesson.examples) > len(goto_lesson().examples)
+    corrected = library.with_automaton(session.make_trained_automaton())
+    assert corrected.taught["goto"].automaton != library.taught["goto"].automaton
+
+
+def test_it_can_begin_on_another_level(library: Library, failing: FailingWorld) -> None:
+    with pytest.raises(SessionError, match="'harvest' has no lesson"):
+        open_failure(failing, library, name="harvest")
+    with pytest.raises(UnknownName, match="deposit"):
+        open_failure(failing, library, name="deposit")
+
+
+def test_the_world_of_a_team_is_refused(library: Library, failing: FailingWorld) -> None:
+    squads = with_changes(FORAGE, squads={"pair": object()})
+    with pytest.raises(SessionError, match="team with coordinators"):
+        open_failure(replace(failing, trial=Trial(squads, SEED)), library)
