@@ -74,6 +74,21 @@ def test_its_library_is_shown(folder: Path, tmp_path: Path) -> None:
     assert out.is_file()
 
 
+def test_its_library_is_tested_checked_and_exported(folder: Path, tmp_path: Path) -> None:
+    tested = said("test", folder, *SLOPE)
+    assert (tested["world"], tested["works"], tested["automata"][0]["name"]) == (
+        f"{NAME}:make_slope",
+        True,
+        "climb",
+    )
+    assert [row["name"] for row in said("check", folder, *SLOPE)["checked"]] == ["climb"]
+    assert said("validate", "--library", folder, *SLOPE)["valid"]
+    assert said("rebuild", "--library", folder, *SLOPE)["world"] == f"{NAME}:make_slope"
+    out = tmp_path / "climb"
+    assert run("export", "climb", "--library", folder, *SLOPE, "--to", "json", "--out", out).exit_code == 0
+    assert any(out.iterdir())
+
+
 REFUSED = [  # words of the command, what is said
     (["eval", *SLOPE, "--behavior", "ahead"], "--limit is missing"),
     (["eval", *SLOPE, "--behavior", "ahead", "--limit", "3"], "goal is missing"),

@@ -20,17 +20,16 @@ def open_library_to_export(
 ) -> tuple[Library, str, BodyInterface]:
     """Open the library of an automaton named NAME or SORT/NAME; also return its own name, and its body.
 
-    Without a world, the first built-in scenario that fits is taken, or the kit alone if one is named.
+    Without a world, the first built-in scenario that fits is taken, or the kit alone if one is named. The same goes for
+    a function that makes a body: it has no scenario.
     """
-    from understudy.sim.kit import list_readings, make_channels, make_scenario_kit
+    from understudy.sim.kit import list_readings, make_channels
     from understudy.ui.cli.library_data import find_fitting_world
-    from understudy.ui.cli.options import find_kit, open_scenario
+    from understudy.ui.cli.options import find_kit, find_optional_scenario
 
-    where = None
-    if world is not None or kit is None:
-        where = open_scenario(world or find_fitting_world(folder))
-    parts = make_scenario_kit(where) if kit is None and where is not None else find_kit(kit, "")
-    library, name = _open_library(folder, name, where, parts)
+    named = world or (find_fitting_world(folder) if kit is None else None)
+    where = find_optional_scenario(named)
+    library, name = _open_library(folder, name, where, find_kit(kit, named or ""))
     if where is None:
         return library, name, describe_kit(library)
     if _is_for_coordinators(library):

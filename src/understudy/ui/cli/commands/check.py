@@ -91,10 +91,15 @@ def _rank(fail_on: FailOn) -> int:
 def _check(folder: Path, names: Sequence[str], world: str | None, kit: str | None) -> CheckReport:
     """Open the libraries in a folder and check them; raise the error of the first file that cannot be opened."""
     from understudy.ui.cli.library_data import find_listed, open_all_libraries
-    from understudy.ui.cli.options import find_optional_kit, import_learner, open_scenario
+    from understudy.ui.cli.options import (
+        find_optional_kit,
+        find_optional_scenario,
+        import_learner,
+        open_scenario,
+    )
     from understudy.verification.check_library import check_library, join_reports
 
-    scenario = None if world is None else open_scenario(world)
+    scenario = find_optional_scenario(world)
     parts = find_optional_kit(kit, world)
     listings = open_all_libraries(
         folder, scenario or (open_scenario(WORLD) if parts else None), parts, import_learner()

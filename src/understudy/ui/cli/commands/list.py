@@ -89,11 +89,13 @@ def rebuild(
 
     from understudy.storage.library_folder import save_automaton
     from understudy.ui.cli.library_data import find_fitting_world, find_listed, open_all_libraries
-    from understudy.ui.cli.options import find_kit, import_learner, open_scenario
+    from understudy.ui.cli.options import find_kit, find_optional_scenario, import_learner, open_scenario
     from understudy.ui.cli.output import format_count, make_console, print_json
 
     named = world or (find_fitting_world(library) if kit is None else WORLD)
-    where = open_scenario(named)
+    scenario = find_optional_scenario(named)
+    where = scenario or open_scenario(WORLD)  # a body of one's own has no team
+    called = named if scenario is None else scenario.name
     listings = open_all_libraries(library, where, find_kit(kit, named), import_learner())
     for listing in listings.values():
         for error in listing.problems.values():
@@ -107,10 +109,10 @@ def rebuild(
                 save_automaton(listing.folder, opened.taught)
                 rebuilt[label] = reason
     if as_json:
-        print_json({"library": str(library), "world": where.name, "rebuilt": rebuilt})
+        print_json({"library": str(library), "world": called, "rebuilt": rebuilt})
         return
     out = make_console()
     for name, reason in rebuilt.items():
         out.print(name, "learned again and saved:", reason, markup=False)
     found = format_count(len(rebuilt), "automaton", "automata")
-    out.print(f"{escape(str(library))}, in {escape(where.name)}: {found} rebuilt", soft_wrap=True)
+    out.print(f"{escape(str(library))}, in {escape(called)}: {found} rebuilt", soft_wrap=True)

@@ -52,7 +52,12 @@ def run_library_tests(
     from understudy.properties.lesson_tests import describe_test_result, run_lesson_test
     from understudy.storage.library_folder import list_documents
     from understudy.ui.cli.library_data import find_fitting_world
-    from understudy.ui.cli.options import find_kit, open_scenario, open_team_libraries
+    from understudy.ui.cli.options import (
+        find_kit,
+        find_optional_scenario,
+        open_scenario,
+        open_team_libraries,
+    )
     from understudy.ui.cli.output import make_console, print_json
 
     if folder is not None and same not in (None, folder):
@@ -62,7 +67,8 @@ def run_library_tests(
     library = folder or same or LIBRARY
     list_documents(library)  # a folder that is not there is the first thing to say
     named = world or (find_fitting_world(library) if kit is None else WORLD)
-    where, parts = open_scenario(named), find_kit(kit, named)
+    scenario, parts = find_optional_scenario(named), find_kit(kit, named)
+    where = scenario or open_scenario(WORLD)  # a body of one's own has no team
     known = open_team_libraries(where, None, library, parts)
     found = []
     for place, of in _places(where, library, parts, known):
@@ -79,7 +85,11 @@ def run_library_tests(
     tested = list(_run_properties(library, kit, quiet=as_json))
     works = all(row.works for row in rows) and all(each.was_met for each in tested)
     result = LibraryTestResult(
-        library, where.name, works, rows, [_make_property_row(each) for each in tested]
+        library,
+        named if scenario is None else where.name,
+        works,
+        rows,
+        [_make_property_row(each) for each in tested],
     )
     if as_json:
         print_json(result)

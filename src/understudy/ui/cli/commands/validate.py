@@ -38,10 +38,10 @@ def validate(
     [dim]understudy validate --library demo/library[/]
     """
     from understudy.ui.cli.library_data import find_listed, find_problems, open_all_libraries
-    from understudy.ui.cli.options import find_kit, import_learner, open_scenario
+    from understudy.ui.cli.options import find_kit, find_optional_scenario, import_learner, open_scenario
     from understudy.ui.cli.output import make_console, print_json
 
-    where = open_scenario(world)
+    where = find_optional_scenario(world) or open_scenario(WORLD)  # a body of one's own has no team
     listings = open_all_libraries(library, where, find_kit(kit, world), import_learner())
     problems = {label: [str(error)] for label, error in find_problems(library, listings, where).items()}
     labels = [f"{prefix}{name}" for prefix, listing in listings.items() for name in listing.opened]
