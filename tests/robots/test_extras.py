@@ -26,7 +26,7 @@ CASES = [
     (["run", "--robot", "{robot}", "--no-record"], ROS),
     (["studio", "--robot", "{robot}", "--no-browser"], RECORDING),
     (["run", "--replay", "{robot}"], RECORDING),
-    (["learn", "--recording", "{robot}"], RECORDING),
+    (["learn", "--recording", "{recording}"], RECORDING),
     (["robots", "color", "{folder}", "--name", "ball"], "pip install 'understudy-robots[camera]'"),
 ]
 
@@ -35,8 +35,9 @@ CASES = [
 def test_what_to_install_is_said(arguments: list[str], said: str, tmp_path: Path) -> None:
     robot = tmp_path / "rover.toml"
     robot.write_text(ROVER, encoding="utf-8")
+    recording = copy(robot, tmp_path / "run.mcap")  # what is in it is not looked at
     copy(ROOT / "docs" / "pictures" / "physics.png", tmp_path)
-    given = [each.format(robot=robot, folder=tmp_path) for each in arguments]
+    given = [each.format(robot=robot, folder=tmp_path, recording=recording) for each in arguments]
     program = (
         f"{WITHOUT}from understudy.ui.cli.main import make_command_line\nmake_command_line()({given!r})\n"
     )
