@@ -34,7 +34,7 @@ MOST_NAMED = 64
 
 
 class EnvironmentInterface:
-    """What bodies of environments have in common: readings, channels and basic behaviors, and a table of readings.
+    """The common parts of bodies of environments: readings, channels and basic behaviors, and a table of readings.
 
     The rows of a table of readings [R, N] are the numbers of the observation and, last, those of `OUTCOMES`.
 

@@ -114,7 +114,7 @@ class PettingZooBody:
 
     @property
     def is_over(self) -> NDArray[np.bool_]:
-        """Whether each agent has left its environment [N of all environments]."""
+        """True for each agent that has left its environment [N of all environments]."""
         over: NDArray[np.bool_] = ~self._active
         return over
 

@@ -32,7 +32,7 @@ class SituationSpec(Protocol):
 
     @property
     def sentence(self) -> str:
-        """What it is for."""
+        """The sentence that describes the purpose of the situation."""
 
     @property
     def state(self) -> str:

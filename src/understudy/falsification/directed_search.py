@@ -1,7 +1,7 @@
 """Directed search: CMA-ES moves worlds towards those in which a behavior nearly fails (extra `falsify`).
 
 CMA-ES is the evolution strategy with covariance matrix adaptation of Hansen (The CMA Evolution Strategy: A Tutorial,
-2016), from the package cma. It begins anew from time to time, because near a world that does not fail, there is often
+2016), from the package cma. It is restarted from time to time, because near a world that does not fail, there is often
 none that does.
 """
 
@@ -29,12 +29,12 @@ FIRST_SPREAD = 0.3
 """The standard deviation of all numbers of a vector in the first worlds after a start."""
 
 RUNS_PER_START = 300
-"""The number of runs after which the search begins anew."""
+"""The number of runs after which the search is restarted."""
 
 
 @dataclass
 class DirectedSearch:
-    """What a directed search has found so far: the failing trials with their robustness, in order."""
+    """The results of a directed search so far: the failing trials with their robustness, in order."""
 
     runs: int = 0
     failures: list[tuple[float, Trial]] = field(default_factory=list)

@@ -20,7 +20,7 @@ SCENARIO_FILE, FACTS_FILE, PICTURE_FILE, WHY_FILE = "world.toml", "failure.json"
 
 
 class FailureFacts(msgspec.Struct, frozen=True, kw_only=True):
-    """What is known about a failing world, as `failure.json` has it.
+    """The facts about a failing world, as `failure.json` stores them.
 
     `wrong_s` is the time at which it went wrong, `robot` the robot that is explained, `end_hash` that of the world at
     the end of the run, and `limit_s` the time limit, s. `found_by` is the search that found it, and `steps` says how it

@@ -41,7 +41,7 @@ def skip_report(doing: str, runs: int, failed: int) -> None:
 
 @dataclass
 class Falsification:
-    """What a falsification found.
+    """The result of a falsification.
 
     `directed` is None if the search at random found a failing world already, or nothing can be varied. `shrinking` is
     None if no world failed.

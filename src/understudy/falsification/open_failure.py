@@ -16,7 +16,7 @@ from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
 BEFORE_S = 3.0
-"""How long before the failure a session begins, s, if nothing else is said."""
+"""The time before the failure at which a session begins by default, s."""
 
 
 def open_failure(

@@ -24,7 +24,7 @@ FIRST_BATCH = 100
 
 @dataclass
 class RandomSearch:
-    """What a search at random has found so far.
+    """The results of a search at random so far.
 
     `failures` has seeds with their robustness, the worst first; `nearest` those of runs that came closest to failing.
     """

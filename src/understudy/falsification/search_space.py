@@ -28,7 +28,7 @@ Section: TypeAlias = Literal["obstacles", "objects", "robots"]
 
 PLACES, SIZES, DISTURBANCES = "places", "sizes", "disturbances"
 ASPECTS = (PLACES, SIZES, DISTURBANCES)
-"""What a search can vary: places and headings, numbers and amounts, noise and dropout."""
+"""The aspects that a search can vary: places and headings, numbers and amounts, noise and dropout."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,7 @@ class SearchSpace:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What each number of a vector means."""
+        """The meaning of each number of a vector."""
         return tuple(self._names)
 
     def __len__(self) -> int:
