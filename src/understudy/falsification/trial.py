@@ -38,7 +38,7 @@ class TrialResults:
     """The results of n runs, as columns [n]."""
 
     robustness: Column
-    """The distance from failing: above 0 to 1 for success, the nearer to 0 the closer the limit; below 0 for failure."""
+    """The distance from failing: above 0 to 1 for success, nearer to 0 the closer the limit; below 0 for failure."""
     failed_s: Column
     """The time at which it was clear that the run had failed, s; NaN if it did not fail."""
     progress_s: Column
