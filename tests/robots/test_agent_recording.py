@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -21,8 +22,17 @@ from understudy.robots.team_network.load_plan import load_team_plan
 pytestmark = [pytest.mark.long, pytest.mark.timed]
 
 
-def record(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[list[Path], Path]:
-    """Record a patrol whose coordinator is killed; return the recordings, and where its library is."""
+class Recorded(NamedTuple):
+    """The recordings of a patrol whose coordinator was killed."""
+
+    paths: list[Path]
+    library: Path
+    deputy: str
+    """The robot that leads since."""
+
+
+def record(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Recorded:
+    """Record a patrol whose coordinator is killed."""
 
     def start(agents: AgentProcesses, name: str) -> None:
         command = [*COMMAND, "agent", str(agents.file), "--name", name]
@@ -43,7 +53,7 @@ def record(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[list[Path], P
 
         wait_until(lambda: count_ordered() == 4, "the robots were never ordered")
         agents.running[SQUAD].kill()
-        wait_until(lambda: agents.find_leaders() == ["pioneer_1"], "no deputy led")
+        wait_until(lambda: agents.find_leaders() not in ([], [SQUAD]), "no deputy led")
         ticks = {name: answer.status.ticks for name, answer in agents.ask("status").items() if answer.status}
 
         def has_gone_on() -> bool:
@@ -51,11 +61,12 @@ def record(folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[list[Path], P
             return all(found.get(name, 0) > before + 40 for name, before in ticks.items())
 
         wait_until(has_gone_on, "the robots did not go on")
-    return sorted(folder.glob("*.mcap")), folder / "library"
+        (deputy,) = agents.find_leaders()  # on a busy machine, the first may come too late
+    return Recorded(sorted(folder.glob("*.mcap")), folder / "library", deputy)
 
 
 def test_a_team_is_recorded_merged_and_explained(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    paths, library = record(tmp_path, monkeypatch)
+    paths, library, deputy = record(tmp_path, monkeypatch)
     assert [path.stem for path in paths] == [SQUAD, *(f"pioneer_{number}" for number in range(1, 5))]
     merged = tmp_path / "team.mcap"
     assert run("team", "merge", merged, *paths).exit_code == 0
@@ -64,17 +75,17 @@ def test_a_team_is_recorded_merged_and_explained(tmp_path: Path, monkeypatch: py
     assert [each.whole for each in clock.members] == [False, True, True, True, True]
     for each in clock.members:  # in truth, all have the clock of this computer
         assert abs(each.ahead_s) <= each.error_s + 1e-3
-    decide_again(merged, library, tmp_path / "files" / "team.toml")
-    explain(merged, library, clock.start_ns)
+    decide_again(merged, library, tmp_path / "files" / "team.toml", deputy)
+    explain(merged, library, clock.start_ns, deputy)
 
 
-def decide_again(merged: Path, library: Path, file: Path) -> None:
+def decide_again(merged: Path, library: Path, file: Path, deputy: str) -> None:
     """Robots and both coordinators decide as they did, on the orders that they had."""
     team = read_team_recording(merged)
     assert team is not None
     assert set(team.parts) >= {
         f"{SQUAD}/{SQUAD}",
-        f"{SQUAD}/pioneer_1",
+        f"{SQUAD}/{deputy}",
         *(f"pioneer_{each}" for each in range(1, 5)),
     }  # at the beginning, others may lead until the first choice has started
     libraries = load_team_plan(file, library=library).libraries
@@ -90,19 +101,20 @@ def decide_again(merged: Path, library: Path, file: Path) -> None:
         assert len(recording.duties[0]) > 0
 
 
-def explain(merged: Path, library: Path, start_ns: int) -> None:
+def explain(merged: Path, library: Path, start_ns: int, deputy: str) -> None:
     """A robot's order leads to the decision of the coordinator that gave it, on its own computer."""
     team = read_team_recording(merged)
     assert team is not None
     last_ns = 0
-    for name in ("pioneer_2", "pioneer_1"):
+    follower = "pioneer_2" if deputy == "pioneer_1" else "pioneer_1"
+    for name in (follower, deputy):
         last_ns = int(team.read_part(name).logged_ns[-1])
         why = said("why", merged, "--agent", name, "--time", (last_ns - start_ns) / 1e9, "-l", library)
         robot, coordinator = why["agents"]
         assert (robot["agent"], robot["host"], coordinator["agent"]) == (name, name, SQUAD)
         assert robot["order"]["squad"] == SQUAD
-        assert robot["order"]["leader"] == "pioneer_1"
-        assert coordinator["host"] == (SQUAD if robot["order"]["order"][0] == 1 else "pioneer_1")
+        assert robot["order"]["leader"] == deputy
+        assert coordinator["host"] == (SQUAD if robot["order"]["order"][0] == 1 else deputy)
         assert (
             coordinator["time_s"]
             <= robot["order"]["heard_s"] + coordinator["error_s"] + robot["error_s"] + 0.1
@@ -114,8 +126,8 @@ def explain(merged: Path, library: Path, start_ns: int) -> None:
         }
     shown = run("why", merged, "--agent", SQUAD, "--time", (last_ns - start_ns) / 1e9, "-l", library)
     assert shown.exit_code == 0
-    assert f"{SQUAD} (led by pioneer_1) at" in shown.stdout
-    alone = run("why", merged.parent / "pioneer_2.mcap", "--agent", "pioneer_2", "--time", 10, "-l", library)
+    assert f"{SQUAD} (led by {deputy}) at" in shown.stdout
+    alone = run("why", merged.parent / f"{follower}.mcap", "--agent", follower, "--time", 10, "-l", library)
     assert "is not in this file" in alone.stdout
     assert run("why", merged, "--agent", "nobody", "--time", 1, "-l", library).exit_code == 2
     assert run("why", merged, "--agent", SQUAD, "--time", 1e6, "-l", library).exit_code == 2
