@@ -228,6 +228,29 @@ def test_worlds_side_by_side_run_as_alone(number: int, threads: int) -> None:
             assert (own == world.state.objects[field][index]).all()
 
 
+@pytest.mark.parametrize("in_order", [2, 1000])
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_worlds_that_have_ended_stay_as_they_are(
+    threads: int, in_order: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(advancing, "SORTED", in_order)
+    seeds, ended = (1, 2, 3, 4), np.array([False, True, True, False])
+    program = link(make_base_library(), BASE)
+    world = World(full_task(150), seeds)
+    plan = Engine.from_program(world, program).plan()
+    assert plan is not None
+    world.advance(plan, 10)
+    world.advance(plan, 20, threads, ended=ended)
+    assert world.state.tick.tolist() == [30, 10, 10, 30]
+    for index, seed in enumerate(seeds):
+        alone = Engine.from_program(World(full_task(150), (seed,)), program)
+        alone.run(10 if ended[index] else 30)
+        rows = slice(index * world.robots, (index + 1) * world.robots)
+        for field in ("x", "y", "heading", "stored"):
+            own = alone.body.state.robots[field]  # type: ignore[attr-defined]
+            assert (own == world.state.robots[field][rows]).all(), (seed, field)
+
+
 @pytest.mark.parametrize("standard", ["base", "full"])
 def test_the_standard_programs(standard: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = full_task(150)

@@ -69,14 +69,15 @@ def measure_program_outcomes(
 
     With a `flag`, a world is finished once all its robots have raised it, whatever its goal; otherwise once its goal
     is reached. Many ticks are simulated at once if the whole program can be compiled. Reset the worlds before further
-    use: without a flag they may have stopped at the tick in which each reached its goal.
+    use: they may have stopped at different ticks, each soon after it finished.
     """
     engine = Engine.from_program(world, program)
     plan = engine.plan()
 
     def advance(ticks: int) -> None:
         if plan is not None:
-            world.advance(plan, ticks, until_finished=flag is None)
+            ended = None if flag is None else ~np.isnan(finished_s())
+            world.advance(plan, ticks, until_finished=flag is None, ended=ended)
         else:
             for _ in range(ticks):
                 engine.tick()

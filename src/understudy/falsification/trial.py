@@ -175,7 +175,7 @@ class GoalMeasure(TrialMeasure):
                 run.advance(ticks)
                 reached_s = world.finished_s
             elif isinstance(run, ProgramRun) and (plan := run.engine.plan()) is not None:
-                world.advance(plan, ticks)
+                world.advance(plan, ticks, ended=~np.isnan(reached_s))
                 reached_s = find_raised_times(run.engine, flag, worlds=world.worlds).max(axis=1)
             else:
                 for step in range(1, ticks + 1):

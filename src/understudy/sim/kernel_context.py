@@ -45,6 +45,8 @@ class KernelWorlds(NamedTuple):
     near: StaticNeighbors
     has: tuple[bool | None, ...]
     """The optional parts that kernels are compiled with; see `find_world_contents`."""
+    ended: NDArray[np.bool_]
+    """The worlds that are not advanced any more [B]."""
 
 
 class ThreadScratch(NamedTuple):
@@ -86,6 +88,7 @@ class Arrays(NamedTuple):
     seeds: NDArray[np.int64]
     tick: NDArray[np.int64]
     finished: NDArray[np.int64]
+    ended: NDArray[np.bool_]
     memory: NDArray[np.float64]
     steps: Records
     parts: Records
@@ -134,6 +137,7 @@ class KernelContext:
             **{name: getattr(rules, name) for name in ("types", "classes", "class_of")},
             **{name: getattr(plan, name) for name in ("steps", "parts", "sectors", "of_type")},
             **{name: getattr(room.grid, name) for name in ("start", "spots", "spot_of")},
+            "ended": worlds.ended,
             "near_start": worlds.near.start,
             "near_items": worlds.near.items,
             "moves": room.moves,

@@ -192,7 +192,8 @@ class World(EditableWorld):
     def _begin(self, state: WorldState) -> None:
         self.state = state
         near = make_static_neighbors(state, self.rules, reach=max(self._planner.reach, self._touch()))
-        self._kernel_worlds = KernelWorlds(state, self.rules, near, self._has)
+        none_ended = np.zeros(len(state.seeds), np.bool_)
+        self._kernel_worlds = KernelWorlds(state, self.rules, near, self._has, none_ended)
         self._room = make_thread_scratch(self._kernel_worlds, make_robot_grid(self.rules))
         self._context = lru_cache(8)(
             lambda keys: KernelContext(self._kernel_worlds, self._plan(keys), self._room)
@@ -317,7 +318,13 @@ class World(EditableWorld):
         return make_command_table(commands, agents=self.agents, channels=names, where=self._where)
 
     def advance(
-        self, plan: FusedPlan, ticks: int, threads: int | None = None, *, until_finished: bool = False
+        self,
+        plan: FusedPlan,
+        ticks: int,
+        threads: int | None = None,
+        *,
+        until_finished: bool = False,
+        ended: NDArray[np.bool_] | None = None,
     ) -> None:
         """Sense, decide and act for many ticks in compiled code, with the same results as tick by tick.
 
@@ -331,12 +338,15 @@ class World(EditableWorld):
             The most threads to use; None chooses by the number of robots and processors. Results do not depend on it.
         until_finished
             Whether a world stops in the tick in which it reaches its goal; if worlds stop apart, `time_s` is undefined.
+        ended
+            The worlds that stay as they are [B]. None: none.
         """
         sensing = self._plan(self.check_keys(plan.keys))
         commands = np.zeros((len(plan.commands), len(COLUMNS)))
         commands[:, self.columns] = plan.commands
         plan = replace(plan, commands=commands)
-        advance_worlds(self._kernel_worlds, sensing, plan, ticks, threads, until_finished=until_finished)
+        worlds = self._kernel_worlds if ended is None else self._kernel_worlds._replace(ended=ended)
+        advance_worlds(worlds, sensing, plan, ticks, threads, until_finished=until_finished)
 
     def snapshot(self) -> bytes:
         """Save the complete state of all worlds.

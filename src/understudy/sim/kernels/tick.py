@@ -165,9 +165,10 @@ def run_ticks(
     `tables` and `stacks`, and executes one row of `commands` [B, 5] per robot, whose number it writes to
     `running` [N]; `values` are the context's `rows`. This thread is number `part` of `parts` threads that share
     each world. `led` has the bands and leads of coordinators (see `_squad_kernels`), or is None. With
-    `until_finished` a world stops when it reaches its goal. `camera` (cameras), `ranging` (range sensors),
-    `boxes` (to push), `cargo`, `living` (objects that appear, vanish or walk), `pulling` (boxes) and `calling`
-    (signals) are None if the scenario has none of these: the kernel is compiled without them then.
+    `until_finished` a world stops when it reaches its goal; worlds that have ended are left out. `camera` (cameras),
+    `ranging` (range sensors), `boxes` (to push), `cargo`, `living` (objects that appear, vanish or walk), `pulling`
+    (boxes) and `calling` (signals) are None if the scenario has none of these: the kernel is compiled without them
+    then.
     """
     c = refer_to(arrays)
     for world in range(first, end):
@@ -175,7 +176,7 @@ def run_ticks(
         blocks = (c.facts.count + BLOCK - 1) // BLOCK
         for turn in range(ticks):
             wait_at_barrier(crew)
-            if until_finished and c.finished[world] >= 0:
+            if mode == RUN and (c.ended[world] or (until_finished and c.finished[world] >= 0)):
                 break
             c.facts.drift = (turn % c.facts.keep) * c.facts.most_step
             if turn % c.facts.keep == 0:
