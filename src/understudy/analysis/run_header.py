@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -13,8 +13,9 @@ import msgspec
 from understudy.analysis.run_trace import COLUMNS, COORDINATOR, VERSION, ReadingInfo, TraceRow
 from understudy.errors import FileError, SettingError
 from understudy.extras import format_install_command
+from understudy.model.library import Library
 from understudy.robots.recording.header import RunInfo
-from understudy.runtime.program import Child, Instance
+from understudy.runtime.program import Child, Instance, Program
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import Scenario
@@ -77,15 +78,17 @@ def fingerprint_scenario(scenario: Scenario) -> str:
 
 def fingerprint_libraries(team: Team, libraries: Libraries) -> dict[str, dict[str, str]]:
     """Compute the fingerprints of all automata that the agents of a team may run, by sort and name."""
-    found: dict[str, dict[str, str]] = {}
-    for sort, programs in team.programs.items():
-        taught = libraries[sort].taught
-        used = {name: None for program in programs for name in _automata(program.root)}
-        if used:
-            found[sort] = {
-                name: fingerprint_automaton(taught[name]) for name in sorted(used) if name in taught
-            }
-    return found
+    found = {
+        sort: fingerprint_programs(programs, libraries[sort]) for sort, programs in team.programs.items()
+    }
+    return {sort: automata for sort, automata in found.items() if automata}
+
+
+def fingerprint_programs(programs: Iterable[Program], library: Library) -> dict[str, str]:
+    """Compute the fingerprints of all automata that some programs may run, by name."""
+    used = {name for program in programs for name in _automata(program.root)}
+    taught = library.taught
+    return {name: fingerprint_automaton(taught[name]) for name in sorted(used) if name in taught}
 
 
 def _automata(child: Child) -> Iterator[str]:

@@ -58,6 +58,27 @@ def test_run_is_drawn(folder: Path, tmp_path: Path) -> None:
         assert last.convert("L").getpixel((9, 0)) == 255
 
 
+def test_run_is_recorded_and_explained(folder: Path, tmp_path: Path) -> None:
+    """At 7.5 s the cart has passed 9 m and is done, since the press came there."""
+    made = tmp_path / "climb.mcap"
+    shown = run("run", *SLOPE, "--library", folder, "--seed", 2, "--record", made).output
+    assert f"Recorded in {made}" in shown.replace("\n", "")
+    why = said("why", made, "--time", 7.5)
+    assert (why["scenario"], why["seed"], why["doing"], why["switched"]) == (
+        f"{NAME}:make_slope",
+        2,
+        "done",
+        True,
+    )
+    (level,) = why["agents"][0]["levels"]
+    assert (level["automaton"], level["decision"]["before"], level["decision"]["values"]) == (
+        "climb", "ahead", {"x": 9.0},
+    )  # fmt: skip
+    assert f"robot 0 of {NAME}:make_slope 2 at 7 s: done" in run("why", made, "--time", 7.5).output
+    replayed = said("run", "--replay", made)
+    assert replayed["ticks"] == 15
+
+
 def test_evaluated(folder: Path) -> None:
     found = said("eval", *SLOPE, "--library", folder, "--seeds", "0:4", "--limit", 9, "--metric", "x")
     assert (found["world"], found["success"], found["failed_seeds"]) == (f"{NAME}:make_slope", 0.75, [0])
@@ -94,7 +115,10 @@ REFUSED = [  # words of the command, what is said
     (["eval", *SLOPE, "--behavior", "ahead", "--limit", "3"], "goal is missing"),
     (["eval", "--world", f"{NAME}:make_bare", "--limit", "3"], "without a kit; give the kit: --kit"),
     (["run", *SLOPE, "--trace", "a.jsonl"], "--trace is not written of a body of your own"),
-    (["run", *SLOPE, "--record", "a.mcap"], "is only drawn; name a file that ends in .gif"),
+    (
+        ["run", *SLOPE, "--record", "a.svg"],
+        "neither a picture nor a recording; name a file that ends in .gif",
+    ),
     (
         [
             "run",

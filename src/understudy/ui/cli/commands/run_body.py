@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isnan
 from time import monotonic, sleep
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from understudy.adapters.body_maker import BodyMaker
+    from understudy.robots.recording.header import RunInfo
     from understudy.runtime.run_loop import Run
     from understudy.sim.body_world import BodyWorld
     from understudy.ui.cli.commands.run import SimulatedRunOptions
@@ -30,19 +31,25 @@ def run_body(options: SimulatedRunOptions, maker: BodyMaker) -> None:
     """Run a behavior on a body of the user's own; show its readings in the terminal, or draw it."""
     from understudy.ui.cli.options import assign_run, find_kit, make_world_kit
     from understudy.ui.cli.output import make_console, print_json
+    from understudy.ui.cli.recordings import is_recording, record_ticks
 
     _check_options(options)
     kit = make_world_kit(maker) if options.kit is None else find_kit(options.kit, maker.name)
     assigned = assign_run(maker, options.behavior, options.library, kit, options.bind)
     running = BodyRunSession(options, maker, assigned)
+    record = options.record
+    drawn = record is not None and not is_recording(record)
     try:
-        if options.record is not None:
-            _draw(running, options)
-        elif not options.as_json and make_console().is_terminal:
-            _watch(running, options.speed)
-        else:
-            while not running.is_over:
-                running.run.tick()
+        with record_ticks(
+            record, running.world, running.run.tick, lambda: running.paths, ran=running.make_run_info
+        ) as running.tick:
+            if drawn:
+                _draw(running, options)
+            elif record is None and not options.as_json and make_console().is_terminal:
+                _watch(running, options.speed)
+            else:
+                while not running.is_over:
+                    running.tick()
         result = running.result()
     finally:
         running.world.close()
@@ -50,23 +57,26 @@ def run_body(options: SimulatedRunOptions, maker: BodyMaker) -> None:
         print_json(result)
         return
     make_console().print(_format_ending(result), markup=False, soft_wrap=True)
-    if options.record is not None:
-        make_console().print(f"Drawn in {options.record}", markup=False, soft_wrap=True)
+    if record is not None:
+        made = "Drawn" if drawn else "Recorded"
+        make_console().print(f"{made} in {record}", markup=False, soft_wrap=True)
 
 
 def _check_options(options: SimulatedRunOptions) -> None:
     """Refuse what needs to know where robots are."""
     from understudy.errors import SettingError
     from understudy.ui.cli.commands.run_simulated import PICTURES
+    from understudy.ui.cli.recordings import is_recording
 
-    where, remedy = "run", "leave it out, or name a scenario"
+    where = "run"
     if options.trace is not None:
         problem = "is not written of a body of your own, which has no positions"
+        remedy = "record it with --record FILE.mcap"
         raise SettingError(where=where, setting="--trace", problem=problem, remedy=remedy)
     record = options.record
-    if record is not None and record.suffix.lower() not in PICTURES:
-        problem = f"is {str(record)!r}, and a body of your own is only drawn"
-        remedy = "name a file that ends in .gif (in motion) or .png (the last picture)"
+    if record is not None and not is_recording(record) and record.suffix.lower() not in PICTURES:
+        problem = f"is {str(record)!r}, neither a picture nor a recording"
+        remedy = "name a file that ends in .gif (in motion), .png (the last picture) or .mcap (all readings)"
         raise SettingError(where=where, setting="--record", problem=problem, remedy=remedy)
 
 
@@ -97,8 +107,29 @@ class BodyRunSession:
         program = link(assigned.libraries[assigned.sort], assigned.behavior, assigned.binding)
         self.world: BodyWorld = BodyWorld(maker, options.seed, name=maker.name)
         self.run: Run = Run.from_program(self.world, program)
+        self.tick: Callable[[], None] = self.run.tick
+        """Advances it by one tick; it is recorded there."""
+        self._program, self._assigned, self._maker = program, assigned, maker
         self.behavior, self._options, self._flags = assigned.behavior, options, assigned.flags
         self._limit_s = options.seconds or LIMIT_S
+
+    def make_run_info(self) -> RunInfo:
+        """Describe the run for the header of its recording, so that its decisions can be made again."""
+        from understudy.analysis.run_header import fingerprint_programs
+        from understudy.robots.recording.header import RunInfo
+
+        assigned, options = self._assigned, self._options
+        automata = fingerprint_programs([self._program], assigned.libraries[assigned.sort])
+        return RunInfo(
+            scenario=self._maker.name,
+            seed=options.seed,
+            kit=options.kit,
+            library=str(options.library.resolve()),
+            sorts=[assigned.sort],
+            behavior=assigned.behavior,
+            binding=assigned.binding,
+            automata={assigned.sort: automata},
+        )
 
     @property
     def paths(self) -> list[tuple[str, ...]]:
@@ -181,7 +212,7 @@ def _draw(running: BodyRunSession, options: SimulatedRunOptions) -> None:
             due += options.speed / PICTURES_PER_S
         if over:
             break
-        running.run.tick()
+        running.tick()
     remedy = "name a file in a folder that exists and that you may write to"
     with convert_os_errors(options.record, "writing the picture", remedy=remedy):
         if moving:
@@ -205,7 +236,7 @@ def _watch(running: BodyRunSession, speed: float) -> None:
                 return
             until = world.time_s + step
             while world.time_s < until and not running.is_over:
-                running.run.tick()
+                running.tick()
             due += 1.0 / REFRESHES_PER_S
             sleep(max(0.0, due - monotonic()))
 

@@ -172,7 +172,7 @@ def _of_recording(
     rerun = Rerun(recording, known, sorts, ran.behavior, binding=ran.binding, scenario=where)
     tick = max(0, int(sum(recording.times <= time_s + NEAR_S)) - 1)
     said = explain_recorded_tick(rerun, robot, tick)
-    called = names[robot] if where is None else where.name
+    called = (ran.scenario or names[robot]) if where is None else where.name
     doing = BETWEEN.join(recording.paths[robot][tick])
     return said, WhyData.from_explanation(said, former, called, ran.seed, robot, doing)
 
