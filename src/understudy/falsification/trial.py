@@ -144,7 +144,7 @@ class GoalMeasure(TrialMeasure):
         world = run.body
         if not isinstance(world, World):
             raise TypeError("a body that is not simulated")
-        progress, running = ProgressRecord(world, trial.scenario), np.ones(1, np.bool_)
+        progress, running = ProgressRecord(world), np.ones(1, np.bool_)
         for tick in range(1, round(until_s / world.tick_s) + 1):
             run.tick()
             progress.update(tick * world.tick_s, running=running)
@@ -166,7 +166,7 @@ class GoalMeasure(TrialMeasure):
             raise TypeError("a body that is not simulated")
         limit_s = self.get_limit(scenario)
         last = int(limit_s / world.tick_s + 1e-9)
-        progress = ProgressRecord(world, scenario)
+        progress = ProgressRecord(world)
         reached_s = np.full(world.worlds, np.nan)
         tick, seen = 0, dict[int, set[str]]()
         while tick < last and np.isnan(reached_s).any():
