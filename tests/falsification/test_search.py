@@ -8,11 +8,12 @@ from msgspec.structs import replace
 from tests.falsification.planted import FORAGE, make_measure
 
 from understudy.errors import SettingError
+from understudy.falsification import random_search
 from understudy.falsification.directed_search import search_directed
 from understudy.falsification.disturbances import list_disturbances
 from understudy.falsification.falsify import falsify
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.random_search import RandomSearch, search_at_random
+from understudy.falsification.random_search import RandomSearch, SeedBatches, search_at_random
 from understudy.falsification.search_space import DISTURBANCES, PLACES, SIZES, SearchSpace
 from understudy.falsification.trial import TrialResults
 from understudy.sim.catalog import find_scenario
@@ -107,6 +108,21 @@ def test_robustness() -> None:
     assert set(np.flatnonzero(hurried.failed)) == set(np.flatnonzero(good.progress_s > 60.0))
 
 
+def test_batches_fit_the_time_that_worlds_take(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 0.0
+    monkeypatch.setattr(random_search, "monotonic", lambda: now)
+    batches = SeedBatches(1000, None, end=60.0)
+    sizes = []
+    for s_per_world in (0.1, 0.01, 0.01, 0.02, 0.02, 0.1, 0.2, 0.2, 0.2, 0.2):
+        seeds = batches.take()
+        sizes.append(len(seeds))
+        now += len(seeds) * s_per_world
+        batches.note(len(seeds), len(seeds) * s_per_world)
+    # At first 20. Then what 5 s suffice for, such as 50 worlds of 0.1 s, but no more than ten times as many as before.
+    # At 57.5 s and at 59.9 s what is left suffices for 12 worlds and for less than one.
+    assert sizes == [20, 50, 500, 500, 250, 250, 50, 12, 1, 0]
+
+
 def test_search_at_random_counts_as_running_them_all() -> None:
     measure = make_measure()
     found = search_at_random(measure, FORAGE, first_seed=50, most_runs=230)
@@ -147,7 +163,7 @@ def test_an_interruption_keeps_what_was_found() -> None:
     measure = make_measure()
     at_random = search_at_random(measure, FORAGE, first_seed=0, progress=interrupt)
     assert at_random.interrupted
-    assert at_random.runs == 100
+    assert at_random.runs == random_search.FIRST_BATCH
     assert at_random.failures
     directed = search_directed(make_measure(99.0), SearchSpace(FORAGE), seed=1, progress=interrupt)
     assert directed.interrupted

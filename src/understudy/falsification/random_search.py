@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
 from time import monotonic
@@ -18,8 +18,14 @@ from understudy.sim.scenario.schema import Scenario
 KEPT = 64
 """The number of worlds nearest to failing, and of failing ones, that are kept."""
 
-FIRST_BATCH = 100
+FIRST_BATCH = 20
 """The number of worlds in the first batch, so that a result is there soon."""
+
+BATCH_S = 5.0
+"""The time that a later batch takes at most, as far as that of former ones tells, s."""
+
+GROWTH = 10
+"""The factor by which a batch is larger than those before at most."""
 
 
 @dataclass
@@ -89,57 +95,82 @@ def search_at_random(
         What was found, also if it was interrupted.
     """
     found = RandomSearch()
-    end = None if seconds is None else monotonic() + seconds
-    batches = _list_batches(first_seed, most_runs)
+    batches = SeedBatches(first_seed, most_runs, end=None if seconds is None else monotonic() + seconds)
     try:
         if jobs == 1:
-            for seeds in batches:
-                found.add(seeds, run_seeds(measure, scenario, seeds))
+            while seeds := batches.take():
+                results, took_s = run_seeds(measure, scenario, seeds)
+                batches.note(len(seeds), took_s)
+                found.add(seeds, results)
                 progress(found)
-                if end is not None and monotonic() >= end:
-                    break
         else:
-            _search_in_jobs(measure, scenario, batches, found, end=end, jobs=jobs, progress=progress)
+            _search_in_jobs(measure, scenario, batches, found, jobs=jobs, progress=progress)
     except KeyboardInterrupt:
         found.interrupted = True
     return found
 
 
-def run_seeds(measure: Measure, scenario: Scenario, seeds: Sequence[int]) -> TrialResults:
-    """Run a behavior in the worlds of these seeds."""
-    return measure([Trial(scenario, seed) for seed in seeds])
+class SeedBatches:
+    """Seeds in batches whose size fits the time that worlds take; the seeds do not depend on it.
+
+    Parameters
+    ----------
+    first_seed
+        The first seed; the others follow.
+    most_runs
+        The number of seeds. None: without end.
+    end
+        The time after which there are no more, s of `monotonic`. None: never.
+    """
+
+    def __init__(self, first_seed: int, most_runs: int | None, *, end: float | None) -> None:
+        self._next, self._end = first_seed, end
+        self._stop = None if most_runs is None else first_seed + most_runs
+        self._size = FIRST_BATCH
+
+    def take(self) -> range:
+        """Return the next batch, an empty one if there is none."""
+        if self._end is not None and monotonic() >= self._end:
+            return range(0)
+        stop = self._next + self._size
+        seeds = range(self._next, stop if self._stop is None else min(stop, self._stop))
+        self._next = seeds.stop
+        return seeds
+
+    def note(self, worlds: int, seconds: float) -> None:
+        """Take note that a batch of so many worlds took a time, s."""
+        left_s = BATCH_S if self._end is None else min(BATCH_S, max(0.0, self._end - monotonic()))
+        fitting = int(left_s * worlds / max(seconds, 1e-9))
+        self._size = max(1, min(fitting, GROWTH * worlds, WORLDS_AT_ONCE))
 
 
-def _list_batches(first_seed: int, most_runs: int | None) -> Iterator[range]:
-    at, size = first_seed, FIRST_BATCH
-    while most_runs is None or at < first_seed + most_runs:
-        stop = at + size if most_runs is None else min(at + size, first_seed + most_runs)
-        yield range(at, stop)
-        at, size = stop, WORLDS_AT_ONCE
+def run_seeds(measure: Measure, scenario: Scenario, seeds: Sequence[int]) -> tuple[TrialResults, float]:
+    """Run a behavior in the worlds of these seeds; return the results, and the time that it took, s."""
+    began = monotonic()
+    results = measure([Trial(scenario, seed) for seed in seeds])
+    return results, monotonic() - began
 
 
 def _search_in_jobs(
     measure: Measure,
     scenario: Scenario,
-    batches: Iterator[range],
+    batches: SeedBatches,
     found: RandomSearch,
     *,
-    end: float | None,
     jobs: int,
     progress: Callable[[RandomSearch], None],
 ) -> None:
     """Share the batches among processes; those that have begun are waited for when the time is over."""
     with open_process_pool(jobs) as pool:
-        begun: dict[Future[TrialResults], range] = {}
+        begun: dict[Future[tuple[TrialResults, float]], range] = {}
         while True:
-            while len(begun) < jobs + 1 and (end is None or monotonic() < end):
-                seeds = next(batches, None)
-                if seeds is None:
-                    break
+            while len(begun) < jobs + 1 and (seeds := batches.take()):
                 begun[pool.submit(run_seeds, measure, scenario, seeds)] = seeds
             if not begun:
                 return
             done, _ = wait(begun, return_when=FIRST_COMPLETED)
             for future in done:
-                found.add(begun.pop(future), future.result())
+                seeds, (results, took_s) = begun.pop(future), future.result()
+                batches.note(len(seeds), took_s)
+                found.add(seeds, results)
                 progress(found)
