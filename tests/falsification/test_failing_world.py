@@ -94,6 +94,11 @@ def test_shrinking_ends_after_its_runs() -> None:
     assert MEASURE([found.trial]).failed.all()
 
 
+def test_shrinking_ends_after_its_time() -> None:
+    found = shrink_failure(MEASURE, FORAGE, Trial(FORAGE, find_failing_seed()), seconds=0.0)
+    assert (found.runs, found.steps) == (1, [])
+
+
 def test_robots_that_need_each_other_stay() -> None:
     team, salvage, swarm = (find_scenario(name) for name in ("forage-team", "salvage", "swarm"))
     placed = replace(team.robots[0], at=((1.0, 1.0, 0.0), (2.0, 2.0, 0.0)), count=msgspec.UNSET)

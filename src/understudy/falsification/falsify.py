@@ -81,9 +81,9 @@ def falsify(
     seed
         The seed of the search.
     seconds
-        The time for both searches, s.
+        The time for both searches, and as much again to make the world simpler, s.
     worlds
-        The number of worlds to run at random, however long it takes. None: for half of the time.
+        The number of worlds to run at random, however long it takes, as for making one simpler. None: half of the time.
     jobs
         The number of processes for the search at random.
     vary
@@ -119,7 +119,11 @@ def falsify(
             found.shrinking = Shrinking(trial, measure([trial]), 1)
         else:
             found.shrinking = shrink_failure(
-                measure, scenario, trial, progress=lambda now: report("Making it simpler", now.runs, 1)
+                measure,
+                scenario,
+                trial,
+                seconds=None if worlds is not None else seconds,
+                progress=lambda now: report("Making it simpler", now.runs, 1),
             )
             found.interrupted = found.shrinking.interrupted
     found.seconds = monotonic() - began

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from time import monotonic
 from typing import TypeAlias
 
 from understudy.errors import SettingError
@@ -24,6 +25,9 @@ from understudy.sim.scenario.validation import check_scenario
 
 MOST_RUNS = 1_500
 """The largest number of runs that shrinking may take."""
+
+FIRST_CANDIDATES = 4
+"""The number of candidates that are run side by side first; then twice as many each time."""
 
 ROUNDS = 3
 """The largest number of times that all passes are repeated."""
@@ -57,6 +61,7 @@ def shrink_failure(
     trial: Trial,
     *,
     most_runs: int = MOST_RUNS,
+    seconds: float | None = None,
     progress: Callable[[Shrinking], None] = lambda found: None,
 ) -> Shrinking:
     """Make a failing world simpler as long as it still fails, no later, and in no other states than before.
@@ -74,6 +79,8 @@ def shrink_failure(
         A failing world of it.
     most_runs
         The largest number of runs.
+    seconds
+        The time, s. None: until nothing can be made simpler.
     progress
         Called after each simplification.
 
@@ -84,9 +91,14 @@ def shrink_failure(
     """
     found = Shrinking(trial, measure([trial]))
     found.runs = 1
+    end = None if seconds is None else monotonic() + seconds
+
+    def count_left() -> int:
+        return 0 if end is not None and monotonic() >= end else most_runs - found.runs
+
     try:
         explicit = make_explicit(trial)
-        if _accept_first(measure, found, [("", explicit)], most_runs):
+        if _accept_first(measure, found, [("", explicit)], count_left):
             found.steps.pop()
         passes: Sequence[Callable[[Trial], Iterator[Candidate]]] = (
             lambda now: list_without_obstacles(now.scenario),
@@ -100,9 +112,9 @@ def shrink_failure(
         for _ in range(ROUNDS):
             before = len(found.steps)
             for list_candidates in passes:
-                while _accept_first(measure, found, list(list_candidates(found.trial)), most_runs):
+                while _accept_first(measure, found, list(list_candidates(found.trial)), count_left):
                     progress(found)
-            if len(found.steps) == before or found.runs >= most_runs:
+            if len(found.steps) == before or count_left() <= 0:
                 break
     except KeyboardInterrupt:
         found.interrupted = True
@@ -110,13 +122,23 @@ def shrink_failure(
 
 
 def _accept_first(
-    measure: TrialMeasure, found: Shrinking, candidates: Sequence[Candidate], most_runs: int
+    measure: TrialMeasure, found: Shrinking, candidates: Sequence[Candidate], count_left: Callable[[], int]
 ) -> bool:
-    """Take the first candidate that fails as early and ends in the same states; return whether there is one."""
+    """Take the first candidate that fails as early and ends in the same states; return whether there is one.
+
+    `count_left` returns how many may still be run.
+    """
     possible = [each for each in candidates if each[1] != found.trial.scenario and _is_possible(each[1])]
-    possible = possible[: max(0, most_runs - found.runs)]
-    if not possible:
-        return False
+    first, size = 0, FIRST_CANDIDATES
+    while first < len(possible) and (left := count_left()) > 0:
+        if _accept_any(measure, found, possible[first : first + min(size, left)]):
+            return True
+        first, size = first + size, 2 * size
+    return False
+
+
+def _accept_any(measure: TrialMeasure, found: Shrinking, possible: Sequence[Candidate]) -> bool:
+    """Run candidates side by side, and take the first that fails as early and ends in the same states."""
     trials = [Trial(scenario, found.trial.seed) for _, scenario in possible]
     try:
         results = measure(trials)
