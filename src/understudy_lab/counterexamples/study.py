@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SEEDS = range(71_000, 71_030)
+SEEDS = range(71_100, 71_130)
 """The seeds of the novices; the lessons were developed on seeds 70900 to 70959."""
 UNSEEN = 2_000
 """The number of unseen worlds in which each robot is tested."""
@@ -91,16 +91,16 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
     return StudyFindings(
         headline=f"Of {len(rows)} robots that novices taught GoTo, {len(failing)} fail in one of {SEARCHED} searched "
         f"worlds. {LESSONS} lessons in failing worlds, with {np.median(presses[FAILURES]):.0f} presses in the median, "
-        f"make failures in unseen worlds {medians[FAILURES]:.0f} times fewer in the median; as many presses at random "
-        f"places {medians[RANDOM]:.1f} times, and at most as many, all of them corrections of what looks wrong there, "
-        f"{medians[WATCHED]:.1f} times.",
+        f"divide their failures in unseen worlds by {medians[FAILURES]:.0f} in the median. As many presses at random "
+        f"places divide them by {medians[RANDOM]:.1f}, and at most as many, all of them corrections of what looks wrong "
+        f"there, by {medians[WATCHED]:.1f}.",
         tables=(
             ResultTable(
                 f"The {len(failing)} robots that fail, by lessons: medians (smallest–largest)",
                 (
                     "",
                     "#failures, % of unseen worlds",
-                    "#failures fall by the factor",
+                    "#failures divided by",
                     "#robots tenfold better",
                     "#robots without a failure",
                     "#robots worse",
@@ -116,14 +116,14 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         ),
         goals=(
             StudyGoal(
-                "failures in unseen worlds after counterexamples fall by the factor, median",
+                "failures before / after counterexamples, median",
                 f"{WANTED:.0f}",
                 f"{medians[FAILURES]:.1f} (after random places {medians[RANDOM]:.1f})",
                 medians[FAILURES] >= WANTED,
             ),
         ),
         notes=(
-            "The factor is that of failures before and after, with half a failure added to both. "
+            "Half a failure is added to both numbers before one is divided by the other. "
             f"{tenfold[FAILURES]} of {len(failing)} robots are at least ten times better after counterexamples, "
             f"{tenfold[RANDOM]} after random places, and {tenfold[WATCHED]} after random places with corrections only. "
             f"Failures after counterexamples differ from those after random places with p = {ps[RANDOM]:.2g}, and from "
