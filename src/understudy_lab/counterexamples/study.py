@@ -92,8 +92,8 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         headline=f"Of {len(rows)} robots that novices taught GoTo, {len(failing)} fail in one of {SEARCHED} searched "
         f"worlds. {LESSONS} lessons in failing worlds, with {np.median(presses[FAILURES]):.0f} presses in the median, "
         f"divide their failures in unseen worlds by {medians[FAILURES]:.0f} in the median. As many presses at random "
-        f"places divide them by {medians[RANDOM]:.1f}, and at most as many, all of them corrections of what looks wrong "
-        f"there, by {medians[WATCHED]:.1f}.",
+        f"places divide them by {medians[RANDOM]:.1f}, and at most as many, all of them corrections of what looks "
+        f"wrong there, by {medians[WATCHED]:.1f}.",
         tables=(
             ResultTable(
                 f"The {len(failing)} robots that fail, by lessons: medians (smallest–largest)",
@@ -175,7 +175,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     for panel, name, color in zip(axes, LESSONS_IN, COLORS, strict=False):
         _draw_lines(panel, failing, name, color)
         fall = float(np.median([compute_fall(row, name) for row in failing]))
-        panel.set_title(f"{TITLES[name]}\n{fall:.{0 if fall >= WANTED else 1}f} times fewer (median)")
+        panel.set_title(f"{TITLES[name]}:\ndivided by {fall:.{0 if fall >= WANTED else 1}f} (median)")
     axes[0].set_ylabel(f"failures in {UNSEEN} unseen worlds")
     axes[0].legend(loc="lower left")
     return figure
