@@ -58,6 +58,7 @@ class ArrivalMeasure:
         program = link(self.library, BEHAVIOR, TARGETS)
         run = ProgramRun(world, program, self.library, TARGETS, worlds=len(seeds))
         least_m, progress_s = np.full(len(seeds), np.inf), np.zeros(len(seeds))
+        distance_m = world.sense([RANGE])[RANGE]
         ticks = round(LIMIT_S / world.tick_s)
         for tick in range(0, ticks, TICKS_AT_ONCE):
             run.advance_all(min(TICKS_AT_ONCE, ticks - tick))
