@@ -110,6 +110,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "slips": "How many corrections does unlearning save people who press wrong buttons and press late?",
         "transfer": "Do behaviors taught in the 2-D world work in simulated physics with rendered cameras?",
         "recordings": "Can a robot be taught by recordings of a stick, without any press?",
+        "counterexamples": "Do lessons in worlds in which a robot fails help more than lessons at random places?",
         "small": "How small are the lessons from which robots learn?",
     }
 )

@@ -86,6 +86,22 @@ def test_it_begins_as_the_run_was_and_goes_on_like_it(library: Library, failing:
     assert session.lesson.examples == goto_lesson().examples
 
 
+def test_it_begins_at_the_start_if_the_first_decision_was_wrong(
+    library: Library, failing: FailingWorld
+) -> None:
+    early = replace(failing, facts=with_changes(failing.facts, wrong_s=0.1))
+    session = open_failure(early, library, before_s=BEFORE_S)
+    world = World(FORAGE, [SEED])
+    engine = Engine.from_program(world, link(library, "forage", {}))
+    assert isinstance(session.body, World)
+    assert (session.automaton.name, session.view().state, session.body.time_s) == ("goto", "start", 0.0)
+    for _ in range(20):
+        assert place(session.body) == place(world)
+        session.tick()
+        engine.tick()
+        assert session.view().state == engine.path(0)[-1]
+
+
 def test_a_press_corrects_it(library: Library, failing: FailingWorld) -> None:
     session = open_failure(failing, library, before_s=BEFORE_S)
     before = session.view().state

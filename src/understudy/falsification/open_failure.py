@@ -65,18 +65,23 @@ def open_failure(
     world = World(scenario, [found.trial.seed])
     program = link(library, facts.behavior, facts.binding)
     drivers = [Interpreter(program, now=world.time_s) for _ in range(world.agents)]
-    run, driver = Run(world, drivers), drivers[facts.robot]
-    for _ in range(max(1, round((facts.wrong_s - before_s) / world.tick_s))):
+    run, driver, start = Run(world, drivers), drivers[facts.robot], world.snapshot()
+    ticks = round((facts.wrong_s - before_s) / world.tick_s)
+    for _ in range(max(1, ticks)):
         run.tick()
     level = _choose_level(driver, name)
     machine = driver.active[level]
     lesson = library.taught[machine.automaton.name].lesson
     if lesson is None:
         raise SessionError(f"{machine.automaton.name!r} has no lesson: nothing was recorded when it was made")
+    if ticks < 1:  # the first tick showed which automata run, but its decision may be the wrong one
+        world.restore(start)
     session = Session(world, library, lesson, targets=machine.instance.binding, agent=facts.robot)
     if world.agents > 1:
         session.other_agents.set_behavior(facts.behavior, facts.binding)
     session.teach()
+    if ticks < 1:
+        return session
     states = driver.snapshot(world.time_s)[level:]
     session.rewind(SessionSnapshot(world.snapshot(), states, Mode.LIVE, session.other_agents.snapshot()))
     return session

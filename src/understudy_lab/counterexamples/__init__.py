@@ -1,0 +1,1 @@
+"""The experiment with failing worlds as lessons, compared with lessons at random places."""

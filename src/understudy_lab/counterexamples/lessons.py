@@ -1,0 +1,151 @@
+"""Lessons in failing worlds, and as many presses at random places, by the same novice for the same robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from understudy.falsification.failing_world import FailingWorld, FailureFacts
+from understudy.falsification.falsify import AT_RANDOM, FIRST_SEED
+from understudy.falsification.joint_worlds import Trial
+from understudy.falsification.open_failure import open_failure
+from understudy.falsification.random_search import search_at_random
+from understudy.model.library import Library
+from understudy.training.session import Session
+from understudy_lab.coaching_benefit.tasks import LIMIT_S
+from understudy_lab.counterexamples.arrivals import BEHAVIOR, SCENARIO, TARGETS, ArrivalMeasure
+from understudy_lab.novices.novice import Novice
+from understudy_lab.novices.teach_live import draw_seed
+
+LESSONS = 5
+SEARCHED = 1_000
+"""The number of fresh worlds in which each lesson looks for a failing one."""
+BEFORE_S = 3.0
+"""The time before a robot went wrong at which a novice takes over, s."""
+REPEATS = 3
+"""The number of times that one failing world is opened, as long as the robot still fails in it."""
+MOST_PRESSES = 8
+"""The largest number of presses in one lesson."""
+RANDOM_S = 30.0
+"""The latest moment at which a lesson at a random place begins, s."""
+MOST_PLACES = 20
+"""The largest number of random places in one lesson."""
+
+
+@dataclass(frozen=True, slots=True)
+class LessonSeries:
+    """The library after five lessons, the presses of each, and the failures among the worlds searched before each."""
+
+    library: Library
+    presses: tuple[int, ...]
+    found: tuple[int, ...] = ()
+
+
+def teach_by_failures(novice: Novice, library: Library, seed: int) -> LessonSeries:
+    """Teach five lessons, each in the worst failing world that a search at random finds.
+
+    The world is opened again while the robot still fails in it. A lesson before which no world fails has no presses.
+    """
+    presses, found = [], []
+    for number in range(LESSONS):
+        first = FIRST_SEED + SEARCHED * (LESSONS * seed + number)
+        search = search_at_random(ArrivalMeasure(library), SCENARIO, first_seed=first, most_runs=SEARCHED)
+        found.append(search.failed)
+        before = novice.presses
+        if search.failures:
+            library = _correct_world(novice, library, search.failures[0][1])
+        presses.append(novice.presses - before)
+    return LessonSeries(library, tuple(presses), tuple(found))
+
+
+def _correct_world(novice: Novice, library: Library, world: int) -> Library:
+    """Let a novice correct the robot in a failing world, again while it fails there."""
+    left = MOST_PRESSES
+    for _ in range(REPEATS):
+        outcome = ArrivalMeasure(library)([Trial(SCENARIO, world)])
+        if not outcome.failed[0] or left <= 0:
+            break
+        session = _open_moment(library, world, float(outcome.progress_s[0]), before_s=BEFORE_S)
+        left -= _watch_robot(novice, session, left)
+        library = library.with_automaton(session.make_trained_automaton())
+    return library
+
+
+def teach_at_random(novice: Novice, library: Library, presses: Sequence[int]) -> LessonSeries:
+    """Teach lessons with these numbers of presses at random moments of runs in fresh worlds.
+
+    At each moment the novice first presses what is right there, or confirms that the robot is right, and then corrects
+    it like in a failing world. Where no more is to be pressed, the lesson goes on at another random moment.
+    """
+    return _teach_at_places(novice, library, presses, first=_press_what_is_right)
+
+
+def teach_by_watching(novice: Novice, library: Library, presses: Sequence[int]) -> LessonSeries:
+    """Teach lessons with at most these numbers of presses at random moments, like `teach_at_random`.
+
+    The novice presses only where the robot is wrong, so a lesson may end with fewer presses.
+    """
+    return _teach_at_places(novice, library, presses, first=lambda novice, session: None)
+
+
+def _teach_at_places(
+    novice: Novice, library: Library, presses: Sequence[int], *, first: Callable[[Novice, Session], None]
+) -> LessonSeries:
+    """Teach lessons at random moments; `first` is called at the beginning of each."""
+    made = []
+    for wanted in presses:
+        before, places = novice.presses, 0
+        while novice.presses - before < wanted and places < MOST_PLACES:
+            world = draw_seed(novice)
+            end_s = float(ArrivalMeasure(library)([Trial(SCENARIO, world)]).progress_s[0])
+            moment_s = float(novice.draws.uniform(0.0, min(end_s, RANDOM_S)))
+            session = _open_moment(library, world, moment_s, before_s=0.0)
+            first(novice, session)
+            _watch_robot(novice, session, wanted - (novice.presses - before))
+            library = library.with_automaton(session.make_trained_automaton())
+            places += 1
+        made.append(novice.presses - before)
+    return LessonSeries(library, tuple(made))
+
+
+def _open_moment(library: Library, world: int, wrong_s: float, *, before_s: float) -> Session:
+    """Open a live session in a world, some seconds before a moment of the robot's run."""
+    facts = FailureFacts(
+        behavior=BEHAVIOR,
+        binding=dict(TARGETS),
+        seed=world,
+        limit_s=LIMIT_S,
+        robustness=0.0,
+        wrong_s=wrong_s,
+        end_hash="",
+        found_by=AT_RANDOM,
+        steps=(),
+        why=(),
+    )
+    failing = FailingWorld(Path(), Trial(SCENARIO, world), facts)
+    return open_failure(failing, library, name=BEHAVIOR, before_s=before_s)
+
+
+def _press_what_is_right(novice: Novice, session: Session) -> None:
+    """Press the state that the robot should be in now, or confirm the present one."""
+    novice.look_afresh()
+    screen = session.view()
+    wished = novice.wish(screen)
+    novice.say(session, None if wished == screen.state else wished)
+    novice.cancel_press()
+    novice.seconds += session.body.tick_s
+
+
+def _watch_robot(novice: Novice, session: Session, most_presses: int) -> int:
+    """Watch the robot until it has arrived or the novice has no more patience or presses; return the presses."""
+    novice.look_afresh()
+    novice.cancel_press()
+    before, until = novice.presses, novice.seconds + novice.traits.patience_s
+    while (
+        novice.presses - before < most_presses and novice.seconds < until and not novice.there(session.view())
+    ):
+        novice.notice(session, 0.0)
+        session.tick()
+        novice.seconds += session.body.tick_s
+    return novice.presses - before
