@@ -1,4 +1,4 @@
-"""The picture of a failing world: the robots' paths, and the place where progress ended."""
+"""The picture of a failing world: the robots' paths, and the place where it went wrong."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ MARK = "#c0392b"
 
 
 def draw_failure(replay: FailureReplay, *, title: str, tick_s: float) -> bytes:
-    """Draw the run of a failing world as a PNG, with a mark at the robot's place when its progress ended."""
+    """Draw the run of a failing world as a PNG, with a mark at the robot's place when it went wrong."""
     from matplotlib.lines import Line2D
 
     frames = replay.frames
     last = frames[-1].view
     at = frames[min(len(frames) - 1, round(replay.wrong_s / tick_s))].view.robots
-    label = f"last progress, {replay.wrong_s:.1f} s"
+    label = f"{replay.label}, {replay.wrong_s:.1f} s"
     entry = Line2D([], [], marker="X", ls="", mfc=MARK, mec=PAPER, ms=10.0, label=label)
     subtitle = f"until {last.time_s:.0f} s; {replay.sentences[0][0].lower()}{replay.sentences[0][1:-1]}"
     sheet = FigureSheet(last, title, subtitle, [entry, *list_path_entries(frames)])

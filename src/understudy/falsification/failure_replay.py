@@ -32,10 +32,12 @@ class FailureReplay:
     """The run in a failing world until some time after it went wrong.
 
     `wrong_s` is the time at which it went wrong, s, `robot` the explained robot, and `frames` the run tick by tick.
-    `reason` is the switch that explains it; None if the robot never switched. `sentences` put it in words.
+    `label` names that moment. `reason` is the switch that explains it; None if the robot never switched. `sentences`
+    put it in words.
     """
 
     wrong_s: float
+    label: str
     robot: int
     frames: tuple[RunFrame, ...]
     reason: DecisionReason | None
@@ -92,7 +94,7 @@ def replay_failure(
     """
     limit_s, tick_s = measure.get_limit(trial.scenario), trial.scenario.tick_s
     wrong = measure.find_wrong_tick(trial, until_s=min(limit_s, progress_s + TICKS_AT_ONCE * tick_s))
-    robot = _choose_robot(trial)
+    robot = measure.choose_robot(trial, wrong)
     world = World(trial.scenario, [trial.seed])
     team = make_scenario_team(
         world, trial.scenario, libraries, roots, seeds=[trial.seed], makes=make_tracing_runner
@@ -116,25 +118,12 @@ def replay_failure(
             reason = find_latest_switch(chain, libraries) or reason
     return FailureReplay(
         wrong * tick_s,
+        measure.wrong_label,
         robot,
         tuple(frames),
         reason,
         _describe(measure.describe_wrong_time(wrong * tick_s), reason, paths, tick_s),
     )
-
-
-def _choose_robot(trial: Trial) -> int:
-    """Return the robot to explain: the one farthest from the goal's target if all have to be there, else the first."""
-    world, goal = World(trial.scenario, [trial.seed]), trial.scenario.goal
-    if goal is None or goal.target is None or not goal.all:
-        return 0
-    view = world.view()
-    rows = view.objects.kind == view.names.classes.index(goal.target)
-    if not rows.any():
-        return 0
-    x, y = view.objects.x[rows], view.objects.y[rows]
-    apart = np.hypot(view.robots.x[:, None] - x, view.robots.y[:, None] - y).min(axis=1)
-    return int(apart.argmax())
 
 
 def _describe(

@@ -11,8 +11,11 @@ from understudy.errors import SettingError
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.trial import TrialMeasure, TrialResults
 from understudy.model.property import Property, PropertyKind, SeededWorlds
+from understudy.properties.condition import parse_condition
+from understudy.properties.margins import bind_condition
 from understudy.properties.monitor import monitor_property
 from understudy.sim.scenario.schema import Scenario
+from understudy.sim.world import World
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +31,7 @@ class PropertyMeasure(TrialMeasure):
     """
 
     subject: Property
-    is_cause_later = False
+    is_cause_later, wrong_label = False, "failed"
 
     def get_limit(self, scenario: Scenario) -> float:
         """Return the longest run in a scenario, s."""
@@ -54,6 +57,21 @@ class PropertyMeasure(TrialMeasure):
         """Find the tick at which the property failed."""
         failed_s = float(self([trial]).failed_s[0])
         return round(min(failed_s, until_s) / trial.scenario.tick_s)
+
+    def choose_robot(self, trial: Trial, wrong: int) -> int:
+        """Choose the robot for which the condition of the property was farthest from what is demanded.
+
+        If the condition is not about each robot, it is the same robot as for a goal.
+        """
+        run = self.start([trial])
+        kind, world = self.subject.kind, run.body
+        if kind is PropertyKind.PROGRESS or not isinstance(world, World):
+            return super().choose_robot(trial, wrong)
+        run.advance_all(wrong)
+        margins = bind_condition(parse_condition(self.subject.what), run, self.task.criteria.flags)()[0]
+        if len(margins) != world.robots:
+            return super().choose_robot(trial, wrong)
+        return int(margins.argmin() if kind is PropertyKind.ALWAYS else margins.argmax())
 
     def describe_wrong_time(self, wrong_s: float) -> str:
         """Describe the failure of the property."""

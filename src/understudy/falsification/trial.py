@@ -83,6 +83,8 @@ class TrialMeasure(ABC):
 
     task: EvaluationTask
     limit_s: float | None = None
+    wrong_label: ClassVar[str]
+    """The name of the moment at which a run went wrong, for pictures."""
     is_cause_later: ClassVar[bool]
     """True if the decision that explains a failure is the first after the run went wrong; else the last before it."""
 
@@ -122,6 +124,22 @@ class TrialMeasure(ABC):
     def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
         """Find the tick, until a time (s), at which the run of a failing world went wrong."""
 
+    def choose_robot(self, trial: Trial, wrong: int) -> int:
+        """Choose the robot to explain in a failing world that went wrong at a tick.
+
+        It is the one that begins farthest from the goal's target if all have to be there, else the first.
+        """
+        world, goal = World(trial.scenario, [trial.seed]), trial.scenario.goal
+        if goal is None or goal.target is None or not goal.all:
+            return 0
+        view = world.view()
+        rows = view.objects.kind == view.names.classes.index(goal.target)
+        if not rows.any():
+            return 0
+        x, y = view.objects.x[rows], view.objects.y[rows]
+        apart = np.hypot(view.robots.x[:, None] - x, view.robots.y[:, None] - y).min(axis=1)
+        return int(apart.argmax())
+
     @abstractmethod
     def describe_wrong_time(self, wrong_s: float) -> str:
         """Describe in a sentence what happened at the time (s) at which a run went wrong."""
@@ -136,7 +154,7 @@ class GoalMeasure(TrialMeasure):
     where its progress ended.
     """
 
-    is_cause_later = True
+    is_cause_later, wrong_label = True, "last progress"
 
     def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
         """Find the tick at which progress ended."""
