@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from understudy.errors import SessionError, UnknownName
 from understudy.falsification.failing_world import FailingWorld, read_failing_world
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.sim.world import World
@@ -17,6 +20,33 @@ from understudy.training.trainee import Mode
 
 BEFORE_S = 3.0
 """The time before the failure at which a session begins by default, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class FailureMoment:
+    """A moment some seconds before a behavior went wrong in a failing world.
+
+    `world` is the world then, and `agent` the robot. `name` is the automaton to correct, `lesson` its lesson, `targets`
+    are those of its parameters, and `states` is its run state and that of the automata below it. `behavior` with
+    `binding` is what all robots run.
+    """
+
+    world: World
+    agent: int
+    name: str
+    lesson: Lesson
+    targets: Mapping[str, str]
+    states: tuple[StackFrame, ...]
+    behavior: str
+    binding: Mapping[str, str]
+
+    def restore_in(self, session: Session) -> None:
+        """Continue the run of this moment in a session of the automaton, on the world of this moment."""
+        if self.world.agents > 1:
+            session.other_agents.set_behavior(self.behavior, self.binding)
+        session.teach()
+        others = session.other_agents.snapshot()
+        session.rewind(SessionSnapshot(self.world.snapshot(), self.states, Mode.LIVE, others))
 
 
 def open_failure(
@@ -57,29 +87,75 @@ def open_failure(
         If the automaton has no lesson, or the world is that of a team with coordinators.
     """
     found = failing if isinstance(failing, FailingWorld) else read_failing_world(failing)
-    scenario, facts = found.trial.scenario, found.facts
+    moment = find_failure_moment(found, library, name=name, before_s=before_s)
+    session = Session(moment.world, library, moment.lesson, targets=moment.targets, agent=moment.agent)
+    moment.restore_in(session)
+    return session
+
+
+def find_failure_moment(
+    failing: FailingWorld,
+    library: Library,
+    *,
+    name: str | None = None,
+    before_s: float = BEFORE_S,
+    wrong_s: float | None = None,
+) -> FailureMoment:
+    """Run a failing world until some seconds before the behavior goes wrong.
+
+    Parameters
+    ----------
+    failing
+        The failing world.
+    library
+        The library with the behavior, and with the lesson to correct.
+    name
+        Name of the automaton to correct. None: the innermost one that ran then.
+    before_s
+        How long before the failure, s; at the start of the run if that was later.
+    wrong_s
+        When it goes wrong, s. None: as it was kept.
+
+    Returns
+    -------
+    FailureMoment
+        The moment.
+
+    Raises
+    ------
+    UnknownName
+        If the library does not have the behavior, or no automaton of that name ran then.
+    SessionError
+        If the automaton has no lesson, or the world is that of a team with coordinators.
+    """
+    scenario, facts = failing.trial.scenario, failing.facts
     if scenario.squads:
         raise SessionError(
-            "a team with coordinators cannot be corrected from a failing world; open it in the studio"
+            "a team with coordinators cannot be corrected from a failing world: correct its automata in the studio, "
+            "and run the failing world again"
         )
-    world = World(scenario, [found.trial.seed])
+    world = World(scenario, [failing.trial.seed])
     program = link(library, facts.behavior, facts.binding)
     drivers = [Interpreter(program, now=world.time_s) for _ in range(world.agents)]
     run, driver = Run(world, drivers), drivers[facts.robot]
-    for _ in range(max(1, round((facts.wrong_s - before_s) / world.tick_s))):
+    until_s = (facts.wrong_s if wrong_s is None else wrong_s) - before_s
+    for _ in range(max(1, round(until_s / world.tick_s))):
         run.tick()
     level = _choose_level(driver, name)
     machine = driver.active[level]
     lesson = library.taught[machine.automaton.name].lesson
     if lesson is None:
         raise SessionError(f"{machine.automaton.name!r} has no lesson: nothing was recorded when it was made")
-    session = Session(world, library, lesson, targets=machine.instance.binding, agent=facts.robot)
-    if world.agents > 1:
-        session.other_agents.set_behavior(facts.behavior, facts.binding)
-    session.teach()
-    states = driver.snapshot(world.time_s)[level:]
-    session.rewind(SessionSnapshot(world.snapshot(), states, Mode.LIVE, session.other_agents.snapshot()))
-    return session
+    return FailureMoment(
+        world,
+        facts.robot,
+        machine.automaton.name,
+        lesson,
+        machine.instance.binding,
+        driver.snapshot(world.time_s)[level:],
+        facts.behavior,
+        facts.binding,
+    )
 
 
 def _choose_level(driver: Interpreter, name: str | None) -> int:

@@ -284,6 +284,7 @@ def _keep(
     )
     from understudy.falsification.failure_replay import compute_end_hash, replay_failure
     from understudy.falsification.joint_worlds import Trial
+    from understudy.falsification.property_measure import PropertyMeasure
     from understudy.falsification.simpler_worlds import strip_for_file
 
     shrinking = found.shrinking
@@ -311,6 +312,9 @@ def _keep(
         wrong_s=replay.wrong_s,
         end_hash=compute_end_hash(measure, trial),
         robot=replay.robot,
+        property=measure.subject.name if isinstance(measure, PropertyMeasure) else None,
+        place=replay.place,
+        states=replay.states,
         found_by=found.found_by,
         steps=tuple(shrinking.steps),
         why=replay.sentences,
