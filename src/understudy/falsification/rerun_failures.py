@@ -66,8 +66,8 @@ def rerun_failing_worlds(
 ) -> list[RerunResult]:
     """Run failing worlds again with a library, and say which of them still fail.
 
-    Each is the same world as when it was found, bit for bit, with the same time limit, and is judged in the same way: by
-    the goal, or by the property that failed.
+    Each is the same world as when it was found, bit for bit, with the same time limit, and is judged in the same way:
+    by the goal, or by the property that failed.
 
     Parameters
     ----------

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from concurrent.futures import CancelledError, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from threading import Thread
-from time import monotonic, sleep
+from time import monotonic
 
-from msgspec import UNSET, structs
+from msgspec import UNSET
 
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.measurement import Progress
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
@@ -33,22 +30,18 @@ from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
 from understudy.ui.web.places import Places
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
+from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 from understudy.ui.web.views.library import CutOffData, LibraryData
 from understudy.ui.web.views.scene import SceneData, describe_scene
 from understudy.ui.web.views.session import (
     BehaviorCallData,
-    EvaluationData,
     SessionData,
     SessionViewBuilder,
-    describe_evaluation,
 )
 from understudy.ui.web.views.team import ActivityNames, TrainableGroups
 
 NOTHING = "No automaton is open: teach something new, or open one from the library"
 CARRY = "drive the robot there, or carry it"
-YIELD_S = 0.0002
-"""How long an evaluation rests whenever it tells how far it is: else the world on the page would wait for the
-interpreter, 5 ms at a time."""
 _ROBOT = re.compile(r"\brobot (\d+)")
 _LONG = re.compile(r"-?\d+\.\d{3,}")
 
@@ -57,54 +50,6 @@ def _as_on_the_page(text: str) -> str:
     """Return a world's message with robots counted from 1 and long numbers rounded to two decimals."""
     text = _ROBOT.sub(lambda found: f"robot {int(found[1]) + 1}", text)
     return _LONG.sub(lambda found: f"{float(found[0]):.2f}", text)
-
-
-class UnseenWorldsEvaluation:
-    """An evaluation of the automaton in training in unseen worlds, run in a thread of its own."""
-
-    def __init__(
-        self, called: str, edition: int, *, worlds: int, evaluate: Callable[[Progress], Evaluation]
-    ) -> None:
-        self.data = EvaluationData(
-            called=called, edition=edition, worlds=worlds, through=0, result=None, problem=""
-        )
-        self._cancelled, self._untold = False, True
-        Thread(target=self._run, args=(evaluate,), daemon=True).start()
-
-    @property
-    def is_running(self) -> bool:
-        """Whether the evaluation has neither a result nor an error yet; a cancelled one stays running."""
-        return self.data.result is None and not self.data.problem
-
-    def cancel(self) -> None:
-        """Cancel the evaluation at its next progress report; it gets no result."""
-        self._cancelled = True
-
-    def take_status(self) -> StatusMessage | None:
-        """Return the message about the finished evaluation on the first call after its end, else None."""
-        data = self.data
-        if self.is_running or not self._untold:
-            return None
-        self._untold = False
-        if data.result is None:
-            return StatusMessage(data.problem, "error")
-        worlds = f"{data.worlds} world{'s' * (data.worlds != 1)}"
-        return StatusMessage(f"{data.called} succeeded in {data.result.succeeded} of {worlds}")
-
-    def _run(self, evaluate: Callable[[Progress], Evaluation]) -> None:
-        try:
-            self.data = structs.replace(self.data, result=describe_evaluation(evaluate(self._report)))
-        except CancelledError:
-            pass
-        except Exception as error:
-            self.data = structs.replace(self.data, problem=describe_error(error))
-
-    def _report(self, through: int, _: int) -> None:
-        if self._cancelled:
-            raise CancelledError
-        if through != self.data.through:
-            self.data = structs.replace(self.data, through=through)
-        sleep(YIELD_S)
 
 
 class SessionHost:
