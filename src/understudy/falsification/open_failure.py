@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from understudy.errors import SessionError, UnknownName
 from understudy.falsification.failing_world import FailingWorld, read_failing_world
@@ -20,6 +21,9 @@ from understudy.training.trainee import Mode
 
 BEFORE_S = 3.0
 """The time before the failure at which a session begins by default, s."""
+
+AFTER_S = 1.0
+"""The time after the end of progress at which the innermost automaton is taken for the one that made the mistake, s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,9 +72,9 @@ def open_failure(
     library
         The library with the behavior, and with the lesson to correct.
     name
-        Name of the automaton to correct. None: the innermost one that ran then.
+        Name of the automaton to correct. None: the innermost one with a lesson that ran when it went wrong.
     before_s
-        How long before the failure it begins, s; at the start of the run if that was later.
+        How long before the failure it begins, s; later if the run, or that automaton, began later.
 
     Returns
     -------
@@ -110,9 +114,9 @@ def find_failure_moment(
     library
         The library with the behavior, and with the lesson to correct.
     name
-        Name of the automaton to correct. None: the innermost one that ran then.
+        Name of the automaton to correct. None: the innermost one with a lesson that ran when it went wrong.
     before_s
-        How long before the failure, s; at the start of the run if that was later.
+        How long before the failure, s; later if the run, or that automaton, began later.
     wrong_s
         When it goes wrong, s. None: as it was kept.
 
@@ -138,31 +142,51 @@ def find_failure_moment(
     program = link(library, facts.behavior, facts.binding)
     drivers = [Interpreter(program, now=world.time_s) for _ in range(world.agents)]
     run, driver = Run(world, drivers), drivers[facts.robot]
-    until_s = (facts.wrong_s if wrong_s is None else wrong_s) - before_s
-    for _ in range(max(1, round(until_s / world.tick_s))):
+    at_s = facts.wrong_s if wrong_s is None else wrong_s
+    first = max(1, round((at_s - before_s) / world.tick_s))
+    after_s = AFTER_S if facts.property is None else 0.0
+    for _ in range(first - 1):
         run.tick()
-    level = _choose_level(driver, name)
-    machine = driver.active[level]
-    lesson = library.taught[machine.automaton.name].lesson
+    instants = list[_Instant]()
+    for _ in range(first, max(first, round((at_s + after_s) / world.tick_s)) + 1):
+        run.tick()
+        active = [(each.automaton.name, each.instance.binding) for each in driver.active]
+        instants.append(_Instant(world.snapshot(), active, driver.snapshot(world.time_s)))
+    instant, level = _choose_instant(instants, library, name)
+    automaton, targets = instant.active[level]
+    lesson = library.taught[automaton].lesson
     if lesson is None:
-        raise SessionError(f"{machine.automaton.name!r} has no lesson: nothing was recorded when it was made")
+        raise SessionError(f"{automaton!r} has no lesson: nothing was recorded when it was made")
+    world.restore(instant.world)
     return FailureMoment(
-        world,
-        facts.robot,
-        machine.automaton.name,
-        lesson,
-        machine.instance.binding,
-        driver.snapshot(world.time_s)[level:],
-        facts.behavior,
-        facts.binding,
+        world, facts.robot, automaton, lesson, targets, instant.states[level:], facts.behavior, facts.binding
     )
 
 
-def _choose_level(driver: Interpreter, name: str | None) -> int:
-    """Return the position of an automaton among those that run, the root first."""
-    names = [machine.automaton.name for machine in driver.active]
-    if name is None:
-        return len(names) - 1
-    if name not in names:
+class _Instant(NamedTuple):
+    """An instant of the run: the world, and the automata that run, the root first, with their targets."""
+
+    world: bytes
+    active: list[tuple[str, Mapping[str, str]]]
+    states: tuple[StackFrame, ...]
+
+
+def _choose_instant(instants: Sequence[_Instant], library: Library, name: str | None) -> tuple[_Instant, int]:
+    """Return the instant at which to begin, and the level of the automaton to correct.
+
+    Without a name that automaton is the innermost one with a lesson in the end, and it begins as soon as it runs
+    without a break until then; else as soon as the automaton of that name runs.
+    """
+    if name is not None:
+        for instant in instants:
+            names = [each for each, _ in instant.active]
+            if name in names:
+                return instant, names.index(name)
         raise UnknownName(what="automaton", name=name, where="the run at this moment", known=names)
-    return names.index(name)
+    end = instants[-1].active
+    taught = [level for level, (each, _) in enumerate(end) if library.taught[each].lesson is not None]
+    level = taught[-1] if taught else len(end) - 1
+    began = len(instants) - 1
+    while began and instants[began - 1].active[: level + 1] == end[: level + 1]:
+        began -= 1
+    return instants[began], level

@@ -1,4 +1,4 @@
-"""Run failing worlds again: with a corrected library, which of them still fail, and when they go wrong now."""
+"""Run failing worlds again: with a corrected library, which of them still fail, and when one goes wrong now."""
 
 from __future__ import annotations
 
@@ -28,15 +28,12 @@ class RerunResult:
         The failing world.
     robustness
         The distance from failing now, below 0 if it still fails; NaN if it could not be run.
-    wrong_s
-        The time at which it goes wrong now, s; None if it does not fail, or could not be run.
     problem
         Why it could not be run; empty if it could.
     """
 
     failing: FailingWorld
     robustness: float
-    wrong_s: float | None
     problem: str = ""
 
     @property
@@ -53,9 +50,7 @@ class RerunResult:
         name = self.failing.folder.name
         if self.problem:
             return f"{name} could not be run: {self.problem}"
-        if self.wrong_s is None:
-            return f"{name} passes now"
-        return f"{name} still fails, at {self.wrong_s:.1f} s"
+        return f"{name} still fails" if self.has_failed else f"{name} passes now"
 
 
 def rerun_failing_worlds(
@@ -108,18 +103,44 @@ def rerun_failing_world(
     RerunResult
         The result.
     """
-    trial = failing.trial
     try:
         measure = make_failure_measure(failing, library, properties=properties)
-        results = measure([trial])
-        robustness, wrong_s = float(results.robustness[0]), None
-        if results.failed[0]:
-            until_s = float(results.progress_s[0]) + TICKS_AT_ONCE * trial.scenario.tick_s
-            until_s = min(measure.get_limit(trial.scenario), until_s)
-            wrong_s = measure.find_wrong_tick(trial, until_s=until_s) * trial.scenario.tick_s
+        return RerunResult(failing, float(measure([failing.trial]).robustness[0]))
     except UnderstudyError as error:
-        return RerunResult(failing, nan, None, str(error))
-    return RerunResult(failing, robustness, wrong_s)
+        return RerunResult(failing, nan, str(error))
+
+
+def find_wrong_time(
+    failing: FailingWorld, library: Library | Libraries, *, properties: Sequence[Property] = ()
+) -> float | None:
+    """Find when a behavior goes wrong in a failing world now, which a correction may have changed.
+
+    Parameters
+    ----------
+    failing
+        The failing world.
+    library
+        The library with the behavior; or for a team the library of each sort of agents.
+    properties
+        The properties of the library's file.
+
+    Returns
+    -------
+    float | None
+        The time, s; None if it no longer fails.
+
+    Raises
+    ------
+    UnderstudyError
+        If the library does not have the behavior, or `properties` lacks the property.
+    """
+    trial, tick_s = failing.trial, failing.trial.scenario.tick_s
+    measure = make_failure_measure(failing, library, properties=properties)
+    results = measure([trial])
+    if not results.failed[0]:
+        return None
+    until_s = float(results.progress_s[0]) + TICKS_AT_ONCE * tick_s
+    return measure.find_wrong_tick(trial, until_s=min(measure.get_limit(trial.scenario), until_s)) * tick_s
 
 
 def make_failure_measure(

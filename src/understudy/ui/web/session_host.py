@@ -24,10 +24,12 @@ from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting, interrupted_sessions
 from understudy.ui.controller.arming import RobotArming
 from understudy.ui.controller.clock import IdleWorld, WallClock, check_speed
+from understudy.ui.controller.failing_worlds import LibraryFolder
 from understudy.ui.controller.open_session import OpenSession
 from understudy.ui.controller.status import StatusMessage, describe_error, keep_status
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
+from understudy.ui.web.failing_worlds import FailingWorldList
 from understudy.ui.web.places import Places
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
 from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
@@ -67,6 +69,7 @@ class SessionHost:
         seed: int = 0,
         wall: WallClock = monotonic,
         ground: Ground | None = None,
+        failures: Path | None = None,
     ) -> None:
         self.wall, self._speed = wall, 1.0
         self.open_session: OpenSession | None = None
@@ -78,6 +81,7 @@ class SessionHost:
         self.rewind_buffer, self.unsure = RewindBuffer(), UncertainMoments()
         self.executor = ThreadPoolExecutor(1)  # for what takes longer than a tick may
         self.evaluation: UnseenWorldsEvaluation | None = None
+        self.failures = FailingWorldList(failures if isinstance(self.world, World) else None, wall)
         self.run = RunData(number=0, from_s=0.0)
         self.refresh_interrupted()
         if self.cut_off:
@@ -147,6 +151,11 @@ class SessionHost:
     def speed(self) -> float:
         """The simulation speed as a multiple of real time."""
         return self._speed
+
+    @property
+    def library_folder(self) -> LibraryFolder:
+        """The library's folder, as it is read in any scenario."""
+        return LibraryFolder(self.folder, self.places.find_kit)
 
     @property
     def seed(self) -> int:
@@ -231,6 +240,8 @@ class SessionHost:
                 self.note_tick()
             if self.evaluation is not None and (result := self.evaluation.take_status()) is not None:
                 self.status = result
+            if (change := self.failures.advance(self.library_folder, trainer)) is not None:
+                self.status = change
             if self.robots.idle():
                 self.frame_version += 1
                 if trainer is not None:
@@ -366,9 +377,8 @@ class SessionHost:
         self.refresh_interrupted()
         self.note_world_change()
 
-    def enter(self, scenario: Scenario, folder: Path, kit: Kit) -> None:
-        """Close the present session, and go to the world of a scenario and to the library in a folder."""
-        world = World(scenario, [self.seed])
+    def enter(self, world: World, folder: Path, kit: Kit) -> None:
+        """Close the present session, and go to another world and to the library in a folder."""
         self._leave()
         self._place(world, folder, kit)
         self.unsure = UncertainMoments()
@@ -407,6 +417,7 @@ class SessionHost:
         """Close the session; one with unsaved changes is offered for resuming at the next start."""
         self.executor.shutdown(wait=False, cancel_futures=True)
         self.end_evaluation()
+        self.failures.cancel()
         if self.open_session is None:
             return
         if self.open_session.trainer.has_unsaved_changes:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from understudy.errors import SettingError
-from understudy.ui.cli.options import WORLD, Bind, Json, KitName
+from understudy.ui.cli.options import FAILURES, WORLD, Bind, Json, KitName
 
 if TYPE_CHECKING:
     from understudy.falsification.failing_world import FailingWorld
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from understudy.model.property import Property
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli.options import RunAssignment
-
-FOLDER = Path("failures")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +131,7 @@ def falsify_behavior(
     ] = 1,
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder that keeps failing worlds.")
-    ] = FOLDER,
+    ] = FAILURES,
     bind: Bind = None,
     kit: KitName = None,
     as_json: Json = False,
