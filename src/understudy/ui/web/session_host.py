@@ -430,6 +430,8 @@ class SessionHost:
         """Read the library folder again and make new automata available to the open session."""
         self.library_view = self.groups.read_library(self.sort, self.agent)
         self.kit = self.library_view.library.kit
+        if not self.failures.is_running:
+            self.failures.read()
         if self.trainer is not None:
             session = self.trainer.session
             for name, taught in self.library_view.library.taught.items():
