@@ -876,7 +876,9 @@ export interface FailingWorld {
   name: string;
   behavior: string;
   world: string;
-  /** What went wrong when it was found: the moment, the decision, and what followed. */
+  /** What went wrong when it was found, in short. */
+  summary: string;
+  /** The moment, the decision, and what followed. */
   sentences: readonly string[];
   /** Whether it fails with what is in training; "unknown" if it could not be run. */
   state: "fails" | "not run" | "passes" | "unknown";

@@ -4,8 +4,6 @@ import type { FailingWorld, Failures, RerunProperty } from "../protocol";
 import type { Studio } from "../studio";
 import { className, counted, plain } from "../words";
 
-/** So many sentences say what went wrong; all of them are in the hint. */
-const FIRST = 2;
 const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, string]>> = {
   "not run": ["○", "soft", "Not run yet with what is trained"],
   fails: ["✗", "warn", "Still fails"],
@@ -16,22 +14,11 @@ const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, st
 export function FailuresPart({ studio }: { studio: Studio }) {
   const failures = studio.told?.failures ?? null;
   if (failures === null || failures.worlds.length + failures.problems.length === 0) return null;
-  const { worlds, problems, properties, running, leads_to } = failures;
+  const { worlds, problems, properties, running } = failures;
   return (
     <section class="outcomes failures" aria-label="Failing worlds">
       <div class="outcomes-head">
         <h3>Failing worlds</h3>
-        {leads_to !== null && (
-          <button
-            type="button"
-            class="link"
-            disabled={!studio.directs}
-            title="Leave the failing world; what is trained goes along"
-            onClick={() => void studio.ask({ do: "leave_failure" })}
-          >
-            back to {plain(leads_to)}
-          </button>
-        )}
         <button
           type="button"
           class="small"
@@ -42,7 +29,7 @@ export function FailuresPart({ studio }: { studio: Studio }) {
           {running ? "Running …" : "Run again"}
         </button>
       </div>
-      <Standing failures={failures} />
+      <Standing failures={failures} studio={studio} />
       <ul class="failed" aria-label="Failing worlds, the worst and most different first">
         {worlds.map((world) => (
           <FailureItem key={world.name} world={world} open={failures.open === world.name} studio={studio} />
@@ -68,8 +55,8 @@ export function FailuresPart({ studio }: { studio: Studio }) {
 }
 
 /** How many of them pass; while they are run, how far that is. */
-function Standing({ failures }: { failures: Failures }) {
-  const { worlds, running, through, stale } = failures;
+function Standing({ failures, studio }: { failures: Failures; studio: Studio }) {
+  const { worlds, running, through, stale, leads_to } = failures;
   const known = worlds.filter(({ state }) => state === "fails" || state === "passes");
   const passed = known.filter(({ state }) => state === "passes").length;
   return (
@@ -84,13 +71,27 @@ function Standing({ failures }: { failures: Failures }) {
           ? "Open one, and press what is right where it goes wrong."
           : `${passed} of ${counted(worlds.length, "world")} ${passed === 1 ? "passes" : "pass"} now`}
         {stale && known.length > 0 && !running && ", before the lesson changed; run them again"}
+        {leads_to !== null && (
+          <>
+            {" · "}
+            <button
+              type="button"
+              class="link"
+              disabled={!studio.directs}
+              title="Leave the failing world; what is trained goes along"
+              onClick={() => void studio.ask({ do: "leave_failure" })}
+            >
+              back to {plain(leads_to)}
+            </button>
+          </>
+        )}
       </p>
     </>
   );
 }
 
 function FailureItem({ world, open, studio }: { world: FailingWorld; open: boolean; studio: Studio }) {
-  const { name, behavior, sentences, state, problem } = world;
+  const { name, behavior, summary, sentences, state, problem } = world;
   const [mark, tone, means] = MARKS[state];
   return (
     <li class={className(open && "on")}>
@@ -101,7 +102,7 @@ function FailureItem({ world, open, studio }: { world: FailingWorld; open: boole
         {name}{" "}
         <span class="soft">
           {!name.startsWith(behavior) && `${plain(behavior)}: `}
-          {plain(problem === "" ? sentences.slice(0, FIRST).join(" ") : problem)}
+          {plain(problem === "" ? summary : problem)}
         </span>
       </span>
       <button

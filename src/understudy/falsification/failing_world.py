@@ -55,6 +55,13 @@ class FailingWorld:
     trial: Trial
     facts: FailureFacts
 
+    @property
+    def summary(self) -> str:
+        """What went wrong, in short: the first sentence, and what the robot was doing then."""
+        went_wrong = self.facts.why[0] if self.facts.why else "It failed."
+        doing = " > ".join(self.facts.states)
+        return f"{went_wrong[:-1]}: {doing}." if doing else went_wrong
+
 
 def choose_folder(parent: Path | str, behavior: str) -> Path:
     """Return the first folder in `parent` that does not exist yet: BEHAVIOR-1, BEHAVIOR-2 and so on."""

@@ -93,8 +93,10 @@ def compare_failures(one: FailingWorld, other: FailingWorld) -> float:
 
     Parameters
     ----------
-    one, other
-        The failing worlds.
+    one
+        A failing world.
+    other
+        The one that it is compared with.
 
     Returns
     -------

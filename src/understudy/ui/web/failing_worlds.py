@@ -43,8 +43,10 @@ class FailingWorldData(Data, frozen=True, kw_only=True):
     """The name of its folder."""
     behavior: str
     world: str
+    summary: str
+    """What went wrong when it was found, in short."""
     sentences: list[str]
-    """What went wrong when it was found: the moment, the decision, and what followed."""
+    """The moment, the decision, and what followed."""
     state: FailureStateName
     """Whether it fails with what is in training; "unknown" if it could not be run."""
     problem: str
@@ -264,6 +266,7 @@ class FailingWorldList:
                     name=name,
                     behavior=each.facts.behavior,
                     world=each.trial.scenario.name,
+                    summary=each.summary,
                     sentences=list(each.facts.why),
                     state=state,
                     problem="" if seen is None else seen.problem,
