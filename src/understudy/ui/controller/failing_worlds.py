@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from understudy.analysis.measurement import Progress
+from understudy.analysis.measurement import Progress, skip_progress
 from understudy.errors import SessionError, UnderstudyError, UnknownName
 from understudy.falsification.failing_world import FailingWorld
 from understudy.falsification.open_failure import FailureMoment, find_failure_moment
@@ -33,6 +33,9 @@ from understudy.ui.controller.open_session import OpenSession, begin_session
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices, SessionStart, TrainingPlan
+
+FOLDER = Path("failures")
+"""The folder of failing worlds, where `understudy falsify` keeps them by default."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +93,11 @@ class FailureRerun:
 
 
 def rerun_all(
-    worlds: Sequence[FailingWorld], library: LibraryFolder, draft: Draft | None, *, progress: Progress
+    worlds: Sequence[FailingWorld],
+    library: LibraryFolder,
+    draft: Draft | None,
+    *,
+    progress: Progress = skip_progress,
 ) -> FailureRerun:
     """Run failing worlds again with what is in training, and the properties of the library's file beside them.
 
