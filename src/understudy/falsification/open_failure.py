@@ -167,7 +167,7 @@ class _Instant(NamedTuple):
     """An instant of the run: the world, and the automata that run, the root first, with their targets."""
 
     world: bytes
-    active: list[tuple[str, Mapping[str, str]]]
+    active: Sequence[tuple[str, Mapping[str, str]]]
     states: tuple[StackFrame, ...]
 
 
@@ -177,13 +177,14 @@ def _choose_instant(instants: Sequence[_Instant], library: Library, name: str | 
     Without a name that automaton is the innermost one with a lesson in the end, and it begins as soon as it runs
     without a break until then; else as soon as the automaton of that name runs.
     """
+    end = instants[-1].active
     if name is not None:
         for instant in instants:
             names = [each for each, _ in instant.active]
             if name in names:
                 return instant, names.index(name)
-        raise UnknownName(what="automaton", name=name, where="the run at this moment", known=names)
-    end = instants[-1].active
+        known = [each for each, _ in end]
+        raise UnknownName(what="automaton", name=name, where="the run at this moment", known=known)
     taught = [level for level, (each, _) in enumerate(end) if library.taught[each].lesson is not None]
     level = taught[-1] if taught else len(end) - 1
     began = len(instants) - 1
