@@ -60,8 +60,8 @@ def make_draft(trainer: Trainer | None) -> Draft | None:
 
 
 @dataclass(frozen=True, slots=True)
-class LibraryFolder:
-    """The folder of a library, and the kit with which its automata are read in a scenario."""
+class LibrarySource:
+    """The folder of a library, and the kit with which its automata are read for a scenario."""
 
     folder: Path
     find_kit: Callable[[Scenario], Kit]
@@ -94,7 +94,7 @@ class FailureRerun:
 
 def rerun_all(
     worlds: Sequence[FailingWorld],
-    library: LibraryFolder,
+    library: LibrarySource,
     draft: Draft | None,
     *,
     progress: Progress = skip_progress,
@@ -182,7 +182,7 @@ class FailureOpening:
 
 
 def prepare_failure(
-    failing: FailingWorld, library: LibraryFolder, draft: Draft | None, *, discard: bool = False
+    failing: FailingWorld, library: LibrarySource, draft: Draft | None, *, discard: bool = False
 ) -> FailureOpening:
     """Run a failing world until shortly before it goes wrong with what is in training; nothing is changed yet.
 

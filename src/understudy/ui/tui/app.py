@@ -26,7 +26,7 @@ from understudy.ui.controller import interrupted_sessions
 from understudy.ui.controller.clock import WallClock
 from understudy.ui.controller.failing_worlds import (
     FOLDER,
-    LibraryFolder,
+    LibrarySource,
     make_draft,
     prepare_failure,
     rerun_all,
@@ -83,7 +83,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
     ) -> None:
         super().__init__(ansi_color=True)
         self.ground, self.failures = ground, failures
-        self._library = LibraryFolder(plan.folder, partial(_find_kit, plan))
+        self._library = LibrarySource(plan.folder, partial(_find_kit, plan))
         self.plan, self.unfinished, self.wall = plan, unfinished, wall
         self.open_session: OpenSession | None = None
         self.theme = "ansi-dark"  # the terminal's own colors, so that it looks right on light and dark ones

@@ -20,7 +20,7 @@ from understudy.ui.controller.clock import FASTEST, WallClock
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.actions import handler_table
 from understudy.ui.web.clients import PER_SECOND, Client, Clients
-from understudy.ui.web.failing_worlds import FailuresData
+from understudy.ui.web.failure_results import FailuresData
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.places import PlacesData

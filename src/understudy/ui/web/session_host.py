@@ -24,12 +24,12 @@ from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting, interrupted_sessions
 from understudy.ui.controller.arming import RobotArming
 from understudy.ui.controller.clock import IdleWorld, WallClock, check_speed
-from understudy.ui.controller.failing_worlds import LibraryFolder
+from understudy.ui.controller.failing_worlds import LibrarySource
 from understudy.ui.controller.open_session import OpenSession
 from understudy.ui.controller.status import StatusMessage, describe_error, keep_status
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
-from understudy.ui.web.failing_worlds import FailingWorldList
+from understudy.ui.web.failure_results import FailingWorldList
 from understudy.ui.web.places import Places
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
 from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
@@ -153,9 +153,9 @@ class SessionHost:
         return self._speed
 
     @property
-    def library_folder(self) -> LibraryFolder:
+    def library_source(self) -> LibrarySource:
         """The library's folder, as it is read in any scenario."""
-        return LibraryFolder(self.folder, self.places.find_kit)
+        return LibrarySource(self.folder, self.places.find_kit)
 
     @property
     def seed(self) -> int:
@@ -240,7 +240,7 @@ class SessionHost:
                 self.note_tick()
             if self.evaluation is not None and (result := self.evaluation.take_status()) is not None:
                 self.status = result
-            if (change := self.failures.advance(self.library_folder, trainer)) is not None:
+            if (change := self.failures.advance(self.library_source, trainer)) is not None:
                 self.status = change
             if self.robots.idle():
                 self.frame_version += 1

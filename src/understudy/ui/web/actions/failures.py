@@ -17,7 +17,7 @@ def handle_open_failure(host: SessionHost, message: OpenFailure) -> None:
     """Open a session in a failing world, paused shortly before the behavior goes wrong."""
     refuse_fixed(host)
     failing, draft = host.failures.find(message.name), make_draft(host.trainer)
-    opening = prepare_failure(failing, host.library_folder, draft, discard=message.discard)
+    opening = prepare_failure(failing, host.library_source, draft, discard=message.discard)
     host.refresh_interrupted()
     left = host.cut_off.get(opening.plan.name)
     if left is not None:
@@ -61,5 +61,5 @@ def handle_rerun_failures(host: SessionHost, _: RerunFailures) -> StatusMessage 
     host.failures.read()
     if not host.failures.found.worlds:
         return StatusMessage(f"There are no failing worlds in {host.failures.folder}")
-    host.failures.begin_rerun(host.library_folder, host.trainer)
+    host.failures.begin_rerun(host.library_source, host.trainer)
     return None

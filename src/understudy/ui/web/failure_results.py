@@ -19,7 +19,7 @@ from understudy.ui.controller.clock import WallClock
 from understudy.ui.controller.failing_worlds import (
     Draft,
     FailureRerun,
-    LibraryFolder,
+    LibrarySource,
     make_draft,
     rerun_all,
 )
@@ -85,7 +85,7 @@ class FailuresData(Data, frozen=True, kw_only=True):
 class RunningRerun:
     """Failing worlds that are run again, in a thread of its own."""
 
-    def __init__(self, worlds: Sequence[FailingWorld], library: LibraryFolder, draft: Draft | None) -> None:
+    def __init__(self, worlds: Sequence[FailingWorld], library: LibrarySource, draft: Draft | None) -> None:
         self.result: FailureRerun | None = None
         self.problem = ""
         self.through, self.seconds = 0, 0.0
@@ -101,7 +101,7 @@ class RunningRerun:
         """Cancel the runs at the next report; there is no result."""
         self._cancelled = True
 
-    def _run(self, worlds: Sequence[FailingWorld], library: LibraryFolder, draft: Draft | None) -> None:
+    def _run(self, worlds: Sequence[FailingWorld], library: LibrarySource, draft: Draft | None) -> None:
         began = monotonic()
         try:
             found = rerun_all(worlds, library, draft, progress=self._report)
@@ -169,7 +169,7 @@ class FailingWorldList:
         """Return the name of the failing world whose scenario this is; None if it is that of none."""
         return self._opened[0] if self._opened is not None and self._opened[1] is scenario else None
 
-    def begin_rerun(self, library: LibraryFolder, trainer: Trainer | None) -> None:
+    def begin_rerun(self, library: LibrarySource, trainer: Trainer | None) -> None:
         """Begin to run all of them again; runs that have not ended are cancelled."""
         self.cancel()
         self._ran_with = self._identify_lesson(trainer)
@@ -182,7 +182,7 @@ class FailingWorldList:
             self._running.cancel()
             self._running = None
 
-    def advance(self, library: LibraryFolder, trainer: Trainer | None) -> StatusMessage | None:
+    def advance(self, library: LibrarySource, trainer: Trainer | None) -> StatusMessage | None:
         """Take over the result of runs that have ended, and repeat quick ones if the lesson changed.
 
         Return the message about runs that have ended.
