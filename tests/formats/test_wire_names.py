@@ -67,8 +67,8 @@ MESSAGES = [
     "go_to_mark", "hand_over", "here", "leave_failure", "mend", "move_object", "move_obstacle", "new", "next_situation",
     "open", "open_failure", "open_library", "open_world", "others", "pause", "pick_color", "place", "press", "promise",
     "prune", "quarantine", "recall", "redo", "release", "remove", "remove_object", "remove_obstacle",
-    "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save", "save_world", "set_up", "simplify", "skip",
-    "speed", "stand_by", "stand_for", "step", "stop", "stop_robot", "take", "test", "turn", "undo",
+    "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save", "save_world", "set_up", "simplify",
+    "skip", "speed", "stand_by", "stand_for", "step", "stop", "stop_robot", "take", "test", "turn", "undo",
     "use_reaction", "versions", "visit", "watch", "why", "withdraw",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""

@@ -14,6 +14,7 @@ from understudy.model.library import Library
 from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
+from understudy.sim.scenario.files import add_markers
 from understudy.sim.world import World
 from understudy.training.other_agents import SessionSnapshot
 from understudy.training.session import Session
@@ -30,9 +31,9 @@ AFTER_S = 1.0
 class FailureMoment:
     """A moment some seconds before a behavior went wrong in a failing world.
 
-    `world` is the world then, and `agent` the robot. `name` is the automaton to correct, `lesson` its lesson, `targets`
-    are those of its parameters, and `states` is its run state and that of the automata below it. `behavior` with
-    `binding` is what all robots run.
+    `world` is the world then, with markers to place by hand, and `agent` the robot. `name` is the automaton to correct,
+    `lesson` its lesson, `targets` are those of its parameters, and `states` is its run state and that of the automata
+    below it. `behavior` with `binding` is what all robots run.
     """
 
     world: World
@@ -132,7 +133,7 @@ def find_failure_moment(
     SessionError
         If the automaton has no lesson, or the world is that of a team with coordinators.
     """
-    scenario, facts = failing.trial.scenario, failing.facts
+    scenario, facts = add_markers(failing.trial.scenario), failing.facts
     if scenario.squads:
         raise SessionError(
             "a team with coordinators cannot be corrected from a failing world: correct its automata in the studio, "

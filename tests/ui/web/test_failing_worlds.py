@@ -39,10 +39,14 @@ def make_failures(folder: Path) -> Path:
 
 @pytest.fixture
 def made(tmp_path: Path) -> StudioServer:
-    library = make_failures(tmp_path)
-    host = SessionHost(
-        FORAGE, library, make_scenario_kit(FORAGE), seed=7, wall=Wall(), failures=tmp_path / "failures"
-    )
+    make_failures(tmp_path)
+    return start(tmp_path)
+
+
+def start(folder: Path) -> StudioServer:
+    """Start a studio in a folder with a library and failing worlds."""
+    kit, failures = make_scenario_kit(FORAGE), folder / "failures"
+    host = SessionHost(FORAGE, folder / "library", kit, seed=7, wall=Wall(), failures=failures)
     return StudioServer(host, wall=Wall(glance=0.01))
 
 
@@ -124,6 +128,27 @@ def test_what_was_corrected_goes_along_to_the_next_one_and_back(person: Page, ma
     person.done("save")
     assert rerun(person) == MENDED
     assert "no failing world is open" in person.say("leave_failure")["error"]
+
+
+@pytest.mark.parametrize("goes_to", ["open_failure", "leave_failure", None])
+def test_a_studio_that_ends_in_a_failing_world_loses_no_press(
+    person: Page, made: StudioServer, goes_to: str | None
+) -> None:
+    """The lesson is offered again, also right after it went along to another world."""
+    person.done("open_failure", name="forage-2")
+    person.done("press", state="left")
+    person.done("step")
+    if goes_to is not None:
+        person.done(goes_to, **({"name": "forage-1"} if goes_to == "open_failure" else {}))
+    examples = [str(each) for each in made.host.active_trainer.session.examples]
+    made.host.close()
+    again = start(made.host.folder.parent)
+    with served(again) as client, page(client) as later:
+        assert [each["name"] for each in later.desk["library"]["cut_off"]] == ["goto"]
+        assert "interrupted" in later.say("open_failure", name="forage-1")["error"]
+        later.done("open", name="goto")
+        assert [str(each) for each in again.host.active_trainer.session.examples] == examples
+        later.done("step")
 
 
 def test_one_that_passes_is_opened_where_it_went_wrong(person: Page, made: StudioServer) -> None:

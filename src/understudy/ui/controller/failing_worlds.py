@@ -18,6 +18,7 @@ from understudy.properties.library_properties import FittingLibraries, run_libra
 from understudy.properties.property_file import FILE, load_properties
 from understudy.properties.run_property import PropertyResult
 from understudy.sim.catalog import find_scenario
+from understudy.sim.scenario.files import add_markers
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import (
     Libraries,
@@ -163,11 +164,20 @@ class FailureOpening:
     moment: FailureMoment
     plan: TrainingPlan
     said: str
+    name: str
+    """The name of the failing world."""
 
     def begin(self, wall: WallClock) -> OpenSession:
         """Begin the session with a journal of its own, paused at that moment."""
         start = SessionStart(self.moment.lesson, dict(self.moment.targets))
-        opened = begin_session(self.plan, start, wall, body=self.moment.world, agent=self.moment.agent)
+        opened = begin_session(
+            self.plan,
+            start,
+            wall,
+            body=self.moment.world,
+            agent=self.moment.agent,
+            carried_to=self.name,
+        )
         trainer = opened.trainer
         try:
             self.moment.restore_in(trainer.session)
@@ -209,7 +219,7 @@ def prepare_failure(
     UnderstudyError
         If the behavior cannot be run or corrected there, or the draft is unsaved and does not run then.
     """
-    scenario, facts = failing.trial.scenario, failing.facts
+    scenario, facts = add_markers(failing.trial.scenario), failing.facts
     libraries = library.open_libraries(scenario, draft)
     sort = find_behavior_sort(libraries, facts.behavior)
     wrong_s = find_wrong_time(failing, libraries, properties=library.load_properties())
@@ -224,8 +234,11 @@ def prepare_failure(
                 ) from None
     folder = find_type_folders(scenario, library.folder, library.find_kit(scenario))[sort][0]
     saved = library.open_libraries(scenario)[sort]
-    plan = TrainingPlan(moment.name, folder, scenario, saved, LessonChoices(), failing.trial.seed)
-    return FailureOpening(moment, plan, describe_opening(failing, moment, wrong_s))
+    plan = TrainingPlan(
+        moment.name, folder, moment.world.scenario, saved, LessonChoices(), failing.trial.seed
+    )
+    said = describe_opening(failing, moment, wrong_s)
+    return FailureOpening(moment, plan, said, failing.folder.name)
 
 
 def describe_opening(failing: FailingWorld, moment: FailureMoment, wrong_s: float | None) -> str:

@@ -159,11 +159,11 @@ class FailingWorldList:
             raise UnknownName(what="failing world", name=name, where=str(self.folder), known=list(found))
         return found[name]
 
-    def note_opened(self, failing: FailingWorld, former: Scenario, seed: int) -> None:
-        """Note that a failing world is entered from a world of another scenario with this seed."""
+    def note_opened(self, name: str, entered: Scenario, former: Scenario, seed: int) -> None:
+        """Note that a failing world is entered, from a world of another scenario with this seed."""
         if self.find_open(former) is None:
             self.before = former, seed
-        self._opened = failing.folder.name, failing.trial.scenario
+        self._opened = name, entered
 
     def find_open(self, scenario: Scenario) -> str | None:
         """Return the name of the failing world whose scenario this is; None if it is that of none."""

@@ -26,8 +26,9 @@ def handle_open_failure(host: SessionHost, message: OpenFailure) -> None:
             "library to resume it, or discard it first"
         )
     opened = opening.begin(host.wall)
-    host.failures.note_opened(failing, host.scenario, host.seed)
-    host.enter(opening.moment.world, host.folder, host.places.find_kit(failing.trial.scenario))
+    world = opening.moment.world
+    host.failures.note_opened(message.name, world.scenario, host.scenario, host.seed)
+    host.enter(world, host.folder, host.places.find_kit(world.scenario))
     host.replace_session(opened, opening.said)
 
 
@@ -44,7 +45,8 @@ def handle_leave_failure(host: SessionHost, _: LeaveFailure) -> StatusMessage:
         library = host.library_view.library
         plan = TrainingPlan(trainer.name, trainer.folder, scenario, library, LessonChoices(), seed)
         start = SessionStart(trainer.session.lesson, dict(trainer.session_view.targets))
-        opened = begin_session(plan, start, host.wall, body=world, agent=min(host.agent, world.agents - 1))
+        agent = min(host.agent, world.agents - 1)
+        opened = begin_session(plan, start, host.wall, body=world, agent=agent, carried_to=scenario.name)
     host.enter(world, host.folder, kit)
     if opened is not None:
         host.replace_session(opened, said)
