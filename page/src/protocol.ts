@@ -32,6 +32,16 @@ export type Request =
   /** Cancel the evaluation in unseen worlds, or drop its result. */
   | { do: "cancel_evaluation" }
   /**
+   * Go to a failing world, shortly before the behavior goes wrong, to correct it there.
+   *
+   * What is in training goes along. If it is unsaved and does not run there, this is refused without `discard`.
+   */
+  | { do: "open_failure"; name: NameField; discard?: boolean }
+  /** Go back from a failing world to the world that was on the page before; what is in training goes along. */
+  | { do: "leave_failure" }
+  /** Read the folder of failing worlds again, and run all with what is in training. */
+  | { do: "rerun_failures" }
+  /**
    * Save the automaton, or a copy of it if a name is given.
    *
    * If something that worked no longer does, it is saved only with `anyway`.
@@ -343,6 +353,8 @@ export interface SessionNews {
   robots: readonly RobotStatus[];
   run: Run;
   places: Places;
+  /** The failing worlds; null where there can be none. */
+  failures: Failures | null;
   /** Whether any client has control. */
   directed: boolean;
   /** Whether a page that asks for control gets it. */
@@ -565,6 +577,24 @@ export interface Places {
   libraries: readonly string[];
   /** Whether the world can be saved as a scenario, and another be chosen. */
   saves: boolean;
+}
+
+/** The failing worlds, the worst and most different first. */
+export interface Failures {
+  folder: string;
+  worlds: readonly FailingWorld[];
+  /** A sentence about each that cannot be read. */
+  problems: readonly string[];
+  properties: readonly RerunProperty[];
+  running: boolean;
+  /** The number of worlds that have been run again, while they are run. */
+  through: number;
+  /** Whether the lesson changed since they were run. */
+  stale: boolean;
+  /** The name of the failing world that is on the page. */
+  open: string | null;
+  /** The name of the world that was on the page before the failing one. */
+  leads_to: string | null;
 }
 
 /**
@@ -839,6 +869,31 @@ export interface Evaluation {
 }
 
 export type Tone = "" | "correction" | "error" | "recorded";
+
+/** A failing world of the list. */
+export interface FailingWorld {
+  /** The name of its folder. */
+  name: string;
+  behavior: string;
+  world: string;
+  /** What went wrong when it was found, in short. */
+  summary: string;
+  /** The moment, the decision, and what followed. */
+  sentences: readonly string[];
+  /** Whether it fails with what is in training; "unknown" if it could not be run. */
+  state: "fails" | "not run" | "passes" | "unknown";
+  /** Why it could not be run; empty if it could. */
+  problem: string;
+}
+
+/** A property of the library's file, and what its runs proved. */
+export interface RerunProperty {
+  name: string;
+  claim: string;
+  /** Holds, fails, or undecided. */
+  verdict: string;
+  sentence: string;
+}
 
 /** An example that is responsible for a decision. */
 export interface Responsible {

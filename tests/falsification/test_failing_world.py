@@ -8,30 +8,25 @@ import msgspec
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from tests.falsification.planted import FORAGE, TOO_FAR, make_library, make_measure
+from tests.falsification.kept import MEASURE, keep
+from tests.falsification.planted import FORAGE, make_measure
 
 from understudy.errors import FileError
 from understudy.falsification.failing_world import (
     FACTS_FILE,
     SCENARIO_FILE,
-    FailingWorld,
-    FailureFacts,
     choose_folder,
     read_failing_world,
-    write_failing_world,
 )
-from understudy.falsification.failure_replay import compute_end_hash, replay_failure
+from understudy.falsification.failure_replay import compute_end_hash
 from understudy.falsification.falsify import falsify
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.shrink import shrink_failure
-from understudy.falsification.simpler_worlds import list_rounder, list_without_robots, strip_for_file
+from understudy.falsification.simpler_worlds import list_rounder, list_without_robots
 from understudy.sim.catalog import find_scenario
 from understudy.sim.params import get_count_range
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
-
-MEASURE = make_measure()
-LIBRARIES, ROOTS = {"forager": make_library(TOO_FAR)}, {"forager": ("forage", dict[str, str]())}
 
 
 def list_failing_seeds() -> list[int]:
@@ -46,18 +41,6 @@ def find_failing_seed() -> int:
 def count_things(scenario: Scenario, seed: int) -> tuple[int, int, int]:
     view = World(scenario, [seed]).view()
     return len(view.robots), len(view.objects), int(view.objects.amount.sum())
-
-
-def keep(trial: Trial, folder: Path) -> FailingWorld:
-    trial = Trial(strip_for_file(trial.scenario, name="forage", about="It fails."), trial.seed)
-    results = MEASURE([trial])
-    replay = replay_failure(MEASURE, trial, LIBRARIES, ROOTS, progress_s=float(results.progress_s[0]))
-    facts = FailureFacts(
-        behavior="forage", binding={}, seed=trial.seed, limit_s=600.0, robustness=float(results.robustness[0]),
-        wrong_s=replay.wrong_s, end_hash=compute_end_hash(MEASURE, trial), found_by="random", steps=(),
-        why=replay.sentences,
-    )  # fmt: skip
-    return write_failing_world(folder, trial, facts, replay, command="understudy run")
 
 
 @pytest.mark.parametrize("which", range(4))

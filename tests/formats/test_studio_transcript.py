@@ -55,15 +55,15 @@ def take_new(exchange: dict[str, Any]) -> None:
     """Take out of an exchange what there was not in 0.1.0.
 
     These are: whether a lesson is taught live, worlds and libraries to choose from, targets of exports, whether control
-    can be taken, numbers that tell a sentence from the same one said again, how the world is drawn, and what a check
-    finds.
+    can be taken, numbers that tell a sentence from the same one said again, how the world is drawn, what a check finds,
+    and failing worlds.
     """
     if exchange.get("say") is not None:
         exchange["say"] = exchange["say"].replace(' "live": false,', "")
     for answer in exchange["hear"]:
         (answer.get("desk") or {}).pop("live", None)
         (answer.get("scene") or {}).pop("drawing", None)
-        for key in ("places", "can_take", "said_number", "exports", "findings"):
+        for key in ("places", "can_take", "said_number", "exports", "findings", "failures"):
             answer.pop(key, None)
 
 

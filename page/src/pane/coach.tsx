@@ -1,4 +1,4 @@
-/** The tab Coach: whether the robot asks, how late presses come, and what to show next. */
+/** The tab Coach: whether the robot asks, how late presses come, what to show next, and where behaviors failed. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
@@ -6,6 +6,7 @@ import type { Advice, Finding, Late, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { className, plain } from "../words";
 import { AskingPart } from "./asking";
+import { FailuresPart } from "./failures";
 
 /** So long after the coach was asked it is not asked again: a watched lesson changes all the time. */
 const REST_MS = 1_000;
@@ -20,10 +21,18 @@ const OF_FEATURES: ReadonlySet<string> = new Set(["separating", "disagreement", 
 export function CoachTab() {
   const studio = useStudio();
   const { desk } = studio;
-  if (desk === null) return <p class="empty">Suggestions for your next demonstrations appear here.</p>;
+  if (desk === null) {
+    return (
+      <>
+        <p class="empty">Suggestions for your next demonstrations appear here.</p>
+        <FailuresPart studio={studio} />
+      </>
+    );
+  }
   return (
     <>
       <AskingPart desk={desk} studio={studio} />
+      <FailuresPart studio={studio} />
       <Advised key={desk.name} desk={desk} studio={studio} />
     </>
   );

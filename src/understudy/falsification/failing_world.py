@@ -23,8 +23,10 @@ class FailureFacts(msgspec.Struct, frozen=True, kw_only=True):
     """The facts about a failing world, as `failure.json` stores them.
 
     `wrong_s` is the time at which it went wrong, `robot` the robot that is explained, `end_hash` that of the world at
-    the end of the run, and `limit_s` the time limit, s. `found_by` is the search that found it, and `steps` says how it
-    was shrunk.
+    the end of the run, and `limit_s` the time limit, s. `property` names the property of the library's file that
+    failed; None if it was the goal. `place` is where the robot stood when it went wrong, m, and `states` are its states
+    after the decision that explains it, outermost first; older folders lack both. `found_by` is the search that found
+    it, and `steps` says how it was shrunk.
     """
 
     understudy: str = FORMAT
@@ -37,6 +39,9 @@ class FailureFacts(msgspec.Struct, frozen=True, kw_only=True):
     wrong_s: float
     end_hash: str
     robot: int = 0
+    property: str | None = None
+    place: tuple[float, float] | None = None
+    states: tuple[str, ...] = ()
     found_by: str
     steps: tuple[str, ...]
     why: tuple[str, ...]
@@ -49,6 +54,13 @@ class FailingWorld:
     folder: Path
     trial: Trial
     facts: FailureFacts
+
+    @property
+    def summary(self) -> str:
+        """What went wrong, in short: the first sentence, and what the robot was doing then."""
+        went_wrong = self.facts.why[0] if self.facts.why else "It failed."
+        doing = " > ".join(self.facts.states)
+        return f"{went_wrong[:-1]}: {doing}." if doing else went_wrong
 
 
 def choose_folder(parent: Path | str, behavior: str) -> Path:

@@ -32,7 +32,8 @@ class FailureReplay:
     """The run in a failing world until some time after it went wrong.
 
     `wrong_s` is the time at which it went wrong, s, `robot` the explained robot, and `frames` the run tick by tick.
-    `label` names that moment. `reason` is the switch that explains it; None if the robot never switched. `sentences`
+    `label` names that moment, `place` is where that robot stood then, m, and `states` are its states after the
+    decision, outermost first. `reason` is the switch that explains it; None if the robot never switched. `sentences`
     put it in words.
     """
 
@@ -40,6 +41,8 @@ class FailureReplay:
     label: str
     robot: int
     frames: tuple[RunFrame, ...]
+    place: tuple[float, float]
+    states: tuple[str, ...]
     reason: DecisionReason | None
     sentences: tuple[str, ...]
 
@@ -103,7 +106,7 @@ def replay_failure(
     for post in chain:
         find_traced_run(post).follow(post.agent)
     frames = [RunFrame(world.view(), [path[0] if path else "" for path in team.paths])]
-    last = round(min(limit_s, wrong * tick_s + AFTER_S) / tick_s)
+    last, decided = round(min(limit_s, wrong * tick_s + AFTER_S) / tick_s), team.paths[robot]
     reason: DecisionReason | None = None
     paths = list[tuple[str, ...]]()
     for tick in range(1, last + 1):
@@ -116,11 +119,15 @@ def replay_failure(
             measure.is_cause_later and (tick == wrong + 1 or reason is None or reason.time_s < wrong * tick_s)
         ):
             reason = find_latest_switch(chain, libraries) or reason
+            decided = states[robot]
+    robots = frames[min(wrong, len(frames) - 1)].view.robots
     return FailureReplay(
         wrong * tick_s,
         measure.wrong_label,
         robot,
         tuple(frames),
+        (float(robots.x[robot]), float(robots.y[robot])),
+        decided,
         reason,
         _describe(measure.describe_wrong_time(wrong * tick_s), reason, paths, tick_s),
     )

@@ -15,7 +15,7 @@ from typing import Self
 
 from msgspec import UNSET
 
-from understudy.errors import SessionError, SettingError, UnknownName
+from understudy.errors import FileError, SessionError, SettingError, UnknownName
 from understudy.learning.correction_diagnosis import CorrectionDiagnosis
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
@@ -96,7 +96,7 @@ class Session(EditableSession):
         """Resume a session from its journal, however it ended.
 
         No acknowledged press is lost. The lesson is as it was. Body and automaton are as at the last snapshot, if the
-        body can be rewound.
+        body can be rewound and is one of the same world.
 
         Parameters
         ----------
@@ -139,7 +139,10 @@ class Session(EditableSession):
         past = ReplayedSession.from_journal(journal, library, list_reading_keys(body))
         goes_on = past.body is not None and past.body_tick == past.ticks and is_rewindable(body)
         if past.body is not None and is_rewindable(body):
-            body.restore(past.body)
+            try:
+                body.restore(past.body)
+            except FileError:  # it was taken in another world, such as a failing one: only the lesson goes on
+                goes_on = False
         session = cls.__new__(cls)
         session._begin(body, library, past, clock)
         rows = len(past.recorder.record)

@@ -17,7 +17,7 @@ from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import interval_of_share
 from understudy.analysis.measurement import Progress
 from understudy.ui.web.server import StudioServer
-from understudy.ui.web.session_host import UnseenWorldsEvaluation
+from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 from understudy.ui.web.views import lesson_test
 
 OTHER = {**GOTO, "name": "other", "discard": True}

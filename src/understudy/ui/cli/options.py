@@ -86,7 +86,16 @@ Bind: TypeAlias = Annotated[
     ),
 ]
 
+FailuresOption: TypeAlias = Annotated[
+    Path,
+    typer.Option(
+        "--failures", metavar="FOLDER", help="Folder of failing worlds, which are listed to be corrected."
+    ),
+]
+
 LIBRARY = Path("library")
+FAILURES = Path("failures")
+"""The folder in which `understudy falsify` keeps failing worlds."""
 WORLD = "forage"
 MAIN = "forage"
 ALONE = "robot"

@@ -65,14 +65,15 @@ def find_interrupted_session(
             continue  # of another version, or cut off before anything was shown
         taught = opened.taught.get(name)
         saved = taught.lesson if taught is not None else None
-        undoable, lesson = past.history.undoable, past.history.lesson
+        carried_to, lesson = past.about.get("carried_to"), past.history.lesson
+        step = past.history.undoable or (f"going to {carried_to}" if carried_to else None)
         if (
             past.about.get("world") == world
-            and undoable
+            and step
             and not (saved is not None and is_same_lesson(saved, lesson))
         ):
             examples = sum(example.is_from_press for example in lesson.examples)
-            return InterruptedSession(path, _date(path), examples, undoable)
+            return InterruptedSession(path, _date(path), examples, step)
     return None
 
 

@@ -42,11 +42,13 @@ def begin_session(
     *,
     body: Ground | CoordinatorBody | None = None,
     agent: int = 0,
+    carried_to: str = "",
     now: datetime | None = None,
 ) -> OpenSession:
     """Begin a session with a new journal, in a world of its own or in an existing one as it is.
 
-    A body of the user's own begins paused, since its episode may be over within a moment.
+    A body of the user's own begins paused, since its episode may be over within a moment. `carried_to` names the world
+    to which a lesson with unsaved examples goes on from another session; so it is offered again if this one is cut off.
     """
     body = World(plan.world, [plan.seed]) if body is None else body
     ground = find_ground(body)
@@ -60,7 +62,7 @@ def begin_session(
         agent=agent,
         clock=lambda: pace.time_s,
         journal=journal,
-        about={"world": plan.world.name, "seed": plan.seed},
+        about={"world": plan.world.name, "seed": plan.seed, "carried_to": carried_to},
     )
     trainer = Trainer(session, ground, pace, folder=plan.folder, seed=plan.seed, saved=_saved(plan))
     if isinstance(ground, BodyWorld):

@@ -15,12 +15,25 @@ from typing import ClassVar
 from textual import events
 from textual.app import App
 
-from understudy.errors import UnderstudyError
+from understudy.errors import SessionError, UnderstudyError
+from understudy.falsification.failure_list import FailureList, list_failing_worlds
+from understudy.model.library import Kit
 from understudy.robots.twin import Ground
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.world import World
 from understudy.ui.controller import interrupted_sessions
 from understudy.ui.controller.clock import WallClock
+from understudy.ui.controller.failing_worlds import (
+    FOLDER,
+    LibrarySource,
+    make_draft,
+    prepare_failure,
+    rerun_all,
+)
 from understudy.ui.controller.interrupted_sessions import InterruptedSession
 from understudy.ui.controller.open_session import OpenSession, begin_session, resume_session
+from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.training_plan import (
     LessonChoices,
     SessionStart,
@@ -28,6 +41,7 @@ from understudy.ui.controller.training_plan import (
     make_session_start,
 )
 from understudy.ui.tui.dialogs import QuestionDialog
+from understudy.ui.tui.failures_screen import FailuresScreen
 from understudy.ui.tui.lesson_form import LessonForm
 from understudy.ui.tui.main_screen import TeachingScreen
 
@@ -42,6 +56,11 @@ class SessionEnd:
     examples: int
     saved: bool
     journal: Path
+
+
+def _find_kit(plan: TrainingPlan, scenario: Scenario) -> Kit:
+    """Return the kit of a scenario: that of the plan for its own world."""
+    return plan.library.kit if scenario.name == plan.world.name else make_scenario_kit(scenario)
 
 
 class TrainerApp(App[SessionEnd | UnderstudyError]):
@@ -60,9 +79,11 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         unfinished: InterruptedSession | None = None,
         wall: WallClock = monotonic,
         ground: Ground | None = None,
+        failures: Path = FOLDER,
     ) -> None:
         super().__init__(ansi_color=True)
-        self.ground = ground
+        self.ground, self.failures = ground, failures
+        self._library = LibrarySource(plan.folder, partial(_find_kit, plan))
         self.plan, self.unfinished, self.wall = plan, unfinished, wall
         self.open_session: OpenSession | None = None
         self.theme = "ansi-dark"  # the terminal's own colors, so that it looks right on light and dark ones
@@ -123,7 +144,37 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         except UnderstudyError as error:
             self.exit(error)
             return
-        self.push_screen(TeachingScreen(self.open_session.trainer), self._ended)
+        screen = TeachingScreen(self.open_session.trainer, show_failures=self._show_failures)
+        self.push_screen(screen, self._ended)
+
+    def _show_failures(self) -> None:
+        """Show the failing worlds; SessionError if the robots are real or the body is the user's own."""
+        if self.open_session is None:
+            return
+        trainer = self.open_session.trainer
+        if not isinstance(trainer.body, World):
+            raise SessionError("failing worlds can be opened in simulated worlds only")
+        found, draft = list_failing_worlds(self.failures), make_draft(trainer)
+        rerun = partial(rerun_all, found.worlds, self._library, draft)
+        self.push_screen(FailuresScreen(found, rerun), partial(self._open_failure, found))
+
+    def _open_failure(self, found: FailureList, name: str | None) -> None:
+        """Replace the session by one in a failing world, which goes on with what is in training."""
+        failing = next((each for each in found.worlds if each.folder.name == name), None)
+        left = self.open_session
+        if failing is None or left is None or not isinstance(self.screen, TeachingScreen):
+            return
+        try:
+            opening = prepare_failure(failing, self._library, make_draft(left.trainer))
+            opened = opening.begin(self.wall)
+        except UnderstudyError as error:
+            left.trainer.status = StatusMessage(str(error), "error")
+            self.screen.draw()
+            return
+        left.close()
+        interrupted_sessions.finish_journal(left.journal, self.plan.folder, self.plan.name)
+        self.plan, self.open_session = opening.plan, opened
+        self.screen.replace_trainer(opened.trainer)
 
     def _ended(self, _: str | None) -> None:
         """End because the person left: the journal is complete, and is not needed to continue."""

@@ -77,6 +77,7 @@ KEYS = {
     "The lesson": (
         ("C", "set up the next situation that the coach wants to see"),
         ("K", "all that the coach suggests, and what a check of the automaton finds"),
+        ("W", "failing worlds: whether they still fail; enter opens one where it goes wrong"),
         ("?", "show why it does what it does, instead of the examples"),
         ("l", "all examples and what was learned; delete some"),
         ("c", "change states, features, flags and options"),

@@ -72,6 +72,7 @@ class TeachingScreen(Screen[str]):
         Binding("backspace", "stop", show=False),
         Binding("C", "coach", show=False),
         Binding("K", "advice", show=False),
+        Binding("W", "failures", show=False),
         Binding("F", "skip", show=False),
         Binding("G", "next_situation", show=False),
         Binding("c", "choose", show=False),
@@ -79,9 +80,10 @@ class TeachingScreen(Screen[str]):
         Binding("q,ctrl+c", "leave", show=False),
     ]
 
-    def __init__(self, trainer: Trainer) -> None:
+    def __init__(self, trainer: Trainer, *, show_failures: Callable[[], object] | None = None) -> None:
         super().__init__()
         self.trainer = trainer
+        self._show_failures = show_failures
         self.robots = RobotArming(trainer.body, monotonic, place="the terminal")
         self.explaining = False
         self._drawn: dict[str, Text] = {}
@@ -208,6 +210,19 @@ class TeachingScreen(Screen[str]):
     def _advised(self, sets_up: bool | None) -> None:
         if sets_up:
             self.action_coach()
+
+    def action_failures(self) -> None:
+        """Show the failing worlds, one of which can be opened."""
+        if self._show_failures is not None:
+            self._guarded(self._show_failures)
+
+    def replace_trainer(self, trainer: Trainer) -> None:
+        """Go on with the trainer of another session."""
+        self.trainer = trainer
+        self.robots = RobotArming(trainer.body, monotonic, place="the terminal")
+        self.explaining = False
+        trainer.suspend(False)
+        self.draw()
 
     def action_skip(self) -> None:
         """Skip to the next moment at which the person is needed."""

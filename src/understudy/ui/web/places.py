@@ -64,6 +64,10 @@ class Places:
         scenario = find_scenario(path if path.is_file() else name)
         return scenario, make_scenario_kit(scenario)
 
+    def find_kit(self, scenario: Scenario) -> Kit:
+        """Return the kit of a scenario: for worlds of the first one, the kit that the studio was started with."""
+        return self._kit if scenario.name == self._scenario.name else make_scenario_kit(scenario)
+
     def save_world(self, scenario: Scenario) -> Path:
         """Save a scenario under its name; SessionError if the name is taken, or no name of a scenario."""
         name = scenario.name

@@ -20,6 +20,7 @@ from understudy.ui.controller.clock import FASTEST, WallClock
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.actions import handler_table
 from understudy.ui.web.clients import PER_SECOND, Client, Clients
+from understudy.ui.web.failure_results import FailuresData
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.places import PlacesData
@@ -91,6 +92,8 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
     """The states of the real robots; empty in simulation."""
     run: RunData
     places: PlacesData
+    failures: FailuresData | None
+    """The failing worlds; null where there can be none."""
     directed: bool
     """Whether any client has control."""
     can_take: bool
@@ -346,6 +349,7 @@ class StudioServer:
             robots=host.robots.list_statuses(),
             run=host.run,
             places=self._places,
+            failures=host.failures.data(host.scenario, host.trainer),
             directed=director is not None,
             can_take=self.viewers.can_be_taken,
             directs=False,

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from concurrent.futures import CancelledError, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from threading import Thread
-from time import monotonic, sleep
+from time import monotonic
 
-from msgspec import UNSET, structs
+from msgspec import UNSET
 
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.measurement import Progress
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
@@ -27,28 +24,26 @@ from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting, interrupted_sessions
 from understudy.ui.controller.arming import RobotArming
 from understudy.ui.controller.clock import IdleWorld, WallClock, check_speed
+from understudy.ui.controller.failing_worlds import LibrarySource
 from understudy.ui.controller.open_session import OpenSession
 from understudy.ui.controller.status import StatusMessage, describe_error, keep_status
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
+from understudy.ui.web.failure_results import FailingWorldList
 from understudy.ui.web.places import Places
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
+from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 from understudy.ui.web.views.library import CutOffData, LibraryData
 from understudy.ui.web.views.scene import SceneData, describe_scene
 from understudy.ui.web.views.session import (
     BehaviorCallData,
-    EvaluationData,
     SessionData,
     SessionViewBuilder,
-    describe_evaluation,
 )
 from understudy.ui.web.views.team import ActivityNames, TrainableGroups
 
 NOTHING = "No automaton is open: teach something new, or open one from the library"
 CARRY = "drive the robot there, or carry it"
-YIELD_S = 0.0002
-"""How long an evaluation rests whenever it tells how far it is: else the world on the page would wait for the
-interpreter, 5 ms at a time."""
 _ROBOT = re.compile(r"\brobot (\d+)")
 _LONG = re.compile(r"-?\d+\.\d{3,}")
 
@@ -57,54 +52,6 @@ def _as_on_the_page(text: str) -> str:
     """Return a world's message with robots counted from 1 and long numbers rounded to two decimals."""
     text = _ROBOT.sub(lambda found: f"robot {int(found[1]) + 1}", text)
     return _LONG.sub(lambda found: f"{float(found[0]):.2f}", text)
-
-
-class UnseenWorldsEvaluation:
-    """An evaluation of the automaton in training in unseen worlds, run in a thread of its own."""
-
-    def __init__(
-        self, called: str, edition: int, *, worlds: int, evaluate: Callable[[Progress], Evaluation]
-    ) -> None:
-        self.data = EvaluationData(
-            called=called, edition=edition, worlds=worlds, through=0, result=None, problem=""
-        )
-        self._cancelled, self._untold = False, True
-        Thread(target=self._run, args=(evaluate,), daemon=True).start()
-
-    @property
-    def is_running(self) -> bool:
-        """Whether the evaluation has neither a result nor an error yet; a cancelled one stays running."""
-        return self.data.result is None and not self.data.problem
-
-    def cancel(self) -> None:
-        """Cancel the evaluation at its next progress report; it gets no result."""
-        self._cancelled = True
-
-    def take_status(self) -> StatusMessage | None:
-        """Return the message about the finished evaluation on the first call after its end, else None."""
-        data = self.data
-        if self.is_running or not self._untold:
-            return None
-        self._untold = False
-        if data.result is None:
-            return StatusMessage(data.problem, "error")
-        worlds = f"{data.worlds} world{'s' * (data.worlds != 1)}"
-        return StatusMessage(f"{data.called} succeeded in {data.result.succeeded} of {worlds}")
-
-    def _run(self, evaluate: Callable[[Progress], Evaluation]) -> None:
-        try:
-            self.data = structs.replace(self.data, result=describe_evaluation(evaluate(self._report)))
-        except CancelledError:
-            pass
-        except Exception as error:
-            self.data = structs.replace(self.data, problem=describe_error(error))
-
-    def _report(self, through: int, _: int) -> None:
-        if self._cancelled:
-            raise CancelledError
-        if through != self.data.through:
-            self.data = structs.replace(self.data, through=through)
-        sleep(YIELD_S)
 
 
 class SessionHost:
@@ -122,6 +69,7 @@ class SessionHost:
         seed: int = 0,
         wall: WallClock = monotonic,
         ground: Ground | None = None,
+        failures: Path | None = None,
     ) -> None:
         self.wall, self._speed = wall, 1.0
         self.open_session: OpenSession | None = None
@@ -133,6 +81,7 @@ class SessionHost:
         self.rewind_buffer, self.unsure = RewindBuffer(), UncertainMoments()
         self.executor = ThreadPoolExecutor(1)  # for what takes longer than a tick may
         self.evaluation: UnseenWorldsEvaluation | None = None
+        self.failures = FailingWorldList(failures if isinstance(self.world, World) else None, wall)
         self.run = RunData(number=0, from_s=0.0)
         self.refresh_interrupted()
         if self.cut_off:
@@ -202,6 +151,11 @@ class SessionHost:
     def speed(self) -> float:
         """The simulation speed as a multiple of real time."""
         return self._speed
+
+    @property
+    def library_source(self) -> LibrarySource:
+        """The library's folder, as it is read in any scenario."""
+        return LibrarySource(self.folder, self.places.find_kit)
 
     @property
     def seed(self) -> int:
@@ -286,6 +240,8 @@ class SessionHost:
                 self.note_tick()
             if self.evaluation is not None and (result := self.evaluation.take_status()) is not None:
                 self.status = result
+            if (change := self.failures.advance(self.library_source, trainer)) is not None:
+                self.status = change
             if self.robots.idle():
                 self.frame_version += 1
                 if trainer is not None:
@@ -421,9 +377,8 @@ class SessionHost:
         self.refresh_interrupted()
         self.note_world_change()
 
-    def enter(self, scenario: Scenario, folder: Path, kit: Kit) -> None:
-        """Close the present session, and go to the world of a scenario and to the library in a folder."""
-        world = World(scenario, [self.seed])
+    def enter(self, world: World, folder: Path, kit: Kit) -> None:
+        """Close the present session, and go to another world and to the library in a folder."""
         self._leave()
         self._place(world, folder, kit)
         self.unsure = UncertainMoments()
@@ -462,6 +417,7 @@ class SessionHost:
         """Close the session; one with unsaved changes is offered for resuming at the next start."""
         self.executor.shutdown(wait=False, cancel_futures=True)
         self.end_evaluation()
+        self.failures.cancel()
         if self.open_session is None:
             return
         if self.open_session.trainer.has_unsaved_changes:
@@ -474,6 +430,8 @@ class SessionHost:
         """Read the library folder again and make new automata available to the open session."""
         self.library_view = self.groups.read_library(self.sort, self.agent)
         self.kit = self.library_view.library.kit
+        if not self.failures.is_running:
+            self.failures.read()
         if self.trainer is not None:
             session = self.trainer.session
             for name, taught in self.library_view.library.taught.items():

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from understudy.errors import SettingError
-from understudy.ui.cli.options import WORLD, Bind, Json, KitName
+from understudy.ui.cli.options import FAILURES, WORLD, Bind, Json, KitName
 
 if TYPE_CHECKING:
     from understudy.falsification.failing_world import FailingWorld
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from understudy.model.property import Property
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli.options import RunAssignment
-
-FOLDER = Path("failures")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +131,7 @@ def falsify_behavior(
     ] = 1,
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder that keeps failing worlds.")
-    ] = FOLDER,
+    ] = FAILURES,
     bind: Bind = None,
     kit: KitName = None,
     as_json: Json = False,
@@ -284,6 +282,7 @@ def _keep(
     )
     from understudy.falsification.failure_replay import compute_end_hash, replay_failure
     from understudy.falsification.joint_worlds import Trial
+    from understudy.falsification.property_measure import PropertyMeasure
     from understudy.falsification.simpler_worlds import strip_for_file
 
     shrinking = found.shrinking
@@ -311,6 +310,9 @@ def _keep(
         wrong_s=replay.wrong_s,
         end_hash=compute_end_hash(measure, trial),
         robot=replay.robot,
+        property=measure.subject.name if isinstance(measure, PropertyMeasure) else None,
+        place=replay.place,
+        states=replay.states,
         found_by=found.found_by,
         steps=tuple(shrinking.steps),
         why=replay.sentences,

@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SameWorld, ScenarioName
+from understudy.ui.cli.options import (
+    FAILURES,
+    LIBRARY,
+    FailuresOption,
+    Json,
+    KitName,
+    LibraryOption,
+    SameWorld,
+    ScenarioName,
+)
 from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, TeamFileOption, connect_twin
 from understudy.ui.cli.robot_options import find_robots_file as real
 
@@ -29,6 +38,7 @@ def start_studio(
     ] = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the world.")] = 0,
+    failures: FailuresOption = FAILURES,
     robot: RobotFileOption = None,
     team: TeamFileOption = None,
     no_record: NoRecording = False,
@@ -86,7 +96,7 @@ def start_studio(
             parts = make_scenario_kit(found) if kit is None else find_kit(kit, found.name)
         check_folder(library)
         address = listen(host, port, token)
-        session_host = SessionHost(found, library, parts, seed=seed, ground=ground)
+        session_host = SessionHost(found, library, parts, seed=seed, ground=ground, failures=failures)
         if as_json:
             print_json({"world": found.name, "library": library, "link": address.link})
         else:

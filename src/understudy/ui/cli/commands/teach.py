@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName, LibraryOption, SameWorld
+from understudy.ui.cli.options import (
+    FAILURES,
+    LIBRARY,
+    WORLD,
+    FailuresOption,
+    Json,
+    KitName,
+    LibraryOption,
+    SameWorld,
+)
 from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, connect_twin
 from understudy.ui.cli.robot_options import find_robots_file as real
 
@@ -66,6 +75,7 @@ def teach(
         ),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the world.")] = 0,
+    failures: FailuresOption = FAILURES,
     robot: RobotFileOption = None,
     no_record: NoRecording = False,
     kit: KitName = None,
@@ -118,7 +128,7 @@ def teach(
         plan = TrainingPlan(name, library, where, known, choices, seed)
         make_session_start(plan)
         _see_terminal()
-        _teach(plan, ground, as_json=as_json)
+        _teach(plan, ground, failures, as_json=as_json)
 
 
 def _see_hold(twin: DigitalTwin) -> None:
@@ -146,7 +156,7 @@ class TeachResult:
     """Path of the session's journal; None if no session began."""
 
 
-def _teach(plan: TrainingPlan, ground: Ground | None, *, as_json: bool) -> None:
+def _teach(plan: TrainingPlan, ground: Ground | None, failures: Path, *, as_json: bool) -> None:
     from understudy.errors import UnderstudyError
     from understudy.ui.cli.error_reporting import FAULT
     from understudy.ui.cli.output import format_count, make_console, print_json
@@ -156,8 +166,9 @@ def _teach(plan: TrainingPlan, ground: Ground | None, *, as_json: bool) -> None:
     left = interrupted_sessions.find_interrupted_session(
         plan.folder, plan.name, plan.world.name, plan.library
     )
-    trainer = TrainerApp(plan, unfinished=left, ground=ground)
+    trainer = TrainerApp(plan, unfinished=left, ground=ground, failures=failures)
     ended = trainer.run()
+    plan = trainer.plan  # in a failing world another automaton may have been corrected
     if isinstance(ended, UnderstudyError):
         raise ended
     if trainer.return_code == 1:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
+    from understudy.falsification.failing_world import FailingWorld
     from understudy.model.library import Kit, Library, TrainedAutomaton
     from understudy.properties.lesson_tests import LessonTestResult
     from understudy.properties.library_properties import FittingLibraries
@@ -37,16 +38,27 @@ def run_library_tests(
         typer.Option("--library", "-l", help="Folder of the library, as an option.", show_default=False),
     ] = None,
     world: FoundWorld = None,
+    failures: Annotated[
+        Path | None,
+        typer.Option(
+            "--failures",
+            metavar="FOLDER",
+            help="Folder of failing worlds, all of which are run again.",
+            show_default=False,
+        ),
+    ] = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
-    """Test a library: every recorded moment of its lessons, and every property.
+    """Test a library: every recorded moment of its lessons, every property, and failing worlds.
 
     Each automaton is compared with its last former version. Properties are those stored in lessons, and those of the
-    file properties.toml in the library's folder. The exit code is 1 if something that worked no longer does, or if a
-    property fails.
+    file properties.toml in the library's folder. Failing worlds are those that understudy falsify kept in a folder. The
+    exit code is 1 if something that worked no longer does, or if a property fails, or if a failing world still does.
 
     [dim]understudy test demo/library[/]
+
+    [dim]understudy test demo/library --failures failures[/]
     """
     from understudy.errors import SettingError
     from understudy.properties.lesson_tests import describe_test_result, run_lesson_test
@@ -66,6 +78,7 @@ def run_library_tests(
         raise SettingError(where="--library", setting=str(same), problem=problem, remedy=remedy)
     library = folder or same or LIBRARY
     list_documents(library)  # a folder that is not there is the first thing to say
+    failing = _list_failures(failures)
     named = world or (find_fitting_world(library) if kit is None else WORLD)
     scenario, parts = find_optional_scenario(named), find_kit(kit, named)
     where = scenario or open_scenario(WORLD)  # a body of one's own has no team
@@ -83,13 +96,16 @@ def run_library_tests(
             )
     rows = [row for row, _ in found]
     tested = list(_run_properties(library, kit, quiet=as_json))
+    rerun = [_rerun(each, library, kit) for each in failing]
     works = all(row.works for row in rows) and all(each.was_met for each in tested)
+    works = works and all(row.verdict == "passes" for row in rerun)
     result = LibraryTestResult(
         library,
         named if scenario is None else where.name,
         works,
         rows,
         [_make_property_row(each) for each in tested],
+        rerun,
     )
     if as_json:
         print_json(result)
@@ -147,6 +163,22 @@ class LibraryTestResult:
     works: bool
     automata: Sequence[AutomatonTestRow]
     properties: Sequence[PropertyRow]
+    failures: Sequence[FailureRow]
+    """The failing worlds that were run again; empty without `--failures`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FailureRow:
+    """Result of running a failing world again."""
+
+    name: str
+    behavior: str
+    verdict: str
+    """"passes", "fails", or "unknown" if it could not be run."""
+    robustness: float | None
+    """The distance from failing, below 0 if it still fails."""
+    why: str
+    """What went wrong when it was found, in short; or why it could not be run."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,6 +229,47 @@ def _run_properties(library: Path, kit: str | None, *, quiet: bool) -> Iterator[
     if (library / FILE).exists():
         with show_progress("Worlds run", quiet=quiet) as report:
             yield from run_library_properties(library / FILE, open_world, progress=report)
+
+
+def _list_failures(folder: Path | None) -> Sequence[FailingWorld]:
+    """List the failing worlds of a folder; report on stderr which cannot be read."""
+    from understudy.errors import FileError
+    from understudy.falsification.failure_list import list_failing_worlds
+
+    if folder is None:
+        return ()
+    if not folder.is_dir():
+        remedy = "name the folder in which understudy falsify keeps failing worlds"
+        raise FileError(path=folder, place="", problem="is not a folder", remedy=remedy)
+    found = list_failing_worlds(folder)
+    for problem in found.problems:
+        typer.echo(f"Note: a failing world is left out: {problem}", err=True)
+    return found.worlds
+
+
+def _rerun(failing: FailingWorld, library: Path, kit: str | None) -> FailureRow:
+    """Run a failing world again with the library as it is."""
+    from understudy.errors import UnderstudyError
+    from understudy.falsification.rerun_failures import RerunResult, rerun_failing_world
+    from understudy.properties.property_file import FILE, load_properties
+    from understudy.sim.kit import make_scenario_kit
+    from understudy.ui.cli.options import find_kit, open_team_libraries
+
+    scenario, facts = failing.trial.scenario, failing.facts
+    try:
+        parts = make_scenario_kit(scenario) if kit is None else find_kit(kit, scenario.name)
+        known = open_team_libraries(scenario, facts.behavior, library, parts)
+        properties = load_properties(library / FILE) if facts.property is not None else ()
+        found = rerun_failing_world(failing, known, properties=properties)
+    except UnderstudyError as error:
+        found = RerunResult(failing, float("nan"), str(error))
+    return FailureRow(
+        name=failing.folder.name,
+        behavior=facts.behavior,
+        verdict="unknown" if found.problem else "fails" if found.has_failed else "passes",
+        robustness=None if found.problem else found.robustness,
+        why=found.problem or failing.summary,
+    )
 
 
 def _make_property_row(result: PropertyResult) -> PropertyRow:
@@ -307,6 +380,10 @@ def _show(result: LibraryTestResult, found: list[tuple[AutomatonTestRow, list[st
         out.print(f"{mark} [bold]{escape(row.name)}[/] [dim]{escape(about)}[/]", soft_wrap=True)
         for line in row.sentences:
             out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
+    for failure in result.failures:
+        mark = "[green]✓[/]" if failure.verdict == "passes" else "[red]✗[/]"
+        about = "passes now" if failure.verdict == "passes" else failure.why
+        out.print(f"{mark} [bold]{escape(failure.name)}[/] [dim]{escape(about)}[/]", soft_wrap=True)
     bad = sum(not each.works for each, _ in found)
     said = (
         f"[red]{format_count(bad, 'does', 'do')} not do what was shown[/]"
@@ -317,6 +394,9 @@ def _show(result: LibraryTestResult, found: list[tuple[AutomatonTestRow, list[st
     out.print(f"{escape(str(result.library))}, in {escape(result.world)}: {tested}, {said}", soft_wrap=True)
     if result.properties:
         out.print(_count_verdicts(result.properties), soft_wrap=True)
+    if result.failures:
+        passed = sum(row.verdict == "passes" for row in result.failures)
+        out.print(f"{format_count(len(result.failures), 'failing world')}: {passed} now pass", soft_wrap=True)
 
 
 def _count_verdicts(rows: Sequence[PropertyRow]) -> str:

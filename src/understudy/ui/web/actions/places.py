@@ -20,7 +20,7 @@ from understudy.ui.web.views.library import check_folder
 
 def handle_open_world(host: SessionHost, message: m.OpenWorld) -> StatusMessage:
     """Go to a world of another scenario; what is trained goes along where it can."""
-    _refuse_fixed(host)
+    refuse_fixed(host)
     refuse_unsaved(host, discard=message.discard)
     scenario, kit = host.places.open_world(message.name)
     return _enter(host, scenario, host.folder, kit, f"World {scenario.name}")
@@ -28,7 +28,7 @@ def handle_open_world(host: SessionHost, message: m.OpenWorld) -> StatusMessage:
 
 def handle_open_library(host: SessionHost, message: m.OpenLibrary) -> StatusMessage:
     """Use another library; an automaton of the same name is opened from it."""
-    _refuse_fixed(host)
+    refuse_fixed(host)
     refuse_unsaved(host, discard=message.discard)
     folder = host.places.open_library(message.name, host.folder)
     check_folder(folder)
@@ -38,8 +38,8 @@ def handle_open_library(host: SessionHost, message: m.OpenLibrary) -> StatusMess
 def _enter(host: SessionHost, scenario: Scenario, folder: Path, kit: Kit, said: str) -> StatusMessage:
     """Enter a world with a library, and open there what was trained; refused, nothing has changed."""
     trained = None if host.trainer is None else host.trainer.name
-    World(scenario, [host.seed])  # what cannot be entered is told before anything is left
-    host.enter(scenario, folder, kit)
+    world = World(scenario, [host.seed])  # what cannot be entered is told before anything is left
+    host.enter(world, folder, kit)
     if trained is not None and trained in host.library_view.library.taught:
         with suppress(UnderstudyError):  # it may need what this world does not have
             open_automaton(host, trained, discard=True)
@@ -49,7 +49,7 @@ def _enter(host: SessionHost, scenario: Scenario, folder: Path, kit: Kit, said: 
 
 def handle_save_world(host: SessionHost, message: m.SaveWorld) -> StatusMessage:
     """Save the world as it stands as a scenario, which is offered from then on."""
-    _refuse_fixed(host)
+    refuse_fixed(host)
     about = f"Saved in the studio: {host.scenario.name}, world {host.seed}, as it stood then."
     made = make_scenario_snapshot(host.scenario, host.world.view(), name=message.name, about=about)
     path = host.places.save_world(made)
@@ -57,7 +57,8 @@ def handle_save_world(host: SessionHost, message: m.SaveWorld) -> StatusMessage:
     return StatusMessage(f"The world is saved as {made.name}, in {path.parent.name}/{path.name}", "recorded")
 
 
-def _refuse_fixed(host: SessionHost) -> None:
+def refuse_fixed(host: SessionHost) -> None:
+    """Raise SessionError if the world is that of real robots or a body of the user's own."""
     if isinstance(host.world, BodyWorld):
         raise SessionError(
             f"{host.world.name} is a body of your own: start the studio again for another world"

@@ -56,6 +56,24 @@ class CancelEvaluation(Message, frozen=True, kw_only=True, tag="cancel_evaluatio
     """Cancel the evaluation in unseen worlds, or drop its result."""
 
 
+class OpenFailure(Message, frozen=True, kw_only=True, tag="open_failure"):
+    """Go to a failing world, shortly before the behavior goes wrong, to correct it there.
+
+    What is in training goes along. If it is unsaved and does not run there, this is refused without `discard`.
+    """
+
+    name: NameField
+    discard: bool = False
+
+
+class LeaveFailure(Message, frozen=True, kw_only=True, tag="leave_failure"):
+    """Go back from a failing world to the world that was on the page before; what is in training goes along."""
+
+
+class RerunFailures(Message, frozen=True, kw_only=True, tag="rerun_failures"):
+    """Read the folder of failing worlds again, and run all with what is in training."""
+
+
 class SaveAutomaton(Message, frozen=True, kw_only=True, tag="save"):
     """Save the automaton, or a copy of it if a name is given.
 

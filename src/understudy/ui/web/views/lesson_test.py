@@ -36,7 +36,8 @@ from understudy.ui.web.messages.review import (
     PreviewSimplify,
     TestLesson,
 )
-from understudy.ui.web.session_host import SessionHost, UnseenWorldsEvaluation
+from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 
 FIRST_SEED = 1000
 """Unseen worlds are counted from here: those that people go through one after the other begin at 0."""

@@ -1,0 +1,136 @@
+/** Failing worlds: what went wrong in each, whether it still does, and the way into it, to correct it there. */
+
+import type { FailingWorld, Failures, RerunProperty } from "../protocol";
+import type { Studio } from "../studio";
+import { className, counted, plain } from "../words";
+
+const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, string]>> = {
+  "not run": ["○", "soft", "Not run yet with what is trained"],
+  fails: ["✗", "warn", "Still fails"],
+  passes: ["✓", "came", "Passes now"],
+  unknown: ["?", "warn", "Could not be run"],
+};
+
+export function FailuresPart({ studio }: { studio: Studio }) {
+  const failures = studio.told?.failures ?? null;
+  if (failures === null || failures.worlds.length + failures.problems.length === 0) return null;
+  const { worlds, problems, properties, running } = failures;
+  return (
+    <section class="outcomes failures" aria-label="Failing worlds">
+      <div class="outcomes-head">
+        <h3>Failing worlds</h3>
+        <button
+          type="button"
+          class="small"
+          disabled={!studio.directs || running}
+          title="Run all of them, and the properties of the library, with what is trained as it stands"
+          onClick={() => void studio.ask({ do: "rerun_failures" })}
+        >
+          {running ? "Running …" : "Run again"}
+        </button>
+      </div>
+      <Standing failures={failures} studio={studio} />
+      <ul class="failed" aria-label="Failing worlds, the worst and most different first">
+        {worlds.map((world) => (
+          <FailureItem key={world.name} world={world} open={failures.open === world.name} studio={studio} />
+        ))}
+      </ul>
+      {problems.map((problem) => (
+        <p key={problem} class="warn">
+          {problem}
+        </p>
+      ))}
+      {properties.length > 0 && (
+        <>
+          <p class="failed-in">Properties of the library:</p>
+          <ul aria-label="Properties of the library">
+            {properties.map((each) => (
+              <PropertyItem key={each.name} property={each} />
+            ))}
+          </ul>
+        </>
+      )}
+    </section>
+  );
+}
+
+/** How many of them pass; while they are run, how far that is. */
+function Standing({ failures, studio }: { failures: Failures; studio: Studio }) {
+  const { worlds, running, through, stale, leads_to } = failures;
+  const known = worlds.filter(({ state }) => state === "fails" || state === "passes");
+  const passed = known.filter(({ state }) => state === "passes").length;
+  return (
+    <>
+      {running && (
+        <p class="trying">
+          <progress aria-label="Failing worlds run" value={through} max={Math.max(1, worlds.length)} />
+        </p>
+      )}
+      <p class="tiny" aria-live="polite">
+        {known.length === 0
+          ? "Open one, and press what is right where it goes wrong."
+          : `${passed} of ${counted(worlds.length, "world")} ${passed === 1 ? "passes" : "pass"} now`}
+        {stale && known.length > 0 && !running && ", before the lesson changed; run them again"}
+        {leads_to !== null && (
+          <>
+            {" · "}
+            <button
+              type="button"
+              class="link"
+              disabled={!studio.directs}
+              title="Leave the failing world; what is trained goes along"
+              onClick={() => void studio.ask({ do: "leave_failure" })}
+            >
+              back to {plain(leads_to)}
+            </button>
+          </>
+        )}
+      </p>
+    </>
+  );
+}
+
+function FailureItem({ world, open, studio }: { world: FailingWorld; open: boolean; studio: Studio }) {
+  const { name, behavior, summary, sentences, state, problem } = world;
+  const [mark, tone, means] = MARKS[state];
+  return (
+    <li class={className(open && "on")}>
+      <span class={tone} role="img" aria-label={means} title={means}>
+        {mark}
+      </span>
+      <span class="promised" title={plain(sentences.join(" "))}>
+        {name}{" "}
+        <span class="soft">
+          {!name.startsWith(behavior) && `${plain(behavior)}: `}
+          {plain(problem === "" ? summary : problem)}
+        </span>
+      </span>
+      <button
+        type="button"
+        class="small"
+        disabled={!studio.directs}
+        aria-label={`Open failing world ${name}`}
+        title="Go to this world, shortly before it goes wrong, and press what is right; what is trained goes along"
+        onClick={() => void studio.ask({ do: "open_failure", name })}
+      >
+        Open
+      </button>
+    </li>
+  );
+}
+
+function PropertyItem({ property }: { property: RerunProperty }) {
+  const { name, claim, verdict, sentence } = property;
+  const [mark, tone] =
+    verdict === "holds" ? ["✓", "came"] : verdict === "fails" ? ["✗", "warn"] : ["?", "soft"];
+  return (
+    <li>
+      <span class={tone} role="img" aria-label={verdict} title={verdict}>
+        {mark}
+      </span>
+      <span class="promised" title={plain(claim)}>
+        {plain(name)} <span class="soft">{plain(sentence)}</span>
+      </span>
+    </li>
+  );
+}

@@ -1,0 +1,186 @@
+"""Run failing worlds again: with a corrected library, which of them still fail, and when one goes wrong now."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import nan
+
+from understudy.analysis.evaluate import make_evaluation_task
+from understudy.errors import SettingError, UnderstudyError
+from understudy.falsification.failing_world import FailingWorld
+from understudy.falsification.property_measure import PropertyMeasure
+from understudy.falsification.trial import TICKS_AT_ONCE, GoalMeasure, TrialMeasure
+from understudy.model.library import Library
+from understudy.model.property import Property
+from understudy.properties.property_file import FILE
+from understudy.properties.run_property import check_property, make_property_task
+from understudy.sim.team.libraries import Libraries
+
+
+@dataclass(frozen=True, slots=True)
+class RerunResult:
+    """The result of running a failing world again.
+
+    Parameters
+    ----------
+    failing
+        The failing world.
+    robustness
+        The distance from failing now, below 0 if it still fails; NaN if it could not be run.
+    problem
+        Why it could not be run; empty if it could.
+    """
+
+    failing: FailingWorld
+    robustness: float
+    problem: str = ""
+
+    @property
+    def has_failed(self) -> bool:
+        """True if it still fails."""
+        return self.robustness < 0
+
+    @property
+    def has_passed(self) -> bool:
+        """True if it no longer fails."""
+        return self.robustness >= 0
+
+    def __str__(self) -> str:
+        name = self.failing.folder.name
+        if self.problem:
+            return f"{name} could not be run: {self.problem}"
+        return f"{name} still fails" if self.has_failed else f"{name} passes now"
+
+
+def rerun_failing_worlds(
+    failing: Iterable[FailingWorld],
+    library: Library | Libraries,
+    *,
+    properties: Sequence[Property] = (),
+) -> list[RerunResult]:
+    """Run failing worlds again with a library, and say which of them still fail.
+
+    Each is the same world as when it was found, bit for bit, with the same time limit, and is judged in the same way:
+    by the goal, or by the property that failed.
+
+    Parameters
+    ----------
+    failing
+        The failing worlds.
+    library
+        The library with the behaviors; or for teams the library of each sort of agents.
+    properties
+        The properties of the library's file, for worlds in which one of them failed; see `load_properties`.
+
+    Returns
+    -------
+    list[RerunResult]
+        The results in the same order. A world that cannot be run has a problem instead.
+    """
+    return [rerun_failing_world(each, library, properties=properties) for each in failing]
+
+
+def rerun_failing_world(
+    failing: FailingWorld,
+    library: Library | Libraries,
+    *,
+    properties: Sequence[Property] = (),
+) -> RerunResult:
+    """Run one failing world again; see `rerun_failing_worlds`.
+
+    Parameters
+    ----------
+    failing
+        The failing world.
+    library
+        The library with the behavior; or for a team the library of each sort of agents.
+    properties
+        The properties of the library's file.
+
+    Returns
+    -------
+    RerunResult
+        The result.
+    """
+    try:
+        measure = make_failure_measure(failing, library, properties=properties)
+        return RerunResult(failing, float(measure([failing.trial]).robustness[0]))
+    except UnderstudyError as error:
+        return RerunResult(failing, nan, str(error))
+
+
+def find_wrong_time(
+    failing: FailingWorld, library: Library | Libraries, *, properties: Sequence[Property] = ()
+) -> float | None:
+    """Find when a behavior goes wrong in a failing world now, which a correction may have changed.
+
+    Parameters
+    ----------
+    failing
+        The failing world.
+    library
+        The library with the behavior; or for a team the library of each sort of agents.
+    properties
+        The properties of the library's file.
+
+    Returns
+    -------
+    float | None
+        The time, s; None if it no longer fails.
+
+    Raises
+    ------
+    UnderstudyError
+        If the library does not have the behavior, or `properties` lacks the property.
+    """
+    trial, tick_s = failing.trial, failing.trial.scenario.tick_s
+    measure = make_failure_measure(failing, library, properties=properties)
+    results = measure([trial])
+    if not results.failed[0]:
+        return None
+    until_s = float(results.progress_s[0]) + TICKS_AT_ONCE * tick_s
+    return measure.find_wrong_tick(trial, until_s=min(measure.get_limit(trial.scenario), until_s)) * tick_s
+
+
+def make_failure_measure(
+    failing: FailingWorld, library: Library | Libraries, *, properties: Sequence[Property] = ()
+) -> TrialMeasure:
+    """Make what runs a behavior in a failing world and judges it as the search did that found it.
+
+    Parameters
+    ----------
+    failing
+        The failing world.
+    library
+        The library with the behavior; or for a team the library of each sort of agents.
+    properties
+        The properties of the library's file.
+
+    Returns
+    -------
+    TrialMeasure
+        The measure.
+
+    Raises
+    ------
+    UnderstudyError
+        If the library does not have the behavior, or `properties` lacks the property.
+    """
+    facts, scenario = failing.facts, failing.trial.scenario
+    if facts.property is None:
+        task = make_evaluation_task(
+            library, facts.behavior, scenario, binding=facts.binding, limit_s=facts.limit_s
+        )
+        return GoalMeasure(task, facts.limit_s)
+    subject = next((each for each in properties if each.name == facts.property), None)
+    if subject is None:
+        raise SettingError(
+            where=str(failing.folder),
+            setting="property",
+            problem=f"is {facts.property!r}, which the library's {FILE} does not have",
+            remedy="restore it there, or delete this folder",
+        )
+    task = make_property_task(subject, library, scenario)
+    check_property(subject, task, scenario)
+    return PropertyMeasure(task, facts.limit_s, subject=subject)

@@ -1,0 +1,122 @@
+"""The page of failing worlds: what went wrong in each, whether it still does, and a key that opens one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.screen import Screen
+from textual.widgets import DataTable, Static
+
+from understudy.falsification.failure_list import FailureList
+from understudy.model.plain_names import format_names
+from understudy.ui.controller.failing_worlds import FailureRerun
+from understudy.ui.controller.status import describe_error
+from understudy.ui.tui.panels import DIM, TITLE, TONES
+
+RUNNING = "running them with what is trained …"
+
+
+class FailuresScreen(Screen[str | None]):
+    """The failing worlds of a folder, the worst and most different first.
+
+    They are run with what is in training when the page opens, in a thread of their own. The result is the name of the
+    one to open; None if none is.
+
+    Parameters
+    ----------
+    found
+        The failing worlds.
+    rerun
+        Runs all of them, and the properties of the library.
+    """
+
+    CSS = """
+    FailuresScreen Static { height: auto; margin: 0 1; }
+    FailuresScreen DataTable { height: 1fr; margin: 0 1; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,W,q", "close", show=False)]
+
+    def __init__(self, found: FailureList, rerun: Callable[[], FailureRerun]) -> None:
+        super().__init__()
+        self._found, self._rerun = found, rerun
+        self.result: FailureRerun | None = None
+
+    def compose(self) -> ComposeResult:
+        """Lay out the heading, the table, and the keys."""
+        yield Static(id="head")
+        yield DataTable(cursor_type="row", zebra_stripes=False)
+        yield Static(id="told")
+
+    def on_mount(self) -> None:
+        """Fill the table, and run the worlds."""
+        self.query_one(DataTable).focus()
+        self._fill(RUNNING)
+        self.run_worker(self._run, thread=True)
+
+    def _run(self) -> None:
+        try:
+            self.result = self._rerun()
+            told = ""
+        except Exception as error:
+            told = describe_error(error)
+        self.app.call_from_thread(self._fill, told)
+
+    def _fill(self, told: str) -> None:
+        if not self.is_attached:
+            return
+        table = self.query_one(DataTable)
+        at = table.cursor_row
+        table.clear(columns=True)
+        table.add_columns("", "world", "what went wrong")
+        results = (
+            {} if self.result is None else {each.failing.folder.name: each for each in self.result.worlds}
+        )
+        for each in self._found.worlds:
+            name = each.folder.name
+            seen = results.get(name)
+            what = each.summary if seen is None or not seen.problem else seen.problem
+            mark = Text("·", DIM)
+            if seen is not None and seen.problem:
+                mark = Text("?", TONES["error"])
+            elif seen is not None:
+                mark = Text("✗", TONES["error"]) if seen.has_failed else Text("✓", TONES["recorded"])
+            table.add_row(mark, name, format_names(what), key=name)
+        table.move_cursor(row=max(0, min(at, table.row_count - 1)))
+        self.query_one("#head", Static).update(self._render_head(told))
+        self.query_one("#told", Static).update(self._render_foot())
+
+    def _render_head(self, told: str) -> Text:
+        text = Text.assemble(("Failing worlds", TITLE))
+        if self.result is not None:
+            passed = sum(each.has_passed for each in self.result.worlds)
+            text.append(f"  {passed} of {len(self.result.worlds)} pass now")
+        elif told:
+            text.append(f"  {told}", DIM)
+        if not self._found.worlds:
+            text.append("\nnone: understudy falsify looks for them", DIM)
+        return text
+
+    def _render_foot(self) -> Text:
+        text = Text()
+        problems = list(self._found.problems)
+        if self.result is not None:
+            for each in self.result.properties:
+                tone = TONES["error"] if each.verdict == "fails" else DIM
+                text.append(f"property {format_names(each.tested.name)} {each.verdict}\n", tone)
+            problems += [self.result.problem] * bool(self.result.problem)
+        for problem in problems:
+            text.append(f"{problem}\n", TONES["error"])
+        text.append("enter ", "bold").append("open it where it goes wrong  ", DIM)
+        return text.append("esc ", "bold").append("back to the robot", DIM)
+
+    def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
+        """Open the failing world under the cursor."""
+        self.dismiss(event.row_key.value)
+
+    def action_close(self) -> None:
+        """Return to the robot."""
+        self.dismiss(None)

@@ -1,0 +1,301 @@
+"""The failing worlds that the studio lists, and their runs with what is in training, beside the world on the page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import CancelledError
+from pathlib import Path
+from threading import Thread
+from time import monotonic, sleep
+from typing import Literal, TypeAlias
+
+from understudy.errors import UnderstudyError, UnknownName
+from understudy.falsification.failing_world import FailingWorld
+from understudy.falsification.failure_list import FailureList, list_failing_worlds
+from understudy.model.lesson import Example, Lesson
+from understudy.properties.run_property import PropertyResult, describe_result
+from understudy.sim.scenario.schema import Scenario
+from understudy.ui.controller.clock import WallClock
+from understudy.ui.controller.failing_worlds import (
+    Draft,
+    FailureRerun,
+    LibrarySource,
+    make_draft,
+    rerun_all,
+)
+from understudy.ui.controller.status import StatusMessage, describe_error
+from understudy.ui.controller.trainer import Trainer
+from understudy.ui.web.messages.base import Data
+from understudy.ui.web.unseen_worlds import YIELD_S
+
+QUICK_S = 1.0
+"""Where all runs together take less than this, they are repeated by themselves whenever the lesson changed, s."""
+REST_S = 1.0
+"""The least time between the end of the runs and their repetition, s."""
+
+FailureStateName: TypeAlias = Literal["not run", "fails", "passes", "unknown"]
+
+
+class FailingWorldData(Data, frozen=True, kw_only=True):
+    """A failing world of the list."""
+
+    name: str
+    """The name of its folder."""
+    behavior: str
+    world: str
+    summary: str
+    """What went wrong when it was found, in short."""
+    sentences: list[str]
+    """The moment, the decision, and what followed."""
+    state: FailureStateName
+    """Whether it fails with what is in training; "unknown" if it could not be run."""
+    problem: str
+    """Why it could not be run; empty if it could."""
+
+
+class RerunPropertyData(Data, frozen=True, kw_only=True):
+    """A property of the library's file, and what its runs proved."""
+
+    name: str
+    claim: str
+    verdict: str
+    """Holds, fails, or undecided."""
+    sentence: str
+
+
+class FailuresData(Data, frozen=True, kw_only=True):
+    """The failing worlds, the worst and most different first."""
+
+    folder: str
+    worlds: list[FailingWorldData]
+    problems: list[str]
+    """A sentence about each that cannot be read."""
+    properties: list[RerunPropertyData]
+    running: bool
+    through: int
+    """The number of worlds that have been run again, while they are run."""
+    stale: bool
+    """Whether the lesson changed since they were run."""
+    open: str | None
+    """The name of the failing world that is on the page."""
+    leads_to: str | None
+    """The name of the world that was on the page before the failing one."""
+
+
+class RunningRerun:
+    """Failing worlds that are run again, in a thread of its own."""
+
+    def __init__(self, worlds: Sequence[FailingWorld], library: LibrarySource, draft: Draft | None) -> None:
+        self.result: FailureRerun | None = None
+        self.problem = ""
+        self.through, self.seconds = 0, 0.0
+        self._cancelled = False
+        Thread(target=self._run, args=(worlds, library, draft), daemon=True).start()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether there is neither a result nor an error yet; a cancelled one stays running."""
+        return self.result is None and not self.problem
+
+    def cancel(self) -> None:
+        """Cancel the runs at the next report; there is no result."""
+        self._cancelled = True
+
+    def _run(self, worlds: Sequence[FailingWorld], library: LibrarySource, draft: Draft | None) -> None:
+        began = monotonic()
+        try:
+            found = rerun_all(worlds, library, draft, progress=self._report)
+            self.seconds = monotonic() - began
+            self.result = found
+        except CancelledError:
+            pass
+        except Exception as error:
+            self.problem = describe_error(error)
+
+    def _report(self, through: int, _: int) -> None:
+        if self._cancelled:
+            raise CancelledError
+        self.through = through
+        sleep(YIELD_S)
+
+
+class FailingWorldList:
+    """The failing worlds of a folder, and the results of running them again; None as `folder`: there are none."""
+
+    def __init__(self, folder: Path | None, wall: WallClock) -> None:
+        self.folder, self._wall = folder, wall
+        self.before: tuple[Scenario, int] | None = None  # the world before the failing one, and its seed
+        self._opened: tuple[str, Scenario] | None = None  # the failing world that was opened last
+        self.result: FailureRerun | None = None
+        self._running: RunningRerun | None = None
+        self._untold = False
+        self._shown: tuple[object, ...] = ()
+        self._data: FailuresData | None = None
+        self._ran_with: tuple[object, ...] = ()
+        self._lesson: Lesson | None = None
+        self._lesson_key: tuple[object, ...] = ()
+        self._ended_s, self._quick = -REST_S, False
+        self.found = FailureList(())
+        self.read()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether worlds are being run again."""
+        return self._running is not None and self._running.is_running
+
+    def read(self) -> None:
+        """Read the folder again."""
+        if self.folder is None:
+            return
+        try:
+            self.found = list_failing_worlds(self.folder)
+        except UnderstudyError as error:
+            self.found = FailureList((), (str(error),))
+
+    def find(self, name: str) -> FailingWorld:
+        """Find a failing world by the name of its folder; UnknownName if it is not listed."""
+        found = {each.folder.name: each for each in self.found.worlds}
+        if name not in found:
+            raise UnknownName(what="failing world", name=name, where=str(self.folder), known=list(found))
+        return found[name]
+
+    def note_opened(self, name: str, entered: Scenario, former: Scenario, seed: int) -> None:
+        """Note that a failing world is entered, from a world of another scenario with this seed."""
+        if self.find_open(former) is None:
+            self.before = former, seed
+        self._opened = name, entered
+
+    def find_open(self, scenario: Scenario) -> str | None:
+        """Return the name of the failing world whose scenario this is; None if it is that of none."""
+        return self._opened[0] if self._opened is not None and self._opened[1] is scenario else None
+
+    def begin_rerun(self, library: LibrarySource, trainer: Trainer | None) -> None:
+        """Begin to run all of them again; runs that have not ended are cancelled."""
+        self.cancel()
+        self._ran_with = self._identify_lesson(trainer)
+        self._running = RunningRerun(self.found.worlds, library, make_draft(trainer))
+        self._untold = True
+
+    def cancel(self) -> None:
+        """Cancel the runs."""
+        if self._running is not None:
+            self._running.cancel()
+            self._running = None
+
+    def advance(self, library: LibrarySource, trainer: Trainer | None) -> StatusMessage | None:
+        """Take over the result of runs that have ended, and repeat quick ones if the lesson changed.
+
+        Return the message about runs that have ended.
+        """
+        if self._running is not None and not self._running.is_running:
+            ended, self._running = self._running, None
+            self._ended_s, self._quick = self._wall(), not ended.problem and ended.seconds < QUICK_S
+            if ended.problem:
+                return StatusMessage(ended.problem, "error")
+            before, self.result = self.result, ended.result
+            return self._describe_change(before)
+        due = self._quick and self._running is None and self._wall() - self._ended_s >= REST_S
+        if due and self._is_stale(trainer):
+            self.begin_rerun(library, trainer)
+        return None
+
+    def _describe_change(self, before: FailureRerun | None) -> StatusMessage | None:
+        """Describe how many worlds fail; None if as many failed and passed before."""
+        counts = [
+            None if each is None else [sum(one.has_passed for one in each.worlds), len(each.worlds)]
+            for each in (before, self.result)
+        ]
+        if counts[0] == counts[1] or counts[1] is None:
+            return None
+        passed, total = counts[1]
+        return StatusMessage(f"{passed} of {total} failing world{'s' * (total != 1)} passed")
+
+    def _is_stale(self, trainer: Trainer | None) -> bool:
+        if trainer is None:
+            return False
+        if (
+            self._ran_with == () and not trainer.has_unsaved_changes
+        ):  # they ran with what was saved, as this is
+            self._ran_with = self._identify_lesson(trainer)
+        return self._ran_with != self._identify_lesson(trainer)
+
+    def _identify_lesson(self, trainer: Trainer | None) -> tuple[object, ...]:
+        """Return the presses of the lesson and its design, by which another state of it is told from this one."""
+        if trainer is None:
+            return ()
+        lesson, _ = trainer.explainer.learn_lesson()
+        if lesson is not self._lesson:
+            shown = (each for each in lesson.examples if each.is_from_press)
+            self._lesson = lesson
+            self._lesson_key = (lesson.automaton, lesson.options, tuple(map(_identify, shown)))
+        return self._lesson_key
+
+    def data(self, scenario: Scenario, trainer: Trainer | None) -> FailuresData | None:
+        """Return the list as the page shows it; None without a folder."""
+        if self.folder is None:
+            return None
+        running = self._running if self.is_running else None
+        stale = self.result is not None and self._is_stale(trainer)
+        through = 0 if running is None else running.through
+        key = (
+            id(self.found),
+            id(self.result),
+            running is None,
+            through,
+            stale,
+            id(scenario),
+            id(self.before),
+        )
+        if self._data is None or key != self._shown:
+            self._shown = key
+            self._data = self._describe(scenario, running=running is not None, through=through, stale=stale)
+        return self._data
+
+    def _describe(self, scenario: Scenario, *, running: bool, through: int, stale: bool) -> FailuresData:
+        result, opened = self.result, self.find_open(scenario)
+        results = {} if result is None else {each.failing.folder.name: each for each in result.worlds}
+        rows = []
+        for each in self.found.worlds:
+            name = each.folder.name
+            seen = results.get(name)
+            state: FailureStateName = "not run"
+            if seen is not None:
+                state = "unknown" if seen.problem else "fails" if seen.has_failed else "passes"
+            rows.append(
+                FailingWorldData(
+                    name=name,
+                    behavior=each.facts.behavior,
+                    world=each.trial.scenario.name,
+                    summary=each.summary,
+                    sentences=list(each.facts.why),
+                    state=state,
+                    problem="" if seen is None else seen.problem,
+                )
+            )
+        problems = list(self.found.problems)
+        if result is not None and result.problem:
+            problems.append(result.problem)
+        return FailuresData(
+            folder=str(self.folder),
+            worlds=rows,
+            problems=problems,
+            properties=[] if result is None else [_describe_property(each) for each in result.properties],
+            running=running,
+            through=through,
+            stale=stale,
+            open=opened,
+            leads_to=self.before[0].name if self.before is not None and opened is not None else None,
+        )
+
+
+def _describe_property(result: PropertyResult) -> RerunPropertyData:
+    return RerunPropertyData(
+        name=result.tested.name,
+        claim=result.tested.claim,
+        verdict=result.verdict.value,
+        sentence="; ".join(describe_result(result)),
+    )
+
+
+def _identify(example: Example) -> tuple[object, ...]:
+    return (example.number, example.state, example.next, repr(example.values), example.quarantined)

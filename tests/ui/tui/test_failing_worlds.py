@@ -1,0 +1,84 @@
+"""Failing worlds in the trainer: a key lists them, Enter opens one where it goes wrong, a press corrects it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from tests.ui.tui.desks import Hand, plan, trainer
+from tests.ui.tui.test_main_screen import run
+from tests.ui.web.test_failing_worlds import MENDED, make_failures
+from textual.widgets import DataTable, Static
+
+from understudy.ui.controller.training_plan import LessonChoices
+from understudy.ui.tui.failures_screen import FailuresScreen
+
+
+async def listed(hand: Hand) -> tuple[dict[str, str], str]:
+    """The marks of the failing worlds, once they have been run, and what stands above them."""
+    await hand.press("W")
+    screen = hand.app.screen
+    assert isinstance(screen, FailuresScreen), screen
+    while screen.result is None or "pass now" not in str(screen.query_one("#head", Static).render()):
+        await hand.pilot.pause(0.01)
+    table = screen.query_one(DataTable)
+    rows = [table.get_row_at(row) for row in range(table.row_count)]
+    return {str(row[1]): str(row[0]) for row in rows}, str(screen.query_one("#head", Static).render())
+
+
+@run
+async def test_one_is_opened_corrected_and_ticked_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library = make_failures(tmp_path)
+    monkeypatch.chdir(tmp_path)  # where the folder of failing worlds is
+    async with trainer(plan(library, "goto", LessonChoices())) as hand:
+        marks, head = await listed(hand)
+        assert marks == dict.fromkeys(MENDED, "✗")
+        assert "0 of 4 pass now" in head
+        table = hand.app.screen.query_one(DataTable)
+        table.move_cursor(row=[*marks].index("forage-2"))
+        await hand.press("enter")
+        assert hand.said == "Paused in forage-2, where it goes wrong. Press what goto should do, and resume"
+        assert hand.trainer.paused
+        assert hand.trainer.session_view.features["distance_to(A)"] == pytest.approx(9.66, abs=0.01)
+        assert hand.teaching.trainer is hand.trainer
+        await hand.press(hand.trainer.keys.plain["left"], "full_stop")
+        assert hand.trainer.session_view.state == "left"
+        marks, head = await listed(hand)
+        assert marks == {name: {"passes": "✓", "fails": "✗"}[state] for name, state in MENDED.items()}
+        assert "3 of 4 pass now" in head
+        await hand.press("escape", "s")
+        assert not hand.trainer.has_unsaved_changes
+        await hand.press("q")
+    assert hand.app.return_value is not None
+    assert hand.app.return_value.saved  # type: ignore[union-attr]  # no error was returned
+
+
+@run
+async def test_an_empty_list_says_where_failing_worlds_come_from(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    async with trainer(plan(tmp_path / "library")) as hand:
+        await hand.press("W")
+        await hand.pilot.pause(0.2)
+        assert "understudy falsify" in str(hand.app.screen.query_one("#head", Static).render())
+        await hand.press("escape")
+        assert hand.teaching.trainer is hand.trainer
+
+
+@run
+async def test_what_is_unsaved_and_does_not_run_there_is_not_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library = make_failures(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    other = LessonChoices(states=["forward"], features=["food_left"])
+    async with trainer(plan(library, "other", other)) as hand:
+        await hand.press("up", "full_stop")
+        marks, _ = await listed(hand)
+        hand.app.screen.query_one(DataTable).move_cursor(row=[*marks].index("forage-2"))
+        await hand.press("enter")
+        assert "other has unsaved changes" in hand.said
+        assert hand.trainer.name == "other"
