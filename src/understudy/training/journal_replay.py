@@ -12,6 +12,7 @@ from understudy.errors import FileError, SessionError
 from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.runtime.body import Body, is_rewindable
 from understudy.runtime.interpreter import StackFrame
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.corrections import CorrectionStep
@@ -136,6 +137,19 @@ class ReplayedSession:
             agent,
             choose_teaching_mode(lesson.options),
         )
+
+    def restore_body(self, body: Body) -> bool:
+        """Restore the last snapshot of the body; return False if there is none that fits this body.
+
+        A snapshot fits if the body can be rewound and has the same world, which a failing world is not.
+        """
+        if self.body is None or not is_rewindable(body):
+            return False
+        try:
+            body.restore(self.body)
+        except FileError:
+            return False
+        return True
 
     @classmethod
     def from_journal(

@@ -15,14 +15,14 @@ from typing import Self
 
 from msgspec import UNSET
 
-from understudy.errors import FileError, SessionError, SettingError, UnknownName
+from understudy.errors import SessionError, SettingError, UnknownName
 from understudy.learning.correction_diagnosis import CorrectionDiagnosis
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import Percept
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Library
-from understudy.runtime.body import Body, Resettable, is_rewindable, list_reading_keys
+from understudy.runtime.body import Body, Resettable, list_reading_keys
 from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
@@ -137,12 +137,7 @@ class Session(EditableSession):
         lock: JournalLock,
     ) -> Self:
         past = ReplayedSession.from_journal(journal, library, list_reading_keys(body))
-        goes_on = past.body is not None and past.body_tick == past.ticks and is_rewindable(body)
-        if past.body is not None and is_rewindable(body):
-            try:
-                body.restore(past.body)
-            except FileError:  # it was taken in another world, such as a failing one: only the lesson goes on
-                goes_on = False
+        goes_on = past.restore_body(body) and past.body_tick == past.ticks
         session = cls.__new__(cls)
         session._begin(body, library, past, clock)
         rows = len(past.recorder.record)
