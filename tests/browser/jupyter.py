@@ -9,9 +9,10 @@ import secrets
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, TimeoutError, expect
 
 READY = re.compile(r"(http://127\.0\.0\.1:\d+)/lab")
 QUIET = {
@@ -116,7 +117,9 @@ class Notebook:
         prompt = self.cells.nth(cell).locator(".jp-InputPrompt")
         before = prompt.inner_text()
         for _ in range(20):
-            self.cells.nth(cell).locator(".cm-content").click()
+            self._accept_dialog()
+            with suppress(TimeoutError):  # if the dialog comes only now
+                self.cells.nth(cell).locator(".cm-content").click(timeout=3_000)
             self.page.keyboard.press("Control+Enter")
             for _ in range(10):
                 self.page.wait_for_timeout(100)
@@ -125,6 +128,13 @@ class Notebook:
             if prompt.inner_text() == STARTED:
                 return
         raise AssertionError(f"cell {cell} does not start")
+
+    def _accept_dialog(self) -> None:
+        """Accept what JupyterLab asks or says on a busy machine, such as which kernel it is to start."""
+        dialog = self.page.locator(".jp-Dialog").first
+        if dialog.is_visible():
+            sys.stderr.write(f"JupyterLab: {dialog.inner_text()}\n")
+            dialog.locator(".jp-mod-accept").click()
 
     def run(self, cell: int) -> str:
         """Run a cell, and return what it prints."""

@@ -141,6 +141,19 @@ def read_trace(path: Path | str) -> tuple[TraceHeader, list[dict[str, Any]]]:
         return _header(about, path), [dict(zip(titles, row, strict=True)) for row in found]
 
 
+def is_trace(path: Path | str) -> bool:
+    """Return whether a file begins as a trace does; one that cannot be read does not."""
+    path = Path(path)
+    try:
+        with path.open("rb") as lines:
+            first = next(lines, b"")
+        about = _query(path, "SELECT 1", "LIMIT 0")[0] if path.suffix.lower() == PARQUET else first
+        _header(about, path)
+    except (OSError, FileError):
+        return False
+    return True
+
+
 def _lines(path: Path, robot: int) -> tuple[TraceHeader, list[TraceRow]]:
     header, rows = _decode_lines(path, TraceRow, leave_out=f'"{COORDINATOR}":'.encode())
     return header, [row for row in rows if row.robot == robot]

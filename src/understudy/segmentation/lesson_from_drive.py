@@ -102,7 +102,8 @@ def to_lesson(
     library
         The features and behaviors that the automaton uses. None: a feature for each reading, and the candidates.
     features
-        Features that decisions depend on, such as "range(ball)". None: all readings of the drive that the kit has.
+        Features that decisions depend on, such as "range(ball)". None: all readings of the drive that the kit has, and
+        the flags that its automata raise.
     watched
         Whether ticks without a switch become watched examples.
     reaction_s
@@ -134,13 +135,14 @@ def to_lesson(
         )
     library = Library(make_drive_kit(drive, {})) if library is None else library
     library = _with_behaviors(library, used)
-    chosen = list_drive_features(library, drive) if features is None else features
+    if features is None:
+        features = [*list_drive_features(library, drive), *_list_flag_features(library, used)]
     states = [_make_state(each) for each in used]
     empty = new_lesson(
         library,
         name,
         states=states,
-        features=chosen,
+        features=features,
         options=LearnerOptions(
             watched=watched, reaction_s=reaction_s or 0.0, learner=learner or TreeOptions()
         ),
@@ -186,6 +188,18 @@ def _with_behaviors(library: Library, used: Sequence[Candidate]) -> Library:
             where = "the library of the lesson"
             raise UnknownName(what="automaton", name=each.behavior, where=where, known=list(library.taught))
     return replace(library, kit=replace(library.kit, behaviors=MappingProxyType(behaviors)))
+
+
+def _list_flag_features(library: Library, used: Sequence[Candidate]) -> list[BoundFeature]:
+    """List the features of a kit that are flags which automata among the candidates raise, such as "done"."""
+    raised = {
+        state.flag
+        for each in used
+        if isinstance(each, AutomatonCandidate)
+        for state in library.taught[each.behavior].automaton.states
+    }
+    flags = library.kit.features.values()
+    return [BoundFeature(each) for each in flags if isinstance(each, FlagFeature) and each.name in raised]
 
 
 def _make_state(candidate: Candidate) -> State:

@@ -160,10 +160,10 @@ def learn_lesson(
         _only_table(context)
         shown = read_lesson_table(lesson, name=name)
     elif recording is not None and lesson is None and _is_drive(recording, mapping, behaviors):
-        _refuse_presses(context)
+        _refuse_presses(context, recording)
         shown, drive = learn_from_drive(
             recording,
-            DriveOptions(name, library, mapping, behaviors, features, reaction, kit),
+            DriveOptions(name, library, mapping, behaviors, features, reaction, kit, agent),
         )
     elif recording is not None and lesson is None:
         asked = LearnOptions(
@@ -206,11 +206,13 @@ def _is_drive(recording: Path, mapping: Path | None, behaviors: str | None) -> b
     return mapping is not None or behaviors is not None or recording.suffix.lower() != ".mcap"
 
 
-def _refuse_presses(context: typer.Context) -> None:
-    """Refuse options that only apply to recordings with presses."""
+def _refuse_presses(context: typer.Context, recording: Path) -> None:
+    """Refuse options that only apply to recordings with presses; traces have several robots, too."""
+    from understudy.analysis.run_header import is_trace
     from understudy.errors import SettingError
 
-    for option in ("presses", "states", "flags", "parameters", "targets", "agent", "session"):
+    options = ("presses", "states", "flags", "parameters", "targets", "session")
+    for option in options if is_trace(recording) else (*options, "agent"):
         source = context.get_parameter_source(option)
         if source is not None and source.name == "COMMANDLINE":
             problem = "is not used with a recording whose behaviors are found from its commands"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from understudy.model.lesson import Lesson
-    from understudy.model.library import Library
+    from understudy.model.library import Kit, Library
     from understudy.segmentation.mapping_file import RecordingMap
     from understudy.segmentation.recorded_drive import RecordedDrive
     from understudy.segmentation.segmentation_report import DriveReport
@@ -23,6 +23,7 @@ class DriveOptions(NamedTuple):
     features: str | None
     reaction_s: float | None
     kit: str | None
+    robot: int
 
 
 def learn_from_drive(path: Path, asked: DriveOptions) -> tuple[Lesson, DriveReport]:
@@ -57,17 +58,35 @@ def learn_from_drive(path: Path, asked: DriveOptions) -> tuple[Lesson, DriveRepo
 
 def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> tuple[RecordedDrive, Library]:
     """Read a drive, and find the library whose behaviors may explain it."""
+    from understudy.analysis.run_header import is_trace
     from understudy.model.library import Library
     from understudy.segmentation.drive_kit import make_drive_kit
     from understudy.segmentation.drive_table import read_recorded_drive
     from understudy.ui.cli.options import WORLD, find_kit, open_behavior_library
 
-    drive = read_recorded_drive(path, mapping)
-    behaviors = {} if mapping is None else mapping.behaviors
-    kit = make_drive_kit(drive, behaviors) if asked.kit is None else find_kit(asked.kit, WORLD)
+    if mapping is None and is_trace(path):
+        drive, kit = _open_trace(path, asked)
+    else:
+        drive = read_recorded_drive(path, mapping)
+        behaviors = {} if mapping is None else mapping.behaviors
+        kit = make_drive_kit(drive, behaviors) if asked.kit is None else find_kit(asked.kit, WORLD)
     if asked.library is not None and asked.library.is_dir():
         return drive, open_behavior_library(None, asked.library, kit)
     return drive, Library(kit)
+
+
+def _open_trace(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit]:
+    """Read the drive of a robot from a trace, and find the kit of its scenario."""
+    from understudy.data.trace_drive import read_trace_drive
+    from understudy.segmentation.drive_kit import make_drive_kit
+    from understudy.ui.cli.options import WORLD, find_kit
+
+    drive, header = read_trace_drive(path, robot=asked.robot)
+    ran = header.run
+    named, world = (asked.kit, None) if ran is None else (asked.kit or ran.kit, ran.scenario)
+    if named is None and world is None:
+        return drive, make_drive_kit(drive, {})
+    return drive, find_kit(named, world or WORLD)
 
 
 def _no_behaviors(path: Path) -> Exception:

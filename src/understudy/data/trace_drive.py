@@ -1,0 +1,91 @@
+"""Drives from traces: what a simulated robot sensed and did, to be explained like a recording of a person's drive."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from understudy.analysis.run_header import TraceHeader, read_trace
+from understudy.data.trace_episodes import read_trace_episodes
+from understudy.errors import FileError, SettingError
+from understudy.model.features import ReadingKey
+from understudy.runtime.body import Channel, Reading
+from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
+
+
+class TraceDrive(NamedTuple):
+    """The drive of one robot of a trace, and the header of the trace."""
+
+    drive: RecordedDrive
+    header: TraceHeader
+
+
+def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
+    """Read what one robot sensed and did in a traced run.
+
+    Parameters
+    ----------
+    path
+        The trace, as JSON lines or Parquet.
+    robot
+        Index of the robot, from 0.
+
+    Returns
+    -------
+    TraceDrive
+        The drive, with one episode for each piece in which the robot had commands, and the header of the trace.
+
+    Raises
+    ------
+    FileError
+        If the file is no trace, or one of an earlier version, which has no commands.
+    SettingError
+        If it has no such robot.
+    """
+    path = Path(path)
+    header, _ = read_trace(path)
+    found = next((each for each in read_trace_episodes(path) if each.agent == f"robot {robot}"), None)
+    if found is None:
+        remedy = f"count from 0 to {header.robots - 1}"
+        raise SettingError(where=str(path), setting="--agent", problem=f"is {robot}", remedy=remedy)
+    if not found.commands or not found.readings:
+        missing = "readings" if found.commands else "commands"
+        remedy = "run it again with `understudy run --trace`, of this version"
+        raise FileError(path=path, place="", problem=f"the trace has no {missing}", remedy=remedy)
+    commands = np.column_stack(list(found.commands.values()))
+    kept = np.flatnonzero(np.isfinite(commands).all(axis=1))
+    if not len(kept) or not np.ptp(commands[kept], axis=0).any():
+        problem, remedy = (
+            "its commands never change, so there is no motion to learn from",
+            "trace another run",
+        )
+        raise FileError(path=path, place="", problem=problem, remedy=remedy)
+    labels = {label: _parse_label(label) for label in found.readings}
+    starts = [0, *(np.flatnonzero(np.diff(kept) > 1) + 1).tolist(), len(kept)]
+    lost = len(commands) - len(kept)
+    drive = RecordedDrive(
+        times=found.times[kept],
+        values={key: found.readings[label][kept] for label, key in labels.items()},
+        commands=commands[kept],
+        channels=tuple(Channel(name, unit=unit) for name, unit in header.commands.items()),
+        readings=tuple(
+            {
+                name: Reading(name, found.kinds[label], header.readings[label].unit, target is not None)
+                for label, (name, target) in labels.items()
+            }.values()
+        ),
+        targets=tuple(dict.fromkeys(target for _, target in labels.values() if target is not None)),
+        tick_s=found.tick_s,
+        episodes=tuple(DriveEpisode(path.name, first, end) for first, end in pairwise(starts)),
+        omissions=(f"{path}: robot {robot} has no command in {lost} ticks; left out",) if lost else (),
+    )
+    return TraceDrive(drive, header)
+
+
+def _parse_label(label: str) -> ReadingKey:
+    """Return the name and the target of a reading from its label, such as "range(ball)"."""
+    name, opened, target = label.partition("(")
+    return (name, target.removesuffix(")")) if opened else (label, None)
