@@ -589,7 +589,7 @@ export interface Failures {
   running: boolean;
   /** The number of worlds that have been run again, while they are run. */
   through: number;
-  /** Whether the lesson changed since they were run. */
+  /** True if the lesson changed after they were run. */
   stale: boolean;
   /** The name of the failing world that is on the page. */
   open: string | null;
@@ -876,11 +876,11 @@ export interface FailingWorld {
   name: string;
   behavior: string;
   world: string;
-  /** What went wrong when it was found, in short. */
+  /** A short description of the failure as it was found. */
   summary: string;
   /** The moment, the decision, and what followed. */
   sentences: readonly string[];
-  /** Whether it fails with what is in training; "unknown" if it could not be run. */
+  /** The result with the automaton in training; "unknown" if the world could not be run. */
   state: "fails" | "not run" | "passes" | "unknown";
   /** Why it could not be run; empty if it could. */
   problem: string;

@@ -57,7 +57,7 @@ class FailingWorld:
 
     @property
     def summary(self) -> str:
-        """What went wrong, in short: the first sentence, and what the robot was doing then."""
+        """A short description of the failure: its first sentence, and the states of the robot at that time."""
         went_wrong = self.facts.why[0] if self.facts.why else "It failed."
         doing = " > ".join(self.facts.states)
         return f"{went_wrong[:-1]}: {doing}." if doing else went_wrong

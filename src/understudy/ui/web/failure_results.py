@@ -44,11 +44,11 @@ class FailingWorldData(Data, frozen=True, kw_only=True):
     behavior: str
     world: str
     summary: str
-    """What went wrong when it was found, in short."""
+    """A short description of the failure as it was found."""
     sentences: list[str]
     """The moment, the decision, and what followed."""
     state: FailureStateName
-    """Whether it fails with what is in training; "unknown" if it could not be run."""
+    """The result with the automaton in training; "unknown" if the world could not be run."""
     problem: str
     """Why it could not be run; empty if it could."""
 
@@ -75,7 +75,7 @@ class FailuresData(Data, frozen=True, kw_only=True):
     through: int
     """The number of worlds that have been run again, while they are run."""
     stale: bool
-    """Whether the lesson changed since they were run."""
+    """True if the lesson changed after they were run."""
     open: str | None
     """The name of the failing world that is on the page."""
     leads_to: str | None
@@ -94,7 +94,7 @@ class RunningRerun:
 
     @property
     def is_running(self) -> bool:
-        """Whether there is neither a result nor an error yet; a cancelled one stays running."""
+        """True as long as there is neither a result nor an error, also after `cancel`."""
         return self.result is None and not self.problem
 
     def cancel(self) -> None:
@@ -140,7 +140,7 @@ class FailingWorldList:
 
     @property
     def is_running(self) -> bool:
-        """Whether worlds are being run again."""
+        """True while worlds are run again."""
         return self._running is not None and self._running.is_running
 
     def read(self) -> None:

@@ -15,8 +15,10 @@ from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.views.session import EvaluationData, describe_evaluation
 
 YIELD_S = 0.0002
-"""How long an evaluation rests whenever it tells how far it is: else the world on the page would wait for the
-interpreter, 5 ms at a time."""
+"""The pause of an evaluation after each progress report, s.
+
+Without it, the thread that advances the world on the page would wait 5 ms for the interpreter each time.
+"""
 
 
 class UnseenWorldsEvaluation:
@@ -33,7 +35,7 @@ class UnseenWorldsEvaluation:
 
     @property
     def is_running(self) -> bool:
-        """Whether the evaluation has neither a result nor an error yet; a cancelled one stays running."""
+        """True as long as the evaluation has neither a result nor an error, also after `cancel`."""
         return self.data.result is None and not self.data.problem
 
     def cancel(self) -> None:

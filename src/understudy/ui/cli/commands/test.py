@@ -178,7 +178,7 @@ class FailureRow:
     robustness: float | None
     """The distance from failing, below 0 if it still fails."""
     why: str
-    """What went wrong when it was found, in short; or why it could not be run."""
+    """A short description of the failure as it was found, or the reason why the world could not be run."""
 
 
 @dataclass(frozen=True, kw_only=True)
