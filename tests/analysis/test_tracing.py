@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from tests.bodies import Scripted, kit
 from tests.runtime.automata import automaton
 
@@ -50,7 +51,7 @@ def test_both_levels_switch_in_the_first_tick() -> None:
     assert [level.machine.state_name for level in (taught, go)] == ["go", "lap"]
     assert taught.asked == taught.entry == TransitionQuery(0.0, 0, 1, (100.0,))
     assert go.asked == go.entry == TransitionQuery(0.0, 0, 1, (100.0,))
-    assert run.last is None, "there was no switch before it"
+    assert run.last_switches == {}, "there was no switch before it"
 
 
 def test_a_tick_later_nothing_switches() -> None:
@@ -58,8 +59,7 @@ def test_a_tick_later_nothing_switches() -> None:
     assert taught.asked == TransitionQuery(0.1, 1, 1, (99.0,))
     assert taught.entry == TransitionQuery(0.0, 0, 1, (100.0,))
     assert go.asked is None, "its state has no transition function"
-    assert run.last is not None
-    machine, query = run.last
+    machine, query = run.last_switches[0]
     assert (machine.automaton.name, query.time_s) == ("taught", 0.0), "what the switch of go followed from"
 
 
@@ -70,11 +70,32 @@ def test_what_was_started_again_has_no_way_there_yet() -> None:
     assert taught.entry == TransitionQuery(0.4, 2, 1, (96.0,))
     assert (go.entry, go.asked) == (None, TransitionQuery(0.5, 0, 0, (95.0,)))
     assert go.entered_s == 0.4
-    assert run.last is not None
-    assert run.last[1].time_s == 0.4
+    assert run.last_switches[0][1].time_s == 0.4
 
 
 def test_one_of_several() -> None:
     """The second robot is a meter farther: what it is asked is its own."""
     _, (taught, _) = after(2, agents=2, follow=1)
     assert taught.asked == TransitionQuery(0.1, 1, 1, (100.0,))
+
+
+def test_the_last_switch_of_each_of_several() -> None:
+    """The first robot drives forward at 98 m in the third tick; the second is at 99 m then, and follows a tick later.
+
+    After four ticks, only the first one's is before this tick; after five, both are, each with its own time.
+    """
+    found = []
+    body = Scripted(2)
+    run = TracedRun(body, [Interpreter(link(LIBRARY, "taught")) for _ in range(2)])
+    run.follow(0)
+    run.follow(1)
+    for _ in range(5):
+        run.tick()
+        found.append({agent: switch[1].time_s for agent, switch in run.last_switches.items()})
+    assert found == [
+        {},
+        {0: 0.0, 1: 0.0},
+        {0: 0.0, 1: 0.0},
+        {0: 0.2, 1: 0.0},
+        {0: 0.2, 1: pytest.approx(0.3)},
+    ]

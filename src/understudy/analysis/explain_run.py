@@ -134,7 +134,9 @@ def explain_run(run: RecordedTick, scenario: Scenario, libraries: Libraries) -> 
 
 def find_latest_switch(chain: Sequence[AgentRef], libraries: Libraries) -> DecisionReason | None:
     """Return the last switch before this tick of a robot and all coordinators above it, or None if there was none."""
-    lasts = [(find_traced_run(post).last, libraries[post.sort].taught) for post in chain]
+    lasts = [
+        (find_traced_run(post).last_switches.get(post.agent), libraries[post.sort].taught) for post in chain
+    ]
     switches = [(machine, query, taught) for last, taught in lasts if last for machine, query in [last]]
     found = max(switches, key=lambda each: each[1].time_s, default=None)
     if found is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from understudy.model.features import Percept
 from understudy.model.kinds import Column
@@ -57,47 +58,55 @@ class TracedRun(Run):
     ) -> None:
         super().__init__(body, interpreters, others)
         self._seen: dict[int, Interpreter] = {}
-        self._asked: dict[RunningAutomaton, TransitionQuery] = {}
+        self._asked: dict[int, dict[RunningAutomaton, TransitionQuery]] = {}
         self._entries: dict[RunningAutomaton, TransitionQuery] = {}
-        self._agents: set[int] = set()
         self._body = body
-        self.last: tuple[RunningAutomaton, TransitionQuery] | None = None
-        """The last switch of the followed agents before this tick.
+        self.last_switches: dict[int, tuple[RunningAutomaton, TransitionQuery]] = {}
+        """The last switch before this tick of each followed agent that has switched.
 
-        If several switched in one tick, it is the one of the highest level, which caused the others.
+        If several levels switched in one tick, it is that of the highest one, which caused the others.
         """
 
     def follow(self, agent: int) -> None:
         """Record the queries of an agent from now on."""
-        self._agents.add(agent)
+        self._asked.setdefault(agent, {})
 
     def decide(self, percept: Percept) -> dict[str, Column]:
         """Compute the commands of all agents for one tick, and record the queries of those that are followed."""
-        switched = (each for each in self._asked.items() if each[1].is_switch)
-        self.last = next(switched, self.last)
-        self._asked.clear()
-        for agent in self._agents:
+        for agent, asked in self._asked.items():
+            switch = next((each for each in asked.items() if each[1].is_switch), None)
+            if switch is not None:
+                self.last_switches[agent] = switch
+            asked.clear()
             interpreter = self.interpreters[agent]
             if self._seen.get(agent) is not interpreter:  # it was ordered to run something else
                 self._seen[agent] = interpreter
-                interpreter.observe_queries(self._witness)
+                interpreter.observe_queries(partial(self._witness, asked))
         return super().decide(percept)
 
-    def _witness(self, machine: RunningAutomaton, state: int, answer: int, values: Sequence[float]) -> None:
+    def _witness(
+        self,
+        asked: dict[RunningAutomaton, TransitionQuery],
+        machine: RunningAutomaton,
+        state: int,
+        answer: int,
+        values: Sequence[float],
+    ) -> None:
         query = TransitionQuery(self._body.time_s, state, state if answer == STAY else answer, tuple(values))
-        self._asked[machine] = query
+        asked[machine] = query
         if query.is_switch:
             self._entries[machine] = query
 
     def list_active(self, agent: int) -> tuple[ActiveAutomaton, ...]:
         """List the running automata of a followed agent, the root first."""
-        return tuple(self._stood(machine) for machine in self.interpreters[agent].active)
+        asked = self._asked[agent]
+        return tuple(self._stood(machine, asked.get(machine)) for machine in self.interpreters[agent].active)
 
-    def _stood(self, machine: RunningAutomaton) -> ActiveAutomaton:
+    def _stood(self, machine: RunningAutomaton, asked: TransitionQuery | None) -> ActiveAutomaton:
         entry = self._entries.get(machine)
         if entry is not None and (entry.time_s != machine.entered or entry.after != machine.state):
             entry = None  # it was started again since
-        return ActiveAutomaton(machine, machine.entered, self._asked.get(machine), entry)
+        return ActiveAutomaton(machine, machine.entered, asked, entry)
 
 
 def make_tracing_runner(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
