@@ -79,6 +79,22 @@ class BareSlope(Slope):
     kit = None  # type: ignore[assignment]
 
 
+class SlipperySlope(Slope):
+    """A cart that begins at 2 m and, if the seed can be divided by 4, slips: it stands still."""
+
+    def __init__(self, seed: int) -> None:
+        super().__init__(2.0)
+        self.slips = seed % 4 == 0
+
+    def act(self, commands: Commands) -> None:
+        super().act({} if self.slips else commands)
+
+
+class BreakingSlope(Slope):
+    def act(self, commands: Commands) -> None:
+        raise RuntimeError("a wheel is off")
+
+
 class HalfSlope:
     agents = 1
     readings = Slope.readings
@@ -100,6 +116,14 @@ def make_broken(seed: int) -> Slope:
 
 def make_failing(seed: int) -> Slope:
     return FailingSlope(seed)
+
+
+def make_slippery(seed: int) -> Slope:
+    return SlipperySlope(seed)
+
+
+def make_breaking(seed: int) -> Slope:
+    return BreakingSlope(2.0)
 
 
 def make_plain(seed: int) -> Slope:

@@ -129,15 +129,17 @@ def replay_failure(
         (float(robots.x[robot]), float(robots.y[robot])),
         decided,
         reason,
-        _describe(measure.describe_wrong_time(wrong * tick_s), reason, paths, tick_s),
+        (
+            measure.describe_wrong_time(wrong * tick_s),
+            *describe_failing_decision(reason),
+            *([_describe_states(paths, tick_s)] if paths else []),
+        ),
     )
 
 
-def _describe(
-    went_wrong: str, reason: DecisionReason | None, paths: list[tuple[str, ...]], tick_s: float
-) -> tuple[str, ...]:
-    """Return sentences about what went wrong, the decision, and what followed."""
-    found = [went_wrong]
+def describe_failing_decision(reason: DecisionReason | None) -> list[str]:
+    """Describe the switch that explains a failure in sentences; None if the robot never switched."""
+    found = list[str]()
     if reason is None:
         found.append("The robot never changed its state.")
     else:
@@ -149,9 +151,7 @@ def _describe(
         if source := describe_source(reason):
             shown = "The decision was " if source.startswith("shown") else "The robot's automaton: "
             found.append(f"{shown}{source}.")
-    if paths:
-        found.append(_describe_states(paths, tick_s))
-    return tuple(found)
+    return found
 
 
 def _describe_states(paths: list[tuple[str, ...]], tick_s: float) -> str:

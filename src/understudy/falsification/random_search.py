@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
+from functools import partial
 from time import monotonic
+from typing import TypeAlias
 
 import numpy as np
 
 from understudy.analysis.intervals import exact_interval_of_share
 from understudy.analysis.process_pool import open_process_pool
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.trial import WORLDS_AT_ONCE, Measure, TrialResults
+from understudy.falsification.trial import WORLDS_AT_ONCE, Measure
+from understudy.model.kinds import Column
 from understudy.sim.scenario.schema import Scenario
 
 KEPT = 64
@@ -26,6 +29,9 @@ BATCH_S = 5.0
 
 GROWTH = 10
 """The factor by which a batch is larger than those before at most."""
+
+SeedMeasure: TypeAlias = Callable[[Sequence[int]], Column]
+"""A function that runs a behavior in the worlds of some seeds and returns the robustness of each [n]."""
 
 
 @dataclass
@@ -46,12 +52,11 @@ class RandomSearch:
         """The exact 95 % interval of the share of worlds that fail (Clopper and Pearson)."""
         return exact_interval_of_share(self.failed, self.runs) if self.runs else (0.0, 1.0)
 
-    def add(self, seeds: Sequence[int], results: TrialResults) -> None:
-        """Add the results of some worlds."""
-        failed = results.failed
+    def add(self, seeds: Sequence[int], values: Column) -> None:
+        """Add the robustness of some worlds [n]."""
+        failed = values < 0
         self.runs += len(seeds)
         self.failed += int(failed.sum())
-        values = results.robustness
         for chosen, kept in ((failed, self.failures), (~failed, self.nearest)):
             rows = np.flatnonzero(chosen)
             worst = rows[np.argsort(values[rows], kind="stable")][:KEPT].tolist()
@@ -94,17 +99,67 @@ def search_at_random(
     RandomSearch
         What was found, also if it was interrupted.
     """
+    return search_seeds(
+        partial(measure_seeds, measure, scenario),
+        first_seed=first_seed,
+        most_runs=most_runs,
+        seconds=seconds,
+        jobs=jobs,
+        progress=progress,
+    )
+
+
+def measure_seeds(measure: Measure, scenario: Scenario, seeds: Sequence[int]) -> Column:
+    """Run a behavior in the worlds of a scenario that these seeds lay out; return the robustness of each."""
+    return measure([Trial(scenario, seed) for seed in seeds]).robustness
+
+
+def search_seeds(
+    measure: SeedMeasure,
+    *,
+    first_seed: int,
+    most_runs: int | None = None,
+    seconds: float | None = None,
+    jobs: int = 1,
+    first_batch: int = FIRST_BATCH,
+    progress: Callable[[RandomSearch], None] = lambda found: None,
+) -> RandomSearch:
+    """Run a behavior in worlds of fresh seeds, whatever these worlds are; see `search_at_random`.
+
+    Parameters
+    ----------
+    measure
+        Runs the behavior. With several jobs it must be possible to send it to another process.
+    first_seed
+        The seed of the first world; the others follow.
+    most_runs
+        The number of worlds. None: until the time is over.
+    seconds
+        The time, s. None: until all worlds were run.
+    jobs
+        The number of processes.
+    first_batch
+        The number of worlds after which the time that they take is known.
+    progress
+        Called after each batch with what was found so far.
+
+    Returns
+    -------
+    RandomSearch
+        What was found, also if it was interrupted.
+    """
     found = RandomSearch()
-    batches = SeedBatches(first_seed, most_runs, end=None if seconds is None else monotonic() + seconds)
+    end = None if seconds is None else monotonic() + seconds
+    batches = SeedBatches(first_seed, most_runs, end=end, first_batch=first_batch)
     try:
         if jobs == 1:
             while seeds := batches.take():
-                results, took_s = run_seeds(measure, scenario, seeds)
+                values, took_s = run_seeds(measure, seeds)
                 batches.note(len(seeds), took_s)
-                found.add(seeds, results)
+                found.add(seeds, values)
                 progress(found)
         else:
-            _search_in_jobs(measure, scenario, batches, found, jobs=jobs, progress=progress)
+            _search_in_jobs(measure, batches, found, jobs=jobs, progress=progress)
     except KeyboardInterrupt:
         found.interrupted = True
     return found
@@ -121,12 +176,16 @@ class SeedBatches:
         The number of seeds. None: without end.
     end
         The time after which there are no more, s of `monotonic`. None: never.
+    first_batch
+        The number of seeds in the first batch.
     """
 
-    def __init__(self, first_seed: int, most_runs: int | None, *, end: float | None) -> None:
+    def __init__(
+        self, first_seed: int, most_runs: int | None, *, end: float | None, first_batch: int = FIRST_BATCH
+    ) -> None:
         self._next, self._end = first_seed, end
         self._stop = None if most_runs is None else first_seed + most_runs
-        self._size = FIRST_BATCH
+        self._size = first_batch
 
     def take(self) -> range:
         """Return the next batch, an empty one if there is none."""
@@ -144,16 +203,15 @@ class SeedBatches:
         self._size = max(1, min(fitting, GROWTH * worlds, WORLDS_AT_ONCE))
 
 
-def run_seeds(measure: Measure, scenario: Scenario, seeds: Sequence[int]) -> tuple[TrialResults, float]:
-    """Run a behavior in the worlds of these seeds; return the results, and the time that it took, s."""
+def run_seeds(measure: SeedMeasure, seeds: Sequence[int]) -> tuple[Column, float]:
+    """Run a behavior in the worlds of these seeds; return the robustness of each, and the time that it took, s."""
     began = monotonic()
-    results = measure([Trial(scenario, seed) for seed in seeds])
-    return results, monotonic() - began
+    values = measure(seeds)
+    return values, monotonic() - began
 
 
 def _search_in_jobs(
-    measure: Measure,
-    scenario: Scenario,
+    measure: SeedMeasure,
     batches: SeedBatches,
     found: RandomSearch,
     *,
@@ -162,15 +220,15 @@ def _search_in_jobs(
 ) -> None:
     """Share the batches among processes; those that have begun are waited for when the time is over."""
     with open_process_pool(jobs) as pool:
-        begun: dict[Future[tuple[TrialResults, float]], range] = {}
+        begun: dict[Future[tuple[Column, float]], range] = {}
         while True:
             while len(begun) < jobs + 1 and (seeds := batches.take()):
-                begun[pool.submit(run_seeds, measure, scenario, seeds)] = seeds
+                begun[pool.submit(run_seeds, measure, seeds)] = seeds
             if not begun:
                 return
             done, _ = wait(begun, return_when=FIRST_COMPLETED)
             for future in done:
-                seeds, (results, took_s) = begun.pop(future), future.result()
+                seeds, (values, took_s) = begun.pop(future), future.result()
                 batches.note(len(seeds), took_s)
-                found.add(seeds, results)
+                found.add(seeds, values)
                 progress(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -110,6 +111,70 @@ def test_its_library_is_tested_checked_and_exported(folder: Path, tmp_path: Path
     assert any(out.iterdir())
 
 
+SLIPPERY = ("--world", f"{NAME}:make_slippery")
+
+
+def test_falsified(folder: Path, tmp_path: Path) -> None:
+    """From 2 m to 9 m in 7.5 s; with each fourth seed it stands still. Seeds begin at 1 000 000 000."""
+    out = tmp_path / "failures"
+    result = run(
+        "falsify", folder, "climb", *SLIPPERY, "--limit", 8, "--worlds", 9, "--jobs", 2, "-o", out, "--json"
+    )
+    assert result.exit_code == 1, result.output
+    found = json.loads(result.stdout)
+    seeds = [1_000_000_000, 1_000_000_004, 1_000_000_008]
+    assert (found["random"]["runs"], found["random"]["failed"], found["random"]["seeds"]) == (9, 3, seeds)
+    failure = found["failure"]
+    assert (failure["folder"], failure["seed"], failure["robustness"], failure["scenario"]) == (
+        str(out / "climb-1"), 1_000_000_000, -1.0, None,
+    )  # fmt: skip
+    assert failure["why"] == [
+        "The goal was not reached within 8.0 s.",
+        "At 0.0 s climb went from start to ahead, always.",
+        "It read x = 2.00 m.",
+        "The decision was shown by 1 (directive at 0.0 s).",
+    ]
+    assert said(*failure["command"].split()[1:])["path"] == ["ahead"]
+    assert said("why", failure["recording"], "--time", 5)["doing"] == "ahead"
+    kept = (out / "climb-1" / "why.txt").read_text()
+    assert "understudy teach climb --world" in kept
+    assert said("test", folder, *SLIPPERY, "--failures", out)["works"], (
+        "these folders are no scenarios to test"
+    )
+
+
+def test_falsified_in_time_and_by_a_reading(folder: Path, tmp_path: Path) -> None:
+    options = ("falsify", folder, "climb", *SLIPPERY, "-o", tmp_path / "failures", "--worlds", 3)
+    found = run(*options, "--seed", 1, "--limit", 7)  # without its last half second
+    assert found.exit_code == 1
+    assert "At random: 3 of 3 worlds failed" in found.stdout
+    assert f"climb fails in {NAME}:make_slippery 2000000000" in found.stdout
+    none = run("falsify", folder, "climb", *SLOPE, "--limit", 3, "--worlds", 2, "-o", tmp_path / "failures")
+    assert none.exit_code == 0, none.output
+    assert "No failing world was found" in none.stdout
+
+
+def test_a_body_that_breaks_in_a_search(folder: Path, tmp_path: Path) -> None:
+    options = ("--limit", 8, "--worlds", 5, "-o", tmp_path / "failures")
+    result = run("falsify", folder, "climb", "--world", f"{NAME}:make_breaking", *options)
+    assert result.exit_code == 2
+    assert "1000000000" in result.stderr
+    assert "a wheel is off" in result.stderr
+    assert not (tmp_path / "failures").exists()
+
+
+def test_described() -> None:
+    found = said("worlds", f"{NAME}:make_slope")
+    assert (found["robots"], found["tick_s"], found["behaviors"]) == (1, 0.5, ["ahead", "back"])
+    assert [each["name"] for each in found["readings"] + found["channels"]] == ["x", "drive"]
+    shown = run("worlds", f"{NAME}:make_bare").output
+    assert "give one with --kit" in shown
+
+
+def test_nothing_to_prepare() -> None:
+    assert said("prepare", f"{NAME}:make_slope")["worlds"] == []
+
+
 REFUSED = [  # words of the command, what is said
     (["eval", *SLOPE, "--behavior", "ahead"], "--limit is missing"),
     (["eval", *SLOPE, "--behavior", "ahead", "--limit", "3"], "goal is missing"),
@@ -139,7 +204,11 @@ REFUSED = [  # words of the command, what is said
     (["studio", "--world", f"{NAME}:make_broken", "--no-browser"], "returned an array of float64"),
     (["teach", "climb", "--world", "nowhere:make"], "No module named 'nowhere'"),
     (["teach", "climb", *SLOPE], "is not a terminal"),
-    (["prepare", f"{NAME}:make_slope"], "Scenario"),
+    (["falsify", "x", "ahead", *SLOPE], "--limit is missing"),
+    (["falsify", "x", "ahead", *SLOPE, "--limit", "nan"], "--limit is nan; give a time in s"),
+    (["falsify", "x", "ahead", *SLOPE, "--limit", "3"], "goal is missing"),
+    (["falsify", "x", "ahead", *SLOPE, "--limit", "3", "--vary", "sizes"], "known by their seeds only"),
+    (["falsify", "x", "forward", "--goal", "done"], "a scenario has a goal of its own"),
 ]
 
 

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from understudy.errors import SettingError
+from understudy.ui.cli.commands.falsify_output import (
+    FalsifyResult,
+    make_directed_result,
+    make_failure_result,
+    make_random_result,
+    show_falsification,
+    show_search,
+)
 from understudy.ui.cli.options import FAILURES, WORLD, Bind, Json, KitName
 
 if TYPE_CHECKING:
@@ -21,56 +27,6 @@ if TYPE_CHECKING:
     from understudy.model.property import Property
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli.options import RunAssignment
-
-
-@dataclass(frozen=True, slots=True)
-class RandomResult:
-    """The search at random as `--json` prints it; `low` and `high` limit the share that fails, at 95 %."""
-
-    runs: int
-    failed: int
-    low: float
-    high: float
-    seeds: Sequence[int]
-
-
-@dataclass(frozen=True, slots=True)
-class DirectedResult:
-    """The directed search as `--json` prints it; `nearest` is the least robustness."""
-
-    runs: int
-    failed: int
-    nearest: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class FailureResult:
-    """A failing world as `--json` prints it."""
-
-    folder: str
-    scenario: str
-    seed: int
-    found_by: str
-    robustness: float
-    wrong_s: float
-    steps: Sequence[str]
-    why: Sequence[str]
-    command: str
-
-
-@dataclass(frozen=True, slots=True)
-class FalsifyResult:
-    """Result of a falsification as `--json` prints it; None where there was no directed search or no failure."""
-
-    behavior: str
-    world: str
-    limit_s: float
-    seconds: float
-    interrupted: bool
-    random: RandomResult
-    directed: DirectedResult | None
-    failure: FailureResult | None
-    notes: Sequence[str]
 
 
 def falsify_behavior(
@@ -117,6 +73,15 @@ def falsify_behavior(
             show_default=False,
         ),
     ] = None,
+    goal: Annotated[
+        str | None,
+        typer.Option(
+            "--goal",
+            metavar="NAME",
+            help="Flag or reading (yes or no) that counts as success on a body of your own.",
+            show_default=False,
+        ),
+    ] = None,
     vary: Annotated[
         list[str] | None,
         typer.Option(
@@ -143,6 +108,8 @@ def falsify_behavior(
     simpler as long as it fails, and kept as a scenario with its seed, a picture, and the decision that went wrong.
     Ctrl-C ends the search; what was found is kept.
 
+    On a body of your own (--world MODULE:NAME), all the time goes to seeds at random. The run that fails is recorded.
+
     The exit code is 1 if a world failed, 0 if none did, and 2 if something given cannot be used.
 
     [dim]understudy falsify demo/library forage --seconds 60[/]
@@ -150,43 +117,119 @@ def falsify_behavior(
     [dim]understudy falsify mine goto --world arena --bind A=red_flag --limit 60[/]
 
     [dim]understudy falsify demo/library forage --property keeps_clear[/]
+
+    [dim]understudy falsify mine balance --world cart_pole:make --goal truncated --limit 11[/]
     """
-    from understudy.falsification.falsify import falsify
     from understudy.falsification.search_space import ASPECTS
-    from understudy.jit.settings import compile_on_first_call
+    from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli import INTERRUPTED
-    from understudy.ui.cli.options import assign_run, find_kit, open_scenario
+    from understudy.ui.cli.commands.falsify_body import BodyFalsifyOptions, falsify_body
+    from understudy.ui.cli.options import open_world
     from understudy.ui.cli.output import print_json
 
     _check_settings(seconds, worlds, vary, ASPECTS, out)
     subject = None if tested is None else _find_property(library, behavior, tested)
     named = world or (WORLD if subject is None else subject.start.world)
-    where = open_scenario(named)
-    if subject is not None:
-        bind = [f"{parameter}={target}" for parameter, target in subject.targets.items()] + (bind or [])
-    assigned = assign_run(where, behavior, library, find_kit(kit, named), bind)
-    measure = _make_measure(assigned, where, limit_s, subject)
-    compile_on_first_call()
-    with show_search(quiet=as_json) as report:
-        found = falsify(
-            measure,
+    where = open_world(named)
+    if isinstance(where, Scenario):
+        _refuse_goal(goal)
+        result = _falsify_in_scenario(
+            library,
+            behavior,
             where,
-            seed=seed,
+            named,
+            subject,
             seconds=seconds,
             worlds=worlds,
-            jobs=jobs,
+            seed=seed,
+            limit_s=limit_s,
             vary=vary or ASPECTS,
-            report=report,
+            jobs=jobs,
+            out=out,
+            bind=bind or [],
+            kit=kit,
+            quiet=as_json,
         )
-    kept, command = None, ""
-    if found.shrinking is not None:
-        kept, command = _keep(found, measure, assigned, out, library, world=named, kit=kit, bind=bind or [])
-    result = _make_result(found, kept, measure, assigned, where, command)
+    else:
+        options = BodyFalsifyOptions(
+            library=library,
+            behavior=behavior,
+            tested=tested,
+            seconds=seconds,
+            worlds=worlds,
+            seed=seed,
+            limit_s=limit_s,
+            goal=goal,
+            vary=vary,
+            jobs=jobs,
+            out=out,
+            bind=bind or [],
+            kit=kit,
+            quiet=as_json,
+        )
+        result = falsify_body(options, where)
     if as_json:
         print_json(result)
     else:
-        _show(result)
-    raise typer.Exit(1 if kept is not None else INTERRUPTED if found.interrupted else 0)
+        show_falsification(result)
+    raise typer.Exit(1 if result.failure is not None else INTERRUPTED if result.interrupted else 0)
+
+
+def _refuse_goal(goal: str | None) -> None:
+    """Refuse a goal for a scenario, which has its own."""
+    if goal is not None:
+        problem = f"is {goal!r:.60}, and a scenario has a goal of its own"
+        remedy = "leave it out, or name a property of the library's file with --property"
+        raise SettingError(where="falsify", setting="--goal", problem=problem, remedy=remedy)
+
+
+def _falsify_in_scenario(
+    library: Path,
+    behavior: str,
+    where: Scenario,
+    named: str,
+    subject: Property | None,
+    *,
+    seconds: float,
+    worlds: int | None,
+    seed: int,
+    limit_s: float | None,
+    vary: Sequence[str],
+    jobs: int,
+    out: Path,
+    bind: Sequence[str],
+    kit: str | None,
+    quiet: bool,
+) -> FalsifyResult:
+    """Search for a failing world of a scenario, and keep it."""
+    from understudy.falsification.falsify import falsify
+    from understudy.jit.settings import compile_on_first_call
+    from understudy.ui.cli.options import assign_run, find_kit
+
+    if subject is not None:
+        bind = [*(f"{parameter}={target}" for parameter, target in subject.targets.items()), *bind]
+    assigned = assign_run(where, behavior, library, find_kit(kit, named), list(bind))
+    measure = _make_measure(assigned, where, limit_s, subject)
+    compile_on_first_call()
+    with show_search(quiet=quiet) as report:
+        found = falsify(
+            measure, where, seed=seed, seconds=seconds, worlds=worlds, jobs=jobs, vary=vary, report=report
+        )
+    failure = None
+    if found.shrinking is not None:
+        kept, command = _keep(found, measure, assigned, out, library, world=named, kit=kit, bind=bind)
+        failure = make_failure_result(kept, command)
+    return FalsifyResult(
+        behavior=assigned.behavior,
+        world=where.name,
+        limit_s=measure.get_limit(where),
+        seconds=round(found.seconds, 3),
+        interrupted=found.interrupted,
+        random=make_random_result(found),
+        directed=make_directed_result(found),
+        failure=failure,
+        notes=found.notes,
+    )
 
 
 def _check_settings(
@@ -242,24 +285,6 @@ def _make_measure(
             where="falsify", setting="--limit", problem=problem, remedy=f"give at least {where.tick_s:g} s"
         )
     return measure
-
-
-@contextmanager
-def show_search(*, quiet: bool) -> Iterator[Callable[[str, int, int], None]]:
-    """Show the runs so far on stderr while the block runs; yield a function to call with (what, runs, failures)."""
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    from understudy.ui.cli.output import make_console
-
-    out = make_console(err=True)
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=out, transient=True, disable=quiet or not out.is_terminal) as bar:
-        task = bar.add_task("Starting", total=None)
-
-        def report(doing: str, runs: int, failed: int) -> None:
-            bar.update(task, description=f"{doing}: {runs} runs, {failed} failed")
-
-        yield report
 
 
 def _keep(
@@ -318,88 +343,3 @@ def _keep(
         why=replay.sentences,
     )
     return write_failing_world(folder, trial, facts, replay, command=command), command
-
-
-def _make_result(
-    found: Falsification,
-    kept: FailingWorld | None,
-    measure: TrialMeasure,
-    assigned: RunAssignment,
-    where: Scenario,
-    command: str,
-) -> FalsifyResult:
-    low, high = found.random.interval
-    directed, failure = None, None
-    if found.directed is not None:
-        nearest = found.directed.nearest
-        directed = DirectedResult(
-            found.directed.runs, len(found.directed.failures), nearest if nearest < float("inf") else None
-        )
-    if kept is not None:
-        from understudy.falsification.failing_world import SCENARIO_FILE
-
-        facts = kept.facts
-        failure = FailureResult(
-            folder=str(kept.folder),
-            scenario=str(kept.folder / SCENARIO_FILE),
-            seed=facts.seed,
-            found_by=facts.found_by,
-            robustness=facts.robustness,
-            wrong_s=round(facts.wrong_s, 6),
-            steps=facts.steps,
-            why=facts.why,
-            command=command,
-        )
-    return FalsifyResult(
-        behavior=assigned.behavior,
-        world=where.name,
-        limit_s=measure.get_limit(where),
-        seconds=round(found.seconds, 3),
-        interrupted=found.interrupted,
-        random=RandomResult(
-            found.random.runs, found.random.failed, low, high, [seed for _, seed in found.random.failures]
-        ),
-        directed=directed,
-        failure=failure,
-        notes=found.notes,
-    )
-
-
-def _show(result: FalsifyResult) -> None:
-    """Print the result as text."""
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import format_count, make_console
-
-    out, random = make_console(), result.random
-    if result.interrupted:
-        out.print("[yellow]Interrupted; this is what was found until then.[/]")
-    at_most = f"at most {random.high:.3g} of all worlds at 95 %"
-    share = at_most if not random.failed else f"{random.low:.3g} to {random.high:.3g} of all worlds at 95 %"
-    runs = format_count(random.runs, "world")
-    out.print(f"At random: {random.failed} of {runs} failed: {share}", soft_wrap=True)
-    if result.directed is not None:
-        nearest = result.directed.nearest
-        near = "" if nearest is None else f"; the least robustness was {nearest:.3g}"
-        out.print(
-            f"Directed: {result.directed.failed} of {format_count(result.directed.runs, 'world')} failed{near}",
-            soft_wrap=True,
-        )
-    for note in result.notes:
-        out.print(f"[dim]No directed search: {escape(note)}[/]", soft_wrap=True)
-    failure = result.failure
-    if failure is None:
-        out.print(
-            "[green]No failing world was found.[/] That is no proof that there is none.", soft_wrap=True
-        )
-        return
-    out.print(f"\n[bold]{escape(result.behavior)} fails in {escape(failure.scenario)}[/]", soft_wrap=True)
-    for sentence in failure.why:
-        out.print(f"  {escape(sentence)}", soft_wrap=True)
-    if failure.steps:
-        out.print(
-            f"[dim]  Simpler than the world that was found: {escape(', '.join(failure.steps))}.[/]",
-            soft_wrap=True,
-        )
-    out.print("\nRun it again:", soft_wrap=True)
-    out.print(f"  {failure.command}", markup=False, soft_wrap=True)

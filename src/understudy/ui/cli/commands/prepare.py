@@ -33,10 +33,12 @@ def prepare(
     from understudy.learning.tree_growth import compile_tree_kernels
     from understudy.sim.catalog import compile_world_kernels
     from understudy.sim.scenario.files import list_builtin_scenarios
-    from understudy.ui.cli.options import open_scenario
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.ui.cli.options import open_world
     from understudy.ui.cli.output import format_count, print_json, show_progress
 
-    worlds = [open_scenario(name) for name in scenarios or list_builtin_scenarios()]
+    opened = [open_world(name) for name in scenarios or list_builtin_scenarios()]
+    worlds = [world for world in opened if isinstance(world, Scenario)]  # nothing is compiled for a body
     compile_on_first_call()
     began = perf_counter()
     with show_progress("Prepared", quiet=as_json) as report:

@@ -9,12 +9,15 @@ from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import numpy as np
     from numpy.typing import NDArray
     from rich.console import RenderableType
 
     from understudy.adapters.body_maker import BodyMaker
     from understudy.robots.recording.header import RunInfo
+    from understudy.runtime.program import Program
     from understudy.runtime.run_loop import Run
     from understudy.sim.body_world import BodyWorld
     from understudy.ui.cli.commands.run import SimulatedRunOptions
@@ -115,20 +118,14 @@ class BodyRunSession:
 
     def make_run_info(self) -> RunInfo:
         """Describe the run for the header of its recording, so that its decisions can be made again."""
-        from understudy.analysis.run_header import fingerprint_programs
-        from understudy.robots.recording.header import RunInfo
-
-        assigned, options = self._assigned, self._options
-        automata = fingerprint_programs([self._program], assigned.libraries[assigned.sort])
-        return RunInfo(
-            scenario=self._maker.name,
+        options = self._options
+        return describe_body_run(
+            self._program,
+            self._assigned,
+            world=self._maker.name,
             seed=options.seed,
+            library=options.library,
             kit=options.kit,
-            library=str(options.library.resolve()),
-            sorts=[assigned.sort],
-            behavior=assigned.behavior,
-            binding=assigned.binding,
-            automata={assigned.sort: automata},
         )
 
     @property
@@ -172,6 +169,26 @@ class BodyRunSession:
             readings=self.list_readings(),
             record=None if record is None else str(record),
         )
+
+
+def describe_body_run(
+    program: Program, assigned: RunAssignment, *, world: str, seed: int, library: Path, kit: str | None
+) -> RunInfo:
+    """Describe a run on a body of the user's own for the header of its recording."""
+    from understudy.analysis.run_header import fingerprint_programs
+    from understudy.robots.recording.header import RunInfo
+
+    automata = fingerprint_programs([program], assigned.libraries[assigned.sort])
+    return RunInfo(
+        scenario=world,
+        seed=seed,
+        kit=kit,
+        library=str(library.resolve()),
+        sorts=[assigned.sort],
+        behavior=assigned.behavior,
+        binding=assigned.binding,
+        automata={assigned.sort: automata},
+    )
 
 
 def _format_ending(result: BodyRunResult) -> str:

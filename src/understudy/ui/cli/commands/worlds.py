@@ -1,4 +1,4 @@
-"""Command `understudy worlds`: list the built-in scenarios, or print the file of one."""
+"""Command `understudy worlds`: list the built-in scenarios, print the file of one, or describe a body of one's own."""
 
 from __future__ import annotations
 
@@ -10,28 +10,45 @@ import typer
 from understudy.ui.cli.options import Json
 
 if TYPE_CHECKING:
+    from understudy.adapters.body_maker import BodyMaker
     from understudy.sim.scenario.schema import Scenario
 
 
 def list_worlds(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="[SCENARIO]", help="Print the file of this scenario.", show_default=False),
+        typer.Argument(
+            metavar="[SCENARIO]",
+            help="Print the file of this scenario, or what a body of your own (MODULE:NAME) offers.",
+            show_default=False,
+        ),
     ] = None,
     as_json: Json = False,
 ) -> None:
     """List the built-in scenarios and those of installed packages, or print the file of one to copy and change.
 
+    Of a function MODULE:NAME that makes a body of your own, print its readings, channels and behaviors.
+
     [dim]understudy worlds patrol > mine.toml[/]
+
+    [dim]understudy worlds cart_pole:make[/]
     """
     from understudy.errors import UnderstudyError
     from understudy.sim.catalog import is_function, list_scenarios
     from understudy.sim.scenario.files import format_scenario, read_scenario_text
-    from understudy.ui.cli.options import open_scenario
+    from understudy.sim.scenario.schema import Scenario
+    from understudy.ui.cli.options import open_scenario, open_world
     from understudy.ui.cli.output import make_console, make_table, print_json
 
     if name is not None:
-        scenario = open_scenario(name)
+        scenario = open_world(name)
+        if not isinstance(scenario, Scenario):
+            summary = _summarize_body(scenario)
+            if as_json:
+                print_json(summary)
+            else:
+                _show_body(summary)
+            return
         if as_json:
             print_json(scenario)
         else:
@@ -84,3 +101,83 @@ def _summarize(scenario: Scenario) -> WorldSummary:
         behaviors=tuple(kit.behaviors),
         targets=tuple(kit.targets),
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodySummary:
+    """Summary of a body of one's own; `features` and `behaviors` are those of its kit, none if it has no kit."""
+
+    name: str
+    robots: int
+    tick_s: float
+    readings: tuple[PartSummary, ...]
+    channels: tuple[PartSummary, ...]
+    targets: tuple[str, ...]
+    features: tuple[str, ...]
+    behaviors: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PartSummary:
+    """A reading or a channel of a body; `of_targets` is true for a reading of each target."""
+
+    name: str
+    unit: str
+    about: str
+    of_targets: bool = False
+
+
+def _summarize_body(maker: BodyMaker) -> BodySummary:
+    """Make a body and describe what it offers."""
+    from understudy.model.library import Kit
+
+    body = maker(0)
+    try:
+        kit = getattr(body, "kit", None)
+        return BodySummary(
+            name=maker.name,
+            robots=body.agents,
+            tick_s=body.tick_s,
+            readings=tuple(
+                PartSummary(each.name, each.unit, each.doc, each.of_targets) for each in body.readings
+            ),
+            channels=tuple(PartSummary(each.name, each.unit, each.doc) for each in body.channels),
+            targets=tuple(body.targets),
+            features=tuple(kit.features) if isinstance(kit, Kit) else (),
+            behaviors=tuple(kit.behaviors) if isinstance(kit, Kit) else (),
+        )
+    finally:
+        close = getattr(body, "close", None)
+        if callable(close):
+            close()
+
+
+def _show_body(body: BodySummary) -> None:
+    """Print what a body offers as a table."""
+    from rich.markup import escape
+
+    from understudy.ui.cli.output import format_count, make_console, make_table
+
+    out, table = make_console(), make_table("", "name", "unit", "about")
+    table.columns[-1].no_wrap = False
+    for reading in body.readings:
+        table.add_row(
+            "reading",
+            f"{reading.name}(…)" if reading.of_targets else reading.name,
+            reading.unit,
+            reading.about,
+        )
+    for channel in body.channels:
+        table.add_row("channel", channel.name, channel.unit, escape(channel.about))
+    for sort, names in (("target", body.targets), ("feature", body.features), ("behavior", body.behaviors)):
+        for name in names:
+            table.add_row(sort, name, "", "")
+    out.print(
+        f"[bold]{body.name}[/]: {format_count(body.robots, 'robot')}, a tick of {body.tick_s:g} s",
+        soft_wrap=True,
+    )
+    out.print(table)
+    if not body.behaviors:
+        out.print(
+            "[dim]It has no kit of features and behaviors: give one with --kit MODULE:NAME[/]", soft_wrap=True
+        )
