@@ -119,8 +119,8 @@ COMMANDS = {
     "export data": "SOURCE... --out -o --table --to --json",
     "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --goal --metric --limit --against "
     "--against-behavior --jobs -j --each --format --json",
-    "falsify": "LIBRARY NAME --world -w --property --seconds --worlds --seed --limit --goal --vary --jobs -j --out -o --bind "
-    "-b --kit --json",
+    "falsify": "LIBRARY NAME --world -w --property --seconds --worlds --seed --limit --goal --vary --jobs -j --out -o "
+    "--bind -b --kit --json",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "
     "--cluster-option --json",
     "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "
