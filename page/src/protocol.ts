@@ -224,6 +224,41 @@ export interface Answer
 /** What the studio sends by itself. */
 export type News = Hello | SceneNews | SessionNews | TeamNews;
 
+export type ReviewRequest =
+  /** Set the label of the ticks from `first` to before `end` by hand. */
+  | { do: "label"; first: Index; end: Index; label: NameField }
+  /** Take the last change of a label back. */
+  | { do: "undo" }
+  /** Learn an automaton from the labels, and run it over the recording. */
+  | { do: "learn" }
+  /** Save what was learned in the library under a name. */
+  | { do: "save"; name: NameField };
+
+/** A drive under review, as it stands. */
+export interface Review {
+  name: string;
+  tick_s: number;
+  /** The labels, of which the last means that nothing explains the commands. */
+  labels: readonly string[];
+  episodes: readonly Episode[];
+  spans: readonly LabelSpan[];
+  questions: readonly LabelQuestion[];
+  /** What was left out when the recording was read, in sentences. */
+  omissions: readonly string[];
+  learned: LearnedDrive | null;
+  can_undo: boolean;
+  /** The file that has what was learned. */
+  saved: string | null;
+}
+
+/** What was recorded, which does not change during a review. */
+export interface RecordedSeries {
+  series: readonly Series[];
+  path_ticks: readonly number[];
+  /** The place of the robot at each of the `path_ticks`, m; empty if it is not known. */
+  path: readonly (readonly [number, number])[];
+}
+
 /** At least 1, at most 10,000 letters. */
 export type Sentence = string;
 
@@ -367,6 +402,51 @@ export interface SessionNews {
 export interface TeamNews {
   is: "team";
   team: Team;
+}
+
+/** A piece of a recording without a gap: its file, its ticks, and the time of its first one, s. */
+export interface Episode {
+  source: string;
+  first: number;
+  end: number;
+  from_s: number;
+}
+
+/** Ticks in a row with one label, which is an index into the labels. */
+export interface LabelSpan {
+  first: number;
+  end: number;
+  label: number;
+  certainty: number;
+  doubtful: boolean;
+  by_hand: boolean;
+}
+
+/** A span whose label is in doubt, with the labels that come into question, the likeliest first. */
+export interface LabelQuestion {
+  first: number;
+  end: number;
+  labels: readonly number[];
+  chances: readonly number[];
+}
+
+/** What was learned from the labels, and how far it agrees with them. */
+export interface LearnedDrive {
+  agreement: number;
+  spans: readonly StateSpan[];
+  states: readonly NestedState[];
+  edges: readonly Way[];
+  examples: number;
+  quarantined: number;
+  /** The driver's reaction time in a sentence. */
+  reaction: string;
+}
+
+/** A reading or a command over the ticks, thinned; null where it is absent. */
+export interface Series extends Feature {
+  is_command: boolean;
+  ticks: readonly number[];
+  values: readonly (number | null)[];
 }
 
 /** A former version of a behavior, and when it was saved. */
@@ -595,6 +675,41 @@ export interface Failures {
   open: string | null;
   /** The name of the world that was on the page before the failing one. */
   leads_to: string | null;
+}
+
+/** Ticks in a row in which the learned automaton is in one state; the label is -1 for a state that is no label. */
+export interface StateSpan {
+  first: number;
+  end: number;
+  label: number;
+}
+
+/** A state, for drawing. */
+export interface NestedState {
+  name: string;
+  flag: boolean;
+  runs: string | null;
+  /** The trained automaton that it runs. */
+  automaton: string | null;
+}
+
+/** The conditions for switching from one state to another. */
+export interface Way {
+  from: string;
+  to: string;
+  /** The conditions in words, one line for each alternative. */
+  when: readonly string[];
+}
+
+/** A feature with its unit and the kind of its values. */
+export interface Feature {
+  label: string;
+  unit: string;
+  kind: KindName;
+  /** The names of the values of a categorical feature. */
+  labels?: readonly string[];
+  /** The period of a toroidal feature. */
+  period?: number;
 }
 
 /**
@@ -895,23 +1010,14 @@ export interface RerunProperty {
   sentence: string;
 }
 
+export type KindName = "categorical" | "continuous" | "toroidal";
+
 /** An example that is responsible for a decision. */
 export interface Responsible {
   number: number;
   kind: ExampleKindName;
   correction: boolean;
   time_s: number | null;
-}
-
-/** A feature with its unit and the kind of its values. */
-export interface Feature {
-  label: string;
-  unit: string;
-  kind: KindName;
-  /** The names of the values of a categorical feature. */
-  labels?: readonly string[];
-  /** The period of a toroidal feature. */
-  period?: number;
 }
 
 /** Whether an agent is heard, is silent though it is in the network, or is not in it. */
@@ -988,26 +1094,7 @@ export interface EvaluationResult {
 
 export type ExampleKindName = "confirmation" | "default" | "directive" | "watched";
 
-export type KindName = "categorical" | "continuous" | "toroidal";
-
-/** A state, for drawing. */
-export interface NestedState {
-  name: string;
-  flag: boolean;
-  runs: string | null;
-  /** The trained automaton that it runs. */
-  automaton: string | null;
-}
-
 export type Arrow = "down" | "left" | "right" | "up";
-
-/** The conditions for switching from one state to another. */
-export interface Way {
-  from: string;
-  to: string;
-  /** The conditions in words, one line for each alternative. */
-  when: readonly string[];
-}
 
 /** An unseen world in which the evaluated automaton did not succeed. */
 export interface FailedWorld {

@@ -32,6 +32,7 @@ OF_TESTS = {
     "studio-team": ("test_team.py", "team"),
     "studio-robot": ("test_robot.py", "robot"),
     "notebook": ("test_notebook.py", "notebook-taught"),
+    "studio-recording": ("test_recording.py", "recording-learned"),
 }
 """Pictures that tests take, with the test's file and what the picture is called there."""
 FEW, UNSURE = 2, 11

@@ -64,10 +64,10 @@ ERRORS = {  # name, exit code, what it is made of
 MESSAGES = [
     "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation",
     "changes", "choose", "confirm", "delete", "discard", "duplicate", "edit", "evaluate", "go_back",
-    "go_to_mark", "hand_over", "here", "leave_failure", "mend", "move_object", "move_obstacle", "new", "next_situation",
-    "open", "open_failure", "open_library", "open_world", "others", "pause", "pick_color", "place", "press", "promise",
-    "prune", "quarantine", "recall", "redo", "release", "remove", "remove_object", "remove_obstacle",
-    "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save", "save_world", "set_up", "simplify",
+    "go_to_mark", "hand_over", "here", "label", "learn", "leave_failure", "mend", "move_object", "move_obstacle",
+    "new", "next_situation", "open", "open_failure", "open_library", "open_world", "others", "pause", "pick_color", "place", "press", "promise",
+    "prune", "quarantine", "recall", "redo", "release", "remove", "remove_object", "remove_obstacle", "rename",
+    "rerun_failures", "reset", "restart", "restore", "rewind", "save", "save_world", "set_up", "simplify",
     "skip", "speed", "stand_by", "stand_for", "step", "stop", "stop_robot", "take", "test", "turn", "undo",
     "use_reaction", "versions", "visit", "watch", "why", "withdraw",
 ]  # fmt: skip
@@ -142,7 +142,7 @@ COMMANDS = {
     "show": "NAME --library -l --world -w --kit --all --json",
     "simplify": "NAME --library -l --pruning -p --keep --world -w --kit --json",
     "studio": "[SCENARIO] --world -w --library -l --kit --host --port --token --no-browser --seed --failures --robot "
-    "--team --no-record --json",
+    "--team --no-record --recording --map --name -n --behaviors --features --agent -a --json",
     "teach": "NAME --world -w --library -l --states --features --parameters --targets --flags --watched --plain "
     "--reaction --seed --failures --robot --no-record --kit --json",
     "test": "[LIBRARY] --library -l --world -w --failures --kit --json",

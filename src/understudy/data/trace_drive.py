@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from understudy.analysis.run_header import TraceHeader, read_trace
 from understudy.data.trace_episodes import read_trace_episodes
@@ -17,10 +18,11 @@ from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 
 
 class TraceDrive(NamedTuple):
-    """The drive of one robot of a trace, and the header of the trace."""
+    """The drive of one robot of a trace, the header of the trace, and where the robot was at each tick [T, 2], m."""
 
     drive: RecordedDrive
     header: TraceHeader
+    places: NDArray[np.float64]
 
 
 def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
@@ -36,7 +38,8 @@ def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
     Returns
     -------
     TraceDrive
-        The drive, with one episode for each piece in which the robot had commands, and the header of the trace.
+        The drive, with one episode for each piece in which the robot had commands, the header of the trace, and
+        the robot's places.
 
     Raises
     ------
@@ -82,7 +85,7 @@ def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
         episodes=tuple(DriveEpisode(path.name, first, end) for first, end in pairwise(starts)),
         omissions=(f"{path}: robot {robot} has no command in {lost} ticks; left out",) if lost else (),
     )
-    return TraceDrive(drive, header)
+    return TraceDrive(drive, header, np.column_stack([found.pose["x"], found.pose["y"]])[kept])
 
 
 def _parse_label(label: str) -> ReadingKey:

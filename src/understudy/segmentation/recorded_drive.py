@@ -119,6 +119,23 @@ class RecordedDrive:
         return next(each for each in self.episodes if each.first <= tick < each.end)
 
 
+def find_places(drive: RecordedDrive) -> Floats | None:
+    """Return where the robot was if the drive has readings x and y of the robot itself.
+
+    Parameters
+    ----------
+    drive
+        The drive.
+
+    Returns
+    -------
+    array, shape [T, 2], or None
+        The places in the unit of the readings. None: it has no such readings.
+    """
+    x, y = drive.values.get(("x", None)), drive.values.get(("y", None))
+    return None if x is None or y is None else np.column_stack([x, y])
+
+
 def sample_drive(drive: RecordedDrive, *, most: int, piece: int = 400) -> RecordedDrive:
     """Take pieces of a drive, spread evenly over it; a drive of at most `most` ticks stays whole.
 

@@ -19,7 +19,7 @@ from msgspec import NODEFAULT, Struct
 from understudy.ui.controller import key_bindings, status
 from understudy.ui.web.actions import handler_table
 from understudy.ui.web.actions.handler_table import list_reply_types
-from understudy.ui.web.messages import base, coach, review, session
+from understudy.ui.web.messages import base, coach, drive_review, review, session
 from understudy.ui.web.server import (
     AnswerData,
     HelloData,
@@ -27,6 +27,7 @@ from understudy.ui.web.server import (
     SessionNewsData,
     TeamNewsData,
 )
+from understudy.ui.web.views import drive_review as drive_review_view
 from understudy.ui.web.views import scene, watched_team
 from understudy.ui.web.views import session as session_view
 
@@ -247,6 +248,9 @@ def format_protocol() -> str:
         [HelloData, SceneNewsData, SessionNewsData, TeamNewsData],
         comment="What the studio sends by itself.",
     )
+    module.requests("ReviewRequest", drive_review.REVIEW_REQUESTS, without="")
+    module.interface(drive_review_view.ReviewData)
+    module.interface(drive_review_view.RecordedSeriesData)
     return module.text()
 
 

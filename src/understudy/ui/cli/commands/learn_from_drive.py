@@ -6,15 +6,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from understudy.model.features import BoundFeature
     from understudy.model.lesson import Lesson
     from understudy.model.library import Kit, Library
     from understudy.segmentation.mapping_file import RecordingMap
     from understudy.segmentation.recorded_drive import RecordedDrive
+    from understudy.segmentation.segment import Segmentation
     from understudy.segmentation.segmentation_report import DriveReport
 
 
 class DriveOptions(NamedTuple):
-    """Options of `understudy learn` for a drive; None for those that were not given."""
+    """Options that say what a drive is and what may explain it; None for those that were not given."""
 
     name: str | None
     library: Path | None
@@ -26,18 +31,44 @@ class DriveOptions(NamedTuple):
     robot: int
 
 
+class SegmentedDrive(NamedTuple):
+    """A segmented drive, the library whose behaviors explain it, and the features that decisions depend on, if named.
+
+    `places` are those of the robot at each tick [T, 2], m, if they are known.
+    """
+
+    found: Segmentation
+    library: Library
+    features: list[BoundFeature] | None
+    places: NDArray[np.float64] | None
+
+
 def learn_from_drive(path: Path, asked: DriveOptions) -> tuple[Lesson, DriveReport]:
     """Segment a drive, and return the lesson made of it with a report."""
-    from understudy.segmentation.drive_kit import make_candidates
     from understudy.segmentation.lesson_from_drive import to_lesson
+    from understudy.segmentation.segmentation_report import make_drive_report
+
+    drive = segment_drive(path, asked)
+    made = to_lesson(
+        drive.found,
+        name=asked.name or "driven",
+        library=drive.library,
+        features=drive.features,
+        reaction_s=asked.reaction_s,
+    )
+    return made.lesson, make_drive_report(drive.found, made)
+
+
+def segment_drive(path: Path, asked: DriveOptions) -> SegmentedDrive:
+    """Read a drive, find what may explain it, and segment it."""
+    from understudy.segmentation.drive_kit import make_candidates
     from understudy.segmentation.mapping_file import load_recording_map
     from understudy.segmentation.segment import segment
-    from understudy.segmentation.segmentation_report import make_drive_report
     from understudy.training.lesson_design import parse_feature
     from understudy.ui.cli.options import parse_names
 
     mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
-    drive, library = _open(path, asked, mapping)
+    drive, library, places = _open(path, asked, mapping)
     candidates = make_candidates(library, drive, parse_names(asked.behaviors))
     if not candidates:
         raise _no_behaviors(path)
@@ -45,48 +76,45 @@ def learn_from_drive(path: Path, asked: DriveOptions) -> tuple[Lesson, DriveRepo
     features = None if names is None else [parse_feature(library, each) for each in names]
     # The readings say nothing about features of the automaton itself, such as the time in a state.
     sensed = [each for each in features or () if not each.is_own]
-    found = segment(drive, candidates, features=sensed)
-    made = to_lesson(
-        found,
-        name=asked.name or "driven",
-        library=library,
-        features=features,
-        reaction_s=asked.reaction_s,
-    )
-    return made.lesson, make_drive_report(found, made)
+    return SegmentedDrive(segment(drive, candidates, features=sensed), library, features, places)
 
 
-def _open(path: Path, asked: DriveOptions, mapping: RecordingMap | None) -> tuple[RecordedDrive, Library]:
-    """Read a drive, and find the library whose behaviors may explain it."""
+def _open(
+    path: Path, asked: DriveOptions, mapping: RecordingMap | None
+) -> tuple[RecordedDrive, Library, NDArray[np.float64] | None]:
+    """Read a drive, find the library whose behaviors may explain it, and where the robot was."""
     from understudy.analysis.run_header import is_trace
     from understudy.model.library import Library
     from understudy.segmentation.drive_kit import make_drive_kit
     from understudy.segmentation.drive_table import read_recorded_drive
+    from understudy.segmentation.recorded_drive import find_places
     from understudy.ui.cli.options import WORLD, find_kit, open_behavior_library
 
+    places: NDArray[np.float64] | None
     if mapping is None and is_trace(path):
-        drive, kit = _open_trace(path, asked)
+        drive, kit, places = _open_trace(path, asked)
     else:
         drive = read_recorded_drive(path, mapping)
+        places = find_places(drive)
         behaviors = {} if mapping is None else mapping.behaviors
         kit = make_drive_kit(drive, behaviors) if asked.kit is None else find_kit(asked.kit, WORLD)
     if asked.library is not None and asked.library.is_dir():
-        return drive, open_behavior_library(None, asked.library, kit)
-    return drive, Library(kit)
+        return drive, open_behavior_library(None, asked.library, kit), places
+    return drive, Library(kit), places
 
 
-def _open_trace(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit]:
+def _open_trace(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit, NDArray[np.float64]]:
     """Read the drive of a robot from a trace, and find the kit of its scenario."""
     from understudy.data.trace_drive import read_trace_drive
     from understudy.segmentation.drive_kit import make_drive_kit
     from understudy.ui.cli.options import WORLD, find_kit
 
-    drive, header = read_trace_drive(path, robot=asked.robot)
+    drive, header, places = read_trace_drive(path, robot=asked.robot)
     ran = header.run
     named, world = (asked.kit, None) if ran is None else (asked.kit or ran.kit, ran.scenario)
     if named is None and world is None:
-        return drive, make_drive_kit(drive, {})
-    return drive, find_kit(named, world or WORLD)
+        return drive, make_drive_kit(drive, {}), places
+    return drive, find_kit(named, world or WORLD), places
 
 
 def _no_behaviors(path: Path) -> Exception:

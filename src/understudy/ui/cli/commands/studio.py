@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from understudy.errors import SettingError
 from understudy.ui.cli.options import (
     FAILURES,
     LIBRARY,
@@ -21,6 +23,8 @@ from understudy.ui.cli.robot_options import find_robots_file as real
 
 if TYPE_CHECKING:
     from understudy.robots.twin import Ground
+    from understudy.ui.cli.commands.learn_from_drive import DriveOptions
+    from understudy.ui.web.access import ListenAddress
 
 
 def start_studio(
@@ -42,6 +46,28 @@ def start_studio(
     robot: RobotFileOption = None,
     team: TeamFileOption = None,
     no_record: NoRecording = False,
+    recording: Annotated[
+        Path | None,
+        typer.Option("--recording", metavar="FILE", help="Recording without presses, to review its labels."),
+    ] = None,
+    mapping: Annotated[
+        Path | None,
+        typer.Option("--map", metavar="MAP", help="File that says what the recording's columns mean."),
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", "-n", metavar="NAME", help="Name of the recording's automaton.")
+    ] = None,
+    behaviors: Annotated[
+        str | None,
+        typer.Option("--behaviors", metavar="A,B(C)", help="Behaviors that may explain the recording."),
+    ] = None,
+    features: Annotated[
+        str | None,
+        typer.Option("--features", metavar="A,B(C)", help="Features that the driver's decisions depend on."),
+    ] = None,
+    agent: Annotated[
+        int, typer.Option("--agent", "-a", min=0, help="Index of the recorded robot, from 0.")
+    ] = 0,
     as_json: Json = False,
 ) -> None:
     """Train a robot in the browser: the page shows the world, and you press what the robot should do.
@@ -59,12 +85,18 @@ def start_studio(
     robots and coordinators over the network.
 
     [dim]understudy studio --team team.toml --library library[/]
+
+    With --recording it shows a recording of a driven robot on a timeline: the behavior of each span, commands and
+    readings. You correct labels and boundaries, answer what is in doubt, and learn.
+
+    [dim]understudy studio --recording drive.csv --map map.toml --features 'range(ball)'[/]
     """
     from contextlib import ExitStack, closing
 
     from understudy.sim.body_world import BodyWorld
     from understudy.sim.kit import make_scenario_kit
     from understudy.sim.scenario.schema import Scenario
+    from understudy.ui.cli.commands.learn_from_drive import DriveOptions
     from understudy.ui.cli.options import choose_scenario_name, find_kit, make_world_kit, open_world
     from understudy.ui.cli.output import print_json
     from understudy.ui.cli.running_team import has_agents, watch_team
@@ -74,6 +106,22 @@ def start_studio(
     from understudy.ui.web.session_host import SessionHost
     from understudy.ui.web.views.library import check_folder
 
+    if recording is not None:
+        if real(robot, team, world=scenario or world) is not None or scenario or world:
+            problem, remedy = "is given beside a world or a robot", "name one of them"
+            raise SettingError(where="studio", setting="--recording", problem=problem, remedy=remedy)
+        options = DriveOptions(name, library, mapping, behaviors, features, None, kit, agent)
+        _review_recording(recording, options, listen(host, port, token), quiet=no_browser, as_json=as_json)
+        return
+    for option, value in (
+        ("--map", mapping),
+        ("--name", name),
+        ("--behaviors", behaviors),
+        ("--features", features),
+    ):
+        if value is not None:
+            problem, remedy = "is given without a recording", "give --recording FILE, or leave it out"
+            raise SettingError(where="studio", setting=option, problem=problem, remedy=remedy)
     with ExitStack() as leaving:
         watch = None
         if real(robot, team, world=scenario or world) is None:
@@ -107,6 +155,35 @@ def start_studio(
                 _open(address.link)
 
         serve(StudioServer(session_host, watch=watch), address, ready=ready)
+
+
+def _review_recording(
+    recording: Path, options: DriveOptions, address: ListenAddress, *, quiet: bool, as_json: bool
+) -> None:
+    """Segment a recording, and serve the page on which it is reviewed."""
+    from understudy.ui.cli.commands.learn_from_drive import segment_drive
+    from understudy.ui.cli.output import print_json
+    from understudy.ui.controller.recording_review import RecordingReview
+    from understudy.ui.web.recording_app import serve_recording
+
+    drive = segment_drive(recording, options)
+    review = RecordingReview(
+        drive.found,
+        drive.library,
+        features=drive.features,
+        folder=options.library or LIBRARY,
+        name=options.name or "driven",
+    )
+    if as_json:
+        print_json({"recording": recording, "library": options.library, "link": address.link})
+    else:
+        typer.echo(f"The recording is at {address.link}  (Ctrl C ends it)")
+
+    def ready() -> None:
+        if not quiet:
+            _open(address.link)
+
+    serve_recording(review, address, places=drive.places, ready=ready)
 
 
 def _open(link: str) -> None:

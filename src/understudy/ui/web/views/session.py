@@ -84,13 +84,18 @@ class NestedAutomata:
 def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> NestedAutomatonData:
     return NestedAutomatonData(
         states=[NestedStateData(**state_fields(state, library)) for state in automaton.states],
-        edges=[
-            WayData(from_=state, to=following, when=when)
-            for state, function in automaton.transitions.items()
-            for following, when in list_exits(automaton, function, (), list_shown_vectors(lesson, state))
-            if following != state
-        ],
+        edges=list_ways(automaton, lesson),
     )
+
+
+def list_ways(automaton: Automaton, lesson: Lesson | None) -> list[WayData]:
+    """Return the conditions for each switch of an automaton in words; its lesson tells which were shown."""
+    return [
+        WayData(from_=state, to=following, when=when)
+        for state, function in automaton.transitions.items()
+        for following, when in list_exits(automaton, function, (), list_shown_vectors(lesson, state))
+        if following != state
+    ]
 
 
 def state_fields(state: State, library: Library) -> dict[str, Any]:

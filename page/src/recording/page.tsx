@@ -1,0 +1,63 @@
+/** The page of a recording: its timeline, what is selected, questions, and what was learned. */
+
+import { useEffect } from "preact/hooks";
+import { useNews } from "../news";
+import { PathView } from "./path";
+import type { Recording } from "./recording";
+import { ReviewPane } from "./pane";
+import { TimelineView } from "./timeline";
+
+export function RecordingPage({ recording }: { recording: Recording }) {
+  useNews(recording.news);
+  useEffect(() => listen(recording), [recording]);
+  const { review, series, error } = recording;
+  if (review === null || series === null) return <p class="wait">{error || "Reading the recording …"}</p>;
+  const files = [...new Set(review.episodes.map(({ source }) => source))];
+  const seconds = review.episodes.reduce((sum, { first, end }) => sum + (end - first) * review.tick_s, 0);
+  return (
+    <div class="recording">
+      <header class="bar">
+        <h1 class="logo">Understudy</h1>
+        <span class="divider" />
+        <b class="cut">{files.join(", ")}</b>
+        <span class="soft">{seconds.toFixed(0)} s</span>
+        <span class="space" />
+        <button
+          type="button"
+          disabled={!review.can_undo || recording.busy !== null}
+          onClick={() => void recording.ask({ do: "undo" })}
+        >
+          Undo
+        </button>
+      </header>
+      {error !== "" && (
+        <p class="error" role="alert">
+          {error}
+        </p>
+      )}
+      <main>
+        <TimelineView recording={recording} review={review} series={series.series} />
+        {series.path.length > 1 && <PathView recording={recording} review={review} series={series} />}
+      </main>
+      <ReviewPane recording={recording} review={review} />
+    </div>
+  );
+}
+
+/** Keys: digits label what is selected, arrows go to the next span, Ctrl Z takes back. */
+function listen(recording: Recording): () => void {
+  const press = (event: KeyboardEvent): void => {
+    if (event.target instanceof HTMLInputElement) return;
+    if ((event.ctrlKey || event.metaKey) && event.key === "z") void recording.ask({ do: "undo" });
+    else if (event.ctrlKey || event.metaKey || event.altKey) return;
+    else if (/^[1-9]$/.test(event.key)) void recording.label(Number(event.key) - 1);
+    else if (event.key === "0") void recording.label((recording.review?.labels.length ?? 0) - 1);
+    else if (event.key === "ArrowRight" || event.key === "ArrowLeft")
+      recording.step(event.key === "ArrowRight" ? 1 : -1);
+    else if (event.key === "Escape") recording.select(null);
+    else return;
+    event.preventDefault();
+  };
+  addEventListener("keydown", press);
+  return () => removeEventListener("keydown", press);
+}

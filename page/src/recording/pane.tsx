@@ -1,0 +1,205 @@
+/** Beside the timeline: what is selected, what is in doubt, and what was learned. */
+
+import { useState } from "preact/hooks";
+import type { LearnedDrive, Review } from "../protocol";
+import { className, counted, plain } from "../words";
+import type { Recording } from "./recording";
+import { swatch } from "./scale";
+
+interface PaneProps {
+  recording: Recording;
+  review: Review;
+}
+
+export function ReviewPane({ recording, review }: PaneProps) {
+  return (
+    <aside class="review-pane">
+      <Selected recording={recording} review={review} />
+      <Questions recording={recording} review={review} />
+      <Learned recording={recording} review={review} />
+      {review.omissions.length > 0 && (
+        <section>
+          <h3>Left out</h3>
+          <ul class="omissions tiny">
+            {review.omissions.map((each) => (
+              <li key={each}>{each}</li>
+            ))}
+          </ul>
+        </section>
+      )}
+    </aside>
+  );
+}
+
+function Selected({ recording, review }: PaneProps) {
+  const { selected } = recording;
+  const span = selected === null ? undefined : recording.spanAt(selected.first);
+  const whole =
+    span !== undefined && selected !== null && span.end === selected.end && span.first === selected.first;
+  return (
+    <section>
+      <h3>{selected === null ? "Labels" : recording.period(selected)}</h3>
+      {span !== undefined && (
+        <p class="soft">
+          {whole
+            ? `${plain(review.labels[span.label] ?? "")}, ${span.by_hand ? "set by hand" : `${(100 * span.certainty).toFixed(0)} % certain`}. What was it?`
+            : "What was this part?"}
+        </p>
+      )}
+      <div class="labels">
+        {review.labels.map((label, index) => {
+          const none = index === review.labels.length - 1;
+          return (
+            <button
+              type="button"
+              key={label}
+              disabled={selected === null || recording.busy !== null}
+              class={className("label", whole && span.label === index && "on")}
+              aria-pressed={whole && span.label === index}
+              onClick={() => void recording.label(index)}
+            >
+              <span class="swatch" style={{ background: swatch(index, review.labels.length) }} />
+              <span class="cut">{none ? "none of these" : plain(label)}</span>
+              {(none || index < 9) && <kbd>{none ? 0 : index + 1}</kbd>}
+            </button>
+          );
+        })}
+      </div>
+      {selected === null && (
+        <p class="tiny soft">Select a span on the timeline, or press →, to change its label.</p>
+      )}
+    </section>
+  );
+}
+
+function Questions({ recording, review }: PaneProps) {
+  if (review.questions.length === 0) return null;
+  return (
+    <section>
+      <h3>In doubt</h3>
+      <ul class="questions">
+        {review.questions.map((question) => (
+          <li key={question.first}>
+            <button
+              type="button"
+              class="link"
+              onClick={() => recording.select({ first: question.first, end: question.end })}
+            >
+              {recording.period(question)}
+            </button>
+            <div class="answers">
+              {question.labels.map((label, index) => (
+                <button
+                  type="button"
+                  key={label}
+                  disabled={recording.busy !== null}
+                  onClick={() => {
+                    const name = review.labels[label];
+                    if (name !== undefined)
+                      void recording.ask({
+                        do: "label",
+                        first: question.first,
+                        end: question.end,
+                        label: name,
+                      });
+                  }}
+                >
+                  <span class="swatch" style={{ background: swatch(label, review.labels.length) }} />
+                  {label === review.labels.length - 1 ? "none of these" : plain(review.labels[label] ?? "")}
+                  <span class="soft"> {(100 * (question.chances[index] ?? 0)).toFixed(0)} %</span>
+                </button>
+              ))}
+            </div>
+          </li>
+        ))}
+      </ul>
+      <p class="tiny soft">Switches to and from these are left out of the lesson until you answer.</p>
+    </section>
+  );
+}
+
+function Learned({ recording, review }: PaneProps) {
+  const { learned } = review;
+  return (
+    <section>
+      <h3>Automaton</h3>
+      {learned === null ? (
+        <button
+          type="button"
+          class="primary"
+          disabled={recording.busy !== null}
+          onClick={() => void recording.ask({ do: "learn" })}
+        >
+          {recording.busy === "learn" ? "Learning …" : "Learn from these labels"}
+        </button>
+      ) : (
+        <>
+          <Result learned={learned} />
+          <Save recording={recording} review={review} />
+        </>
+      )}
+    </section>
+  );
+}
+
+function Result({ learned }: { learned: LearnedDrive }) {
+  return (
+    <>
+      <p>
+        Run over the recording, it does as labeled at <b>{(100 * learned.agreement).toFixed(1)} %</b> of all
+        ticks.
+      </p>
+      <p class="tiny soft">
+        {counted(learned.examples, "example")}
+        {learned.quarantined > 0 && `, ${learned.quarantined} left out as doubtful`}. {learned.reaction}
+      </p>
+      <ul class="rules">
+        {learned.edges.map((edge) => (
+          <li key={`${edge.from} ${edge.to}`}>
+            <b>
+              {plain(edge.from)} → {plain(edge.to)}
+            </b>
+            {edge.when.map((each) => (
+              <p key={each} class="condition">
+                {plain(each)}
+              </p>
+            ))}
+          </li>
+        ))}
+      </ul>
+    </>
+  );
+}
+
+function Save({ recording, review }: PaneProps) {
+  const [name, setName] = useState(review.name);
+  return (
+    <>
+      <form
+        class="save"
+        onSubmit={(event) => {
+          event.preventDefault();
+          void recording.ask({ do: "save", name });
+        }}
+      >
+        <label>
+          Name
+          <input
+            value={name}
+            onInput={(event) => setName(event.currentTarget.value)}
+            required
+            maxLength={150}
+          />
+        </label>
+        <button type="submit" class="primary" disabled={recording.busy !== null || name === ""}>
+          Save
+        </button>
+      </form>
+      {review.saved !== null && (
+        <p class="saved" role="status">
+          Saved in {review.saved}
+        </p>
+      )}
+    </>
+  );
+}

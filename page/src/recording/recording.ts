@@ -1,0 +1,106 @@
+/** A recording under review: what the server told of it, what is selected, and what is asked of the server. */
+
+import { News } from "../news";
+import type { LabelSpan, RecordedSeries, Review, ReviewRequest } from "../protocol";
+import { clock } from "../words";
+
+/** Ticks in a row, from `first` to before `end`. */
+export interface Ticks {
+  first: number;
+  end: number;
+}
+
+const LOST = "The connection to the studio is lost: start it again, and load this page again.";
+
+export class Recording {
+  readonly news = new News();
+  review: Review | null = null;
+  series: RecordedSeries | null = null;
+  selected: Ticks | null = null;
+  /** The tick under the pointer. */
+  pointed: number | null = null;
+  busy: "learn" | "save" | "label" | null = null;
+  error = "";
+
+  async open(): Promise<void> {
+    this.series = (await this.fetch("series")) as RecordedSeries | null;
+    if (this.series !== null) this.take(await this.fetch("review"));
+    this.news.tell();
+  }
+
+  /** Ask for a change, and show what there is then. */
+  async ask(request: ReviewRequest): Promise<void> {
+    if (this.busy !== null) return;
+    this.busy = request.do === "undo" ? "label" : request.do;
+    this.news.tell();
+    this.take(await this.fetch("review", request));
+    this.busy = null;
+    this.news.tell();
+  }
+
+  /** Give the selected ticks a label. */
+  async label(index: number): Promise<void> {
+    const label = this.review?.labels[index];
+    if (this.selected === null || label === undefined) return;
+    await this.ask({ do: "label", ...this.selected, label });
+  }
+
+  select(ticks: Ticks | null): void {
+    this.selected = ticks;
+    this.news.tell();
+  }
+
+  point(tick: number | null): void {
+    if (tick === this.pointed) return;
+    this.pointed = tick;
+    this.news.tell();
+  }
+
+  /** Select the span after or before the one that is selected; the first one if none is. */
+  step(by: 1 | -1): void {
+    const spans = this.review?.spans ?? [];
+    const at = this.selected === null ? -1 : spans.findIndex(({ end }) => end > (this.selected?.first ?? 0));
+    const next = spans[this.selected === null ? 0 : Math.min(spans.length - 1, Math.max(0, at + by))];
+    if (next !== undefined) this.select({ first: next.first, end: next.end });
+  }
+
+  get ticks(): number {
+    return this.review?.episodes.at(-1)?.end ?? 0;
+  }
+
+  spanAt(tick: number): LabelSpan | undefined {
+    return this.review?.spans.find(({ first, end }) => first <= tick && tick < end);
+  }
+
+  /** The time of a tick in its file, s; of an end, that of the tick before it and a tick more. */
+  time(tick: number, isEnd = false): number {
+    const { episodes, tick_s } = this.review ?? { episodes: [], tick_s: 0 };
+    const inside = isEnd ? tick - 1 : tick;
+    const episode = episodes.find(({ first, end }) => first <= inside && inside < end);
+    return episode === undefined ? 0 : episode.from_s + (tick - episode.first) * tick_s;
+  }
+
+  /** From when to when ticks are. */
+  period({ first, end }: Ticks): string {
+    return `${clock(this.time(first))} to ${clock(this.time(end, true))}`;
+  }
+
+  private take(found: unknown): void {
+    if (found !== null) this.review = found as Review;
+  }
+
+  private async fetch(path: string, request?: ReviewRequest): Promise<unknown> {
+    const token = new URL(location.href).searchParams.get("token");
+    const query = token === null ? "" : `?token=${encodeURIComponent(token)}`;
+    const sent = request === undefined ? {} : { method: "POST", body: JSON.stringify(request) };
+    try {
+      const answer = await fetch(`${path}${query}`, sent);
+      const found = (await answer.json()) as { error?: string };
+      this.error = found.error ?? "";
+      return answer.ok ? found : null;
+    } catch {
+      this.error = LOST;
+      return null;
+    }
+  }
+}

@@ -1,0 +1,381 @@
+/** The timeline: labels, what the learned automaton does, commands and readings, tick by tick. */
+
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import type { Review, Series } from "../protocol";
+import { className, clock, plain, value } from "../words";
+import type { Recording, Ticks } from "./recording";
+import { color, lines, marks } from "./scale";
+
+const NAMES = 130;
+const LABELS = 40;
+const STATES = 22;
+const SERIES = 46;
+const AXIS = 22;
+/** How near to a boundary it is taken hold of, px. */
+const REACH = 6;
+const ZOOM = 1.6;
+const MOST_ZOOM = 40;
+/** The width of a letter of a label, about, px. */
+const LETTER = 7.4;
+
+interface TimelineProps {
+  recording: Recording;
+  review: Review;
+  series: readonly Series[];
+}
+
+/** What the pointer is doing: moving a boundary, or selecting ticks. */
+type Drag = { kind: "boundary"; at: number; now: number } | { kind: "range"; from: number; now: number };
+
+export function TimelineView({ recording, review, series }: TimelineProps) {
+  const place = useRef<HTMLDivElement>(null);
+  const [room, setRoom] = useState(800);
+  const [zoom, setZoom] = useState(1);
+  const [drag, setDrag] = useState<Drag | null>(null);
+  const ticks = recording.ticks;
+  useLayoutEffect(() => {
+    const element = place.current;
+    if (element === null) return;
+    const watch = new ResizeObserver(() => setRoom(element.clientWidth));
+    watch.observe(element);
+    return () => watch.disconnect();
+  }, []);
+  const width = Math.max(1, room * zoom);
+  const tickWidth = width / Math.max(1, ticks);
+  useLayoutEffect(() => {
+    const { selected } = recording;
+    const element = place.current;
+    if (selected === null || element === null) return;
+    const [left, right] = [selected.first * tickWidth, selected.end * tickWidth];
+    if (right < element.scrollLeft || left > element.scrollLeft + element.clientWidth) {
+      element.scrollLeft = (left + right) / 2 - element.clientWidth / 2;
+    }
+  }, [recording.selected, tickWidth]);
+  const enlarge = (factor: number): void => {
+    const element = place.current;
+    const next = Math.min(MOST_ZOOM, Math.max(1, zoom * factor));
+    setZoom(next);
+    if (element === null) return;
+    const center = (element.scrollLeft + element.clientWidth / 2) * (next / zoom);
+    requestAnimationFrame(() => (element.scrollLeft = center - element.clientWidth / 2));
+  };
+  const { learned, labels, spans } = review;
+  const lanesTop = AXIS + LABELS + (learned === null ? 0 : STATES + 4) + 6;
+  const height = lanesTop + series.length * SERIES;
+  const tickAt = (event: PointerEvent): number => {
+    const box = (event.currentTarget as SVGElement).getBoundingClientRect();
+    return Math.min(ticks, Math.max(0, Math.round((event.clientX - box.left) / tickWidth)));
+  };
+
+  const take = (event: PointerEvent): void => {
+    if (event.button !== 0 || recording.busy !== null) return;
+    (event.currentTarget as SVGElement).setPointerCapture(event.pointerId);
+    const tick = tickAt(event);
+    const at = nearBoundary(review, tick, REACH / tickWidth);
+    setDrag(at === null ? { kind: "range", from: tick, now: tick } : { kind: "boundary", at, now: at });
+  };
+  const move = (event: PointerEvent): void => {
+    const tick = tickAt(event);
+    recording.point(Math.min(tick, ticks - 1));
+    if (drag === null) return;
+    if (drag.kind === "boundary") setDrag({ ...drag, now: clamped(review, drag.at, tick) });
+    else setDrag({ ...drag, now: within(review, drag.from, tick) });
+  };
+  const release = (event: PointerEvent): void => {
+    if (drag === null) return;
+    setDrag(null);
+    if (drag.kind === "boundary") {
+      const request = moved(review, drag.at, drag.now);
+      if (request !== null) void recording.ask(request);
+    } else if (Math.abs(drag.now - drag.from) * tickWidth < REACH) {
+      const span = recording.spanAt(Math.min(tickAt(event), ticks - 1));
+      if (span !== undefined) recording.select({ first: span.first, end: span.end });
+    } else {
+      recording.select({ first: Math.min(drag.from, drag.now), end: Math.max(drag.from, drag.now) });
+    }
+  };
+  const shown = drag?.kind === "range" ? ordered(drag.from, drag.now) : recording.selected;
+
+  return (
+    <section class="timeline-view" aria-label="Timeline">
+      <div class="tools">
+        <span class="tiny soft">
+          Click a span to select it, drag across the labels to select a part, drag a boundary to move it.
+        </span>
+        <span class="space" />
+        <button type="button" aria-label="Zoom out" onClick={() => enlarge(1 / ZOOM)}>
+          −
+        </button>
+        <button type="button" aria-label="Zoom in" onClick={() => enlarge(ZOOM)}>
+          +
+        </button>
+      </div>
+      <div class="lanes">
+        <div class="lane-names" style={{ width: px(NAMES) }}>
+          <div style={{ height: px(AXIS) }} />
+          <div style={{ height: px(LABELS) }}>labels</div>
+          {learned !== null && <div style={{ height: px(STATES + 4) }}>learned</div>}
+          <div style={{ height: px(6) }} />
+          {series.map((each) => (
+            <div
+              key={each.label}
+              style={{ height: px(SERIES) }}
+              class={className(each.is_command && "command")}
+            >
+              <span class="cut" title={each.label}>
+                {plain(each.label)}
+              </span>
+              <b>{valueAt(each, recording.pointed)}</b>
+            </div>
+          ))}
+        </div>
+        <div class="scroll" ref={place}>
+          <svg
+            width={width}
+            height={height}
+            class={className("strip", drag?.kind === "boundary" && "moving")}
+            role="group"
+            aria-label="Labels over time"
+            onPointerDown={take}
+            onPointerMove={move}
+            onPointerUp={release}
+            onPointerLeave={() => recording.point(null)}
+          >
+            <defs>
+              <pattern
+                id="none"
+                width="6"
+                height="6"
+                patternUnits="userSpaceOnUse"
+                patternTransform="rotate(45)"
+              >
+                <rect width="6" height="6" class="none-ground" />
+                <rect width="2" height="6" class="none-line" />
+              </pattern>
+            </defs>
+            {review.episodes.map((episode) => (
+              <g key={episode.first}>
+                {marks(episode, review.tick_s, tickWidth).map(({ tick, time }) => (
+                  <g key={tick} class="mark">
+                    <line x1={tick * tickWidth} x2={tick * tickWidth} y1={AXIS - 5} y2={height} />
+                    <text x={tick * tickWidth + 3} y={AXIS - 8}>
+                      {clock(time)}
+                    </text>
+                  </g>
+                ))}
+                {episode.first > 0 && (
+                  <line
+                    class="gap"
+                    x1={episode.first * tickWidth}
+                    x2={episode.first * tickWidth}
+                    y1={0}
+                    y2={height}
+                  />
+                )}
+              </g>
+            ))}
+            {spans.map((span) => (
+              <g
+                key={span.first}
+                class={className("span", span.doubtful && "doubtful")}
+                data-label={labels[span.label]}
+                data-first={span.first}
+              >
+                <title>
+                  {`${plain(labels[span.label] ?? "")}, ${recording.period(span)}, ` +
+                    (span.by_hand ? "by hand" : `${(100 * span.certainty).toFixed(0)} % certain`)}
+                </title>
+                <rect
+                  x={span.first * tickWidth}
+                  y={AXIS}
+                  width={Math.max(1, (span.end - span.first) * tickWidth - 1)}
+                  height={LABELS}
+                  fill={color(span.label, labels.length)}
+                />
+                {span.by_hand && (
+                  <rect
+                    class="hand"
+                    x={span.first * tickWidth}
+                    y={AXIS + LABELS - 4}
+                    width={Math.max(1, (span.end - span.first) * tickWidth - 1)}
+                    height={4}
+                  />
+                )}
+                <Written span={span} text={plain(labels[span.label] ?? "")} tickWidth={tickWidth} />
+                {span.doubtful && (
+                  <text class="ask" x={((span.first + span.end) / 2) * tickWidth} y={AXIS + LABELS - 6}>
+                    ?
+                  </text>
+                )}
+              </g>
+            ))}
+            {learned?.spans.map((span) => (
+              <rect
+                key={`learned ${span.first}`}
+                x={span.first * tickWidth}
+                y={AXIS + LABELS + 4}
+                width={Math.max(1, (span.end - span.first) * tickWidth)}
+                height={STATES - 6}
+                fill={color(span.label, labels.length)}
+              />
+            ))}
+            {learned !== null &&
+              differences(review).map(({ first, end }) => (
+                <rect
+                  key={`differs ${first}`}
+                  class="differs"
+                  x={first * tickWidth}
+                  y={AXIS + LABELS + STATES - 1}
+                  width={Math.max(1.5, (end - first) * tickWidth)}
+                  height={3}
+                />
+              ))}
+            {series.map((each, index) => (
+              <SeriesLane
+                key={each.label}
+                series={each}
+                top={lanesTop + index * SERIES}
+                scale={tickWidth}
+                width={width}
+              />
+            ))}
+            {shown !== null && (
+              <rect
+                class="selected"
+                x={shown.first * tickWidth}
+                y={AXIS}
+                width={Math.max(1, (shown.end - shown.first) * tickWidth - 1)}
+                height={height - AXIS}
+              />
+            )}
+            {drag?.kind === "boundary" && (
+              <line
+                class="boundary"
+                x1={drag.now * tickWidth}
+                x2={drag.now * tickWidth}
+                y1={AXIS}
+                y2={height}
+              />
+            )}
+            {recording.pointed !== null && (
+              <line
+                class="pointed"
+                x1={recording.pointed * tickWidth}
+                x2={recording.pointed * tickWidth}
+                y1={AXIS}
+                y2={height}
+              />
+            )}
+          </svg>
+        </div>
+      </div>
+    </section>
+  );
+}
+
+/** The label of a span, where it has room. */
+function Written({ span, text, tickWidth }: { span: Ticks; text: string; tickWidth: number }) {
+  if ((span.end - span.first) * tickWidth < text.length * LETTER + 12) return null;
+  return (
+    <text class="name" x={span.first * tickWidth + 6} y={AXIS + LABELS / 2 + 4}>
+      {text}
+    </text>
+  );
+}
+
+interface LaneProps {
+  series: Series;
+  top: number;
+  scale: number;
+  width: number;
+}
+
+function SeriesLane({ series, top, scale, width }: LaneProps) {
+  const known = series.values.filter((value) => value !== null);
+  const least = Math.min(...known, series.is_command ? 0 : Infinity);
+  const most = Math.max(...known, series.is_command ? 0 : -Infinity);
+  const flat = most - least < 1e-9;
+  const zero = least < 0 && most > 0 ? top + 5 + (1 - -least / (most - least)) * (SERIES - 12) : null;
+  return (
+    <g class={className("lane", series.is_command && "command")}>
+      <line class="under" x1={0} x2={width} y1={top + SERIES - 1} y2={top + SERIES - 1} />
+      {zero !== null && <line class="zero" x1={0} x2={width} y1={zero} y2={zero} />}
+      {lines(series, flat ? least - 1 : least, flat ? most + 1 : most).map((points) => (
+        <polyline
+          key={points.slice(0, 20)}
+          points={points}
+          transform={`translate(0 ${top + 5}) scale(${scale} ${SERIES - 12})`}
+          vector-effect="non-scaling-stroke"
+        />
+      ))}
+    </g>
+  );
+}
+
+/** The ticks at which the learned automaton is in another state than that of the label. */
+export function differences({ learned, spans, labels }: Review): Ticks[] {
+  const found: Ticks[] = [];
+  for (const state of learned?.spans ?? []) {
+    for (const span of spans) {
+      const [first, end] = [Math.max(state.first, span.first), Math.min(state.end, span.end)];
+      if (first >= end || state.label === span.label || span.label === labels.length - 1) continue;
+      const last = found.at(-1);
+      if (last !== undefined && last.end === first) last.end = end;
+      else found.push({ first, end });
+    }
+  }
+  return found;
+}
+
+/** The value of a series at a tick, in words. */
+function valueAt(series: Series, tick: number | null): string {
+  if (tick === null) return "";
+  const step = (series.ticks[1] ?? 1) - (series.ticks[0] ?? 0);
+  const found = series.values[Math.min(series.values.length - 1, Math.floor(tick / Math.max(1, step)))];
+  return value(series, found ?? NaN);
+}
+
+function px(length: number): string {
+  return `${length}px`;
+}
+
+/** The boundary between two spans of one episode that is nearest to a tick, if it is near enough. */
+function nearBoundary(review: Review, tick: number, reach: number): number | null {
+  const starts = new Set(review.episodes.map(({ first }) => first));
+  const near = review.spans
+    .map(({ first }) => first)
+    .filter((first) => !starts.has(first) && Math.abs(first - tick) <= reach);
+  return near.sort((one, other) => Math.abs(one - tick) - Math.abs(other - tick))[0] ?? null;
+}
+
+/** Where a boundary may go: between the beginning of the span before it and the end of that after it. */
+function clamped(review: Review, at: number, tick: number): number {
+  const index = review.spans.findIndex(({ first }) => first === at);
+  const [before, after] = [review.spans[index - 1], review.spans[index]];
+  if (before === undefined || after === undefined) return at;
+  return Math.min(after.end, Math.max(before.first, tick));
+}
+
+/** A tick in the same episode as another one. */
+function within(review: Review, from: number, tick: number): number {
+  const episode =
+    review.episodes.find(({ first, end }) => first <= from && from < end) ?? review.episodes.at(-1);
+  return episode === undefined ? tick : Math.min(episode.end, Math.max(episode.first, tick));
+}
+
+/** What moving a boundary means: the ticks between get the label of the span that grew. */
+export function moved(
+  review: Review,
+  at: number,
+  to: number,
+): { do: "label"; first: number; end: number; label: string } | null {
+  const index = review.spans.findIndex(({ first }) => first === at);
+  const grown = review.spans[to < at ? index : index - 1];
+  const label = grown === undefined ? undefined : review.labels[grown.label];
+  if (to === at || label === undefined) return null;
+  return { do: "label", ...ordered(at, to), label };
+}
+
+function ordered(one: number, other: number): Ticks {
+  return { first: Math.min(one, other), end: Math.max(one, other) };
+}

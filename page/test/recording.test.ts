@@ -1,0 +1,77 @@
+import { expect, test } from "vitest";
+import type { LabelSpan, LearnedDrive, Review } from "../src/protocol";
+import { color, lines, marks } from "../src/recording/scale";
+import { differences, moved } from "../src/recording/timeline";
+
+function span(first: number, end: number, label: number): LabelSpan {
+  return { first, end, label, certainty: 1, doubtful: false, by_hand: false };
+}
+
+/** Forward, back, none, forward, in ten ticks each. */
+function review(learned: LearnedDrive | null = null): Review {
+  return {
+    name: "driven",
+    tick_s: 0.1,
+    labels: ["forward", "back", "unexplained"],
+    episodes: [{ source: "drive.csv", first: 0, end: 40, from_s: 3 }],
+    spans: [span(0, 10, 0), span(10, 20, 1), span(20, 30, 2), span(30, 40, 0)],
+    questions: [],
+    omissions: [],
+    learned,
+    can_undo: false,
+    saved: null,
+  };
+}
+
+function learned(...spans: [number, number, number][]): LearnedDrive {
+  return {
+    agreement: 1,
+    spans: spans.map(([first, end, label]) => ({ first, end, label })),
+    states: [],
+    edges: [],
+    examples: 0,
+    quarantined: 0,
+    reaction: "",
+  };
+}
+
+test("a boundary that is moved gives the ticks between to the span that grows", () => {
+  expect(moved(review(), 10, 7)).toEqual({ do: "label", first: 7, end: 10, label: "back" });
+  expect(moved(review(), 10, 14)).toEqual({ do: "label", first: 10, end: 14, label: "forward" });
+  expect(moved(review(), 20, 15)).toEqual({ do: "label", first: 15, end: 20, label: "unexplained" });
+  expect(moved(review(), 10, 10)).toBeNull();
+});
+
+test("an automaton differs where it is in another state, but not where nothing is known", () => {
+  expect(differences(review())).toEqual([]);
+  expect(differences(review(learned([0, 12, 0], [12, 25, 1], [25, 40, 0])))).toEqual([
+    { first: 10, end: 12 },
+  ]);
+  expect(differences(review(learned([0, 40, -1])))).toEqual([
+    { first: 0, end: 20 },
+    { first: 30, end: 40 },
+  ]);
+});
+
+test("lines end where a value is absent, and where an angle goes around", () => {
+  const ticks = [0, 1, 2, 3];
+  expect(lines({ ticks, values: [0, 1, null, 2] }, 0, 2)).toEqual(["0,1.0000 1,0.5000", "3,0.0000"]);
+  expect(lines({ ticks, values: [0, 6, 6.2, 0.1], period: 6.28 }, 0, 6.28)).toHaveLength(3);
+});
+
+test("marks of time are at round times of the file, and have room", () => {
+  const [episode] = review().episodes;
+  if (episode === undefined) throw new Error("no episode");
+  expect(marks(episode, 0.1, 10).map(({ tick, time }) => [tick, time])).toEqual([
+    [0, 3],
+    [10, 4],
+    [20, 5],
+    [30, 6],
+  ]);
+  expect(marks(episode, 0.1, 2)).toEqual([{ tick: 20, time: 5 }]);
+});
+
+test("what nothing explains has no color of its own", () => {
+  expect(color(2, 3)).toBe(color(-1, 3));
+  expect(color(0, 3)).not.toBe(color(1, 3));
+});

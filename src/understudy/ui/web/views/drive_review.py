@@ -1,0 +1,221 @@
+"""Describe a drive under review as data for the page: labels, series, questions, and what was learned."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.kinds import Continuous, Kind
+from understudy.segmentation.lesson_from_drive import DOUBT
+from understudy.segmentation.relabel import list_label_questions
+from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
+from understudy.ui.web.messages.base import Data
+from understudy.ui.web.views.scene import FeatureData, describe_kind
+from understudy.ui.web.views.session import NestedStateData, WayData, list_ways, state_fields
+
+MOST_POINTS = 3000
+"""The largest number of points of a series; longer ones are thinned."""
+
+
+class EpisodeData(Data, frozen=True, kw_only=True):
+    """A piece of a recording without a gap: its file, its ticks, and the time of its first one, s."""
+
+    source: str
+    first: int
+    end: int
+    from_s: float
+
+
+class LabelSpanData(Data, frozen=True, kw_only=True):
+    """Ticks in a row with one label, which is an index into the labels."""
+
+    first: int
+    end: int
+    label: int
+    certainty: float
+    doubtful: bool
+    by_hand: bool
+
+
+class StateSpanData(Data, frozen=True, kw_only=True):
+    """Ticks in a row in which the learned automaton is in one state; the label is -1 for a state that is no label."""
+
+    first: int
+    end: int
+    label: int
+
+
+class LabelQuestionData(Data, frozen=True, kw_only=True):
+    """A span whose label is in doubt, with the labels that come into question, the likeliest first."""
+
+    first: int
+    end: int
+    labels: list[int]
+    chances: list[float]
+
+
+class SeriesData(FeatureData, frozen=True, kw_only=True):
+    """A reading or a command over the ticks, thinned; null where it is absent."""
+
+    is_command: bool
+    ticks: list[int]
+    values: list[float | None]
+
+
+class LearnedDriveData(Data, frozen=True, kw_only=True):
+    """What was learned from the labels, and how far it agrees with them."""
+
+    agreement: float
+    spans: list[StateSpanData]
+    states: list[NestedStateData]
+    edges: list[WayData]
+    examples: int
+    quarantined: int
+    reaction: str
+    """The driver's reaction time in a sentence."""
+
+
+class ReviewData(Data, frozen=True, kw_only=True):
+    """A drive under review, as it stands."""
+
+    name: str
+    tick_s: float
+    labels: list[str]
+    """The labels, of which the last means that nothing explains the commands."""
+    episodes: list[EpisodeData]
+    spans: list[LabelSpanData]
+    questions: list[LabelQuestionData]
+    omissions: list[str]
+    """What was left out when the recording was read, in sentences."""
+    learned: LearnedDriveData | None
+    can_undo: bool
+    saved: str | None
+    """The file that has what was learned."""
+
+
+class RecordedSeriesData(Data, frozen=True, kw_only=True):
+    """What was recorded, which does not change during a review."""
+
+    series: list[SeriesData]
+    path_ticks: list[int]
+    path: list[tuple[float, float]]
+    """The place of the robot at each of the `path_ticks`, m; empty if it is not known."""
+
+
+def describe_review(review: RecordingReview) -> ReviewData:
+    """Return a drive under review as data."""
+    found = review.segmentation
+    drive, names = found.drive, found.names
+    return ReviewData(
+        name=review.name,
+        tick_s=drive.tick_s,
+        labels=list(names),
+        episodes=[
+            EpisodeData(
+                source=each.source, first=each.first, end=each.end, from_s=float(drive.times[each.first])
+            )
+            for each in drive.episodes
+        ],
+        spans=list(_list_label_spans(review)),
+        questions=[
+            LabelQuestionData(
+                first=each.first,
+                end=each.end,
+                labels=[names.index(label) for label in each.labels],
+                chances=[round(chance, 3) for chance in each.chances],
+            )
+            for each in list_label_questions(found)
+        ],
+        omissions=list(drive.omissions),
+        learned=None if review.learned is None else _describe_learned(review, review.learned),
+        can_undo=review.can_undo,
+        saved=None if review.saved is None else str(review.saved),
+    )
+
+
+def _list_label_spans(review: RecordingReview) -> Iterator[LabelSpanData]:
+    found, by_hand = review.segmentation, review.by_hand
+    sure = found.certainties
+    for episode in found.drive.episodes:
+        for first, end in list_runs(found.labels * 2 + by_hand, episode.first, episode.end):
+            yield LabelSpanData(
+                first=first,
+                end=end,
+                label=int(found.labels[first]),
+                certainty=round(float(sure[first:end].mean()), 3),
+                doubtful=bool(sure[first:end].max() < DOUBT),
+                by_hand=bool(by_hand[first]),
+            )
+
+
+def list_runs(values: NDArray[np.int64], first: int, end: int) -> Iterator[tuple[int, int]]:
+    """Yield the beginning and the end of each run of equal values between two ticks."""
+    cuts = first + 1 + np.flatnonzero(np.diff(values[first:end]))
+    yield from itertools.pairwise([first, *cuts.tolist(), end])
+
+
+def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> LearnedDriveData:
+    automaton, lesson = learned.taught.automaton, learned.made.lesson
+    library = learned.made.library.with_automaton(learned.taught)
+    reaction = learned.made.reaction
+    return LearnedDriveData(
+        agreement=learned.agreement,
+        spans=[
+            StateSpanData(first=first, end=end, label=int(learned.states[first]))
+            for episode in review.segmentation.drive.episodes
+            for first, end in list_runs(learned.states, episode.first, episode.end)
+        ],
+        states=[NestedStateData(**state_fields(state, library)) for state in automaton.states],
+        edges=list_ways(automaton, learned.taught.lesson),
+        examples=len(lesson.examples),
+        quarantined=sum(bool(each.quarantined) for each in lesson.examples),
+        reaction="" if reaction is None else f"Reaction time {reaction.reaction_s:g} s. {reaction.evidence}",
+    )
+
+
+def describe_series(review: RecordingReview, places: NDArray[np.float64] | None) -> RecordedSeriesData:
+    """Return the commands and readings of a drive, and where the robot was [T, 2] if that is known, as data."""
+    drive = review.segmentation.drive
+    ticks = np.arange(0, drive.ticks, max(1, -(-drive.ticks // MOST_POINTS)))
+    readings = {each.name: each for each in drive.readings}
+    series = [
+        _describe_column(
+            channel.name, channel.unit, Continuous(), drive.commands[ticks, index], ticks, is_command=True
+        )
+        for index, channel in enumerate(drive.channels)
+    ]
+    for (name, target), column in drive.values.items():
+        label, reading = name if target is None else f"{name}({target})", readings[name]
+        series.append(
+            _describe_column(label, reading.unit, reading.kind, column[ticks], ticks, is_command=False)
+        )
+    known = np.empty(0, np.int64) if places is None else ticks[np.isfinite(places[ticks]).all(axis=1)]
+    return RecordedSeriesData(
+        series=series,
+        path_ticks=known.tolist(),
+        path=[] if places is None else [(round(x, 3), round(y, 3)) for x, y in places[known].tolist()],
+    )
+
+
+def _describe_column(
+    label: str,
+    unit: str,
+    kind: Kind,
+    column: NDArray[np.float64],
+    ticks: NDArray[np.int64],
+    *,
+    is_command: bool,
+) -> SeriesData:
+    values = [round(value, 5) if isfinite(value) else None for value in column.tolist()]
+    return SeriesData(
+        label=label,
+        unit=unit,
+        **describe_kind(kind),
+        is_command=is_command,
+        ticks=ticks.tolist(),
+        values=values,
+    )

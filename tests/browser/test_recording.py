@@ -1,0 +1,166 @@
+"""A recording at the page: spans are relabeled, boundaries moved, doubts answered, an automaton learned and saved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+from tests.browser.studio import Studio
+
+Snap = Callable[[Page, str], None]
+
+MAP = """format = "understudy-recording-map/1"
+time = "time_s"
+[[readings]]
+column = "ball_m"
+name = "range"
+target = "ball"
+unit = "m"
+[[readings]]
+column = "x"
+name = "x"
+unit = "m"
+[[readings]]
+column = "y"
+name = "y"
+unit = "m"
+[[commands]]
+column = "stick"
+channel = "drive"
+unit = "m/s"
+[behaviors.forward]
+drive = 0.8
+[behaviors.back]
+drive = -0.5
+"""
+
+
+def write_drive(folder: Path) -> Path:
+    """A drive to and fro of 40 s; from 20.0 s to 22.0 s the stick is at 0.15, between the two behaviors."""
+    random, rows, distance, drive = np.random.default_rng(0), ["time_s,ball_m,x,y,stick"], 3.0, 0.8
+    x, y = 0.0, 0.0
+    for tick in range(400):
+        drive = -0.5 if distance < 1.0 else 0.8 if distance > 3.0 else drive
+        stick = 0.15 if 200 <= tick < 220 else drive
+        noise = 0.03 * random.normal()
+        rows.append(f"{tick / 10:.1f},{distance:.4f},{x:.3f},{y:.3f},{stick + noise:.4f}")
+        distance -= 0.1 * drive
+        x, y = x + 0.1 * drive * np.cos(tick / 60), y + 0.1 * drive * np.sin(tick / 60)
+    (folder / "drive.csv").write_text("\n".join(rows) + "\n")
+    (folder / "map.toml").write_text(MAP)
+    return folder / "drive.csv"
+
+
+@pytest.fixture
+def page(tmp_path: Path, chromium: Browser) -> Iterator[Page]:
+    recording = write_drive(tmp_path)
+    studio = Studio(
+        tmp_path / "library", "--recording", str(recording), "--map", str(tmp_path / "map.toml"),
+        "--features", "range(ball)",
+    )  # fmt: skip
+    studio.start()
+    errors: list[str] = []
+    try:
+        page = chromium.new_page(viewport={"width": 1280, "height": 800})
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(studio.address)
+        strip(page).wait_for()
+        yield page
+        assert not errors
+    finally:
+        studio.stop()
+
+
+def strip(page: Page) -> Locator:
+    return page.get_by_role("group", name="Labels over time")
+
+
+def spans(page: Page) -> list[tuple[str, int]]:
+    found = strip(page).locator(".span").all()
+    return [
+        (str(each.get_attribute("data-label")), int(each.get_attribute("data-first") or -1)) for each in found
+    ]
+
+
+def place(page: Page, tick: float) -> tuple[float, float]:
+    """Where a tick is on the lane of the labels."""
+    box = strip(page).bounding_box()
+    assert box is not None
+    return box["x"] + tick / 400 * box["width"], box["y"] + 40
+
+
+def drag(page: Page, first: float, last: float) -> None:
+    page.mouse.move(*place(page, first))
+    page.mouse.down()
+    page.mouse.move(*place(page, (first + last) / 2))
+    page.mouse.move(*place(page, last))
+    page.mouse.up()
+
+
+def test_reviewed_learned_and_saved(page: Page, tmp_path: Path, snap: Snap) -> None:
+    before = spans(page)
+    assert before[:3] == [("forward", 0), ("back", 25), ("forward", 66)]
+    assert ("unexplained", 200) in before
+    snap(page, "recording-opened")
+    pane = page.get_by_role("complementary")
+
+    page.mouse.click(*place(page, 45))  # the first span of back
+    expect(pane.get_by_role("heading", name="0:02.5 to 0:06.6")).to_be_visible()
+    pane.get_by_role("button", name="forward").click()
+    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "forward")
+    page.get_by_role("button", name="Undo").click()
+    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "back")
+
+    drag(page, 25, 35)  # its beginning is moved by about a second
+    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "forward")
+    moved = spans(page)
+    assert moved[:2] == [("forward", 0), ("forward", 25)]
+    assert 33 <= moved[2][1] <= 37
+    page.keyboard.press("Control+z")
+    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "back")
+
+    drag(page, 210, 218)  # a part of what nothing explains
+    expect(pane.get_by_text("What was this part?")).to_be_visible()
+    page.keyboard.press("2")
+    expect(strip(page).locator(".span[data-label='back'][data-first='210']")).to_have_count(1)
+    page.keyboard.press("Control+z")
+
+    pane.get_by_role("button", name="Learn from these labels").click()
+    expect(pane.get_by_text("of all ticks")).to_be_visible(timeout=30_000)
+    expect(pane.get_by_text("range (ball) is below 1.")).to_be_visible()
+    snap(page, "recording-learned")
+    page.get_by_role("button", name="Zoom in").click()
+    page.get_by_role("button", name="Zoom in").click()
+    page.mouse.move(*place(page, 60))
+    snap(page, "recording-zoomed")
+
+    pane.get_by_label("Name").fill("to_and_fro")
+    pane.get_by_role("button", name="Save").click()
+    expect(pane.get_by_role("status")).to_contain_text("to_and_fro.json")
+    assert (tmp_path / "library" / "to_and_fro.json").is_file()
+
+
+def test_with_the_keyboard_alone(page: Page) -> None:
+    page.keyboard.press("ArrowRight")
+    pane = page.get_by_role("complementary")
+    expect(pane.get_by_role("heading", name="0:00.0 to 0:02.5")).to_be_visible()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowLeft")
+    expect(pane.get_by_role("heading", name="0:02.5 to 0:06.6")).to_be_visible()
+    page.keyboard.press("0")
+    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "unexplained")
+    page.keyboard.press("Control+z")
+    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "back")
+    page.keyboard.press("Escape")
+    expect(pane.get_by_text("Select a span on the timeline")).to_be_visible()
+
+
+def test_on_a_narrow_screen(page: Page, snap: Snap) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(page.get_by_role("button", name="Learn from these labels")).to_be_visible()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    snap(page, "recording-narrow")
