@@ -21,6 +21,8 @@ DRIFT, MOST_KEPT = 0.125, 8
 """The share of a cell that robots may move before they are sorted again, and the largest number of ticks until then."""
 
 FEW_THINGS, MOST_NEAR_CELLS = 6, 1 << 20
+MOST_AT_ONCE = 1 << 16
+"""The number of pairs of a cell and a thing that are compared at once, to bound memory."""
 
 
 class RobotGrid(NamedTuple):
@@ -93,25 +95,37 @@ def make_static_neighbors(state: WorldState, rules: WorldParams, *, reach: float
     half = 0.5 * cell
     center_x = (box % columns + 0.5) * cell
     center_y = (box // columns + 0.5) * cell
-    counts, items = [], []
-    for world in range(worlds):
-        discs, segments = state.discs[world], state.segments[world]
-        there = (discs["radius"] > 0)[None, :] & (
-            _off(center_x[:, None], discs["x"] - half, discs["x"] + half) ** 2
-            + _off(center_y[:, None], discs["y"] - half, discs["y"] + half) ** 2
-            <= (reach + discs["radius"]) ** 2
-        )
-        x0, y0, x1, y1 = (segments[name] for name in ("x0", "y0", "x1", "y1"))
-        ends = _to_segment(center_x[:, None], center_y[:, None], x0, y0, x1, y1) <= reach + half * sqrt(2.0)
-        both = np.concatenate([there, ends], axis=1)
-        found = np.nonzero(both)[1]
-        counts.append(both.sum(axis=1))
-        number = np.concatenate([np.arange(len(discs)), -1 - np.arange(len(segments))]).astype(np.int32)
-        items.append(number[found])
+    number = np.concatenate(
+        [np.arange(state.discs.shape[1]), -1 - np.arange(state.segments.shape[1])]
+    ).astype(np.int32)
+    counts, items = [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]
+    at_once = max(1, MOST_AT_ONCE // max(1, columns * lines * things))
+    for first in range(0, worlds, at_once):
+        some = slice(first, first + at_once)
+        near = _find_near(state.discs[some], state.segments[some], center_x, center_y, half, reach)
+        counts.append(near.sum(axis=2).ravel())
+        items.append(number[np.nonzero(near)[2]])
     start = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int64)
-    return StaticNeighbors(
-        cell, columns, lines, start, np.concatenate(items) if items else np.zeros(0, np.int32)
+    return StaticNeighbors(cell, columns, lines, start, np.concatenate(items))
+
+
+def _find_near(
+    discs: NDArray[Any], segments: NDArray[Any], x: Floats, y: Floats, half: float, reach: float
+) -> NDArray[np.bool_]:
+    """Return which discs and segments of B worlds are within `reach` (m) of which of C cells [B, C, things].
+
+    The cells have their centers at x and y, and sides of twice `half`.
+    """
+    x, y = x[:, None], y[:, None]
+    discs, segments = discs[:, None, :], segments[:, None, :]
+    there = (discs["radius"] > 0) & (
+        _off(x, discs["x"] - half, discs["x"] + half) ** 2
+        + _off(y, discs["y"] - half, discs["y"] + half) ** 2
+        <= (reach + discs["radius"]) ** 2
     )
+    x0, y0, x1, y1 = (segments[name] for name in ("x0", "y0", "x1", "y1"))
+    ends = _to_segment(x, y, x0, y0, x1, y1) <= reach + half * sqrt(2.0)
+    return np.concatenate([there, ends], axis=2)
 
 
 def _off(values: Floats, low: Floats, high: Floats) -> Floats:
