@@ -15,6 +15,7 @@ from tests.docs.renew import put_between
 from understudy.sim.scenario.schema import (
     AppearanceSchedule,
     ArenaRegion,
+    Breakdown,
     Bumper,
     Camera,
     CaptureRule,
@@ -231,7 +232,19 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
     ),
     RobotGroup: (
         "`[[robots]]`: a group of robots of one type",
-        {"type": ("", "type of the robots"), "stored": ("units", "food that each carries at the start")},
+        {
+            "type": ("", "type of the robots"),
+            "stored": ("units", "food that each carries at the start"),
+            "fails": ("", "which of them fail, and when: a list of the tables below"),
+        },
+    ),
+    Breakdown: (
+        "`[[robots.fails]]`: robots of the group that fail for good, and neither sense nor move any more",
+        {
+            "at_s": ("s", "when each fails, after the start: a number or [least, most]"),
+            "count": ("", "how many fail, drawn among them: a number or [least, most]"),
+            "robots": ("", "which fail, instead of `count`: their numbers in the group, from 0"),
+        },
     ),
     TargetSpec: (
         "`[targets]`: `nearest`, `object`, `team`, `robot`, `color` or `signal`; `team` and `robot` also with `signal`",

@@ -11,7 +11,9 @@ from msgspec.structs import replace
 from tests.falsification.kept import MEASURE, keep
 from tests.falsification.planted import FORAGE, make_measure
 
+from understudy.analysis.evaluate import make_evaluation_task
 from understudy.errors import FileError
+from understudy.falsification.directed_search import search_directed
 from understudy.falsification.failing_world import (
     FACTS_FILE,
     SCENARIO_FILE,
@@ -21,11 +23,15 @@ from understudy.falsification.failing_world import (
 from understudy.falsification.failure_replay import compute_end_hash
 from understudy.falsification.falsify import falsify
 from understudy.falsification.joint_worlds import Trial
+from understudy.falsification.search_space import DISTURBANCES, SearchSpace
 from understudy.falsification.shrink import shrink_failure
 from understudy.falsification.simpler_worlds import list_rounder, list_without_robots
+from understudy.falsification.trial import GoalMeasure
+from understudy.model.library import Library
 from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
 from understudy.sim.params import get_count_range
-from understudy.sim.scenario.schema import Scenario
+from understudy.sim.scenario.schema import Breakdown, Goal, ObjectClass, RobotGroup, RobotType, Scenario
 from understudy.sim.world import World
 
 
@@ -88,6 +94,55 @@ def test_robots_that_need_each_other_stay() -> None:
     assert len(list(list_without_robots(replace(team, robots=(placed,))))) == 2
     assert not list(list_without_robots(salvage))
     assert not list(list_without_robots(swarm))
+
+
+def make_line() -> tuple[Scenario, GoalMeasure]:
+    """Three robots drive ahead at 1 m/s, and all have to come within 3 m of a finish 19 m away, so after 16 s.
+
+    None to two of them fail within 40 s.
+    """
+    finish = ObjectClass(name="finish", at=((20.0, 5.0),))
+    group = RobotGroup(
+        type="driver", at=tuple((1.0, 4.0 + number, 0.0) for number in range(3)),
+        fails=(Breakdown(at_s=(0.0, 40.0), count=(0, 2)),),
+    )  # fmt: skip
+    scenario = Scenario(
+        name="line", size=(30.0, 10.0), tick_s=0.1, limit_s=25.0, objects=(finish,), robots=(group,),
+        types={"driver": RobotType(radius=0.1, speed=1.0, collides=False, behaviors={"ahead": {"drive": 1.0}})},
+        goal=Goal(target="finish", within=3.0, all=True),
+    )  # fmt: skip
+    library = Library(make_scenario_kit(scenario))
+    return scenario, GoalMeasure(make_evaluation_task(library, "ahead", scenario))
+
+
+def test_a_world_in_which_a_robot_fails_is_made_simpler() -> None:
+    """Worlds fail in which a robot fails before 16 s. What is left is one robot that fails at a round time."""
+    scenario, measure = make_line()
+    seeds = range(60)
+    failed = measure([Trial(scenario, seed) for seed in seeds]).failed
+    ticks = World(scenario, seeds).failure_ticks.reshape(60, 3)
+    early = ((ticks >= 0) & (ticks < 155)).sum(axis=1)
+    late = ((ticks < 0) | (ticks > 165)).all(axis=1)
+    assert failed[early > 0].all()
+    assert not failed[late].any()
+    seed = int(np.flatnonzero(early == 2)[0])
+    found = shrink_failure(measure, scenario, Trial(scenario, seed), most_runs=300)
+    assert "a robot less fails" in found.steps
+    assert "no robot fails" not in found.steps
+    breakdowns = [each for group in found.trial.scenario.robots for each in group.fails]
+    assert [len(each.robots or ()) for each in breakdowns] == [1]
+    assert [float(each.at_s) % 1.0 for each in breakdowns if isinstance(each.at_s, float)] == [0.0]
+
+
+def test_a_robot_that_fails_early_is_found_by_the_directed_search() -> None:
+    """In a run as usual, none fails; the search varies how many fail and when."""
+    scenario, measure = make_line()
+    space = SearchSpace(scenario, (DISTURBANCES,))
+    found = search_directed(measure, space, seed=1, start=[np.zeros(len(space))], most_runs=200)
+    assert found.failures
+    robots = found.failures[0][1].scenario.robots[0]
+    assert robots.fails[0].count in (1, 2)
+    assert robots.fails[0].at_s < 16.0  # type: ignore[operator]
 
 
 def test_rounded_places_come_the_coarsest_first() -> None:

@@ -18,7 +18,7 @@ from understudy.falsification.search_space import DISTURBANCES, PLACES, SIZES, S
 from understudy.falsification.trial import TrialResults
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.files import format_scenario, list_builtin_scenarios, parse_scenario
-from understudy.sim.scenario.schema import Scenario
+from understudy.sim.scenario.schema import Breakdown, Scenario
 from understudy.sim.world import World
 
 
@@ -77,6 +77,32 @@ def _make_noisy(dropout: float) -> Scenario:
     kind = FORAGE.types["forager"]
     sensors = (replace(kind.sensors[0], dropout=dropout), *kind.sensors[1:])
     return replace(FORAGE, types={"forager": replace(kind, noise_drive=0.1, sensors=sensors)})
+
+
+def test_robots_that_fail_are_varied_within_their_ranges() -> None:
+    """Of two robots none or one fails, from 10 s to 50 s; the third number chooses how many, the fourth when."""
+    group = replace(FORAGE.robots[0], count=2, fails=(Breakdown(at_s=(10.0, 50.0), count=(0, 1)),))
+    space = SearchSpace(replace(FORAGE, robots=(group,)), (DISTURBANCES,))
+    assert space.names == ("robots[0].fails[0].count", "robots[0].fails[0].at_s")
+    made = [space.decode(np.array(each)).robots[0].fails[0] for each in ((0.0, 0.0), (0.6, 0.5), (0.4, 1.0))]
+    assert [(each.count, each.at_s) for each in made] == [(0, 10.0), (1, 30.0), (0, 50.0)]
+    world = World(space.scenario, [3])
+    again = space.decode(space.encode(world.view(), np.random.default_rng(0))).robots[0].fails[0]
+    ticks = world.failure_ticks[world.failure_ticks >= 0]
+    assert again.count == len(ticks)
+    if len(ticks):
+        assert again.at_s == pytest.approx(ticks[0] * 0.1, abs=0.1)
+
+
+def test_worlds_whose_robots_fail_differently_run_side_by_side() -> None:
+    measure = make_measure()
+    group = replace(FORAGE.robots[0], count=2)
+    fails = [(), (Breakdown(at_s=0.0, robots=(0, 1)),), (Breakdown(at_s=60.0, robots=(1,)),)]
+    trials = [Trial(replace(FORAGE, robots=(replace(group, fails=each),)), 5) for each in fails]
+    together = measure(trials)
+    assert same(together, TrialResults.concatenate([measure([trial]) for trial in trials]))
+    assert together.robustness[1] == -1.0, "none moves"
+    assert together.robustness[0] > together.robustness[2], "alone it takes longer"
 
 
 def test_a_scenario_in_which_nothing_varies() -> None:

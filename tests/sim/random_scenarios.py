@@ -16,6 +16,7 @@ from understudy.errors import SettingError
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import (
     AppearanceSchedule,
+    Breakdown,
     Bumper,
     Camera,
     CaptureRule,
@@ -67,7 +68,7 @@ def random_world(number: int, *, worlds: int = 1) -> World:
     """Worlds of the random scenario of this number; their seeds follow it."""
     random = Random(number)
     while True:
-        scenario = random_scenario(random)
+        scenario = with_breakdowns(Random(number), random_scenario(random))
         try:
             check_scenario(scenario)
             return World(scenario, range(number, number + worlds))
@@ -80,13 +81,24 @@ def random_pulling_world(number: int, *, worlds: int = 1) -> World:
     """Worlds of a random scenario with boxes to pull, and robots that call and claim; their seeds follow its number."""
     random = Random(number)
     while True:
-        scenario = with_boxes(random, random_scenario(random))
+        scenario = with_breakdowns(Random(number), with_boxes(random, random_scenario(random)))
         try:
             check_scenario(scenario)
             return World(scenario, range(number, number + worlds))
         except SettingError as error:
             if not any(word in str(error) for word in ("fit", "room", "overlap")):
                 raise
+
+
+def with_breakdowns(random: Random, scenario: Scenario) -> Scenario:
+    """The scenario with some robots, in a third of its groups, that fail within the first 20 ticks."""
+    robots = []
+    for group in scenario.robots:
+        if random.random() < 0.3 and isinstance(group.count, int):
+            at_s = (0.0, 20 * scenario.tick_s)
+            group = replace(group, fails=(Breakdown(at_s=at_s, count=(0, group.count)),))
+        robots.append(group)
+    return replace(scenario, robots=tuple(robots))
 
 
 def with_boxes(random: Random, scenario: Scenario) -> Scenario:

@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import UNSET
 from msgspec.structs import replace
 
+from understudy.sim.layout.breakdowns import draw_failure_ticks
 from understudy.sim.layout.placement import lay_out_worlds
 from understudy.sim.params import get_count_range
 from understudy.sim.scenario.schema import ObjectClass, RobotGroup, Scenario
@@ -36,7 +37,7 @@ def group_alike(trials: Sequence[Trial]) -> list[list[int]]:
 
 
 def _describe_shape(scenario: Scenario) -> bytes:
-    """Return all of a scenario but the places of objects and robots and the amounts of food."""
+    """Return all of a scenario but the places of objects and robots, the amounts of food, and which robots fail."""
     return msgspec.json.encode(
         replace(
             scenario,
@@ -54,6 +55,7 @@ def _strip_object(thing: ObjectClass) -> ObjectClass:
 
 
 def _strip_robots(group: RobotGroup) -> RobotGroup:
+    group = replace(group, fails=())
     if not isinstance(group.at, tuple):
         return group
     return replace(group, at=UNSET, count=len(group.at), within=None)
@@ -72,3 +74,6 @@ def lay_out_each(world: World, trials: Sequence[Trial]) -> None:
         state.robots["aim"] = np.nan
         world.state.robots[row * world.robots : (row + 1) * world.robots] = state.robots
         world.state.objects[row] = state.objects[0]
+        own = slice(row * world.robots, (row + 1) * world.robots)
+        world.failure_ticks[own] = draw_failure_ticks(scenario, np.array([seed], np.int64))[0]
+        world.state.robots["frozen"][own] = world.failure_ticks[own] == 0

@@ -1,7 +1,7 @@
 """The worlds that a scenario allows, as vectors of numbers from 0 to 1 that a search can vary.
 
 A vector gives the places of robots, objects and round obstacles, the headings of robots, the numbers and amounts of
-objects, and how much noise and dropout there is. What a scenario fixes stays fixed.
+objects, how much noise and dropout there is, and how many robots fail when. What a scenario fixes stays fixed.
 """
 
 from __future__ import annotations
@@ -16,6 +16,11 @@ from msgspec import UNSET
 from msgspec.structs import replace
 
 from understudy.errors import SettingError
+from understudy.falsification.breakdown_ranges import (
+    BreakdownRange,
+    apply_breakdowns,
+    list_breakdown_ranges,
+)
 from understudy.falsification.disturbances import Disturbance, apply_disturbances, list_disturbances
 from understudy.falsification.free_places import FreePlaces
 from understudy.model.kinds import Column
@@ -28,7 +33,7 @@ Section: TypeAlias = Literal["obstacles", "objects", "robots"]
 
 PLACES, SIZES, DISTURBANCES = "places", "sizes", "disturbances"
 ASPECTS = (PLACES, SIZES, DISTURBANCES)
-"""The aspects that a search can vary: places and headings, numbers and amounts, noise and dropout."""
+"""The aspects that a search can vary: places and headings, numbers and amounts, noise, dropout and failing robots."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +91,9 @@ class SearchSpace:
         self._disturbances: dict[int, Disturbance] = {}
         for disturbance in list_disturbances(scenario) if DISTURBANCES in vary else ():
             self._disturbances[self._add(disturbance.name)] = disturbance
+        self._breakdowns: dict[int, BreakdownRange] = {}
+        for breakdown in list_breakdown_ranges(scenario) if DISTURBANCES in vary else ():
+            self._breakdowns[self._add(breakdown.name)] = breakdown
         if not self._names:
             raise SettingError(
                 where=f"scenario {scenario.name!r}",
@@ -114,13 +122,16 @@ class SearchSpace:
             parts[group.section][group.index] = self._place(group, vector, free)
         placed = replace(self.scenario, **{name: tuple(each) for name, each in parts.items()})
         strengths = {each: float(vector[at]) for at, each in self._disturbances.items()}
-        return apply_disturbances(placed, strengths)
+        shares = {each: float(vector[at]) for at, each in self._breakdowns.items()}
+        return apply_breakdowns(apply_disturbances(placed, strengths), shares)
 
     def encode(self, view: WorldView, rng: np.random.Generator) -> Column:
         """Return the vector of a world as it stands; what the world does not have is drawn at random."""
         vector = rng.random(len(self))
         for at, disturbance in self._disturbances.items():
             vector[at] = disturbance.default
+        for at, breakdown in self._breakdowns.items():
+            vector[at] = breakdown.find_share(self.scenario, view)
         robot = 0
         for group in self._groups:
             places, amounts = _find_places(view, self.scenario, group, robot)

@@ -8,6 +8,7 @@ from time import monotonic
 from typing import TypeAlias
 
 from understudy.errors import SettingError
+from understudy.falsification.breakdown_ranges import list_fewer_breakdowns
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.simpler_worlds import (
     list_earlier_starts,
@@ -104,6 +105,7 @@ def shrink_failure(
             lambda now: list_without_obstacles(now.scenario),
             lambda now: list_without_objects(now.scenario, usual),
             lambda now: list_without_robots(now.scenario),
+            lambda now: list_fewer_breakdowns(now.scenario),
             lambda now: list_less_disturbed(now.scenario, usual),
             lambda now: list_smaller_amounts(now.scenario, usual),
             lambda now: list_earlier_starts(measure, now, found.progress_s),

@@ -47,6 +47,8 @@ class KernelWorlds(NamedTuple):
     """The optional parts that kernels are compiled with; see `find_world_contents`."""
     ended: NDArray[np.bool_]
     """The worlds that are not advanced any more [B]."""
+    fails: NDArray[np.int64]
+    """The tick from which each robot has failed [B*N]; -1 never."""
 
 
 class ThreadScratch(NamedTuple):
@@ -89,6 +91,7 @@ class Arrays(NamedTuple):
     tick: NDArray[np.int64]
     finished: NDArray[np.int64]
     ended: NDArray[np.bool_]
+    fails: NDArray[np.int64]
     memory: NDArray[np.float64]
     steps: Records
     parts: Records
@@ -138,6 +141,7 @@ class KernelContext:
             **{name: getattr(plan, name) for name in ("steps", "parts", "sectors", "of_type")},
             **{name: getattr(room.grid, name) for name in ("start", "spots", "spot_of")},
             "ended": worlds.ended,
+            "fails": worlds.fails,
             "near_start": worlds.near.start,
             "near_items": worlds.near.items,
             "moves": room.moves,
@@ -182,6 +186,7 @@ def _facts(worlds: KernelWorlds, plan: SensePlan, room: ThreadScratch, *, width_
     record["width_of_row"] = width_of_row
     record["lines_up"] = bool(np.isin(plan.steps["place"], (TO_CLASS, TO_UNCLAIMED)).any())
     record["solids"] = bool(rules.classes["solid"].any())
+    record["failing"] = bool((worlds.fails >= 0).any())
     return record
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from math import degrees
 
@@ -10,7 +10,7 @@ from msgspec import UNSET
 from msgspec.structs import replace
 
 from understudy.sim.scenario.files import remove_markers
-from understudy.sim.scenario.schema import MOUSE, ObjectClass, Obstacle, RobotGroup, Scenario
+from understudy.sim.scenario.schema import MOUSE, Breakdown, ObjectClass, Obstacle, RobotGroup, Scenario
 from understudy.sim.view import WorldView
 
 PLACES = 6
@@ -34,7 +34,8 @@ def make_scenario_snapshot(scenario: Scenario, view: WorldView, *, name: str, ab
     Returns
     -------
     Scenario
-        Robots, objects and obstacles are at the places of the view. Robots carry what they carry. Sources of food
+        Robots, objects and obstacles are at the places of the view. Robots carry what they carry; those that have
+        failed fail at once, and others in the time that they have left. Sources of food
         have what they had at first; where those of a class differ, each world draws between the least and the most.
         Objects that come and go, and the pointer, stay as they are in `scenario`.
     """
@@ -61,10 +62,25 @@ def _robots(view: WorldView) -> Iterator[RobotGroup]:
         return int(robots.type[robot]), int(robots.stored[robot])
 
     for (kind, stored), group in groupby(range(len(robots)), key=sort):
+        rows = list(group)
         places = tuple(
-            _at(robots.x[each], robots.y[each], degrees(robots.heading[each]) % 360) for each in group
+            _at(robots.x[each], robots.y[each], degrees(robots.heading[each]) % 360) for each in rows
         )
-        yield RobotGroup(type=view.names.types[kind], at=places, stored=stored)
+        fails = tuple(_list_breakdowns(view, rows))
+        yield RobotGroup(type=view.names.types[kind], at=places, stored=stored, fails=fails)
+
+
+def _list_breakdowns(view: WorldView, rows: Sequence[int]) -> Iterator[Breakdown]:
+    """Yield when those of some robots fail that are going to, or have failed, from the moment of the view on."""
+    left: dict[float, list[int]] = {}
+    for number, robot in enumerate(rows):
+        fails_s = float(view.robots.fails_s[robot]) - view.time_s
+        if view.robots.frozen[robot]:
+            left.setdefault(0.0, []).append(number)
+        elif fails_s > 0:  # not NaN: it is going to
+            left.setdefault(round(fails_s, PLACES), []).append(number)
+    for at_s, numbers in sorted(left.items()):
+        yield Breakdown(at_s=at_s, robots=tuple(numbers))
 
 
 def _place_objects(thing: ObjectClass, view: WorldView) -> ObjectClass:

@@ -254,7 +254,8 @@ class _SpatialOrder:
         near: StaticNeighbors = worlds.near._replace(
             start=worlds.near.start[world * cells : (world + 1) * cells + 1]
         )
-        self.worlds = KernelWorlds(self.state, worlds.rules, near, worlds.has, worlds.ended[one])
+        fails = worlds.fails[own][order]
+        self.worlds = KernelWorlds(self.state, worlds.rules, near, worlds.has, worlds.ended[one], fails)
 
     def restore_order(self) -> None:
         """Copy the robots as they are now back to their original rows."""

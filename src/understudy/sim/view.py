@@ -45,6 +45,8 @@ class RobotsView:
     """The index of the signal that the robot raises among the view's names, -1 for none."""
     frozen: Bools
     """Whether the robot has failed: it neither senses nor moves."""
+    fails_s: Floats
+    """The time at which the robot fails, s; NaN if it never does."""
 
     def __len__(self) -> int:
         return len(self.x)
@@ -130,8 +132,17 @@ class RunFrame(NamedTuple):
     doing: Sequence[str]
 
 
-def make_world_view(state: WorldState, rules: WorldParams, names: ScenarioNames, world: int = 0) -> WorldView:
-    """Copy one world of a state into a view."""
+def make_world_view(
+    state: WorldState,
+    rules: WorldParams,
+    names: ScenarioNames,
+    world: int = 0,
+    *,
+    failure_ticks: Ints | None = None,
+) -> WorldView:
+    """Copy one world of a state into a view; `failure_ticks` [B*N] are those from which robots have failed."""
+    own = slice(world * rules.robots, (world + 1) * rules.robots)
+    ticks = np.full(rules.robots, -1) if failure_ticks is None else failure_ticks[own]
     segments = state.segments[world]
     segments = segments[~np.isnan(segments["x0"])]
     lines = np.stack([segments[end] for end in ("x0", "y0", "x1", "y1")], axis=1)
@@ -140,7 +151,9 @@ def make_world_view(state: WorldState, rules: WorldParams, names: ScenarioNames,
         width=rules.width,
         height=rules.height,
         time_s=int(state.tick[world]) * rules.tick_s,
-        robots=_make_robots_view(state.robots[world * rules.robots : (world + 1) * rules.robots], rules),
+        robots=_make_robots_view(
+            state.robots[own], rules, np.where(ticks >= 0, ticks * rules.tick_s, np.nan)
+        ),
         objects=_make_objects_view(state.objects[world], rules),
         discs=_discs(state.discs[world]),
         walls=lines[wall],
@@ -150,7 +163,7 @@ def make_world_view(state: WorldState, rules: WorldParams, names: ScenarioNames,
     )
 
 
-def _make_robots_view(rows: Records, rules: WorldParams) -> RobotsView:
+def _make_robots_view(rows: Records, rules: WorldParams, fails_s: Floats) -> RobotsView:
     own = ("x", "y", "heading", "type", "stored", "delivered")
     typed = ("radius", "reach", "color", "team", "capacity")
     return RobotsView(
@@ -159,6 +172,7 @@ def _make_robots_view(rows: Records, rules: WorldParams) -> RobotsView:
         holding=rows["holding"] - 1,
         signal=rows["signal"] - 1,
         frozen=rows["frozen"] != 0,
+        fails_s=fails_s,
     )
 
 

@@ -37,6 +37,7 @@ from understudy.sim.kit import (
     make_scenario_kit,
     make_targets,
 )
+from understudy.sim.layout.breakdowns import draw_failure_ticks
 from understudy.sim.layout.neighbor_grid import make_robot_grid, make_static_neighbors
 from understudy.sim.layout.placement import lay_out_worlds
 from understudy.sim.params import collect_names, make_world_params
@@ -129,7 +130,7 @@ class World(EditableWorld):
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """A flag per robot [B*N]: true after `freeze` made it fail."""
+        """A flag per robot [B*N]: true if it has failed, as its scenario says or by `freeze`."""
         failed: NDArray[np.bool_] = self.state.robots["frozen"] != 0
         return failed
 
@@ -173,6 +174,7 @@ class World(EditableWorld):
         state.robots["aim"] = np.nan
         memory = np.full((self.agents, self._planner.slots + self._skills.columns), np.nan)
         self._begin(state._replace(memory=memory))
+        state.robots["frozen"][self.failure_ticks == 0] = 1
 
     def with_seeds(self, seeds: Sequence[int]) -> World:
         """Make worlds of the same scenario with other seeds, at time 0.
@@ -193,7 +195,9 @@ class World(EditableWorld):
         self.state = state
         near = make_static_neighbors(state, self.rules, reach=max(self._planner.reach, self._touch()))
         none_ended = np.zeros(len(state.seeds), np.bool_)
-        self._kernel_worlds = KernelWorlds(state, self.rules, near, self._has, none_ended)
+        self.failure_ticks: NDArray[np.int64] = draw_failure_ticks(self.scenario, state.seeds).reshape(-1)
+        """The tick from which each robot has failed [B*N]; -1 never."""
+        self._kernel_worlds = KernelWorlds(state, self.rules, near, self._has, none_ended, self.failure_ticks)
         self._room = make_thread_scratch(self._kernel_worlds, make_robot_grid(self.rules))
         self._context = lru_cache(8)(
             lambda keys: KernelContext(self._kernel_worlds, self._plan(keys), self._room)
@@ -406,7 +410,7 @@ class World(EditableWorld):
         WorldView
             Places and properties of robots, objects and obstacles, in m and rad.
         """
-        return make_world_view(self.state, self.rules, self.names, world)
+        return make_world_view(self.state, self.rules, self.names, world, failure_ticks=self.failure_ticks)
 
     def _listed(self, seeds: Sequence[int]) -> list[int]:
         try:
@@ -432,5 +436,5 @@ class World(EditableWorld):
         return tuple(keys)
 
 
-_REMADE = ("rules", "_planner", "_skills", "_plan", "_kernel_worlds", "_room", "_context")
+_REMADE = ("rules", "_planner", "_skills", "_plan", "_kernel_worlds", "_room", "_context", "failure_ticks")
 """Attributes that a copy of a world computes anew: caches, and arrays that kernels work with."""

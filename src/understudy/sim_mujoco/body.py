@@ -96,7 +96,7 @@ class MujocoBody:
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """A flag per robot [B*N]: true after `freeze` made it fail."""
+        """A flag per robot [B*N]: true if it has failed, as its scenario says or by `freeze`."""
         return self.world.failed
 
     def view(self, world: int = 0) -> WorldView:

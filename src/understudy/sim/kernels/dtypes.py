@@ -294,6 +294,7 @@ FACTS = np.dtype(
         ("lines_up", "i8"),  # objects of some class are looked for
         ("signals", "i8"),
         ("solids", "i8"),
+        ("failing", "i8"),  # some robots fail at a time
     ],
     align=True,
 )

@@ -380,3 +380,11 @@ def record_goal_tick(c: Any, world: int) -> None:
                 break
     if reached:
         c.finished[world] = c.tick[world]
+
+
+@inner
+def freeze_failing_robots(c: Any, world: int) -> None:
+    """Let the robots of a world fail whose tick has come."""
+    for row in range(world * c.facts.count, (world + 1) * c.facts.count):
+        if c.fails[row] == c.tick[world]:
+            c.robots[row].frozen = 1

@@ -8,6 +8,7 @@ from understudy.runtime.team._squad_kernels import run_world_coordinators
 from understudy.sim.kernels.collisions import move_robot, propose_step, slide_along_walls
 from understudy.sim.kernels.dynamics import (
     add_push,
+    freeze_failing_robots,
     limit_by_boxes,
     limit_robot_step,
     move_pushed_boxes,
@@ -118,6 +119,8 @@ def finish_tick(
             update_objects(c, world)
         c.tick[world] += 1
         record_goal_tick(c, world)
+        if c.facts.failing:
+            freeze_failing_robots(c, world)
 
 
 @inner

@@ -309,14 +309,27 @@ class RobotType(StrictStruct, frozen=True, kw_only=True):
     skills: Mapping[str, SkillStandIn] = field(default_factory=dict)
 
 
+class Breakdown(StrictStruct, frozen=True, kw_only=True):
+    """Robots of a group that fail for good, `at_s` after the start: they neither sense nor move any more.
+
+    They are `robots`, numbered within the group, or else as many as `count`, drawn in each world. The time of each is
+    drawn between two.
+    """
+
+    at_s: float | Range
+    count: CountSpec = 1
+    robots: tuple[int, ...] | None = None
+
+
 class RobotGroup(Placement, frozen=True, kw_only=True):
     """Robots of one type; headings that are not given are drawn at random.
 
-    `stored` is the food that each carries at first.
+    `stored` is the food that each carries at first, and `fails` says which of them fail, and when.
     """
 
     type: str
     stored: int = 0
+    fails: tuple[Breakdown, ...] = ()
 
 
 class TargetSpec(StrictStruct, frozen=True, kw_only=True):

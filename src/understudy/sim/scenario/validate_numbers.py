@@ -22,6 +22,7 @@ from understudy.sim.scenario.scenario_errors import (
 from understudy.sim.scenario.schema import (
     AppearanceSchedule,
     ArenaRegion,
+    Breakdown,
     CaptureRule,
     Goal,
     ObjectClass,
@@ -81,6 +82,7 @@ LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
         "timeout_s": POSITIVE,
     },
     RobotGroup: {"stored": NOT_NEGATIVE},
+    Breakdown: {"at_s": NOT_NEGATIVE, "count": NOT_NEGATIVE, "robots": NOT_NEGATIVE},
     TargetSpec: {"index": NOT_NEGATIVE, "within": POSITIVE},
     Goal: {"within": POSITIVE, "gathered": NOT_NEGATIVE},
     SquadSpec: {"count": AT_LEAST_1},
@@ -93,7 +95,7 @@ LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
 }
 """The limits of fields by class; a subclass inherits those of its base."""
 
-RANGES = ("count", "amount", "away_s", "first_s", "stays_s", "duration_s")
+RANGES = ("count", "amount", "away_s", "first_s", "stays_s", "duration_s", "at_s")
 """The fields that are (least, most) if they have two numbers."""
 
 

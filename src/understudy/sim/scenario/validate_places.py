@@ -17,11 +17,12 @@ from understudy.sim.layout.clearance import (
     measure_point_to_segment,
     place_polygon,
 )
-from understudy.sim.params import get_count_range, get_region_box
+from understudy.sim.params import count_robots, get_count_range, get_region_box
 from understudy.sim.scenario.scenario_errors import ScenarioErrors
 from understudy.sim.scenario.schema import (
     ArenaPoint,
     ArenaRegion,
+    Breakdown,
     ObjectClass,
     Obstacle,
     Placement,
@@ -140,6 +141,26 @@ def _check_robots(checker: ScenarioErrors, key: str, robots: RobotGroup) -> None
     if robots.stored > capacity:
         problem = f"is {robots.stored}, and the type {robots.type!r} has a capacity of {capacity}"
         checker.fail(f"{key}.stored", problem, f"give at most {capacity}")
+    for index, breakdown in enumerate(robots.fails):
+        _check_breakdown(checker, f"{key}.fails[{index}]", breakdown, count_robots(robots.count, robots.at))
+
+
+def _check_breakdown(checker: ScenarioErrors, key: str, breakdown: Breakdown, robots: int) -> None:
+    """Raise SettingError if a group does not have the robots that are to fail."""
+    if breakdown.robots is None:
+        most = get_count_range(breakdown.count)[1]
+        if most > robots:
+            checker.fail(f"{key}.count", f"is {most}, and the group has {robots}", f"give at most {robots}")
+        return
+    if breakdown.count != 1:
+        checker.fail(f"{key}.count", "is given beside robots", "leave out one of the two")
+    for each in breakdown.robots:
+        if each >= robots:
+            checker.fail(
+                f"{key}.robots",
+                f"has number {each}, and the group has {robots}",
+                f"count from 0 to {robots - 1}",
+            )
 
 
 def _check_objects(checker: ScenarioErrors, key: str, thing: ObjectClass) -> None:
