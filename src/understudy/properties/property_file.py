@@ -78,26 +78,30 @@ def load_properties(path: Path | str) -> tuple[Property, ...]:
         If the file cannot be read or is not valid. It names the table and the key.
     """
     path = Path(path)
-    document = _read(path)
-    found = []
-    for name, table in document.items():
-        if not isinstance(table, dict):
-            raise FileError(
-                path=path, place=name, problem="is not a table", remedy=f"begin a property with [{name}]"
-            )
-        found.append(_parse(path, name, table))
-    return tuple(found)
+    return tuple(parse_property(path, name, table) for name, table in load_tables(path).items())
 
 
-def _read(path: Path) -> dict[str, Any]:
+def load_tables(path: Path | str) -> dict[str, Any]:
+    """Load the tables of a file of properties, by name, without looking into them; FileError if it is not one."""
+    return parse_tables(Path(path), read_text(Path(path)))
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a file of properties with its own ends of lines; FileError if it cannot be read."""
     try:
-        document = tomllib.loads(path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n"))
+        return path.read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise FileError(
             path=path, place="", problem=f"cannot be read ({error})", remedy="give a file"
         ) from None
     except UnicodeDecodeError:
         raise FileError(path=path, place="", problem="is not UTF-8 text", remedy="save it as UTF-8") from None
+
+
+def parse_tables(path: Path, text: str) -> dict[str, Any]:
+    """Parse the text of a file of properties into its tables, by name; FileError if it is not such a text."""
+    try:
+        document = tomllib.loads(text.replace("\r\n", "\n"))
     except (ValueError, RecursionError) as error:
         problem, _, place = str(error).partition(" (at ")
         raise FileError(
@@ -118,7 +122,32 @@ def _read(path: Path) -> dict[str, Any]:
     return document
 
 
-def _parse(path: Path, name: str, table: dict[str, Any]) -> Property:
+def parse_property(path: Path, name: str, table: object) -> Property:
+    """Parse one table of a file of properties.
+
+    Parameters
+    ----------
+    path
+        The file, which errors name.
+    name
+        The name of the table.
+    table
+        Its keys and values.
+
+    Returns
+    -------
+    Property
+        The property. Names of behaviors, scenarios and readings are not checked.
+
+    Raises
+    ------
+    FileError
+        If the table is not valid. It names the table and the key.
+    """
+    if not isinstance(table, dict):
+        raise FileError(
+            path=path, place=name, problem="is not a table", remedy=f"begin a property with [{name}]"
+        )
     decoded = decode_toml_values(table, PropertyTable)
     if isinstance(decoded, DecodeProblem):
         raise _error(path, name, decoded.key, decoded.problem, decoded.remedy)
