@@ -66,7 +66,10 @@ EDITS: list[tuple[str, dict[str, Any] | None, list[tuple[str, str]]]] = [
     (
         "arrives",
         {key: value for key, value in ARRIVES.items() if key not in ("always", "within_s")} | {"never": "x"},
-        [('always = "done is raised"\nwithin_s = 40   # m', "# m"), ("measured: 31\n", 'measured: 31\nnever = "x"\n')],
+        [
+            ('always = "done is raised"\nwithin_s = 40   # m', "# m"),
+            ("measured: 31\n", 'measured: 31\nnever = "x"\n'),
+        ],
     ),
     ("clear", None, [(TEXT[TEXT.index("[clear]") : TEXT.index("\n# --- speed")], "")]),
     ("arrives", None, [(TEXT[TEXT.index("[arrives]") : TEXT.index("# the last")], "")]),

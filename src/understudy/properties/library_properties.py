@@ -53,14 +53,14 @@ def open_properties(path: Path | str, open_world: OpenWorld) -> list[tuple[Prope
         If the file is not valid, or names something that does not exist. It names the table and the key.
     """
     opened: dict[str, FittingLibraries] = {}
-    found = []
-    for each in load_properties(path):
-        found.append((each, check_in_world(path, each, open_world, opened)))
-    return found
+    return [(each, check_in_world(path, each, open_world, opened)) for each in load_properties(path)]
 
 
 def check_in_world(
-    path: Path | str, subject: Property, open_world: OpenWorld, opened: dict[str, FittingLibraries] | None = None
+    path: Path | str,
+    subject: Property,
+    open_world: OpenWorld,
+    opened: dict[str, FittingLibraries] | None = None,
 ) -> FittingLibraries:
     """Check that the scenario and the behavior of a property have all that it names.
 

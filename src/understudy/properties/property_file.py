@@ -170,9 +170,7 @@ def parse_property(path: Path, name: str, table: object) -> Property:
     if decoded.at_least is not None and not 0 < decoded.at_least < 1:
         remedy = "give a share between 0 and 1, or leave it out for all worlds"
         raise _error(path, name, "at_least", f"is {decoded.at_least:g}", remedy)
-    start = SeededWorlds(
-        _locate_world(path, decoded.world), _list_seeds(path, name, decoded), decoded.limit_s
-    )
+    start = SeededWorlds(locate_world(path, decoded.world), _list_seeds(path, name, decoded), decoded.limit_s)
     return Property(
         kind=kind,
         what=what,
@@ -234,7 +232,7 @@ def _list_seeds(path: Path, name: str, table: PropertyTable) -> tuple[int, ...]:
     return found
 
 
-def _locate_world(path: Path, world: str) -> str:
+def locate_world(path: Path, world: str) -> str:
     """Return the name of a scenario; a file that is there is found from the folder of the properties."""
     beside = path.parent / world
     return str(beside) if world.endswith(".toml") and beside.exists() else world

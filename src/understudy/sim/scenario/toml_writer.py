@@ -80,7 +80,9 @@ def format_toml_value(value: Any) -> str:
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, Mapping):
-        inside = ", ".join(f"{format_toml_key(key)} = {format_toml_value(part)}" for key, part in value.items())
+        inside = ", ".join(
+            f"{format_toml_key(key)} = {format_toml_value(part)}" for key, part in value.items()
+        )
         return f"{{ {inside} }}" if inside else "{}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(format_toml_value, value))}]"

@@ -78,6 +78,11 @@ class LibrarySource:
         robots = load_type_libraries(scenario, self.folder, self.find_kit(scenario), look)
         return collect_libraries(scenario, robots, lambda name, kit: look(self.folder / name, kit))
 
+    def open_world(self, name: str, draft: Draft | None = None) -> FittingLibraries:
+        """Open a scenario by name or path, and the libraries for it, with the draft in its place."""
+        scenario = find_scenario(name)
+        return FittingLibraries(scenario, self.open_libraries(scenario, draft))
+
     def load_properties(self) -> tuple[Property, ...]:
         """Load the properties of the library's file; none if it has no file."""
         path = self.folder / FILE

@@ -61,6 +61,7 @@ def handle_rerun_failures(host: SessionHost, _: RerunFailures) -> StatusMessage 
     if host.failures.is_running:
         raise SessionError("the failing worlds are being run already: wait for the result")
     host.failures.read()
+    host.properties.read()
     if not host.failures.found.worlds:
         return StatusMessage(f"There are no failing worlds in {host.failures.folder}")
     host.failures.begin_rerun(host.library_source, host.trainer)
