@@ -31,6 +31,7 @@ OF_TESTS = {
     "studio-doubt": ("test_doubt.py", "doubt"),
     "studio-team": ("test_team.py", "team"),
     "studio-robot": ("test_robot.py", "robot"),
+    "studio-properties": ("test_properties.py", "properties-refused"),
     "notebook": ("test_notebook.py", "notebook-taught"),
 }
 """Pictures that tests take, with the test's file and what the picture is called there."""

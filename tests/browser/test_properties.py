@@ -44,7 +44,7 @@ def test_a_property_is_written_refused_tested_changed_and_deleted(
     studio = Studio(library, "forage", "--failures", str(tmp_path / "failures"))
     studio.start()
     try:
-        page = chromium.new_page(viewport={"width": 1280, "height": 1000})
+        page = chromium.new_page(viewport={"width": 1280, "height": 800})
         page.goto(studio.address)
         tab(page, "Coach")
         part(page).get_by_role("button", name="Test all").click()

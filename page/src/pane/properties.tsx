@@ -23,7 +23,7 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
   return (
     <section class="outcomes properties" aria-label="Properties of the library">
       <div class="outcomes-head">
-        <h3>Properties of the library</h3>
+        <h3>Library properties</h3>
         <button
           type="button"
           class="link"

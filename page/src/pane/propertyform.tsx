@@ -249,11 +249,12 @@ function ConditionField({ label, draft, choices, mistake, change }: ConditionPro
   return (
     <>
       <Field label={label} mistake={null}>
-        <input
+        <textarea
+          rows={2}
           value={draft.condition}
           placeholder="distance(robot, station) is below 5 cm"
           maxLength={1000}
-          onInput={(event) => change(event.currentTarget.value)}
+          onInput={(event) => change(event.currentTarget.value.replaceAll("\n", " "))}
         />
       </Field>
       <label class="field">
