@@ -1,4 +1,4 @@
-"""Properties at the page: written in a form, refused beside the field, tested at once, changed, deleted and brought back."""
+"""Properties at the page: written in a form, refused beside the field, tested, changed, deleted and brought back."""
 
 from __future__ import annotations
 

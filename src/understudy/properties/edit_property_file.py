@@ -133,7 +133,7 @@ def _without_double(before: list[str], after: list[str]) -> list[str]:
     return after[1:] if before and after and not before[-1].strip() and not after[0].strip() else after
 
 
-def write_property(path: Path, name: str, table: Mapping[str, Any] | None) -> None:
+def write_property(path: Path | str, name: str, table: Mapping[str, Any] | None) -> None:
     """Write a property to a library's file, which is made if there is none.
 
     Parameters
@@ -151,6 +151,7 @@ def write_property(path: Path, name: str, table: Mapping[str, Any] | None) -> No
         If the file cannot be read or written, is not a file of properties, or has the property in a form that only a
         person can change. It is left as it is.
     """
+    path = Path(path)
     with convert_os_errors(path, "writing the property", remedy="make the library's folder writable"):
         path.parent.mkdir(parents=True, exist_ok=True)
         with lock_folder(path.parent):

@@ -83,13 +83,13 @@ def load_properties(path: Path | str) -> tuple[Property, ...]:
 
 def load_tables(path: Path | str) -> dict[str, Any]:
     """Load the tables of a file of properties, by name, without looking into them; FileError if it is not one."""
-    return parse_tables(Path(path), read_text(Path(path)))
+    return parse_tables(path, read_text(path))
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path | str) -> str:
     """Return the text of a file of properties with its own ends of lines; FileError if it cannot be read."""
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        return Path(path).read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise FileError(
             path=path, place="", problem=f"cannot be read ({error})", remedy="give a file"
@@ -98,7 +98,7 @@ def read_text(path: Path) -> str:
         raise FileError(path=path, place="", problem="is not UTF-8 text", remedy="save it as UTF-8") from None
 
 
-def parse_tables(path: Path, text: str) -> dict[str, Any]:
+def parse_tables(path: Path | str, text: str) -> dict[str, Any]:
     """Parse the text of a file of properties into its tables, by name; FileError if it is not such a text."""
     try:
         document = tomllib.loads(text.replace("\r\n", "\n"))
@@ -122,7 +122,7 @@ def parse_tables(path: Path, text: str) -> dict[str, Any]:
     return document
 
 
-def parse_property(path: Path, name: str, table: object) -> Property:
+def parse_property(path: Path | str, name: str, table: object) -> Property:
     """Parse one table of a file of properties.
 
     Parameters
@@ -144,6 +144,7 @@ def parse_property(path: Path, name: str, table: object) -> Property:
     FileError
         If the table is not valid. It names the table and the key.
     """
+    path = Path(path)
     if not isinstance(table, dict):
         raise FileError(
             path=path, place=name, problem="is not a table", remedy=f"begin a property with [{name}]"
@@ -232,9 +233,9 @@ def _list_seeds(path: Path, name: str, table: PropertyTable) -> tuple[int, ...]:
     return found
 
 
-def locate_world(path: Path, world: str) -> str:
+def locate_world(path: Path | str, world: str) -> str:
     """Return the name of a scenario; a file that is there is found from the folder of the properties."""
-    beside = path.parent / world
+    beside = Path(path).parent / world
     return str(beside) if world.endswith(".toml") and beside.exists() else world
 
 

@@ -13,7 +13,7 @@ from understudy.model.property import PROGRESS
 from understudy.properties.property_file import CLAIMS, PropertyTable
 from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values
 from understudy.sim.scenario.toml_writer import format_toml_value
-from understudy.ui.web.messages.properties import PropertyFieldsData, PropertyKindName
+from understudy.ui.web.messages.property_requests import PropertyFieldsData, PropertyKindName
 
 FIELDS = {
     "": "name",
@@ -29,7 +29,7 @@ SECONDS = {"always": "within_s", "never longer": "never_longer_than_s", "progres
 """By the kind of a property, the key of its time."""
 
 
-def make_table(path: Path, name: str, fields: PropertyFieldsData) -> dict[str, Any]:
+def make_property_table(path: Path | str, name: str, fields: PropertyFieldsData) -> dict[str, Any]:
     """Make the table of a property from the fields of its form; FileError if a field is empty that must not be."""
     table: dict[str, Any] = {"behavior": fields.behavior}
     if fields.targets:
@@ -54,7 +54,7 @@ def make_table(path: Path, name: str, fields: PropertyFieldsData) -> dict[str, A
     return table
 
 
-def _parse_seeds(path: Path, name: str, text: str) -> Any:
+def _parse_seeds(path: Path | str, name: str, text: str) -> Any:
     try:
         found = tomllib.loads(f"seeds = {text}")
     except ValueError:
@@ -70,7 +70,7 @@ def _shorten(number: float) -> float:
     return int(number) if number.is_integer() else number
 
 
-def _wrong(path: Path, name: str, key: str, problem: str, remedy: str) -> FileError:
+def _wrong(path: Path | str, name: str, key: str, problem: str, remedy: str) -> FileError:
     return FileError(path=path, place=f"{name}.{key}", problem=problem, remedy=remedy)
 
 

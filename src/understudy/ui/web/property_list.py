@@ -17,7 +17,7 @@ from understudy.ui.controller.failing_worlds import Draft, LibrarySource, make_d
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.lesson_identity import LessonIdentity
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.properties import PropertyFieldsData
+from understudy.ui.web.messages.property_requests import PropertyFieldsData
 from understudy.ui.web.property_form import read_fields
 from understudy.ui.web.unseen_worlds import YIELD_S
 

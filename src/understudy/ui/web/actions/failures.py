@@ -29,6 +29,8 @@ def handle_open_failure(host: SessionHost, message: OpenFailure) -> None:
     world = opening.moment.world
     host.failures.note_opened(message.name, world.scenario, host.scenario, host.seed)
     host.enter(world, host.folder, host.places.find_kit(world.scenario))
+    if opening.moment.sort is not None:
+        host.select_agents(opening.moment.sort, opening.moment.agent)
     host.replace_session(opened, opening.said)
 
 

@@ -18,14 +18,14 @@ from understudy.sim.world import World
 from understudy.ui.controller.failing_worlds import make_draft
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.properties import (
+from understudy.ui.web.messages.property_requests import (
     DeleteProperty,
     ListPropertyChoices,
     PropertyFieldsData,
     SaveProperty,
     TestProperties,
 )
-from understudy.ui.web.property_form import find_field, make_table
+from understudy.ui.web.property_form import find_field, make_property_table
 from understudy.ui.web.session_host import SessionHost
 
 RESERVED = ("understudy", "version")
@@ -74,7 +74,7 @@ def handle_save_property(host: SessionHost, message: SaveProperty) -> PropertyMi
             raise FileError(
                 path=path, place=name, problem="there is a table of this name", remedy="give another name"
             )
-        table = make_table(path, name, message.fields)
+        table = make_property_table(path, name, message.fields)
         subject = parse_property(path, name, table)
         with locate_errors(path, name, "world"):
             _refuse_unknown_world(host, name, message.fields)
