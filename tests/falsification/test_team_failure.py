@@ -30,13 +30,17 @@ ROOTS = {"patrol": ("lead", dict[str, str]())}
 WORLD = add_markers(SCENARIO)
 
 
-@pytest.fixture(scope="module")
-def lead() -> TrainedAutomaton:
-    """A coordinator as a person taught it in two minutes."""
+def teach_lead() -> TrainedAutomaton:
+    """Teach a coordinator as a person does in two minutes."""
     libraries = collect_libraries(SCENARIO, ROBOTS)
     session = Session(coordinator_body(), libraries["patrol"], LEAD)
     taught(session, 120.0)
     return session.make_trained_automaton()
+
+
+@pytest.fixture(scope="module")
+def lead() -> TrainedAutomaton:
+    return teach_lead()
 
 
 def make_wander() -> TrainedAutomaton:
